@@ -1,0 +1,25 @@
+"""Where the shipped data lies: `data/` of a checkout, or `ehl/_data/` of an installed wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PACKAGED = Path(__file__).resolve().parent / "_data"
+_CHECKOUT = Path(__file__).resolve().parent.parent / "data"
+
+
+def data_path(*parts: str) -> Path:
+    """Path of a shipped data file or folder.
+
+    Parameters
+    ----------
+    *parts : str
+        Path components below the data folder, e.g. ``("oils", "fva3.toml")``.
+    """
+    root = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT
+    return root.joinpath(*parts)
+
+
+def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
+    """Names (without suffix) of the shipped files in one data folder, sorted."""
+    return tuple(sorted(path.name.removesuffix(suffix) for path in data_path(folder).glob(f"*{suffix}")))
