@@ -1,0 +1,62 @@
+"""The two solids: elastic and thermal properties, and the effective modulus of the pair."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AliasChoices, Field
+
+from ehl._data import data_names, data_path
+from ehl.errors import InputError
+from ehl.units import Quantity
+from ehl.validation import InputModel, read_toml, validate
+
+
+class Material(InputModel):
+    """Elastic and thermal properties of one body. Each figure's source stands in the data file."""
+
+    name: str = "custom"
+    source: str = ""
+    youngs_modulus: Annotated[float, Quantity("Pa", ge=1e6, le=2e12)] = Field(
+        validation_alias=AliasChoices("youngs_modulus", "E")
+    )
+    poisson_ratio: Annotated[float, Quantity("", gt=-1.0, lt=0.5)] = Field(
+        validation_alias=AliasChoices("poisson_ratio", "nu")
+    )
+    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=2000.0)] = 46.0
+    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 465.0
+    density: Annotated[float, Quantity("kg/m^3", gt=0.0, le=30000.0)] = 7830.0
+    hardness: Annotated[float, Quantity("Pa", gt=0.0, le=1e11)] = 8e9
+
+    @property
+    def thermal_effusivity(self) -> float:
+        """sqrt(k rho c) [J/(m2 K s^1/2)], which decides the flash temperature."""
+        return float((self.thermal_conductivity * self.density * self.heat_capacity) ** 0.5)
+
+    @property
+    def thermal_diffusivity(self) -> float:
+        """k/(rho c) [m2/s]."""
+        return self.thermal_conductivity / (self.density * self.heat_capacity)
+
+
+def load_material(name: str) -> Material:
+    """A shipped material by name.
+
+    Raises
+    ------
+    InputError
+        There is no such material; the message lists those there are.
+    """
+    names = data_names("materials")
+    if name not in names:
+        raise InputError("material", name, "one of " + ", ".join(names))
+    return validate(Material, read_toml(data_path("materials", f"{name}.toml")), f"materials/{name}.toml")
+
+
+def effective_modulus(body_1: Material, body_2: Material) -> float:
+    """Effective modulus E' [Pa] with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
+
+    Some authors leave out the 2 and get half of this value.
+    """
+    compliance = sum((1.0 - m.poisson_ratio**2) / m.youngs_modulus for m in (body_1, body_2))
+    return 2.0 / compliance
