@@ -1,7 +1,9 @@
-"""Closed forms for the mesh efficiency of a whole bevel or hypoid pair with one constant friction coefficient.
+"""Closed forms for the mesh efficiency of a whole bevel or hypoid pair with one constant friction
+coefficient.
 
-The printed formulas of Coleman and of Buckingham were not at hand. Both expressions below are our own derivations of
-the same two ideas (sliding averaged over the line of action; worm-like loss plus bevel loss) and are named so.
+The printed formulas of Coleman and of Buckingham were not at hand. Both expressions below are our own
+derivations of the same two ideas (sliding averaged over the line of action; worm-like loss plus bevel loss)
+and are named so.
 """
 
 from __future__ import annotations
@@ -102,15 +104,16 @@ def _check_friction(friction_coefficient: float) -> None:
 def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> float:
     """Mesh efficiency by averaged sliding, "Coleman-type, our derivation" [-].
 
-    ``eta = 1 - mu S/(cos a_n + mu C tan b1)`` with S the mean sliding and C the mean lengthwise share: the normal
-    force follows from the pinion's torque balance with the lengthwise friction in it.
+    ``eta = 1 - mu S/(cos a_n + mu C tan b1)`` with S the mean sliding and C the mean lengthwise share: the
+    normal force follows from the pinion's torque balance with the lengthwise friction in it.
 
     Parameters
     ----------
     pair : PitchGeometry
         Pitch-point data of the pair.
     friction_coefficient : float
-        Constant friction coefficient; 0.05 is the value of Coleman (as cited by Kolivand, Li & Kahraman 2010).
+        Constant friction coefficient; 0.05 is the value of Coleman (as cited by Kolivand, Li & Kahraman
+        2010).
     """
     _check_friction(friction_coefficient)
     mu = friction_coefficient
@@ -123,8 +126,9 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> flo
 def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> float:
     """Mesh efficiency as worm-like loss plus bevel loss, "Buckingham-type, our derivation" [-].
 
-    ``eta = (cos a_n + mu tan b2)/(cos a_n + mu tan b1) - mu k/(2 cos a_n)``. The first term is exact at the pitch
-    point for a pinion with the larger spiral angle; the second is the profile sliding of the spiral bevel pair.
+    ``eta = (cos a_n + mu tan b2)/(cos a_n + mu tan b1) - mu k/(2 cos a_n)``. The first term is exact at the
+    pitch point for a pinion with the larger spiral angle; the second is the profile sliding of the spiral
+    bevel pair.
 
     Parameters
     ----------

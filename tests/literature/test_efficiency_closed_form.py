@@ -10,7 +10,8 @@ import pytest
 from efficiency.closed_form import PitchGeometry, buckingham_type, coleman_type
 from ehl.errors import InputError
 
-# a_n, b1, b2, d1, d2 [deg], dm1, dm2, m_mn [mm] of the printed blanks; profile contact ratio of the rating samples
+# a_n, b1, b2, d1, d2 [deg], dm1, dm2, m_mn [mm] of the printed blanks; profile contact ratio of the rating
+# samples
 BLANKS = {
     "F2_14x39": (20.0, 35.0, 35.0, 19.747, 70.253, 54.918, 152.987, 3.213, 1.165),
     "F3_13x42": (17.747, 49.998, 38.609, 21.291, 68.321, 53.383, 141.877, 2.640, 1.010),
