@@ -1,0 +1,187 @@
+"""Oil cards: what is known of one oil, and the `Lubricant` it is at a temperature."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from ehl._data import data_names, data_path
+from ehl.errors import InputError
+from ehl.lubricant import (
+    GOLD_COEFFICIENTS,
+    KELVIN,
+    Lubricant,
+    ViscosityLaw,
+    density_at,
+    gold_2001,
+    walther_1931,
+)
+from ehl.units import Quantity
+from ehl.validation import InputModel, read_toml, validate
+
+TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
+
+Temperature = Annotated[
+    float,
+    Quantity("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'."),
+]
+KinematicViscosity = Annotated[float, Quantity("m^2/s", gt=1e-7, le=1.0)]
+PressureViscosity = Annotated[float, Quantity("1/Pa", ge=1e-10, le=1e-7)]
+
+
+class ModulusViscosity(InputModel):
+    """eta = K exp(B/(T + C)) exp(p/(a1 + a2 T + (b1 + b2 T) p)), T in degC (modulus law)."""
+
+    law: Literal["modulus"]
+    K: Annotated[float, Quantity("Pa*s", gt=0.0)]
+    B: float
+    C: float
+    a1: Annotated[float, Quantity("Pa", gt=0.0)]
+    a2: float  # [Pa/K]
+    b1: float
+    b2: float  # [1/K]
+
+
+class WaltherViscosity(InputModel):
+    """Walther in temperature, Roelands (or Barus) in pressure."""
+
+    law: Literal["roelands", "barus"]
+
+
+class TabulatedAlpha(InputModel):
+    """Pressure-viscosity coefficient at given temperatures; ln alpha is linear between them."""
+
+    law: Literal["table"]
+    temperature: tuple[Temperature, ...] = Field(min_length=1)
+    value: tuple[PressureViscosity, ...] = Field(min_length=1)
+
+
+class GoldAlpha(InputModel):
+    """Pressure-viscosity coefficient from the kinematic viscosity (Gold), through one measured point if given."""
+
+    law: Literal["gold"]
+    base: Literal["mineral", "pao", "polyglycol", "ester"]
+    anchor_temperature: Temperature | None = None
+    anchor_value: PressureViscosity | None = None
+
+
+class ModulusAlpha(InputModel):
+    """Pressure-viscosity coefficient as the slope of the modulus law at p = 0."""
+
+    law: Literal["modulus"]
+
+
+class Oil(InputModel):
+    """An oil card (`data/oils/*.toml`). Each figure's source and certainty stand in the file."""
+
+    name: str
+    description: str = ""
+    source: str
+    certainty: Literal["found", "mixed", "from memory"]
+    viscosity_kinematic_40: KinematicViscosity
+    viscosity_kinematic_100: KinematicViscosity
+    density_15: Annotated[float, Quantity("kg/m^3", ge=500.0, le=2000.0)]
+    density_temperature: Annotated[float, Quantity("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
+    viscosity: Annotated[ModulusViscosity | WaltherViscosity, Field(discriminator="law")]
+    pressure_viscosity: Annotated[TabulatedAlpha | GoldAlpha | ModulusAlpha, Field(discriminator="law")]
+    limiting_shear_coefficient: Annotated[float, Quantity("", gt=0.0, le=1.0)]
+    eyring_stress: Annotated[float, Quantity("Pa", ge=1e4, le=1e9)] | None = None
+    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] = 0.14
+    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
+    temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
+
+    @classmethod
+    def load(cls, name: str) -> Oil:
+        """A shipped oil by name.
+
+        Raises
+        ------
+        InputError
+            There is no such oil; the message lists those there are.
+        """
+        names = data_names("oils")
+        if name not in names:
+            raise InputError("oil", name, "one of " + ", ".join(names))
+        return validate(cls, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")
+
+    def density(self, temperature: float) -> float:
+        """Density at ambient pressure [kg/m3]; `temperature` in K."""
+        return density_at(temperature, self.density_15, self.density_temperature)
+
+    def viscosity_kinematic(self, temperature: float) -> float:
+        """Kinematic viscosity at ambient pressure [m2/s]; `temperature` in K."""
+        return walther_1931(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
+
+    def viscosity_dynamic(self, temperature: float) -> float:
+        """Dynamic viscosity at ambient pressure [Pa s]; `temperature` in K."""
+        law = self.viscosity
+        if isinstance(law, ModulusViscosity):
+            return law.K * math.exp(law.B / (temperature - KELVIN + law.C))
+        return self.viscosity_kinematic(temperature) * self.density(temperature)
+
+    def alpha(self, temperature: float) -> float:
+        """Pressure-viscosity coefficient [1/Pa]; `temperature` in K."""
+        law = self.pressure_viscosity
+        if isinstance(law, TabulatedAlpha):
+            if len(law.temperature) == 1:
+                return law.value[0]
+            # linear in ln alpha, and beyond the table with the slope of its ends
+            t, log_alpha = np.asarray(law.temperature), np.log(law.value)
+            i = int(np.clip(np.searchsorted(t, temperature) - 1, 0, t.size - 2))
+            slope = (log_alpha[i + 1] - log_alpha[i]) / (t[i + 1] - t[i])
+            return float(np.exp(log_alpha[i] + slope * (temperature - t[i])))
+        if isinstance(law, GoldAlpha):
+            exponent = GOLD_COEFFICIENTS[law.base][1]
+            if law.anchor_temperature is not None and law.anchor_value is not None:
+                ratio = self.viscosity_kinematic(temperature) / self.viscosity_kinematic(law.anchor_temperature)
+                return float(law.anchor_value * ratio**exponent)
+            return gold_2001(self.viscosity_kinematic(temperature), law.base)
+        assert isinstance(self.viscosity, ModulusViscosity)
+        return 1.0 / (self.viscosity.a1 + self.viscosity.a2 * (temperature - KELVIN))
+
+    def at(self, temperature: float) -> Lubricant:
+        """The lubricant at an inlet temperature [K].
+
+        Without a measured Eyring stress, tau0 = 2 Lambda/alpha closes the model
+        (Arana, Larranaga & Ulacia 2019).
+
+        Raises
+        ------
+        InputError
+            The temperature is outside -40 to 200 degC.
+        """
+        low, high = TEMPERATURE_RANGE
+        if not low <= temperature <= high:
+            raise InputError(
+                "temperature_oil",
+                f"{temperature:.6g} K",
+                f"{low:.6g} K to {high:.6g} K (-40 to 200 degC)",
+                "Write degrees Celsius as '80 degC'.",
+            )
+        eta = self.viscosity_dynamic(temperature)
+        alpha = self.alpha(temperature)
+        step = 0.01
+        beta = math.log(self.viscosity_dynamic(temperature - step) / self.viscosity_dynamic(temperature + step))
+        law = self.viscosity
+        viscosity_law: ViscosityLaw = law.law
+        modulus = (law.a1, law.a2, law.b1, law.b2) if isinstance(law, ModulusViscosity) else ()
+        thermal = (law.B, law.C) if isinstance(law, ModulusViscosity) else ()
+        return Lubricant(
+            viscosity_inlet=eta,
+            pressure_viscosity=alpha,
+            viscosity_law=viscosity_law,
+            modulus_constants=modulus,
+            rheology="eyring",
+            eyring_stress=self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha,
+            limiting_shear_coefficient=self.limiting_shear_coefficient,
+            temperature=temperature,
+            temperature_viscosity=beta / (2.0 * step),
+            temperature_constants=thermal,
+            density=self.density(temperature),
+            thermal_conductivity=self.thermal_conductivity,
+            heat_capacity=self.heat_capacity,
+            extrapolated=not self.temperature_valid[0] <= temperature <= self.temperature_valid[1],
+        )

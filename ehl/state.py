@@ -1,0 +1,90 @@
+"""`ContactState`: the local conditions of many contact points, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """Local conditions at contact points: arrays of one shape, one entry per point, SI units.
+
+    Parameters
+    ----------
+    pressure_hertz : array
+        [Pa].
+    radius_equivalent : array
+        Radius R normal to the contact line [m].
+    effective_modulus : array
+        E' [Pa].
+    speed_entrainment : array
+        Mean surface velocity across the contact line [m/s], positive.
+    slide_to_roll : array
+        Signed sliding across the line over `speed_entrainment` [-].
+    speed_sliding_lengthwise : array
+        Sliding along the line [m/s].
+    temperature_oil : array
+        Oil inlet temperature [K].
+    roughness_rms_1, roughness_rms_2 : array
+        Rq of both surfaces [m].
+    """
+
+    pressure_hertz: Array
+    radius_equivalent: Array
+    effective_modulus: Array
+    speed_entrainment: Array
+    slide_to_roll: Array
+    speed_sliding_lengthwise: Array
+    temperature_oil: Array
+    roughness_rms_1: Array
+    roughness_rms_2: Array
+
+    @classmethod
+    def of(cls, **values: ArrayLike) -> ContactState:
+        """A state from scalars and arrays, broadcast to one shape; what is left out of the last three is 0 or 80 degC."""
+        values = {
+            "slide_to_roll": 0.0,
+            "speed_sliding_lengthwise": 0.0,
+            "temperature_oil": 353.15,
+            "roughness_rms_1": 0.0,
+            "roughness_rms_2": 0.0,
+            **values,
+        }
+        names = [field.name for field in fields(cls)]
+        arrays = np.broadcast_arrays(*(np.asarray(values[name], dtype=np.float64) for name in names))
+        return cls(**{name: np.array(array) for name, array in zip(names, arrays, strict=True)})
+
+    @property
+    def size(self) -> int:
+        """Number of contact points."""
+        return int(self.pressure_hertz.size)
+
+    @property
+    def half_width(self) -> Array:
+        """Hertz half-width b = 4 R p_h/E' [m]."""
+        return 4.0 * self.radius_equivalent * self.pressure_hertz / self.effective_modulus
+
+    @property
+    def load_per_length(self) -> Array:
+        """w' = pi b p_h/2 [N/m]."""
+        return np.asarray(0.5 * np.pi * self.half_width * self.pressure_hertz)
+
+    @property
+    def speed_sliding(self) -> Array:
+        """Length of the sliding vector [m/s]."""
+        return np.hypot(self.slide_to_roll * self.speed_entrainment, self.speed_sliding_lengthwise)
+
+    @property
+    def slide_to_roll_total(self) -> Array:
+        """|sliding vector|/|u_r| [-]."""
+        return np.asarray(self.speed_sliding / np.abs(self.speed_entrainment))
+
+    @property
+    def roughness_rms(self) -> Array:
+        """Composite Rq [m]."""
+        return np.hypot(self.roughness_rms_1, self.roughness_rms_2)
