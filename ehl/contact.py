@@ -51,7 +51,12 @@ class LineContact:
         """The contact whose maximum Hertz pressure is given: w' = 2 pi p_h^2 R/E'."""
         load = 2.0 * math.pi * pressure_hertz**2 * radius_equivalent / effective_modulus
         return cls(
-            radius_equivalent, effective_modulus, load, speed_entrainment, slide_to_roll, speed_sliding_lengthwise
+            radius_equivalent,
+            effective_modulus,
+            load,
+            speed_entrainment,
+            slide_to_roll,
+            speed_sliding_lengthwise,
         )
 
     @property

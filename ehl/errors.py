@@ -17,7 +17,7 @@ class InputError(MixedEhlError, ValueError):
     field : str
         Name of the field as the user wrote it (``contact.radius_equivalent``), or the file's name.
     value : object
-        The value as the user wrote it.
+        The value as the user wrote it; None where it is missing.
     allowed : str
         What would be accepted, with its unit.
     hint : str, optional
@@ -31,7 +31,10 @@ class InputError(MixedEhlError, ValueError):
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        sentence = f"{self.field} = {self.value!r} cannot be used; allowed: {self.allowed}."
+        if self.value is None:
+            sentence = f"{self.field} is missing; needed: {self.allowed}."
+        else:
+            sentence = f"{self.field} = {self.value!r} cannot be used; allowed: {self.allowed}."
         return f"{sentence} {self.hint}" if self.hint else sentence
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:

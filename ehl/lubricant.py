@@ -88,7 +88,7 @@ def barus_1893(pressure: Array, pressure_viscosity: float) -> Array:
 
 
 def roelands_1966(pressure: Array, viscosity_inlet: float, pressure_viscosity: float) -> Array:
-    """ln(eta/eta0) = (ln eta0 + 9.67)((1 + p/p0)^z - 1), z = alpha p0/(ln eta0 + 9.67), p0 = 1.96e8 Pa (Roelands 1966)."""
+    """ln(eta/eta0) = A ((1 + p/p0)^z - 1), A = ln eta0 + 9.67, z = alpha p0/A, p0 = 1.96e8 Pa (Roelands 1966)."""
     scale = math.log(viscosity_inlet) + ROELANDS_LOG_VISCOSITY
     exponent = pressure_viscosity * ROELANDS_PRESSURE / scale
     return np.asarray(scale * ((1.0 + pressure / ROELANDS_PRESSURE) ** exponent - 1.0))
@@ -216,9 +216,7 @@ class Lubricant:
         if self.viscosity_law == "roelands":
             scale, reference, exponent = self.law_constants
             slope = self.temperature_viscosity * (self.temperature - ROELANDS_TEMPERATURE) / scale
-            relative = np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0) / (
-                self.temperature - ROELANDS_TEMPERATURE
-            )
+            relative = np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0) / (self.temperature - ROELANDS_TEMPERATURE)
             return np.asarray(base + scale * ((1.0 + pressure / reference) ** exponent * relative**-slope - 1.0))
         if self.viscosity_law == "barus":
             rise = temperature - self.temperature

@@ -46,7 +46,7 @@ class ContactState:
 
     @classmethod
     def of(cls, **values: ArrayLike) -> ContactState:
-        """A state from scalars and arrays, broadcast to one shape; what is left out of the last three is 0 or 80 degC."""
+        """A state from scalars and arrays, broadcast to one shape; sliding, roughness default to 0, oil to 80 degC."""
         values = {
             "slide_to_roll": 0.0,
             "speed_sliding_lengthwise": 0.0,

@@ -18,7 +18,7 @@ def _registry() -> Any:
     # importing pint takes longer than everything else in `mixed-ehl --help`
     import pint
 
-    registry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
     registry.define("cSt = 1e-6 m ** 2 / s")
     registry.define("rpm = revolution / minute")
     return registry
@@ -81,7 +81,9 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
         raise InputError(field, value, f"a finite value ({_expectation(unit)})")
     if unit and not has_unit and not bare:
         raise InputError(
-            field, value, f"a value with its unit such as {_EXAMPLES.get(unit, '1 ' + unit)!r}",
+            field,
+            value,
+            f"a value with its unit such as {_EXAMPLES.get(unit, '1 ' + unit)!r}",
             "A bare number is ambiguous here.",
         )
     return number
@@ -110,9 +112,7 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
             quantity = registry.Quantity(cleaned)
         return float(quantity.to(registry.Unit(unit) if unit else registry.dimensionless).magnitude), True
     except pint.DimensionalityError:
-        raise InputError(
-            field, text, _expectation(unit), "The unit is of another dimension."
-        ) from None
+        raise InputError(field, text, _expectation(unit), "The unit is of another dimension.") from None
     except Exception:  # pint raises its own, tokenizer and attribute errors for unreadable text
         raise InputError(field, text, _expectation(unit), "It could not be read.") from None
 
@@ -190,7 +190,5 @@ class Quantity:
             )
         return number
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self._validate)

@@ -19,8 +19,10 @@ class InputModel(BaseModel):
 
 Model = TypeVar("Model", bound=BaseModel)
 
+_UNION_TAGS = {"card", "direct", "table", "gold", "modulus", "roelands", "barus"}
+
 _WORDS = {
-    "missing": "a value (this key is required)",
+    "missing": "this key is required",
     "extra_forbidden": "only the documented keys of this table",
 }
 
@@ -66,7 +68,8 @@ def input_error(error: ValidationError, model: type[BaseModel], where: str = "")
     """The `InputError` that says the same as pydantic's first complaint."""
     complaints = error.errors(include_url=False)
     first = complaints[0]
-    parts = [str(part) for part in first["loc"] if not str(part).startswith(("function-", "tagged-union"))]
+    # pydantic puts the tag of a union into the path; the user never wrote it
+    parts = [str(part) for part in first["loc"] if str(part) not in _UNION_TAGS]
     field = ".".join(([where] if where else []) + parts) or model.__name__
     kind = first["type"]
     value = None if kind == "missing" else first["input"]
@@ -78,7 +81,7 @@ def input_error(error: ValidationError, model: type[BaseModel], where: str = "")
         return InputError(field, value, str(context["allowed"]), " ".join(filter(None, [context["hint"], hint])))
     if kind == "value_error" and isinstance(context.get("error"), InputError):
         inner: InputError = context["error"]
-        inner_field = f"{where}.{inner.field}" if where else inner.field
+        inner_field = ".".join([*([where] if where else []), *parts, inner.field])
         return InputError(inner_field, inner.value, inner.allowed, " ".join(filter(None, [inner.hint, hint])))
     if kind == "extra_forbidden":
         known = ", ".join(sorted(_known_keys(model, parts[:-1])))

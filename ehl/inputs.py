@@ -1,0 +1,250 @@
+"""The input file of one contact (`mixed-ehl solve CASE.toml`): tables, units and allowed ranges."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from ehl.contact import LineContact
+from ehl.errors import InputError
+from ehl.lubricant import DOWSON_HIGGINSON, DensityLaw, Lubricant, Rheology
+from ehl.material import Material, effective_modulus, load_material
+from ehl.oil import Oil, Temperature
+from ehl.units import Quantity
+from ehl.validation import InputModel, read_toml, validate
+
+Radius = Annotated[float, Quantity("m", ge=1e-4, le=10.0)]
+Modulus = Annotated[float, Quantity("Pa", ge=1e9, le=2e12)]
+Pressure = Annotated[float, Quantity("Pa", ge=5e7, le=8e9)]
+LoadPerLength = Annotated[float, Quantity("N/m", ge=1.0, le=1e9)]
+Speed = Annotated[
+    float,
+    Quantity("m/s", ge=1e-4, le=200.0, hint="Point x the way the lubricant is drawn in, and give SR its sign."),
+]
+SlideToRoll = Annotated[float, Quantity("", ge=-200.0, le=200.0)]
+SlidingSpeed = Annotated[float, Quantity("m/s", ge=-500.0, le=500.0)]
+Viscosity = Annotated[float, Quantity("Pa*s", ge=1e-4, le=100.0)]
+PressureViscosity = Annotated[float, Quantity("1/Pa", ge=1e-10, le=5e-8)]
+Stress = Annotated[float, Quantity("Pa", ge=1e5, le=1e9)]
+Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
+Length = Annotated[float, Quantity("m", ge=1e-6, le=1e-2)]
+
+
+class ContactInput(InputModel):
+    """Geometry, load and motion. Load: exactly one of `pressure_hertz` and `load_per_length`."""
+
+    radius_equivalent: Radius
+    effective_modulus: Modulus | None = None
+    pressure_hertz: Pressure | None = None
+    load_per_length: LoadPerLength | None = None
+    speed_entrainment: Speed
+    slide_to_roll: SlideToRoll = 0.0
+    speed_sliding_lengthwise: SlidingSpeed = 0.0
+
+    @model_validator(mode="after")
+    def _one_load(self) -> Self:
+        if (self.pressure_hertz is None) == (self.load_per_length is None):
+            both = "neither" if self.pressure_hertz is None else "both"
+            raise InputError("pressure_hertz", both, "exactly one of pressure_hertz and load_per_length")
+        return self
+
+
+class DirectLubricant(InputModel):
+    """A lubricant given by its numbers at the inlet temperature."""
+
+    viscosity_inlet: Viscosity
+    pressure_viscosity: PressureViscosity
+    viscosity_law: Literal["roelands", "barus"] = "roelands"
+    density_law: DensityLaw = "dowson_higginson"
+    density_coefficients: tuple[float, float] = DOWSON_HIGGINSON
+    rheology: Rheology = "eyring"
+    eyring_stress: Stress = 5e6
+    limiting_shear_coefficient: Annotated[float, Quantity("", gt=0.0, le=1.0)] | None = None
+    temperature_oil: Temperature = 353.15
+    temperature_viscosity: Annotated[float, Quantity("1/K", ge=0.0, le=0.2)] = 0.03
+    density: Annotated[float, Quantity("kg/m^3", ge=500.0, le=2000.0)] = 850.0
+    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] = 0.14
+    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
+
+    def lubricant(self) -> Lubricant:
+        """The numbers the solvers take."""
+        limit = self.limiting_shear_coefficient
+        return Lubricant(
+            viscosity_inlet=self.viscosity_inlet,
+            pressure_viscosity=self.pressure_viscosity,
+            viscosity_law=self.viscosity_law,
+            density_law=self.density_law,
+            density_coefficients=self.density_coefficients,
+            rheology=self.rheology,
+            eyring_stress=self.eyring_stress,
+            limiting_shear_coefficient=math.inf if limit is None else limit,
+            temperature=self.temperature_oil,
+            temperature_viscosity=self.temperature_viscosity,
+            density=self.density,
+            thermal_conductivity=self.thermal_conductivity,
+            heat_capacity=self.heat_capacity,
+        )
+
+
+class OilLubricant(InputModel):
+    """An oil card at a temperature; the shear law may be overridden."""
+
+    oil: str
+    temperature_oil: Temperature
+    rheology: Rheology = "eyring"
+    eyring_stress: Stress | None = None
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        Oil.load(self.oil)
+        return self
+
+    def lubricant(self) -> Lubricant:
+        """The numbers the solvers take."""
+        from dataclasses import replace
+
+        lubricant = replace(Oil.load(self.oil).at(self.temperature_oil), rheology=self.rheology)
+        return lubricant if self.eyring_stress is None else replace(lubricant, eyring_stress=self.eyring_stress)
+
+
+def _lubricant_kind(value: Any) -> str:
+    keys = value if isinstance(value, dict) else getattr(value, "model_fields_set", ())
+    return "card" if "oil" in keys else "direct"
+
+
+LubricantInput = Annotated[
+    Annotated[OilLubricant, Tag("card")] | Annotated[DirectLubricant, Tag("direct")],
+    Discriminator(_lubricant_kind),
+]
+
+
+class SolidInput(InputModel):
+    """One body: a shipped material, or one with some figures of its own."""
+
+    material: str = "steel"
+    youngs_modulus: Modulus | None = None
+    poisson_ratio: Annotated[float, Quantity("", gt=-1.0, lt=0.5)] | None = None
+    E: Modulus | None = None
+    nu: Annotated[float, Quantity("", gt=-1.0, lt=0.5)] | None = None
+    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=2000.0)] | None = None
+    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] | None = None
+    density: Annotated[float, Quantity("kg/m^3", gt=0.0, le=30000.0)] | None = None
+    hardness: Annotated[float, Quantity("Pa", gt=0.0, le=1e11)] | None = None
+    temperature_bulk: Temperature | None = None
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        load_material(self.material)
+        for short, long in (("E", "youngs_modulus"), ("nu", "poisson_ratio")):
+            if getattr(self, short) is not None and getattr(self, long) is not None:
+                raise InputError(short, getattr(self, short), f"only one of {short} and {long}")
+        return self
+
+    def body(self) -> Material:
+        """The material with the figures given here in place of the shipped ones."""
+        given = {
+            "youngs_modulus": self.youngs_modulus if self.E is None else self.E,
+            "poisson_ratio": self.poisson_ratio if self.nu is None else self.nu,
+            "thermal_conductivity": self.thermal_conductivity,
+            "heat_capacity": self.heat_capacity,
+            "density": self.density,
+            "hardness": self.hardness,
+        }
+        changes = {key: value for key, value in given.items() if value is not None}
+        return load_material(self.material).model_copy(update=changes)
+
+
+class SurfaceInput(InputModel):
+    """Roughness of both surfaces and the boundary friction of their asperities."""
+
+    roughness_rms_1: Rms = 0.0
+    roughness_rms_2: Rms = 0.0
+    correlation_length: Length = 30e-6
+    peklenik_number: Annotated[float, Quantity("", ge=1.0 / 3.0, le=1e6)] = 1.0
+    boundary_film: Annotated[float, Quantity("m", ge=5e-9, le=1e-7)] | None = None
+    boundary_friction: Annotated[float, Quantity("", ge=0.0, le=1.0)] = 0.10
+    seed: Annotated[int, Field(ge=0)] = 1
+
+    @property
+    def roughness_rms(self) -> float:
+        """Composite Rq [m]."""
+        return math.hypot(self.roughness_rms_1, self.roughness_rms_2)
+
+
+Thermal = Literal["off", "auto", "on"]
+Accuracy = Literal["fast", "standard", "reference"]
+
+
+class ModelInput(InputModel):
+    """Which physics, and how accurately."""
+
+    thermal: Thermal = "auto"
+    accuracy: Accuracy = "standard"
+    roughness: Literal["load_sharing"] = "load_sharing"
+    load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"
+
+
+class Case(InputModel):
+    """One contact: the content of the file `mixed-ehl solve` reads."""
+
+    contact: ContactInput
+    lubricant: LubricantInput
+    solid_1: SolidInput = SolidInput()
+    solid_2: SolidInput = SolidInput()
+    surface: SurfaceInput = SurfaceInput()
+    model: ModelInput = ModelInput()
+
+    @model_validator(mode="after")
+    def _one_modulus(self) -> Self:
+        elastic = {"E", "nu", "youngs_modulus", "poisson_ratio", "material"}
+        given = (self.solid_1.model_fields_set | self.solid_2.model_fields_set) & elastic
+        if self.contact.effective_modulus is not None and given:
+            raise InputError(
+                "contact.effective_modulus",
+                self.contact.effective_modulus,
+                "either effective_modulus or the elastic figures of [solid_1] and [solid_2]",
+            )
+        return self
+
+    @property
+    def modulus(self) -> float:
+        """Effective modulus E' [Pa], as given or from the two bodies."""
+        given = self.contact.effective_modulus
+        return effective_modulus(self.solid_1.body(), self.solid_2.body()) if given is None else given
+
+    def line_contact(self) -> LineContact:
+        """The contact the solvers take."""
+        c = self.contact
+        motion = {
+            "speed_entrainment": c.speed_entrainment,
+            "slide_to_roll": c.slide_to_roll,
+            "speed_sliding_lengthwise": c.speed_sliding_lengthwise,
+        }
+        if c.pressure_hertz is not None:
+            return LineContact.from_pressure(
+                radius_equivalent=c.radius_equivalent,
+                effective_modulus=self.modulus,
+                pressure_hertz=c.pressure_hertz,
+                **motion,
+            )
+        assert c.load_per_length is not None
+        return LineContact(c.radius_equivalent, self.modulus, c.load_per_length, **motion)
+
+    def bulk_temperatures(self) -> tuple[float, float]:
+        """Bulk temperatures of both bodies [K]; the oil's where none is given."""
+        oil = self.lubricant.temperature_oil
+        return (self.solid_1.temperature_bulk or oil, self.solid_2.temperature_bulk or oil)
+
+
+def load_case(path: str | Path) -> Case:
+    """Read and check the input file of one contact.
+
+    Raises
+    ------
+    InputError
+        Naming field, value and allowed range.
+    """
+    return validate(Case, read_toml(path))
