@@ -1,0 +1,38 @@
+"""Commands of one contact: `solve`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def solve(
+    case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Input file of one contact.")],
+    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure of pressure and film (PNG, SVG, PDF).")] = None,
+) -> None:
+    """Solve one lubricated contact."""
+    from ehl.inputs import load_case
+    from ehl.report import print_json, result_table
+    from ehl.solve import solve_case
+
+    case = load_case(case_file)
+    result = solve_case(case)
+    if plot is not None and result.status == "converged":
+        from ehl.plots import plot_contact, save_figure
+
+        save_figure(plot_contact(case, result), plot)
+    if json_output:
+        print_json(result.to_dict())
+    else:
+        result_table(case, result)
+    if result.status != "converged":
+        typer.echo(f"not converged: {result.reason}", err=True)
+        raise typer.Exit(1)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this package to the application."""
+    app.command()(solve)
