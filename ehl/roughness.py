@@ -82,7 +82,7 @@ class RoughProfile:
         z = np.asarray(heights, dtype=float) - np.mean(heights)
         z.setflags(write=False)
         rms, skewness, kurtosis = moments(z)
-        lc = correlation_length(z, spacing, periodic=periodic)
+        lc = measured_correlation_length(z, spacing, periodic=periodic)
         return cls(
             z,
             float(spacing),
@@ -107,7 +107,7 @@ class RoughProfile:
     @property
     def x(self) -> FloatArray:
         """Positions of the samples [m]."""
-        return self.spacing * np.arange(len(self.heights))
+        return np.asarray(self.spacing * np.arange(len(self.heights)), dtype=float)
 
     def scaled(self, rms: float) -> RoughProfile:
         """The same shape with another Rq [m]."""
@@ -173,8 +173,8 @@ def autocorrelation(heights: FloatArray, *, periodic: bool = True) -> FloatArray
     return np.asarray(raw / raw[0]) if raw[0] > 0.0 else np.ones_like(raw)
 
 
-def correlation_length(heights: FloatArray, spacing: float, *, periodic: bool = True) -> float:
-    """Lag at which the autocorrelation first falls to 1/e [m], linearly interpolated in -ln(ACF)^(1/2); nan if never."""
+def measured_correlation_length(heights: FloatArray, spacing: float, *, periodic: bool = True) -> float:
+    """Lag at which the autocorrelation first falls to 1/e [m]; nan if it never does."""
     acf = autocorrelation(heights, periodic=periodic)
     below = np.flatnonzero(acf < math.exp(-1.0))
     if not len(below):
@@ -252,23 +252,23 @@ def generate_profile(
     _check_spacing(spacing, shortest)
     count = _count(length, spacing)
     modes = _modes(seed, correlation_length, length, shortest)
-    gaussian = skewness == 0.0 and kurtosis == 3.0
-    heights = _synthesis(modes, count)
-    if not gaussian:
+    # statistics, level and scale come from one fine sampling: they must not depend on the spacing asked for
+    fine, heights = _synthesis(modes, 16 * len(modes)), _synthesis(modes, count)
+    if (skewness, kurtosis) != (0.0, 3.0):
         curve = translation(skewness, kurtosis)
-        # level and scale come from a fixed fine sampling, so that they do not depend on the spacing asked for
-        fine = curve(_synthesis(modes, 32 * len(modes)))
-        heights = (curve(heights) - np.mean(fine)) / np.std(fine)
+        fine, heights = curve(fine), curve(heights)
+        heights = (heights - np.mean(fine)) / np.std(fine)
+        fine = (fine - np.mean(fine)) / np.std(fine)
     heights = rms * heights
     heights.setflags(write=False)
-    measured_rms, measured_skewness, measured_kurtosis = moments(heights - np.mean(heights))
+    _, measured_skewness, measured_kurtosis = moments(fine)
     return RoughProfile(
         heights,
         length / count,
-        measured_rms,
+        float(rms),
         measured_skewness,
         measured_kurtosis,
-        _acf_length(modes, length) if gaussian else globals()["correlation_length"](heights, length / count),
+        measured_correlation_length(fine, length / len(fine)),
         shortest,
         peklenik_number=peklenik_number,
         seed=int(seed),
@@ -290,3 +290,78 @@ def _synthesis(modes: NDArray[np.complex128], count: int) -> FloatArray:
     spectrum = np.zeros(count // 2 + 1, dtype=complex)
     spectrum[1 : len(modes) + 1] = modes
     return np.asarray(fft.irfft(spectrum, count) * count)
+
+
+def _count(length: float, spacing: float) -> int:
+    return max(1, round(length / spacing))
+
+
+def _check_spacing(spacing: float, shortest: float) -> None:
+    _require("spacing", spacing, spacing > 0.0, "> 0 m")
+    if spacing > shortest / 2.2:
+        raise InputError(
+            "spacing",
+            spacing,
+            f"at most {shortest / 2.2:.4g} m for a profile with wavelengths down to {shortest:.4g} m",
+            "Use a finer mesh, or a longer cut-off with the removed part counted in the boundary film.",
+        )
+
+
+def _require(field: str, value: object, holds: bool, allowed: str) -> None:
+    if not holds:
+        raise InputError(field, value, allowed)
+
+
+@dataclass(frozen=True)
+class BoundaryFilm:
+    """Gap h_boundary at which solids count as touching, and whether usual meshes resolve it.
+
+    Parameters
+    ----------
+    thickness : float
+        h_boundary [m].
+    bounded : bool
+        Whether the rule left 5..100 nm and was cut off there.
+    unresolved : bool
+        Whether it lies below 10 nm, where friction still moves with the mesh at 1024 nodes.
+    """
+
+    thickness: float
+    bounded: bool
+    unresolved: bool
+
+
+def boundary_film(
+    rms: float,
+    rms_below_cutoff: float | None = None,
+    *,
+    adsorbed: float = 2e-9,
+    factor: float = 2.5,
+    share_unknown: float = 0.05,
+) -> BoundaryFilm:
+    """Default boundary film: adsorbed or reaction film plus 2.5 times the RMS of the roughness the profiles leave out.
+
+    Ours, an estimate: friction between film ratios of about 0.5 and 0.01 depends on it by a factor of 2 to 3, so it
+    should be calibrated on one measured Stribeck curve.
+
+    Parameters
+    ----------
+    rms : float
+        Composite Rq of both profiles [m].
+    rms_below_cutoff : float, optional
+        sigma_sub, composite [m]; where None or nan, ``share_unknown * rms``.
+    adsorbed : float
+        Thickness of the adsorbed or reaction film [m].
+    factor : float
+        Multiple of sigma_sub [-].
+    share_unknown : float
+        sigma_sub over Rq where no spectrum is known [-].
+    """
+    _require("rms", rms, rms >= 0.0, ">= 0 m")
+    _require("adsorbed", adsorbed, adsorbed >= 0.0, ">= 0 m")
+    known = rms_below_cutoff is not None and not math.isnan(rms_below_cutoff)
+    sigma = float(rms_below_cutoff) if known and rms_below_cutoff is not None else share_unknown * rms
+    _require("rms_below_cutoff", sigma, sigma >= 0.0, ">= 0 m")
+    rule = adsorbed + factor * sigma
+    thickness = min(max(rule, 5e-9), 100e-9)
+    return BoundaryFilm(thickness, thickness != rule, thickness < 10e-9)
