@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -23,6 +24,8 @@ def _registry() -> Any:
     registry.define("rpm = revolution / minute")
     return registry
 
+
+_NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*)")
 
 # what a user may type for each SI unit, shown in error messages
 _EXAMPLES = {
@@ -98,18 +101,12 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
 
     registry = _registry()
     cleaned = text.strip().replace("°C", "degC").replace("µ", "u").replace("μ", "u")
-    number, _, rest = cleaned.partition(" ")
+    match = _NUMBER_AND_UNIT.fullmatch(cleaned)
     try:
-        magnitude = float(number)
-        unit_text = rest
-    except ValueError:  # "10mm": let pint split it
-        magnitude, unit_text = math.nan, ""
-    try:
-        if unit_text:
-            # Quantity(value, unit) and not a product: offset units (degC) are not multiplicative
-            quantity = registry.Quantity(magnitude, registry.Unit(unit_text))
-        else:
-            quantity = registry.Quantity(cleaned)
+        if match is None:
+            raise ValueError(text)
+        # Quantity(value, unit) and not a product: offset units (degC) are not multiplicative
+        quantity = registry.Quantity(float(match[1]), registry.Unit(match[2]))
         return float(quantity.to(registry.Unit(unit) if unit else registry.dimensionless).magnitude), True
     except pint.DimensionalityError:
         raise InputError(field, text, _expectation(unit), "The unit is of another dimension.") from None
