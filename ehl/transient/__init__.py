@@ -1,0 +1,1 @@
+"""Transient rough mixed EHL of a line contact."""

@@ -1,0 +1,182 @@
+"""What the kernels pass around: constants of a run, and groups of node arrays.
+
+All tuples are plain NamedTuples: compiled code reads them by name and they cost nothing at run time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Fluid(NamedTuple):
+    """The lubricant in scaled variables (pressure in p_h, film in the film unit)."""
+
+    law: int  # 0 barus, 1 roelands, 2 modulus
+    c0: float  # constants of ln(eta/eta0), for the scaled pressure
+    c1: float
+    c2: float
+    density_rise: float  # rho/rho0 = 1 + rise p/(1 + bend p)
+    density_bend: float
+    eyring: bool
+    sliding: float  # eta0 u_s/(tau0 h_unit), or eta0 u_s/(p_h h_unit) for a Newtonian oil
+    along: float  # cos^2 of the angle between sliding and x
+    flux: float  # dt p_h h_unit^2/(12 eta0 dx^2)
+    flux_lateral: float  # dt p_h h_unit^2 k_y/(12 eta0 (gamma lc)^2); 0 = sealed
+    stress: float  # tau0/p_h (1 for a Newtonian oil)
+    limit: float  # Lambda of tau <= Lambda p
+    temperature: float  # inlet [K]
+    slope: float  # Roelands: exponent s0; else beta [1/K]
+
+
+class Contact(NamedTuple):
+    """Solids, load and mesh limits."""
+
+    boundary: float  # h_boundary in film units
+    cap: float  # hardness/p_h
+    load: float  # sum of the nodal pressures
+    friction: float  # boundary friction coefficient
+    outlet: int  # first node at which the fluid pressure is zero by rule
+    middle_first: int  # nodes of the mean film
+    middle_last: int
+    tolerance: float  # of mass and gap, film units
+
+
+class Elastic(NamedTuple):
+    """Sums of exponentials of the line kernel, in film units per p_h."""
+
+    weights: np.ndarray
+    ratios: np.ndarray
+    weights_newton: np.ndarray  # the shorter sum of the Newton matrix, same constant
+    ratios_newton: np.ndarray
+
+
+class Surfaces(NamedTuple):
+    """Rough profiles sampled twice per node spacing, and their motion."""
+
+    parabola: np.ndarray  # rigid smooth gap at the nodes, film units
+    x: np.ndarray  # nodes, half-widths
+    profile_1: np.ndarray  # heights, film units
+    profile_2: np.ndarray
+    shift_1: float  # samples per time step
+    shift_2: float
+    front: float  # where the roughness starts at time zero, half-widths
+    front_width: float
+    spacing: float  # of the nodes, half-widths
+
+
+class Heat(NamedTuple):
+    """Conduction into the surfaces and across the film, SI."""
+
+    on: bool
+    speed: float  # sliding speed [m/s]
+    pressure_unit: float  # [Pa]
+    film_unit: float  # [m]
+    conductivity: float  # of the film at ambient pressure [W/(m K)]
+    conductivity_rise: float  # per p_h
+    weights: np.ndarray  # (2, modes) of the inverse-root kernel, K m2/W
+    ratios: np.ndarray  # (modes,)
+    nodes_per_step_1: float
+    nodes_per_step_2: float
+
+
+class Drainage(NamedTuple):
+    """Update rule of the macroscopic pressure."""
+
+    on: bool
+    window: int  # steps averaged for one update
+    relaxation: float
+    storage: float  # compliance of the diagonal
+    flow_factor: float  # multiplies exp<ln f>
+    memory: float  # smallest weight of a window in the long averages
+    frozen: bool  # keep P as it is
+
+
+class Model(NamedTuple):
+    """Everything that stays constant during a run."""
+
+    fluid: Fluid
+    contact: Contact
+    elastic: Elastic
+    surfaces: Surfaces
+    heat: Heat
+    drainage: Drainage
+
+
+class State(NamedTuple):
+    """What one time step hands to the next."""
+
+    fluid_pressure: np.ndarray
+    contact_pressure: np.ndarray
+    fluid_pressure_old: np.ndarray
+    contact_pressure_old: np.ndarray
+    mean_pressure: np.ndarray  # slow average, static part of the predictor
+    film: np.ndarray
+    mass: np.ndarray  # rho h, or the carried mass where the gap is not full
+    mass_old: np.ndarray
+    temperature: np.ndarray  # film mid-layer [K]
+    surface_temperature: np.ndarray  # (2, n) rise [K]
+    flux_into: np.ndarray  # (2, n) heat flux into the surfaces [W/m2]
+    memory: np.ndarray  # (2, n + 3, modes) thermal memory on surface-fixed grids
+    memory_base: np.ndarray  # (2,) ring-buffer start
+    memory_offset: np.ndarray  # (2,) grid position between nodes
+    shear: np.ndarray  # film shear stress, p_h
+    scalars: np.ndarray  # see the indices below
+
+
+LEVEL, LEVEL_OLD, TRAVEL, AGE = range(4)  # of State.scalars: rigid gap, its last value, time steps so far, steps since start
+
+
+class Macroscopic(NamedTuple):
+    """Macroscopic pressure and the averages that drive it."""
+
+    pressure: np.ndarray
+    typical: np.ndarray  # lateral fluidity of the typical gap, exp<ln f_y>
+    sum_exchange: np.ndarray  # over the current window
+    sum_conductance: np.ndarray
+    sum_log_flux: np.ndarray
+    sum_log_lateral: np.ndarray
+    conductance: np.ndarray  # long averages
+    log_flux: np.ndarray
+    counts: np.ndarray  # steps in the window, updates so far
+    total_exchange: np.ndarray  # over the whole run, for the net exchange
+    matrix: np.ndarray  # (4, n) scratch
+
+
+class Step(NamedTuple):
+    """The problem of one time step: what is known before pressure is."""
+
+    gap: np.ndarray  # rigid gap with roughness, without approach
+    foot: np.ndarray  # mass at the foot of the characteristic
+    weight: np.ndarray  # 2/3 where BDF2 holds, 1 where backward Euler does
+    thermal: np.ndarray  # temperature factor of the viscosity
+
+
+class Work(NamedTuple):
+    """Scratch of the Newton iteration."""
+
+    kind: np.ndarray
+    total: np.ndarray
+    response: np.ndarray
+    mode_state: np.ndarray
+    residual: np.ndarray  # (2, n): mass, gap
+    source: np.ndarray  # net flow into the node
+    fluidity: np.ndarray  # at the right half node
+    lateral: np.ndarray  # own lateral fluidity
+    exchange: np.ndarray  # conductance to the macroscopic pressure
+    band: np.ndarray
+    unit: np.ndarray
+    solution: np.ndarray
+    block: np.ndarray
+
+
+class Saved(NamedTuple):
+    """Copies a fallback returns to."""
+
+    predicted_fluid: np.ndarray
+    predicted_contact: np.ndarray
+    last_fluid: np.ndarray
+    last_contact: np.ndarray
+    last_step: Step
+    target_step: Step
