@@ -1,6 +1,6 @@
 """One lubricated contact, from its inputs to its friction coefficient.
 
-    smooth film  ->  heat (where it matters)  ->  roughness (where there is any)  ->  friction with its error
+smooth film  ->  heat (where it matters)  ->  roughness (where there is any)  ->  friction with its error
 """
 
 from __future__ import annotations
