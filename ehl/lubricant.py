@@ -230,6 +230,27 @@ class Lubricant:
             thermal = -self.temperature_viscosity * (temperature - self.temperature)
         return np.asarray(base + thermal + pressure / (a1 + a2 * celsius + (b1 + b2 * celsius) * pressure))
 
+    def dlog_viscosity_dtemperature(self, pressure: Array, temperature: Array) -> Array:
+        """d ln eta/dT [1/K] at (p, T), elementwise; the derivative of `log_viscosity`."""
+        if self.viscosity_law == "roelands":
+            scale, reference, exponent = self.law_constants
+            span = self.temperature - ROELANDS_TEMPERATURE
+            slope = self.temperature_viscosity * span / scale
+            above = np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0)
+            level = (1.0 + pressure / reference) ** exponent * (above / span) ** -slope
+            return np.asarray(-scale * slope * level / above)
+        if self.viscosity_law == "barus":
+            return np.full(np.broadcast(pressure, temperature).shape, -self.temperature_viscosity)
+        a1, a2, b1, b2 = self.modulus_constants
+        celsius = temperature - KELVIN
+        if self.temperature_constants:
+            b, c = self.temperature_constants
+            thermal = -b / (celsius + c) ** 2
+        else:
+            thermal = np.full_like(celsius, -self.temperature_viscosity)
+        modulus = a1 + a2 * celsius + (b1 + b2 * celsius) * pressure
+        return np.asarray(thermal - pressure * (a2 + b2 * pressure) / modulus**2)
+
     @property
     def density_constants(self) -> tuple[float, float]:
         """(a, b) of rho/rho0 = 1 + a p/(1 + b p) [1/Pa]; zeros when incompressible."""
