@@ -1,0 +1,121 @@
+"""Numbers of one converged level: films, pressures, friction (dimensionless)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.steady.newton import Level
+
+Array = NDArray[np.float64]
+
+# Largest exponent of a shear stress ratio that is evaluated as it stands.
+LOG_STRESS_CAP = 600.0
+
+
+@dataclass(frozen=True)
+class ShearLaw:
+    """Film shear in units of p_h: min(stress asinh(rate e^lnη/H), limit P); Newtonian where ``eyring`` is False."""
+
+    eyring: bool
+    stress: float  # tau0/p_h (Eyring) or 1
+    rate: float  # eta0 |v_s| R/(tau0 b^2), with tau0 = p_h for a Newtonian fluid
+    limit: float
+
+    def unlimited(self, log_eta: Array, film: Array) -> Array:
+        """Shear stress without the limit, at the nodes."""
+        if self.rate == 0.0:
+            return np.zeros(film.size)
+        log_ratio = math.log(self.rate) + log_eta - np.log(film)
+        if not self.eyring:
+            return np.asarray(self.stress * np.exp(np.minimum(log_ratio, LOG_STRESS_CAP)))
+        small = np.arcsinh(np.exp(np.minimum(log_ratio, 21.0)))
+        return np.asarray(self.stress * np.where(log_ratio > 20.0, log_ratio + math.log(2.0), small))
+
+    def stress_at(self, log_eta: Array, film: Array, pressure: Array) -> Array:
+        """Shear stress at the nodes."""
+        free = self.unlimited(log_eta, film)
+        return free if math.isinf(self.limit) else np.minimum(free, self.limit * np.maximum(pressure, 0.0))
+
+    def friction(self, level: Level) -> float:
+        """mu = (2/pi) integral of the shear stress from the first to the last node."""
+        pressure, step = np.maximum(level.unknowns.pressure, 0.0), np.diff(level.x)
+        free = self.unlimited(level.log_eta, level.film)
+        total = float(step @ (free[1:] + free[:-1])) / 2.0
+        if not math.isinf(self.limit):
+            # min of two piecewise linear functions, exactly: take off the positive part of their difference.
+            excess = free - self.limit * pressure
+            positive = np.maximum(excess, 0.0)
+            left, right = positive[:-1], positive[1:]
+            span = np.abs(excess[1:] - excess[:-1])
+            crossing = (excess[:-1] > 0.0) != (excess[1:] > 0.0)
+            part = np.where(crossing, (left + right) ** 2 / np.where(span > 0.0, span, 1.0), left + right)
+            total -= float(step @ part) / 2.0
+        return 2.0 / math.pi * total
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Outputs of one level, dimensionless; also the record of their errors."""
+
+    film_central: float
+    film_min: float
+    friction: float
+    pressure_max: float
+    flow: float
+    exit: float
+    rolling: float
+
+    def as_array(self) -> Array:
+        """The same as an array."""
+        values = (self.film_central, self.film_min, self.friction, self.pressure_max, self.flow, self.exit)
+        return np.array([*values, self.rolling])
+
+
+def numbers_of(level: Level, shear: ShearLaw) -> Numbers:
+    """Outputs of a level."""
+    pressure = level.unknowns.pressure
+    rolling = float((level.film[1:] + level.film[:-1]) @ np.diff(pressure)) / (2.0 * math.pi)
+    return Numbers(
+        _interpolate(level.x, level.film, 0.0),
+        -_peak(-level.film),
+        shear.friction(level),
+        _peak(pressure),
+        float(level.unknowns.flow),
+        float(level.x[-1]),
+        rolling,
+    )
+
+
+def _interpolate(x: Array, y: Array, at: float) -> float:
+    """Six-point Lagrange value: between the nodes no lower order may show."""
+    k = int(np.clip(np.searchsorted(x, at) - 3, 0, x.size - 6))
+    nodes, values = x[k : k + 6], y[k : k + 6]
+    total = 0.0
+    for i in range(6):
+        others = np.delete(nodes, i)
+        total += values[i] * float(np.prod((at - others) / (nodes[i] - others)))
+    return float(total)
+
+
+def _peak(y: Array) -> float:
+    """Maximum of the quartic through the five nodes around the largest value (mesh index as coordinate)."""
+    k = int(np.argmax(y))
+    if k < 2 or k > y.size - 3:
+        return float(y[k])
+    a, b, c, d, e = (float(v) for v in y[k - 2 : k + 3])
+    first = (a - 8.0 * b + 8.0 * d - e) / 12.0
+    second = (-a + 16.0 * b - 30.0 * c + 16.0 * d - e) / 24.0
+    third = (-a + 2.0 * b - 2.0 * d + e) / 12.0
+    fourth = (a - 4.0 * b + 6.0 * c - 4.0 * d + e) / 24.0
+    t = 0.0
+    for _ in range(8):
+        slope = first + t * (2.0 * second + t * (3.0 * third + 4.0 * fourth * t))
+        curvature = 2.0 * second + t * (6.0 * third + 12.0 * fourth * t)
+        if curvature >= 0.0:
+            break
+        t = min(max(t - slope / curvature, -1.0), 1.0)
+    return max(c + t * (first + t * (second + t * (third + fourth * t))), c)
