@@ -1,0 +1,137 @@
+"""How the two members stand to each other: shaft angle, offset, misalignments, and the roll angle of a gear point.
+
+Mesh frame: z along the gear axis, the pinion axis (sin S, 0, cos S) through the foot of the common normal. The gear is
+turned by f2 about z, the pinion by f1 about its axis, f2 = -(N1/N2) f1. Misalignments: E along the offset, P along the
+pinion axis, G along the gear axis, alpha added to the shaft angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def turn(vector: FloatArray, angle: FloatArray | float) -> FloatArray:
+    """Rotate (3, n) vectors about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c])
+
+
+def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Scalar product of (3, n) vectors."""
+    return np.asarray(np.sum(a * b, axis=0))
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Vector product of (3, n) vectors."""
+    return np.cross(a, b, axis=0)
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Position of the members in the mesh frame, misalignments included.
+
+    Attributes
+    ----------
+    teeth_pinion, teeth_gear : int
+        Numbers of teeth.
+    shaft_angle : float
+        Nominal [rad].
+    offset : float
+        y coordinate of the pinion axis [m]; positive is below centre for a left-hand pinion and a right-hand gear.
+    E, P, G, alpha : float
+        Misalignments [m], alpha [rad].
+    """
+
+    teeth_pinion: int
+    teeth_gear: int
+    shaft_angle: float
+    offset: float = 0.0
+    E: float = 0.0
+    P: float = 0.0
+    G: float = 0.0
+    alpha: float = 0.0
+
+    @property
+    def ratio(self) -> float:
+        """Gear rotation over pinion rotation about the axes of the mesh frame, negative."""
+        return -self.teeth_pinion / self.teeth_gear
+
+    @property
+    def pinion_axis(self) -> FloatArray:
+        """Unit vector (3, 1) of the pinion axis, from apex to heel."""
+        angle = self.shaft_angle + self.alpha
+        return np.array([[np.sin(angle)], [0.0], [np.cos(angle)]])
+
+    @property
+    def pinion_origin(self) -> FloatArray:
+        """Origin (3, 1) of the pinion's work frame [m]."""
+        return np.asarray(np.array([[0.0], [self.offset + self.E], [0.0]]) + self.P * self.pinion_axis)
+
+    def _pinion_frame(self) -> FloatArray:
+        axis = self.pinion_axis[:, 0]
+        return np.array([[axis[2], 0.0, axis[0]], [0.0, 1.0, 0.0], [-axis[0], 0.0, axis[2]]])
+
+    def gear_in_mesh(self, point: FloatArray, f2: FloatArray) -> FloatArray:
+        """Gear points (3, n) at gear rotation f2 in the mesh frame [m]."""
+        return turn(point, f2) + np.array([[0.0], [0.0], [self.G]])
+
+    def to_pinion(self, point: FloatArray, normal: FloatArray, f1: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mesh-frame points and vectors in the frame of the pinion turned by f1."""
+        frame = self._pinion_frame().T
+        back = -(np.pi + f1)
+        return turn(frame @ (point - self.pinion_origin), back), turn(frame @ normal, back)
+
+    def pinion_in_mesh(self, point: FloatArray, f1: FloatArray) -> FloatArray:
+        """Pinion points (3, n) at pinion rotation f1 in the mesh frame [m]."""
+        return np.asarray(self._pinion_frame() @ turn(point, np.pi + f1) + self.pinion_origin)
+
+    def levers(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Arms of a unit force along the normal about the pinion and the gear axis [m], mesh frame."""
+        pinion = dot(self.pinion_axis, cross(point - self.pinion_origin, normal))
+        return pinion, point[0] * normal[1] - point[1] * normal[0]
+
+    def sliding(self, point: FloatArray) -> FloatArray:
+        """Velocity of the pinion minus that of the gear at mesh points, pinion at +1 rad/s about its axis [m/s]."""
+        spin = np.array([[0.0], [0.0], [self.ratio]])
+        return cross(self.pinion_axis, point - self.pinion_origin) - cross(spin, point)
+
+    def roll(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gear rotation at which gear points touch the conjugate pinion, and how fast they come into mesh.
+
+        The equation of meshing ``n . (v1 - v2) = 0`` is ``a cos f2 + b sin f2 + c = 0`` with constants of the point,
+        solved in closed form; of its two roots the one nearer to the axial plane of the pinion is taken.
+
+        Parameters
+        ----------
+        point, normal : (3, n) arrays
+            In the gear frame.
+
+        Returns
+        -------
+        f2 : (n,) array
+            Gear rotation [rad]; nan where the point never touches.
+        rate : (n,) array
+            Derivative of ``n . (v1 - v2)`` with pinion rotation, pinion at 1 rad/s [m/s/rad].
+        """
+        axis, origin = self.pinion_axis[:, 0], self.pinion_origin[:, 0]
+        # moment of the normal about the mesh origin: turned with the gear, plus the shift of the gear along z
+        moment = cross(point, normal)
+        shifted = np.cross(axis, np.array([0.0, 0.0, self.G]) - origin)
+        a = axis[0] * moment[0] + axis[1] * moment[1] + shifted[0] * normal[0] + shifted[1] * normal[1]
+        b = axis[1] * moment[0] - axis[0] * moment[1] + shifted[1] * normal[0] - shifted[0] * normal[1]
+        c = axis[2] * moment[2] + shifted[2] * normal[2] - self.ratio * moment[2]
+        size = np.hypot(a, b)
+        with np.errstate(invalid="ignore"):
+            half = np.arccos(-c / size)
+        middle = np.arctan2(b, a)
+        azimuth = np.arctan2(point[1], point[0])
+        roots = np.stack([middle + half, middle - half])
+        distance = np.abs(np.angle(np.exp(1j * (roots + azimuth))))
+        f2 = np.where(distance[0] <= distance[1], roots[0], roots[1])
+        f2 = np.angle(np.exp(1j * (f2 + azimuth))) - azimuth
+        return f2, self.ratio * (b * np.cos(f2) - a * np.sin(f2))

@@ -1,0 +1,116 @@
+"""Ease-off: the real pinion flank measured from the pinion conjugate to the real gear flank.
+
+Every gear flank point touches the conjugate pinion at its own roll angle; the pinion point it touches is the conjugate
+flank. The ease-off is the distance from there to the real pinion flank along the common normal, positive where
+material is missing (relief). A pinion with zero ease-off turns the gear at constant ratio.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency import newton
+from efficiency.assembly import Assembly, turn
+from efficiency.flank import Flank, FlankPoints
+from efficiency.newton import Array
+from ehl.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ConjugatePoints:
+    """Points of the pinion flank conjugate to given gear points, in the frame of the unturned pinion.
+
+    Attributes
+    ----------
+    gear_roll : (n,) array
+        Gear rotation at which the gear point touches it [rad]; the pinion's is ``gear_roll/ratio``.
+    rate : (n,) array
+        Derivative of the normal relative velocity with pinion rotation [m/rad^2], see `Assembly.roll`.
+    position, normal : (3, n) arrays
+        Point [m]; unit normal out of the gear tooth, hence into the pinion tooth's side of the flank.
+    """
+
+    gear_roll: FloatArray
+    rate: FloatArray
+    position: FloatArray
+    normal: FloatArray
+
+
+def conjugate_points(gear: FlankPoints, assembly: Assembly) -> ConjugatePoints:
+    """Generate the pinion by the gear flank at constant ratio.
+
+    Raises
+    ------
+    ConvergenceError
+        Some gear points never satisfy the equation of meshing.
+    """
+    f2, rate = assembly.roll(gear.position, gear.normal)
+    if not np.isfinite(f2).all():
+        raise ConvergenceError("no_mesh", f"{np.isnan(f2).sum()} gear points never touch the conjugate pinion")
+    in_mesh = assembly.gear_in_mesh(gear.position, f2)
+    position, normal = assembly.to_pinion(in_mesh, turn(gear.normal, f2), f2 / assembly.ratio)
+    return ConjugatePoints(f2, rate, position, normal)
+
+
+def pinion_phase(conjugate: ConjugatePoints, pinion: Flank) -> float:
+    """Rotation of the pinion flank about its axis [rad] that brings it to zero ease-off at one conjugate point.
+
+    Parameters
+    ----------
+    conjugate : ConjugatePoints
+        One point (n = 1).
+    pinion : Flank
+        Real pinion flank.
+    """
+    radius, z = np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2]
+    u, h = pinion.blank.coordinates(radius, z)
+    points, ok = pinion.solve(np.real(u), np.real(h))
+    if not ok.all():
+        raise ConvergenceError("flank", "the pinion flank does not reach the design point")
+    there = np.arctan2(conjugate.position[1], conjugate.position[0])
+    here = np.arctan2(points.position[1], points.position[0])
+    return float((there - here)[0])
+
+
+def ease_off(
+    conjugate: ConjugatePoints, pinion: Flank, phase: float
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Ease-off at conjugate points.
+
+    Parameters
+    ----------
+    conjugate : ConjugatePoints
+        n points.
+    pinion : Flank
+        Real pinion flank.
+    phase : float
+        Rotation of the real flank about its axis [rad].
+
+    Returns
+    -------
+    relief : (n,) array
+        Distance along the normal [m], positive where material is missing.
+    parameters : (3, n) array
+        Cutting parameters of the real pinion points.
+    found : (n,) bool array
+        Where the normal meets the real flank; elsewhere the relief is meaningless (undercut).
+    """
+    position = turn(conjugate.position, -phase)
+    normal = turn(conjugate.normal, -phase)
+    u, h = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
+    start, _ = pinion.solve(np.real(u), np.real(h))
+
+    def residual(y: Array) -> Array:
+        point, _, meshing = pinion.sweep(y[:3])
+        return np.concatenate([point - position - y[3] * normal, meshing[None]])
+
+    size = pinion.blank.mean_cone_distance
+    limit = np.array([0.05 * size, 0.1, 0.1, 0.02 * size])
+    tolerance = 1e-10 * np.array([size, 1.0, 1.0, 0.01 * size])
+    x, found = newton.solve(residual, np.concatenate([start.parameters, np.zeros((1, u.size))]), limit, tolerance)
+    return x[3], x[:3], found

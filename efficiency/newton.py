@@ -1,0 +1,86 @@
+"""Newton's method on many small systems at once, Jacobians by complex step (exact to round-off)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Array = NDArray[np.floating] | NDArray[np.complexfloating]
+
+_STEP = 1e-30
+
+
+def complex_jacobian(function: Callable[[Array], Array], x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Value and Jacobian of a holomorphic function at many points.
+
+    Parameters
+    ----------
+    function : callable
+        Maps (m, n) to (k, n): n independent points, m unknowns each.
+    x : (m, n) array
+        Points.
+
+    Returns
+    -------
+    value : (k, n) array
+    jacobian : (n, k, m) array
+    """
+    columns = []
+    value: FloatArray | None = None
+    for i in range(x.shape[0]):
+        shifted = x.astype(np.complex128)
+        shifted[i] += 1j * _STEP
+        moved = function(shifted)
+        columns.append(np.asarray(moved.imag / _STEP, dtype=np.float64))
+        if value is None:
+            value = np.asarray(moved.real, dtype=np.float64)
+    assert value is not None
+    return value, np.moveaxis(np.stack(columns, axis=-1), 0, 1)
+
+
+def solve(
+    function: Callable[[Array], Array],
+    start: FloatArray,
+    step_limit: FloatArray,
+    tolerance: FloatArray,
+    max_iterations: int = 30,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Solve ``function(x) = 0`` at n points together.
+
+    Parameters
+    ----------
+    function : callable
+        Maps (m, n) to (m, n), holomorphic.
+    start : (m, n) array
+        Starting points.
+    step_limit : (m,) array
+        Largest step of each unknown in one iteration.
+    tolerance : (m,) array
+        A point is done when its last step was below this in every unknown.
+    max_iterations : int
+        After that a point counts as not converged.
+
+    Returns
+    -------
+    x : (m, n) array
+    converged : (n,) bool array
+    """
+    x = np.array(start, dtype=np.float64)
+    done = np.zeros(x.shape[1], dtype=bool)
+    for _ in range(max_iterations):
+        value, jacobian = complex_jacobian(function, x)
+        # A singular point gets no step and stays marked as not converged.
+        scale = np.abs(np.linalg.det(jacobian / np.abs(jacobian).max(axis=2, keepdims=True).clip(1e-300)))
+        regular = np.isfinite(value).all(axis=0) & (scale > 1e-13)
+        step = np.zeros_like(x)
+        if regular.any():
+            step[:, regular] = np.linalg.solve(jacobian[regular], value[:, regular].T[..., None])[..., 0].T
+        shrink = np.minimum(1.0, (step_limit[:, None] / np.abs(step).clip(1e-300)).min(axis=0))
+        x -= shrink * step
+        done = regular & (np.abs(step) <= tolerance[:, None]).all(axis=0)
+        if done.all():
+            break
+    return x, done
