@@ -35,7 +35,7 @@ def plot_contact(case: Case, result: ContactResult) -> Figure:
     film_axes.plot(x, result.film.film * 1e9, color=ORANGE, label="film thickness")
     film_axes.set(ylabel="film thickness [nm]", ylim=(0.0, 4.0 * result.film_central * 1e9))
     lines = [*axes.get_lines(), *film_axes.get_lines()]
-    axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper left", frameon=False)
+    axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
     axes.set_title(
         f"mu = {result.friction_coefficient:.4f}, h_c = {result.film_central * 1e9:.1f} nm, "
         f"h_min = {result.film_min * 1e9:.1f} nm"
