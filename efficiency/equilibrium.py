@@ -1,0 +1,203 @@
+"""Contact of elastic bodies with given gaps: compatibility and equilibrium with forces that only push.
+
+Find forces F >= 0 and the approach angle with, for ``g = C F + d(F) + gap - lever angle``,
+
+    g >= 0,  F g = 0  at every point,   sum(lever F) = torque,
+
+C a symmetric positive semidefinite compliance and d(F) the local compliance of each point, concave and
+rising. The solution is unique. Newton's method on d; each linear complementarity problem by a primal-dual
+active set, and by a one-change-at-a-time active set, which always ends, should the first one cycle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Local = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Deflection [m] and its derivative [m/N] at each point from the (positive) force at it [N]."""
+
+Reason = Literal["", "newton_limit", "active_set_limit"]
+TOLERANCE = 1e-11
+NEWTON_LIMIT = 60
+_FLOOR = 1e-13
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Solution of the contact problem.
+
+    Attributes
+    ----------
+    force : (n,) array
+        Normal force at each point [N].
+    angle : float
+        Approach angle about the axis of the levers [rad].
+    residual : float
+        Greatest violation of compatibility (penetration, or gap under load) over the greatest approach [-].
+    torque_residual : float
+        |sum(lever force) - torque|/torque [-].
+    iterations, exchanges : int
+        Newton steps, and linear systems solved for the active sets.
+    fallbacks : int
+        Newton steps in which the primal-dual active set cycled and the slower one was used.
+    status : {"converged", "failed"}
+    reason : str
+        Empty, or why it failed.
+    """
+
+    force: FloatArray
+    angle: float
+    residual: float
+    torque_residual: float
+    iterations: int
+    exchanges: int
+    fallbacks: int
+    status: Literal["converged", "failed"]
+    reason: Reason
+
+
+def solve_equilibrium(
+    compliance: FloatArray,
+    local: Local,
+    gap: FloatArray,
+    lever: FloatArray,
+    torque: float,
+) -> Equilibrium:
+    """Forces and approach of one mesh position.
+
+    Parameters
+    ----------
+    compliance : (n, n) array
+        C [m/N].
+    local : callable
+        Local deflection and its derivative from the forces.
+    gap, lever : (n,) arrays
+        Unloaded separation, at least 0 [m], and arm of each normal force [m], positive.
+    torque : float
+        Torque to be carried [N m], positive.
+
+    Returns
+    -------
+    Equilibrium
+        Never raises for non-convergence: see ``status``.
+    """
+    typical = torque / float(lever.sum())
+    force = np.full(gap.size, typical)
+    floor = _FLOOR * typical
+    active: BoolArray = np.ones(gap.size, bool)
+    exchanges = fallbacks = 0
+    residual, angle = np.inf, 0.0
+    reason: Reason = "newton_limit"
+    iterations = 0
+    for _ in range(NEWTON_LIMIT):
+        iterations += 1
+        point = np.maximum(force, floor)
+        deflection, slope = local(point)
+        matrix = compliance + np.diag(slope)
+        offset = gap + deflection - slope * point
+        solution = _primal_dual(matrix, offset, lever, torque, active)
+        if solution is None:
+            fallbacks += 1
+            solution = _one_by_one(matrix, offset, lever, torque)
+        if solution is None:
+            reason = "active_set_limit"
+            break
+        force, angle, active, count = solution
+        exchanges += count
+        residual = _violation(compliance, local, gap, lever, force, angle, floor)
+        if residual < TOLERANCE:
+            reason = ""
+            break
+    return Equilibrium(
+        force=force,
+        angle=angle,
+        residual=residual,
+        torque_residual=abs(float(lever @ force) / torque - 1.0),
+        iterations=iterations,
+        exchanges=exchanges,
+        fallbacks=fallbacks,
+        status="failed" if reason else "converged",
+        reason=reason,
+    )
+
+
+def _violation(
+    compliance: FloatArray,
+    local: Local,
+    gap: FloatArray,
+    lever: FloatArray,
+    force: FloatArray,
+    angle: float,
+    floor: float,
+) -> float:
+    loaded = force > 0.0
+    deflection = np.where(loaded, local(np.maximum(force, floor))[0], 0.0)
+    separation = compliance @ force + deflection + gap - lever * angle
+    wrong = np.where(loaded, np.abs(separation), np.maximum(-separation, 0.0))
+    return float(wrong.max() / (angle * lever.max()))
+
+
+_Solution = tuple[FloatArray, float, BoolArray, int]
+
+
+def _linear(
+    matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
+) -> tuple[FloatArray, float]:
+    """Forces on the active points (zero elsewhere) and the angle, all of them in contact."""
+    sides = np.column_stack([lever[active], offset[active]])
+    inverse = np.linalg.solve(matrix[np.ix_(active, active)], sides)
+    angle = (torque + float(lever[active] @ inverse[:, 1])) / float(lever[active] @ inverse[:, 0])
+    force = np.zeros_like(offset)
+    force[active] = angle * inverse[:, 0] - inverse[:, 1]
+    return force, angle
+
+
+def _primal_dual(
+    matrix: FloatArray,
+    offset: FloatArray,
+    lever: FloatArray,
+    torque: float,
+    active: BoolArray,
+    limit: int = 40,
+) -> _Solution | None:
+    """All points that pull leave and all that penetrate enter at once; None if it does not settle."""
+    for count in range(1, limit + 1):
+        force, angle = _linear(matrix, offset, lever, torque, active)
+        entering = ~active & (matrix @ force + offset - lever * angle < 0.0)
+        following = (active & (force > 0.0)) | entering
+        if not following.any():
+            return None
+        if np.array_equal(following, active):
+            return force, angle, active, count
+        active = following
+    return None
+
+
+def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float) -> _Solution | None:
+    """Primal active set from a feasible point: the energy falls with each change, so no set comes twice."""
+    active = np.ones(offset.size, bool)
+    force = np.full(offset.size, torque / float(lever.sum()))
+    for count in range(1, 20 * offset.size + 1):
+        target, angle = _linear(matrix, offset, lever, torque, active)
+        pulling = active & (target <= 0.0)
+        if pulling.any():
+            share = np.full(offset.size, np.inf)
+            share[pulling] = force[pulling] / (force[pulling] - target[pulling])
+            first = int(np.argmin(share))
+            force = force + share[first] * (target - force)
+            force[first], active[first] = 0.0, False
+            continue
+        force = target
+        separation = np.where(active, 0.0, matrix @ force + offset - lever * angle)
+        deepest = int(np.argmin(separation))
+        if separation[deepest] >= -1e-15 * angle * float(lever.max()):
+            return force, angle, active, count
+        active[deepest] = True
+    return None

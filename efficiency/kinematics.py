@@ -1,0 +1,108 @@
+"""Stage 4, first half: from loaded contact points and speed to the local conditions of lubrication."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.load_distribution import LoadDistribution
+from ehl.state import ContactState
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Operation:
+    """How a pair runs.
+
+    Parameters
+    ----------
+    speed_pinion : float
+        Angular speed [rad/s].
+    temperature_oil : float
+        Oil inlet temperature [K].
+    roughness_rms_pinion, roughness_rms_gear : float
+        Rq of the flanks [m].
+    """
+
+    speed_pinion: float
+    temperature_oil: float
+    roughness_rms_pinion: float = 0.0
+    roughness_rms_gear: float = 0.0
+
+
+@dataclass(frozen=True)
+class LoadedPoints:
+    """The points that carry load, of all positions of a mesh cycle, one after the other.
+
+    Attributes
+    ----------
+    state : ContactState
+        Local conditions; surface 1 is the pinion.
+    force : (n,) array
+        Normal force [N].
+    speed_sliding : (n,) array
+        Length of the sliding vector [m/s].
+    position : (n,) int array
+        Index of the position each point belongs to.
+    index : (n,) int array
+        Index of the point in that position.
+    """
+
+    state: ContactState
+    force: FloatArray
+    speed_sliding: FloatArray
+    position: IntArray
+    index: IntArray
+
+
+def loaded_points(load: LoadDistribution, effective_modulus: float, operation: Operation) -> LoadedPoints:
+    """Local conditions at every point that carries load.
+
+    Only the ratio of sliding across the line to entrainment has a sign that matters; x is turned so that
+    the entrainment is positive.
+
+    Parameters
+    ----------
+    load : LoadDistribution
+        Forces over the cycle.
+    effective_modulus : float
+        E' [Pa].
+    operation : Operation
+        Speed, oil temperature, roughness.
+
+    Returns
+    -------
+    LoadedPoints
+        At least one point per position.
+    """
+    where = [np.flatnonzero(p.force > 0.0) for p in load.positions]
+
+    def gather(name: str) -> FloatArray:
+        parts = [getattr(p.position, name)[at] for p, at in zip(load.positions, where, strict=True)]
+        return np.concatenate(parts)
+
+    omega = operation.speed_pinion
+    entrainment, across, along = gather("entrainment"), gather("sliding_across"), gather("sliding_along")
+    pressure = np.concatenate([p.pressure_hertz[at] for p, at in zip(load.positions, where, strict=True)])
+    state = ContactState.of(
+        pressure_hertz=pressure,
+        radius_equivalent=gather("radius_equivalent"),
+        effective_modulus=effective_modulus,
+        speed_entrainment=np.abs(entrainment) * omega,
+        slide_to_roll=across / entrainment,
+        speed_sliding_lengthwise=along * omega,
+        temperature_oil=operation.temperature_oil,
+        roughness_rms_1=operation.roughness_rms_pinion,
+        roughness_rms_2=operation.roughness_rms_gear,
+    )
+    return LoadedPoints(
+        state=state,
+        force=np.concatenate([p.force[at] for p, at in zip(load.positions, where, strict=True)]),
+        speed_sliding=np.hypot(across, along) * omega,
+        position=np.concatenate([np.full(at.size, k, np.int64) for k, at in enumerate(where)]),
+        index=np.concatenate(where),
+    )
