@@ -174,22 +174,44 @@ def film(x, kernel_pressure, stretch, h00):
 
 
 @njit(cache=True, error_model="numpy")
-def residual(x, x_face, lam, p, h, flow, rho, f, out):
+def open_inlet(x, size):
+    """Parabola x^2/2 switched on smoothly upstream of -1.5 size, and its slope.
+
+    Taken off the mass content before it is carried to the faces: where the mesh opens up quickly the parabola must
+    not be interpolated, and where the film is thin nothing large may be subtracted from it.
+    """
+    n = x.size
+    value = np.zeros(n)
+    slope = np.zeros(n)
+    for i in range(n):
+        u = -x[i] / size - 1.5
+        if u > 0.0:
+            u4 = u * u * u * u
+            share = u4 / (1.0 + u4)
+            value[i] = 0.5 * x[i] * x[i] * share
+            slope[i] = x[i] * share - 2.0 * x[i] * x[i] * u4 / (u * size * (1.0 + u4) * (1.0 + u4))
+    return value, slope
+
+
+@njit(cache=True, error_model="numpy")
+def residual(x, x_face, size, lam, p, h, flow, rho, f, out):
     """Rows of the first integral eps P' = rho H - Q on the faces, and rho H = Q at the exit.
 
-    The mass content rho H - x^2/2 is carried to the faces by the third-order upwind rule in index space, so the far
-    inlet parabola is exact there. Returns False where a face film is not positive.
+    The mass content less the open inlet is carried to the faces by the third-order upwind rule in index space.
+    Returns False where a face film is not positive.
     """
     n = x.size
     good = True
+    base, _ = open_inlet(x, size)
+    base_face, _ = open_inlet(x_face, size)
     for i in range(n - 1):
-        g0 = rho[i] * h[i] - 0.5 * x[i] * x[i]
-        g1 = rho[i + 1] * h[i + 1] - 0.5 * x[i + 1] * x[i + 1]
+        g0 = rho[i] * h[i] - base[i]
+        g1 = rho[i + 1] * h[i + 1] - base[i + 1]
         if i > 0:
-            g = 0.75 * g0 + 0.375 * g1 - 0.125 * (rho[i - 1] * h[i - 1] - 0.5 * x[i - 1] * x[i - 1])
+            g = 0.75 * g0 + 0.375 * g1 - 0.125 * (rho[i - 1] * h[i - 1] - base[i - 1])
         else:
             g = 0.5 * (g0 + g1)
-        mass = g + 0.5 * x_face[i] * x_face[i]
+        mass = g + base_face[i]
         if mass <= 0.0:
             good = False
         density = 0.5 * (rho[i] + rho[i + 1])
@@ -201,7 +223,9 @@ def residual(x, x_face, lam, p, h, flow, rho, f, out):
 
 
 @njit(cache=True, error_model="numpy")
-def jacobian(x, x_face, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h, f_x, kernel, h_a, weights, jac, scale):
+def jacobian(
+    x, x_face, size, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h, f_x, kernel, h_a, weights, jac, scale
+):
     """Matrix of the Newton system; unknowns P[1..n-2], H00, Q, stretch; rows: faces, exit, load.
 
     Rows are divided by ``scale`` (filled here) so that the pivots of the inlet do not swamp those of the contact.
@@ -209,6 +233,8 @@ def jacobian(x, x_face, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h,
     n = x.size
     m = n + 1
     jac[:, :] = 0.0
+    base, base_x = open_inlet(x, size)
+    base_face, base_face_x = open_inlet(x_face, size)
     for i in range(n):
         row = jac[i]
         if i < n - 1:
@@ -216,9 +242,9 @@ def jacobian(x, x_face, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h,
             w_0 = 0.75 if i > 0 else 0.5
             w_1 = 0.375 if i > 0 else 0.5
             up = i - 1 if i > 0 else 0
-            g = w_0 * (rho[i] * h[i] - 0.5 * x[i] * x[i]) + w_1 * (rho[i + 1] * h[i + 1] - 0.5 * x[i + 1] * x[i + 1])
-            g += w_up * (rho[up] * h[up] - 0.5 * x[up] * x[up])
-            mass = g + 0.5 * x_face[i] * x_face[i]
+            g = w_0 * (rho[i] * h[i] - base[i]) + w_1 * (rho[i + 1] * h[i + 1] - base[i + 1])
+            g += w_up * (rho[up] * h[up] - base[up])
+            mass = g + base_face[i]
             density = 0.5 * (rho[i] + rho[i + 1])
             mean, mean_0, mean_1 = _log_mean(f[i], f[i + 1])
             dx = x[i + 1] - x[i]
@@ -240,10 +266,14 @@ def jacobian(x, x_face, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h,
             d_a += d_mean * (mean_0 * f_x[i] + mean_1 * f_x[i + 1])
             d_a -= (
                 d_mass
-                * (w_up * x[up] * (x[up] - x_in) + w_0 * x[i] * (x[i] - x_in) + w_1 * x[i + 1] * (x[i + 1] - x_in))
+                * (
+                    w_up * base_x[up] * (x[up] - x_in)
+                    + w_0 * base_x[i] * (x[i] - x_in)
+                    + w_1 * base_x[i + 1] * (x[i + 1] - x_in)
+                )
                 / stretch
             )
-            d_a += d_mass * x_face[i] * (x_face[i] - x_in) / stretch
+            d_a += d_mass * base_face_x[i] * (x_face[i] - x_in) / stretch
             d_a -= eps * slope / stretch
         else:
             up = n - 2

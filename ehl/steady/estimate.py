@@ -18,16 +18,27 @@ class Extrapolation:
     errors: Array
     orders: Array
 
+    def relative(self) -> Array:
+        """Errors over the size of the values; zero where both vanish."""
+        return self.errors / np.maximum(np.abs(self.values), 1e-300)
+
+
+# An error of order h^3 left in the extrapolated value is 1/7 of its last change; the factor 2 on it and the share of
+# the last raw change, which guards against an accidental zero, were chosen on one Sobol set and checked on another.
+CHANGE_SHARE = 2.0 / 7.0
+RAW_SHARE = 0.02
+
 
 def extrapolate(levels: list[Array]) -> Extrapolation:
-    """Second-order Richardson over grids n, 2n - 1, 4n - 3 (coarse to fine).
+    """Second-order Richardson over grids n, 2n - 1, 4n - 3 (the last three of ``levels``, coarse to fine).
 
-    The value is the extrapolation of the two finest; its error is judged by how far it moved from the extrapolation of
-    the two coarser ones.
+    The value is the extrapolation of the two finest. Its error is judged by how far it moved from the extrapolation
+    of the two coarser ones.
     """
     coarse, middle, fine = levels[-3:]
     value = fine + (fine - middle) / 3.0
     before = middle + (middle - coarse) / 3.0
     with np.errstate(divide="ignore", invalid="ignore"):
         orders = np.log2(np.abs((middle - coarse) / (fine - middle)))
-    return Extrapolation(value, np.abs(value - before), orders)
+    errors = CHANGE_SHARE * np.abs(value - before) + RAW_SHARE * np.abs(fine - middle)
+    return Extrapolation(value, errors, orders)

@@ -55,6 +55,11 @@ class Grading:
     terms: Array  # shape (3, K): centres, widths, amounts
     features: Features
 
+    @property
+    def size(self) -> float:
+        """Length of the loaded zone the mesh was laid for."""
+        return self.features.size
+
     def points(self, count: int) -> Array:
         """``count`` points, uniform in the integral of the density (a sum of arctangents)."""
         start, end = self._primitive(np.array([self.x_in, self.x_exit]))

@@ -121,7 +121,10 @@ def evaluate(grid: Grid, scene: Scene, u: Unknowns) -> Evaluation | None:
     state = _kernels.nodal_state(scene.law, scene.constants, scene.fluid, u.pressure, film, offset)
     rho, rho_p, log_eta, f, f_p, f_h, f_o = state
     out = np.empty(x.size + 1)
-    if not (rho.min() > 0.0 and _kernels.residual(x, x_face, scene.lam, u.pressure, film, u.flow, rho, f, out)):
+    if not (
+        rho.min() > 0.0
+        and _kernels.residual(x, x_face, grid.grading.size, scene.lam, u.pressure, film, u.flow, rho, f, out)
+    ):
         return None
     out[-1] = u.stretch * (grid.weights @ u.pressure) + tail(scene, x_in)[1] - HALF_PI
     if not np.isfinite(out).all():
@@ -140,8 +143,8 @@ class LinearSystem:
         h_a = e.x * lever - e.kernel_pressure / math.pi
         self.scale = np.empty(n + 1)
         _kernels.jacobian(
-            e.x, e.x_face, x_in, u.stretch, scene.lam, u.pressure, e.film, u.flow, e.rho, e.rho_p, e.mobility,
-            e.mobility_p, e.mobility_h, e.mobility_o * e.offset_slope * lever, grid.kernel, h_a, grid.weights, work,
+            e.x, e.x_face, grid.grading.size, x_in, u.stretch, scene.lam, u.pressure, e.film, u.flow, e.rho, e.rho_p,
+            e.mobility, e.mobility_p, e.mobility_h, e.mobility_o * e.offset_slope * lever, grid.kernel, h_a, grid.weights, work,
             self.scale,
         )  # fmt: skip
         self.lu, self.pivots, self.info = lapack.dgetrf(work.T, overwrite_a=True)

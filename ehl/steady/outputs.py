@@ -12,6 +12,8 @@ from ehl.steady.newton import Level
 
 Array = NDArray[np.float64]
 
+# The shear is integrated from this many lengths of the loaded zone upstream (mesh and open inlet together).
+FRICTION_INLET = 100.0
 # Largest exponent of a shear stress ratio that is evaluated as it stands.
 LOG_STRESS_CAP = 600.0
 
@@ -41,7 +43,7 @@ class ShearLaw:
         return free if math.isinf(self.limit) else np.minimum(free, self.limit * np.maximum(pressure, 0.0))
 
     def friction(self, level: Level) -> float:
-        """mu = (2/pi) integral of the shear stress from the first to the last node."""
+        """mu = (2/pi) integral of the shear stress from the friction inlet to the exit."""
         pressure, step = np.maximum(level.unknowns.pressure, 0.0), np.diff(level.x)
         free = self.unlimited(level.log_eta, level.film)
         total = float(step @ (free[1:] + free[:-1])) / 2.0
@@ -54,6 +56,8 @@ class ShearLaw:
             crossing = (excess[:-1] > 0.0) != (excess[1:] > 0.0)
             part = np.where(crossing, (left + right) ** 2 / np.where(span > 0.0, span, 1.0), left + right)
             total -= float(step @ part) / 2.0
+        # Shear is far below the Eyring stress in the open inlet: linear in the rate.
+        total += self.stress * self.rate * math.exp(level.log_eta[0]) * _open_inlet(level)[0]
         return 2.0 / math.pi * total
 
 
@@ -79,6 +83,7 @@ def numbers_of(level: Level, shear: ShearLaw) -> Numbers:
     """Outputs of a level."""
     pressure = level.unknowns.pressure
     rolling = float((level.film[1:] + level.film[:-1]) @ np.diff(pressure)) / (2.0 * math.pi)
+    rolling += level.scene.lam * math.exp(level.log_eta[0]) * _open_inlet(level)[1] / math.pi
     return Numbers(
         _interpolate(level.x, level.film, 0.0),
         -_peak(-level.film),
@@ -88,6 +93,24 @@ def numbers_of(level: Level, shear: ShearLaw) -> Numbers:
         float(level.x[-1]),
         rolling,
     )
+
+
+def friction_inlet(level: Level) -> float:
+    """Where the integrals of the shear begin, in half-widths."""
+    return -FRICTION_INLET * level.grid.grading.size
+
+
+def _open_inlet(level: Level) -> tuple[float, float]:
+    """Integrals of 1/H and of (1 - Q/H)/H from the friction inlet to the first node, H there a parabola.
+
+    With v = 1/|x| both integrands are nearly constant, so Simpson's rule is exact to far below the grid error.
+    """
+    near, far = 1.0 / abs(level.x[0]), 1.0 / abs(friction_inlet(level))
+    v = np.array([near, 0.5 * (near + far), far])
+    film = level.film[0] + 0.5 * (1.0 / v**2 - level.x[0] ** 2)
+    rule = np.array([1.0, 4.0, 1.0]) * (near - far) / 6.0
+    first = rule / (v * v * film)
+    return float(first.sum()), float(first @ (1.0 - level.unknowns.flow / film))
 
 
 def _interpolate(x: Array, y: Array, at: float) -> float:

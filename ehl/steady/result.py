@@ -41,6 +41,11 @@ class SteadyResult:
         Mass flow over (rho0 u_r) = rho/rho0 h where dp/dx = 0 [m].
     mass_residual, load_residual : float
         Largest imbalance of the flow over the flow, and of the load over the load.
+    x_inlet : float
+        Where the integrals of friction and rolling traction begin [m]. The mesh begins at x[0]; upstream of it the
+        inlet is an open parabola, whose pressure, load and shear are taken in closed form (fully flooded).
+    x_exit : float
+        Where pressure and its gradient vanish [m].
     fallbacks, skipped : tuple of str
         What was done differently from the plain way, and what was left out and why.
     """
@@ -65,6 +70,8 @@ class SteadyResult:
     nodes: int
     mass_residual: float
     load_residual: float
+    x_inlet: float
+    x_exit: float
     fallbacks: tuple[str, ...] = ()
     skipped: tuple[str, ...] = ()
     coarse: Level | None = field(default=None, repr=False, compare=False)
@@ -73,13 +80,3 @@ class SteadyResult:
     def film_error(self) -> float:
         """Relative error estimate of the films, the larger of both."""
         return max(self.film_central_error, self.film_min_error)
-
-    @property
-    def x_inlet(self) -> float:
-        """Start of the computed inlet [m]."""
-        return float(self.x[0]) if self.x.size else float("nan")
-
-    @property
-    def x_exit(self) -> float:
-        """Where pressure and its gradient vanish [m]."""
-        return float(self.x[-1]) if self.x.size else float("nan")

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
-from ehl.steady.estimate import extrapolate
+from ehl.steady.estimate import Extrapolation, extrapolate
 from ehl.steady.mesh import grade
 from ehl.steady.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
-from ehl.steady.outputs import ShearLaw, numbers_of
+from ehl.steady.outputs import ShearLaw, friction_inlet, numbers_of
 from ehl.steady.path import PathReport, cold_path, features_of_level, grid_for, transfer
 from ehl.steady.result import SteadyResult
 from ehl.steady.scaling import Scene, scene_of
@@ -26,7 +26,10 @@ from ehl.steady.scaling import Scene, scene_of
 Array = NDArray[np.float64]
 Accuracy = Literal["fast", "standard", "reference"]
 
+# Coarsest of the three nested grids, and the error estimate above which a finer grid is added.
 COARSEST: dict[str, int] = {"fast": 33, "standard": 49, "reference": 129}
+TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
+MOST_NODES = 2100
 PATH_NODES = 97
 REASONS = ("path_stalled", "path_limit", "singular_matrix", "damping_exhausted", "iteration_limit", "start_infeasible")
 
@@ -70,13 +73,13 @@ def solve_steady(
     scene = scene_of(contact, lubricant, offset)
     report = PathReport()
     fallbacks: list[str] = []
-    coarsest = COARSEST[accuracy]
+    shear = shear_law(contact, lubricant)
     try:
         near = _near(scene, start, report, fallbacks)
-        levels = _nested(scene, near, coarsest, report)
+        levels, limit = _nested(scene, near, shear, accuracy, report, fallbacks)
     except NewtonFailure as failure:
         return _failed(failure.reason, report)
-    return _result(contact, lubricant, scene, levels, near, report, tuple(fallbacks))
+    return _result(contact, scene, shear, levels, limit, near, report, tuple(fallbacks))
 
 
 def _near(scene: Scene, start: SteadyResult | None, report: PathReport, fallbacks: list[str]) -> Level:
@@ -109,27 +112,47 @@ def _settled(scene: Scene, level: Level, report: PathReport) -> Level:
     return level
 
 
-def _nested(scene: Scene, near: Level, coarsest: int, report: PathReport) -> list[Level]:
-    """Solutions on three nested grids of the frozen grading, coarse to fine."""
+def _nested(
+    scene: Scene, near: Level, shear: ShearLaw, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
+) -> tuple[list[Level], Extrapolation]:
+    """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
     grading = grade(features_of_level(near))
-    finest = 4 * (coarsest - 1) + 1
-    points = grading.points(2 * finest - 1)
+    nodes = COARSEST[accuracy]
     levels: list[Level] = []
-    for stride in (4, 2, 1):
-        grid = Grid.of(grading, points[::stride])
+    while True:
+        grid = Grid.of(grading, grading.points(2 * nodes - 1))
         guess = transfer(levels[-1] if levels else near, grid)
-        if len(levels) == 2:
+        if len(levels) >= 2:
             guess = _corrected(levels, guess)
-        level = solve_level(grid, scene, guess)
+        nodes = 2 * nodes - 1
+        try:
+            level = solve_level(grid, scene, guess)
+        except NewtonFailure as failure:
+            report.iterations += failure.iterations
+            if len(levels) >= 3:
+                fallbacks.append("tolerance_not_met")
+                break
+            if nodes > MOST_NODES // 4:
+                raise
+            levels.clear()
+            fallbacks.append("coarse_grid_dropped")
+            continue
         report.iterations += level.iterations
         report.grids += 1
         levels.append(level)
-    return levels
+        if len(levels) >= 3:
+            limit = extrapolate([numbers_of(level, shear).as_array() for level in levels])
+            if np.all(limit.relative()[:3] < TOLERANCE[accuracy]):
+                break
+            if nodes > MOST_NODES:
+                fallbacks.append("tolerance_not_met")
+                break
+    return levels, limit
 
 
 def _corrected(levels: list[Level], guess: Unknowns) -> Unknowns:
     """Start on the third grid: the second one plus a quarter of its change from the first."""
-    first, second = levels[0].unknowns, levels[1].unknowns
+    first, second = levels[-2].unknowns, levels[-1].unknowns
     change = 0.25 * (second.pressure[::2] - first.pressure)
     coarse_index = np.arange(change.size) * 4.0
     pressure = guess.pressure + np.interp(np.arange(guess.pressure.size), coarse_index, change)
@@ -156,17 +179,15 @@ def shear_law(contact: LineContact, lubricant: Lubricant) -> ShearLaw:
 
 def _result(
     contact: LineContact,
-    lubricant: Lubricant,
     scene: Scene,
+    shear: ShearLaw,
     levels: list[Level],
+    limit: Extrapolation,
     near: Level,
     report: PathReport,
     fallbacks: tuple[str, ...],
 ) -> SteadyResult:
-    shear = shear_law(contact, lubricant)
-    limit = extrapolate([numbers_of(level, shear).as_array() for level in levels])
-    values = limit.values
-    relative = limit.errors / np.maximum(np.abs(values), 1e-300)
+    values, relative = limit.values, limit.relative()
     fine = levels[-1]
     b, p_h = contact.half_width, contact.pressure_hertz
     height = b * b / contact.radius_equivalent
@@ -186,7 +207,7 @@ def _result(
         rolling_traction=b / contact.radius_equivalent * float(values[6]),
         film_central_error=float(relative[0]),
         film_min_error=float(relative[1]),
-        friction_error=float(relative[2]) if shear.rate > 0.0 else 0.0,
+        friction_error=float(relative[2]),
         pressure_max_error=float(relative[3]),
         iterations=report.iterations,
         nodes=fine.x.size,
@@ -194,6 +215,8 @@ def _result(
         load_residual=fine.load_residual,
         fallbacks=fallbacks,
         skipped=tuple(skipped),
+        x_inlet=b * friction_inlet(fine),
+        x_exit=b * float(values[5]),
         coarse=near,
     )
 
@@ -203,5 +226,5 @@ def _failed(reason: str, report: PathReport) -> SteadyResult:
     empty = np.zeros(0)
     return SteadyResult(
         "failed", reason, empty, empty, empty, empty, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf,
+        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
     )  # fmt: skip
