@@ -83,6 +83,7 @@ class Oil(InputModel):
     certainty: Literal["found", "mixed", "from memory"]
     viscosity_kinematic_40: KinematicViscosity
     viscosity_kinematic_100: KinematicViscosity
+    base: Literal["mineral", "pao", "polyglycol", "ester"] = "mineral"
     density_15: Annotated[float, Quantity("kg/m^3", ge=500.0, le=2000.0)]
     density_temperature: Annotated[float, Quantity("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
     viscosity: Annotated[ModulusViscosity | WaltherViscosity, Field(discriminator="law")]
