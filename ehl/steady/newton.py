@@ -144,8 +144,8 @@ class LinearSystem:
         self.scale = np.empty(n + 1)
         _kernels.jacobian(
             e.x, e.x_face, grid.grading.size, x_in, u.stretch, scene.lam, u.pressure, e.film, u.flow, e.rho, e.rho_p,
-            e.mobility, e.mobility_p, e.mobility_h, e.mobility_o * e.offset_slope * lever, grid.kernel, h_a, grid.weights, work,
-            self.scale,
+            e.mobility, e.mobility_p, e.mobility_h, e.mobility_o * e.offset_slope * lever, grid.kernel, h_a,
+            grid.weights, work, self.scale,
         )  # fmt: skip
         self.lu, self.pivots, self.info = lapack.dgetrf(work.T, overwrite_a=True)
 
