@@ -1,0 +1,160 @@
+"""Friction models behind one interface: constant, published formula, fitted formula file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl._data import data_names, data_path
+from ehl.errors import InputError
+from ehl.oil import Oil
+from ehl.state import ContactState
+from ehl.units import Quantity
+from regression.conditions import Array, conditions_of
+from regression.formula import Formula, load_formula
+from regression.published_registry import PUBLISHED, PublishedFormula, evaluate_published
+
+
+class FrictionFlag(IntEnum):
+    """What is to be said of one friction value; the greatest that applies is given."""
+
+    OK = 0
+    OTHER_OIL = 1  # the formula was fitted to another oil
+    OUTSIDE_RANGE = 2  # at least one variable lies outside the stated range
+    NOT_CONVERGED = 3  # a solver was asked and did not converge
+    UNDEFINED = 4  # the formula has no positive value here; mu is 0
+
+
+@dataclass(frozen=True)
+class FrictionEstimate:
+    """Friction coefficients of many contact points.
+
+    Parameters
+    ----------
+    mu : array
+        Friction coefficient [-], in the shape of the state.
+    lower, upper : array
+        Interval of the model's own error [-]; NaN where the model states none.
+    flag : array of int
+        `FrictionFlag` of every point.
+    """
+
+    mu: Array
+    lower: Array
+    upper: Array
+    flag: NDArray[np.int8]
+
+
+@runtime_checkable
+class FrictionModel(Protocol):
+    """A friction coefficient at every contact point."""
+
+    @property
+    def name(self) -> str:
+        """What the user asked for, for tables and reports."""
+        ...
+
+    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+        """Friction at every point of `state` lubricated by `oil`."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConstantFriction:
+    """The same friction coefficient everywhere; 0.05 is Coleman's."""
+
+    value: float
+
+    @property
+    def name(self) -> str:
+        """``constant:VALUE``."""
+        return f"constant:{self.value:g}"
+
+    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+        """The constant, exactly, at every point."""
+        shape = np.shape(state.pressure_hertz)
+        mu = np.full(shape, self.value)
+        return FrictionEstimate(mu, mu.copy(), mu.copy(), np.zeros(shape, dtype=np.int8))
+
+
+@dataclass(frozen=True)
+class PublishedFriction:
+    """A formula of the registry, applied with the local conditions."""
+
+    formula: PublishedFormula
+
+    @property
+    def name(self) -> str:
+        """Registry name."""
+        return self.formula.name
+
+    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+        """Friction with the formula's own range as flag; no interval, the authors state none."""
+        mu, outside, undefined = evaluate_published(self.formula, conditions_of(state, oil), oil.base)
+        flag = np.where(outside, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK)
+        flag = np.where(undefined, FrictionFlag.UNDEFINED, flag)
+        unknown = np.full_like(mu, np.nan)
+        return FrictionEstimate(mu, unknown, unknown.copy(), flag.astype(np.int8))
+
+
+@dataclass(frozen=True)
+class FormulaFriction:
+    """A fitted formula file."""
+
+    formula: Formula
+    name: str
+
+    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+        """Friction with the cross-validated interval of the fit; outside its range the widest error seen."""
+        value = self.formula.evaluate(conditions_of(state, oil))
+        known = self.formula.oil.name
+        other = known is not None and known != oil.name
+        flag = np.full(np.shape(value.mu), FrictionFlag.OTHER_OIL if other else FrictionFlag.OK)
+        flag = np.where(value.outside, FrictionFlag.OUTSIDE_RANGE, flag)
+        flag = np.where(value.undefined, FrictionFlag.UNDEFINED, flag)
+        return FrictionEstimate(value.mu, value.lower, value.upper, flag.astype(np.int8))
+
+
+def friction_model(spec: str) -> FrictionModel:
+    """The friction model a user names.
+
+    Parameters
+    ----------
+    spec : str
+        ``constant:0.05``, a name of the registry (``xu_kahraman_2007``), a shipped formula, or the path of a formula
+        file.
+
+    Raises
+    ------
+    InputError
+        Nothing of that name exists (the message lists what does), the constant is no number within 0 to 1, or the
+        file is no formula.
+    """
+    kind, colon, value = spec.partition(":")
+    if kind == "constant":
+        allowed = Quantity("", ge=0.0, le=1.0, hint="Write it as constant:0.05.")
+        return ConstantFriction(allowed.check(value if colon else "nothing", "friction constant"))
+    if spec in PUBLISHED:
+        return PublishedFriction(PUBLISHED[spec])
+    if spec in shipped_formulas():
+        return FormulaFriction(load_formula(data_path("formulas", f"{spec}.json")), spec)
+    path = Path(spec)
+    if path.suffix == ".json" or path.is_file():
+        return FormulaFriction(load_formula(path), path.name)
+    raise InputError("friction model", spec, friction_model_choices(), "Check the name or the path.")
+
+
+def shipped_formulas() -> tuple[str, ...]:
+    """Names of the fitted formulas that come with the program."""
+    return data_names("formulas", ".json") if data_path("formulas").is_dir() else ()
+
+
+def friction_model_choices() -> str:
+    """What `friction_model` accepts, in words."""
+    names = ", ".join((*sorted(PUBLISHED), *shipped_formulas()))
+    return f"constant:VALUE, one of {names}, or the path of a formula file (.json)"
