@@ -125,6 +125,7 @@ class State(NamedTuple):
     scalars: np.ndarray  # see the indices below
 
 
+CAPPED = 4  # node kind beside FLUID and CONTACT: total pressure at the hardness, mass carried
 LEVEL, LEVEL_OLD, TRAVEL, AGE = range(4)  # of State.scalars: rigid gap, its last value, time steps so far, steps since start
 
 

@@ -1,0 +1,235 @@
+"""The time loop: one call advances a number of steps and records what each of them gave."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from ehl.transient._kernels.drainage import accumulate, update_pressure
+from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
+from ehl.transient._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
+from ehl.transient._kernels.newton import FROZEN, NEWTON, PICARD, film_response, solve_step
+from ehl.transient._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
+
+# columns of the record of a step
+(
+    MU_FLUID,
+    SHARE,
+    FILM_MEAN,
+    FILM_MIN,
+    PRESSURE_MAX,
+    TEMPERATURE_MAX,
+    FLASH_MAX,
+    CONTACT_NODES,
+    CAPPED_NODES,
+    ITERATIONS,
+    STAGE,
+    MACRO_LOAD,
+    HEAT_RATE,
+    COLUMNS,
+) = range(14)
+# how a step was solved
+PLAIN, RELAXED, CONTINUED, SLOW, LAGGED, UNCONVERGED = range(6)
+
+NEWTON_LIMIT = 30
+CONTINUATION_LIMIT = 200  # iterations of all partial steps together
+SMALLEST_PART = 1.0 / 64.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def copy_pressures(state, fluid, contact):
+    """Keep a copy of both pressures."""
+    for i in range(fluid.size):
+        fluid[i] = state.fluid_pressure[i]
+        contact[i] = state.contact_pressure[i]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def restore_pressures(state, fluid, contact, level):
+    """Return to a copy."""
+    for i in range(fluid.size):
+        state.fluid_pressure[i] = fluid[i]
+        state.contact_pressure[i] = contact[i]
+    state.scalars[LEVEL] = level
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def copy_step(source, target):
+    """Copy the known side of a step."""
+    for i in range(source.gap.size):
+        target.gap[i] = source.gap[i]
+        target.foot[i] = source.foot[i]
+        target.weight[i] = source.weight[i]
+        target.thermal[i] = source.thermal[i]
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def continue_from_last(state, step, saved, macro, work, model, last_level):
+    """Follow the solution from the last step's problem to this one in parts, each by full Newton.
+
+    Geometry, mass and temperature are blended linearly.  The last part is the step itself, so nothing is
+    approximated; only the way there differs.  Returns iterations and success.
+    """
+    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
+    copy_step(step, saved.target_step)
+    target = saved.target_step
+    last = saved.last_step
+    done = 0.0
+    part = 0.25
+    total = 0
+    good_level = last_level
+    copy_pressures(state, saved.predicted_fluid, saved.predicted_contact)  # last good point of the path
+    while done < 1.0 and total < CONTINUATION_LIMIT:
+        here = min(done + part, 1.0)
+        for i in range(step.gap.size):
+            step.gap[i] = last.gap[i] + here * (target.gap[i] - last.gap[i])
+            step.foot[i] = last.foot[i] + here * (target.foot[i] - last.foot[i])
+            step.weight[i] = last.weight[i] + here * (target.weight[i] - last.weight[i])
+            step.thermal[i] = last.thermal[i] + here * (target.thermal[i] - last.thermal[i])
+        iterations, converged, _ = solve_step(state, step, macro, work, model, NEWTON, 1.0, NEWTON_LIMIT)
+        total += iterations
+        if converged:
+            done = here
+            good_level = state.scalars[LEVEL]
+            copy_pressures(state, saved.predicted_fluid, saved.predicted_contact)
+            if iterations < 8:
+                part *= 2.0
+        else:
+            restore_pressures(state, saved.predicted_fluid, saved.predicted_contact, good_level)
+            part *= 0.5
+            if part < SMALLEST_PART:
+                break
+    copy_step(target, step)
+    return total, done >= 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def solve_with_fallbacks(state, step, saved, macro, work, model, last_level):
+    """Newton; failing that relaxed Picard, continuation, slow Picard, and last the fluidity of the prediction.
+
+    Returns iterations and the stage that succeeded.  Only the lagged stage changes the discrete problem.
+    """
+    level = state.scalars[LEVEL]
+    copy_pressures(state, saved.predicted_fluid, saved.predicted_contact)
+    total, converged, _ = solve_step(state, step, macro, work, model, NEWTON, 1.0, NEWTON_LIMIT)
+    if converged:
+        return total, PLAIN
+    restore_pressures(state, saved.predicted_fluid, saved.predicted_contact, level)
+    iterations, converged, _ = solve_step(state, step, macro, work, model, PICARD, 0.5, 2 * NEWTON_LIMIT)
+    total += iterations
+    if converged:
+        return total, RELAXED
+    if state.scalars[AGE] > 0.5:
+        iterations, converged = continue_from_last(state, step, saved, macro, work, model, last_level)
+        total += iterations
+        if converged:
+            return total, CONTINUED
+    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
+    iterations, converged, _ = solve_step(state, step, macro, work, model, PICARD, 0.2, 5 * NEWTON_LIMIT)
+    total += iterations
+    if converged:
+        return total, SLOW
+    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
+    iterations, converged, _ = solve_step(state, step, macro, work, model, FROZEN, 1.0, 2 * NEWTON_LIMIT)
+    total += iterations
+    if converged:
+        return total, LAGGED
+    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
+    film_response(state, step, work, model)
+    for i in range(step.gap.size):
+        work.source[i] = 0.0
+    return total, UNCONVERGED
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def write_record(record, state, macro, work, model):
+    """Friction, films, pressures and temperatures of the step."""
+    contact = model.contact
+    shear = 0.0
+    carried = 0.0
+    lowest = 1e30
+    highest = 0.0
+    touching = 0.0
+    capped = 0.0
+    hottest = 0.0
+    flash = 0.0
+    macroscopic = 0.0
+    heat_in = 0.0
+    for i in range(1, state.film.size):
+        p = state.fluid_pressure[i]
+        c = state.contact_pressure[i]
+        macroscopic += macro.pressure[i]
+        if p + c > 0.0:
+            shear += state.shear[i]
+            carried += c
+            lowest = min(lowest, max(state.film[i], contact.boundary))
+            highest = max(highest, p + c)
+            if c > 0.0:
+                touching += 1.0
+            if model.heat.on:
+                hottest = max(hottest, state.temperature[i])
+                flash = max(flash, state.surface_temperature[0, i], state.surface_temperature[1, i])
+        if work.kind[i] & CAPPED:
+            capped += 1.0
+        if model.heat.on:
+            heat_in += state.flux_into[0, i] + state.flux_into[1, i]
+    film = 0.0
+    for i in range(contact.middle_first, contact.middle_last):
+        film += max(state.film[i], contact.boundary)
+    record[MU_FLUID] = shear / contact.load
+    record[SHARE] = carried / contact.load
+    record[FILM_MEAN] = film / (contact.middle_last - contact.middle_first)
+    record[FILM_MIN] = lowest
+    record[PRESSURE_MAX] = highest
+    record[TEMPERATURE_MAX] = hottest
+    record[FLASH_MAX] = flash
+    record[CONTACT_NODES] = touching
+    record[CAPPED_NODES] = capped
+    record[MACRO_LOAD] = macroscopic / contact.load
+    record[HEAT_RATE] = heat_in
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def march(steps, state, step, saved, macro, work, model, records, profiles):
+    """Advance ``steps`` time steps; fills records[:steps] and adds to the profile sums (6, n).
+
+    profiles: fluid pressure, contact pressure, macroscopic pressure, film, film temperature, warmer surface's rise.
+    """
+    n = state.film.size
+    scalars = state.scalars
+    for k in range(steps):
+        copy_step(step, saved.last_step)
+        copy_pressures(state, saved.last_fluid, saved.last_contact)
+        last_level = scalars[LEVEL]
+        scalars[TRAVEL] += 1.0
+        move_surfaces(step.gap, scalars[TRAVEL], model.surfaces)
+        carry_mass(state, step.foot, step.weight)
+        if model.heat.on:
+            film_factors(state, step, model)
+        predict(state)
+        iterations, stage = solve_with_fallbacks(state, step, saved, macro, work, model, last_level)
+        if scalars[AGE] < 1.5:
+            scalars[LEVEL_OLD] = scalars[LEVEL]
+            for i in range(n):
+                state.fluid_pressure_old[i] = state.fluid_pressure[i]
+                state.contact_pressure_old[i] = state.contact_pressure[i]
+        scalars[AGE] += 1.0
+        settle_mass(state, step, work, model)
+        if model.heat.on:
+            recall_surfaces(state, model)
+        shear_and_temperature(state, step, work, model)
+        if model.heat.on:
+            store_fluxes(state, model)
+        if model.drainage.on and stage != UNCONVERGED and not model.drainage.frozen:
+            if accumulate(state, macro, work, model):
+                update_pressure(macro, model)
+        write_record(records[k], state, macro, work, model)
+        records[k, ITERATIONS] = iterations
+        records[k, STAGE] = stage
+        for i in range(n):
+            profiles[0, i] += state.fluid_pressure[i]
+            profiles[1, i] += state.contact_pressure[i]
+            profiles[2, i] += macro.pressure[i]
+            profiles[3, i] += state.film[i]
+            profiles[4, i] += state.temperature[i]
+            profiles[5, i] += max(state.surface_temperature[0, i], state.surface_temperature[1, i])

@@ -1,0 +1,141 @@
+"""A run in progress: its state, and marching it forward in blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.transient._kernels.march import COLUMNS, march
+from ehl.transient._kernels.quasi_separable import MODES
+from ehl.transient._kernels.records import AGE, LEVEL, LEVEL_OLD, TRAVEL, Macroscopic, Saved, State, Step, Work
+from ehl.transient.scaling import Problem, hertz_start
+
+Array = NDArray[np.float64]
+
+PROFILES = 6
+
+
+def _step_arrays(n: int) -> Step:
+    return Step(gap=np.zeros(n), foot=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
+
+
+def _work_arrays(n: int, modes: int) -> Work:
+    return Work(
+        kind=np.zeros(n, dtype=np.int64),
+        total=np.zeros(n),
+        response=np.zeros(n),
+        mode_state=np.zeros(modes),
+        residual=np.zeros((2, n)),
+        source=np.zeros(n),
+        fluidity=np.zeros(n),
+        lateral=np.ones(n),
+        exchange=np.zeros(n),
+        band=np.zeros((6, n)),
+        unit=np.zeros(n),
+        solution=np.zeros((4, n)),
+        block=np.zeros((n, 4 + 2 * MODES)),
+    )
+
+
+def _macroscopic(pressure: Array) -> Macroscopic:
+    n = pressure.size
+    return Macroscopic(
+        pressure=pressure,
+        typical=np.zeros(n),
+        sum_exchange=np.zeros(n),
+        sum_conductance=np.zeros(n),
+        sum_log_flux=np.zeros(n),
+        sum_log_lateral=np.zeros(n),
+        conductance=np.zeros(n),
+        log_flux=np.zeros(n),
+        counts=np.zeros(2, dtype=np.int64),
+        total_exchange=np.zeros(n),
+        matrix=np.zeros((4, n)),
+    )
+
+
+@dataclass
+class Run:
+    """State of one march; `advance` is the only thing that changes it.
+
+    Parameters
+    ----------
+    problem : Problem
+        Constants.
+    """
+
+    problem: Problem
+    state: State = field(init=False, repr=False)
+    macroscopic: Macroscopic = field(init=False, repr=False)
+    _step: Step = field(init=False, repr=False)
+    _saved: Saved = field(init=False, repr=False)
+    _work: Work = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        model = self.problem.model
+        n = self.problem.x.size
+        pressure, mass, level = hertz_start(self.problem)
+        scalars = np.zeros(4)
+        scalars[LEVEL] = scalars[LEVEL_OLD] = level
+        modes = model.heat.ratios.size
+        self.state = State(
+            fluid_pressure=pressure.copy(),
+            contact_pressure=np.zeros(n),
+            fluid_pressure_old=pressure.copy(),
+            contact_pressure_old=np.zeros(n),
+            mean_pressure=pressure.copy(),
+            film=np.zeros(n),
+            mass=mass,
+            mass_old=mass.copy(),
+            temperature=np.full(n, model.fluid.temperature),
+            surface_temperature=np.zeros((2, n)),
+            flux_into=np.zeros((2, n)),
+            memory=np.zeros((2, n + 3, modes)),
+            memory_base=np.zeros(2, dtype=np.int64),
+            memory_offset=np.zeros(2),
+            shear=np.zeros(n),
+            scalars=scalars,
+        )
+        start = 0.5 * pressure if model.drainage.on else np.zeros(n)
+        start[model.contact.outlet :] = 0.0
+        self.macroscopic = _macroscopic(start)
+        self._step = _step_arrays(n)
+        self._step.thermal[:] = 1.0 if model.fluid.law == 1 else 0.0
+        self._saved = Saved(
+            *(np.zeros(n) for _ in range(4)), last_step=_step_arrays(n), target_step=_step_arrays(n)
+        )
+        self._work = _work_arrays(n, model.elastic.weights.size)
+
+    @property
+    def travel(self) -> float:
+        """Distance rolled so far [b]."""
+        return float(self.state.scalars[TRAVEL]) * self.problem.model.surfaces.spacing
+
+    @property
+    def age(self) -> int:
+        """Steps since this run started."""
+        return int(self.state.scalars[AGE])
+
+    @property
+    def kinds(self) -> NDArray[np.int64]:
+        """Node kinds after the last step."""
+        return self._work.kind
+
+    def advance(self, steps: int) -> tuple[Array, Array]:
+        """March; returns the records (steps, COLUMNS) and the mean profiles (PROFILES, n) of these steps."""
+        records = np.zeros((steps, COLUMNS))
+        profiles = np.zeros((PROFILES, self.problem.x.size))
+        march(
+            steps,
+            self.state,
+            self._step,
+            self._saved,
+            self.macroscopic,
+            self._work,
+            self.problem.model,
+            records,
+            profiles,
+        )
+        return records, profiles / max(steps, 1)

@@ -1,0 +1,259 @@
+"""From the contact in SI units to the scaled constants and the starting state of a run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.contact import LineContact
+from ehl.film_formulas import moes_1992
+from ehl.lubricant import ROELANDS_TEMPERATURE, Lubricant
+from ehl.material import Material
+from ehl.transient._kernels.elasticity import exponential_product
+from ehl.transient._kernels.motion import SAMPLES
+from ehl.transient._kernels.quasi_separable import MODES
+from ehl.transient._kernels.records import Contact, Drainage, Elastic, Fluid, Heat, Model, Surfaces
+from ehl.transient.soe import fit_log_kernel, fit_root_kernel, range_of
+from ehl.transient.surfaces import RoughSurfaces, sample_ring
+
+Array = NDArray[np.float64]
+
+OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, a fluid island at the edge
+MIDDLE = 0.8  # half length of the mean film [b]
+ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
+LATERAL = 2.0  # k_y of the exchange: second spectral moment of the assumed autocorrelation
+EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
+ELASTIC_MODES = 10
+HEAT_MODES = 10
+HEAT_RANGE = 16  # the thermal memory is fitted up to this many passages
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Numerical choices of one run.
+
+    Parameters
+    ----------
+    nodes : int
+        Wanted number of nodes over the solved length.
+    boundary_film : float
+        h_boundary [m].
+    boundary_friction : float
+        mu_b [-].
+    peklenik_number : float
+        gamma; infinity is sealed.
+    thermal : bool
+        Heat on.
+    hardness : float
+        Cap on the total pressure [Pa].
+    conductivity_rise : float
+        Growth of the film conductivity with pressure [1/Pa].
+    tolerance : float
+        Of mass and gap, over the film unit.
+    """
+
+    nodes: int
+    boundary_film: float
+    boundary_friction: float
+    peklenik_number: float
+    thermal: bool
+    hardness: float
+    conductivity_rise: float = 0.0
+    tolerance: float = 2e-5
+
+
+@dataclass(frozen=True)
+class Units:
+    """Scales of a run, SI."""
+
+    half_width: float
+    pressure: float
+    film: float
+    spacing: float
+    time_step: float
+
+    @property
+    def steps_per_half_width(self) -> float:
+        """Time steps per b of travel."""
+        return self.half_width / self.spacing
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A run that is ready to march."""
+
+    units: Units
+    settings: Settings
+    model: Model
+    x: Array
+    film_estimate: float
+    elastic_error: float
+
+
+def film_estimate(contact: LineContact, lubricant: Lubricant) -> float:
+    """Smooth isothermal film of Moes's formula [m]; for the start and the choice of the mesh."""
+    load, material = contact.moes_groups(lubricant)
+    speed, _, _ = contact.dowson_groups(lubricant)
+    return moes_1992(load, material) * contact.radius_equivalent * math.sqrt(2.0 * speed)
+
+
+def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
+    """Inlet and outlet [b]: the inlet is flooded as seen from the contact, the outlet beyond any rupture.
+
+    The lengths of a rigid cylinder, sqrt(2 R h), matter where the film is thick against the Hertz deformation.
+    """
+    rigid = math.sqrt(2.0 * contact.radius_equivalent * film) / contact.half_width
+    return -max(2.5, 1.0 + 4.0 * rigid), max(OUTLET, rigid + 0.2)
+
+
+def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, lateral_length: float) -> Fluid:
+    """Lubricant laws for pressures in p_h and films in the film unit."""
+    c0, c1, c2 = (float(v) for v in lubricant.law_constants)
+    p = units.pressure
+    law = lubricant.law_code
+    if law == 0:
+        c0 *= p
+    elif law == 1:
+        c1 = p / c1
+    else:
+        c0, c2 = c0 / p, 0.0
+    eyring = lubricant.rheology == "eyring"
+    stress = lubricant.eyring_stress if eyring else p
+    rise, bend = lubricant.density_constants
+    beta = lubricant.temperature_viscosity
+    slope = beta * (lubricant.temperature - ROELANDS_TEMPERATURE) / c0 if law == 1 else beta
+    flow = units.time_step * p * units.film**2 / (12.0 * lubricant.viscosity_inlet)
+    return Fluid(
+        law=law,
+        c0=c0,
+        c1=c1,
+        c2=c2,
+        density_rise=rise * p,
+        density_bend=bend * p,
+        eyring=eyring,
+        sliding=lubricant.viscosity_inlet * contact.speed_sliding / (stress * units.film),
+        along=contact.sliding_cosine**2,
+        flux=flow / units.spacing**2,
+        flux_lateral=flow * LATERAL / lateral_length**2,
+        stress=stress / p,
+        limit=min(lubricant.limiting_shear_coefficient, 1e9),
+        temperature=lubricant.temperature,
+        slope=slope,
+    )
+
+
+def scaled_heat(
+    contact: LineContact,
+    lubricant: Lubricant,
+    materials: tuple[Material, Material],
+    units: Units,
+    settings: Settings,
+    nodes: int,
+) -> Heat:
+    """Thermal kernels of both surfaces for this time step."""
+    kernel = fit_root_kernel(HEAT_RANGE * range_of(nodes), HEAT_MODES)
+    root = math.sqrt(units.time_step / math.pi)
+    weights = np.array([kernel.weights * root / m.thermal_effusivity for m in materials])
+    return Heat(
+        on=settings.thermal,
+        speed=contact.speed_sliding,
+        pressure_unit=units.pressure,
+        film_unit=units.film,
+        conductivity=lubricant.thermal_conductivity,
+        conductivity_rise=settings.conductivity_rise * units.pressure,
+        weights=weights,
+        ratios=kernel.ratios.copy(),
+        nodes_per_step_1=contact.speed_1 / contact.speed_entrainment,
+        nodes_per_step_2=contact.speed_2 / contact.speed_entrainment,
+    )
+
+
+def build_problem(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces,
+    materials: tuple[Material, Material],
+    settings: Settings,
+) -> Problem:
+    """Scaled constants on a mesh whose spacing divides the period of the roughness."""
+    b = contact.half_width
+    p_h = contact.pressure_hertz
+    estimate = film_estimate(contact, lubricant)
+    inlet, outlet = solved_length(contact, estimate)
+    spacing = (outlet - inlet) * b / settings.nodes
+    period = surfaces.common_length()
+    if period is not None:
+        spacing = period / math.ceil(period / spacing)
+    film_unit = max(estimate, surfaces.rms, settings.boundary_film)
+    units = Units(b, p_h, film_unit, spacing, spacing / contact.speed_entrainment)
+    dx = spacing / b
+    last = math.ceil(outlet / dx) + 2
+    first = -math.ceil(-inlet / dx)
+    x = dx * (np.arange(first, last) + 0.5)
+    n = x.size
+
+    gamma = settings.peklenik_number
+    sealed = not math.isfinite(gamma) or not surfaces.profiles
+    lateral_length = math.inf if sealed else gamma * surfaces.correlation_length
+    deflection = 4.0 * p_h * spacing / (math.pi * contact.effective_modulus * film_unit)
+    size = range_of(n)
+    full, short = fit_log_kernel(size, ELASTIC_MODES), fit_log_kernel(size, MODES)
+    model = Model(
+        fluid=scaled_fluid(contact, lubricant, units, lateral_length),
+        contact=Contact(
+            boundary=settings.boundary_film / film_unit,
+            cap=settings.hardness / p_h,
+            load=contact.load_per_length / (p_h * spacing),
+            friction=settings.boundary_friction,
+            outlet=int(np.searchsorted(x, outlet)),
+            middle_first=int(np.searchsorted(x, -MIDDLE)),
+            middle_last=int(np.searchsorted(x, MIDDLE)),
+            tolerance=settings.tolerance,
+        ),
+        elastic=Elastic(
+            full.weights * deflection, full.ratios.copy(), short.weights * deflection, short.ratios.copy()
+        ),
+        surfaces=Surfaces(
+            parabola=(x * b) ** 2 / (2.0 * contact.radius_equivalent * film_unit),
+            x=x,
+            profile_1=sample_ring(surfaces.profile_1, spacing / SAMPLES) / film_unit,
+            profile_2=sample_ring(surfaces.profile_2, spacing / SAMPLES) / film_unit,
+            shift_1=SAMPLES * contact.speed_1 / contact.speed_entrainment,
+            shift_2=SAMPLES * contact.speed_2 / contact.speed_entrainment,
+            front=ROUGHNESS_FRONT[0],
+            front_width=ROUGHNESS_FRONT[1],
+            spacing=dx,
+        ),
+        heat=scaled_heat(contact, lubricant, materials, units, settings, n),
+        drainage=Drainage(
+            on=not sealed,
+            window=max(1, round(EXCHANGE_WINDOW / dx)),
+            relaxation=0.2,
+            storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
+            flow_factor=3.0,
+            memory=0.05,
+            frozen=False,
+        ),
+    )
+    return Problem(units, settings, model, x, estimate, full.error * deflection)
+
+
+def hertz_start(problem: Problem) -> tuple[Array, Array, float]:
+    """Hertz pressure, the mass of a film of the estimated height under it, and the approach of the bodies."""
+    x, model = problem.x, problem.model
+    pressure = np.sqrt(np.maximum(1.0 - x * x, 0.0))
+    pressure *= model.contact.load / pressure.sum()
+    response = np.zeros(x.size)
+    exponential_product(
+        pressure, model.elastic.weights, model.elastic.ratios, np.zeros(model.elastic.weights.size), response
+    )
+    rigid = model.surfaces.parabola + response
+    film = problem.film_estimate / problem.units.film
+    level = film - float(rigid[np.abs(x) < 0.7].mean())
+    density = 1.0 + model.fluid.density_rise * pressure / (1.0 + model.fluid.density_bend * pressure)
+    mass = density * np.maximum(level + rigid, 0.9 * film)
+    mass = np.where(x > 0.0, np.minimum(mass, 1.3 * film), mass)
+    return pressure, mass, level
