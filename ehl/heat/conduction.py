@@ -1,0 +1,139 @@
+"""Temperature rise of a surface under a heat flux that it moves through.
+
+Each function returns the matrix A of ``rise = A @ flux`` for a flux that is linear between the nodes of any graded
+mesh and zero outside it; the kernels are integrated exactly over each cell.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import k0e, k1e
+
+from ehl.errors import InputError
+from ehl.material import Material
+
+FloatArray = NDArray[np.float64]
+Conduction = Literal["jaeger", "one_dimensional"]
+
+# below this Peclet number the body counts as moving at it: its heat field then reaches about 10 half-widths down,
+# where the bulk temperature is taken to hold. A body at rest has no steady field of its own.
+PECLET_FLOOR = 0.1
+
+
+def peclet_number(speed: float, half_width: float, body: Material) -> float:
+    """|u| b/(2 chi), the time heat needs to cross the half-width over the time of passage [-]."""
+    return abs(speed) * half_width / (2.0 * body.thermal_diffusivity)
+
+
+def material_point_matrix(x: FloatArray, speed: float, body: Material) -> FloatArray:
+    """One-dimensional conduction at the points of the moving surface.
+
+    T(x) = (pi rho c k |u|)^(-1/2) int q(s) |x - s|^(-1/2) ds over the part of the surface's way already done
+    (Carslaw & Jaeger, Conduction of Heat in Solids, section 2.9, with t = |x - s|/|u|). Against the exact band source
+    the maximum is 8 % high at Peclet number 2 and 0.6 % at 50.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Nodes, increasing [m].
+    speed : float
+        Surface velocity along x, of either sign but not zero [m/s].
+    body : Material
+        Thermal properties.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        [K m2/W].
+
+    Raises
+    ------
+    InputError
+        The surface is at rest: every point would be heated for ever.
+    """
+    if speed == 0.0:
+        raise InputError(
+            "speed", speed, "a moving surface", "Use jaeger_matrix, which bounds the depth of the heat field."
+        )
+    if speed < 0.0:
+        return _mirrored(material_point_matrix(-x[::-1], -speed, body))
+    distance = np.maximum(x[:, None] - x[None, :], 0.0)
+    root = np.sqrt(distance)
+    upper, lower = root[:, :-1], root[:, 1:]
+    width = distance[:, :-1] - distance[:, 1:]  # zero for cells the point has not passed
+    total = np.where(upper > 0.0, upper + lower, 1.0)
+    weight = (2.0 / 3.0) * width / total**2
+    matrix = np.zeros((len(x), len(x)))
+    matrix[:, :-1] += weight * (upper + 2.0 * lower)
+    matrix[:, 1:] += weight * (2.0 * upper + lower)
+    return np.asarray(matrix / (math.sqrt(math.pi * speed) * body.thermal_effusivity))
+
+
+def jaeger_matrix(x: FloatArray, speed: float, body: Material, half_width: float) -> FloatArray:
+    """Exact quasi-stationary conduction in two dimensions (moving line sources on a half-space).
+
+    T(x) = (1/(pi k)) int q(s) exp(z) K0(|z|) ds, z = u (x - s)/(2 chi) (Jaeger 1942; Carslaw & Jaeger, section 10.7).
+    Its limit for large Peclet numbers is `material_point_matrix`.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Nodes, increasing [m].
+    speed : float
+        Surface velocity along x, of either sign [m/s]; held at the Peclet number `PECLET_FLOOR` from below.
+    body : Material
+        Thermal properties.
+    half_width : float
+        Hertz half-width, for that floor only [m].
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        [K m2/W].
+    """
+    if speed < 0.0:
+        return _mirrored(jaeger_matrix(-x[::-1], -speed, body, half_width))
+    rate = max(speed / (2.0 * body.thermal_diffusivity), PECLET_FLOOR / half_width)
+    z = rate * (x[:, None] - x[None, :])
+    zeroth, first = _bessel_integrals(z)
+    near, far = z[:, 1:], z[:, :-1]
+    width = far - near
+    i0 = zeroth[:, :-1] - zeroth[:, 1:]
+    i1 = first[:, :-1] - first[:, 1:]
+    matrix = np.zeros_like(z)
+    matrix[:, :-1] += (i1 - near * i0) / width
+    matrix[:, 1:] += (far * i0 - i1) / width
+    return np.asarray(matrix / (math.pi * body.thermal_conductivity * rate))
+
+
+def _bessel_integrals(z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Integrals from 0 to z of exp(t) K0(|t|) and of t exp(t) K0(|t|), in closed form."""
+    r = np.maximum(np.abs(z), 1e-290)
+    k0, k1 = k0e(r), k1e(r)
+    ahead = z < 0.0
+    # behind the source exp(z) K is k0e, ahead of it exp(-2 r) k0e
+    decay = np.where(ahead, np.exp(-2.0 * np.minimum(r, 350.0)), 1.0)
+    sign = np.where(ahead, -1.0, 1.0)
+    zeroth = sign * (r * decay * (k0 + sign * k1) - sign)
+    first = (decay * (r * r * (k0 + sign * k1) - r * k1) + 1.0) / 3.0
+    at_source = z == 0.0
+    zeroth[at_source] = 0.0
+    first[at_source] = 0.0
+    return zeroth, first
+
+
+def _mirrored(matrix: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(matrix[::-1, ::-1])
+
+
+def surface_matrix(
+    x: FloatArray, speed: float, body: Material, half_width: float, conduction: Conduction = "jaeger"
+) -> FloatArray:
+    """The matrix of one of the two conduction models; see `jaeger_matrix` and `material_point_matrix`."""
+    if conduction == "jaeger":
+        return jaeger_matrix(x, speed, body, half_width)
+    return material_point_matrix(x, speed, body)

@@ -1,0 +1,121 @@
+"""Whether heat matters to one contact: a closed estimate of the change of friction, for ``thermal = "auto"``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ehl.contact import LineContact
+from ehl.film_formulas import moes_1992
+from ehl.heat.conduction import PECLET_FLOOR, peclet_number
+from ehl.heat.film import FilmConductivity, thermal_loading, wilson_gupta_1992
+from ehl.lubricant import Lubricant
+from ehl.material import Material
+
+# of the film temperature rise times d ln eta/dT, below which heat is left out
+THERMAL_THRESHOLD = 0.02
+
+
+@dataclass(frozen=True)
+class ThermalEstimate:
+    """Estimated effect of heat; every figure is meant to be on the high side.
+
+    Parameters
+    ----------
+    rise_film, rise_flash : float
+        Rise of the mid-layer above the surfaces, and of the surfaces above bulk, at the contact centre, taken with the
+        isothermal friction [K].
+    bulk_offset : float
+        Largest distance of a bulk temperature from that of the oil [K].
+    viscosity_change : float
+        (rises + bulk offset) times -d ln eta/dT at the Hertz pressure [-].
+    friction_change : float
+        The part of it that reaches friction, relative [-].
+    film_change : float
+        Relative loss of film by inlet heating (`wilson_gupta_1992`) [-].
+    matters : bool
+        viscosity_change above the threshold.
+    """
+
+    rise_film: float
+    rise_flash: float
+    bulk_offset: float
+    viscosity_change: float
+    friction_change: float
+    film_change: float
+    matters: bool
+
+
+def estimate_thermal_effect(
+    contact: LineContact,
+    lubricant: Lubricant,
+    bodies: tuple[Material, Material],
+    *,
+    film_central: float | None = None,
+    temperature_bulk: tuple[float, float] | None = None,
+    conductivity: FilmConductivity | None = None,
+    threshold: float = THERMAL_THRESHOLD,
+) -> ThermalEstimate:
+    """Estimate how much heat changes friction, without solving for it.
+
+    The isothermal shear stress at the Hertz pressure heats a film of central thickness and a band as wide as the
+    contact; both rises together act on the viscosity there. Heat lowers its own source, so an estimate with the
+    isothermal source is high. Ours, with the threshold of a study that found 0.02 in d ln eta to be safe.
+
+    Parameters
+    ----------
+    contact, lubricant, bodies
+        As in `thermal_traction`.
+    film_central : float, optional
+        [m]; by the formula of Moes (1992) when not given.
+    temperature_bulk : tuple of float, optional
+        [K]; the inlet temperature when not given.
+    conductivity : FilmConductivity, optional
+    threshold : float
+        On viscosity_change [-].
+    """
+    bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
+    bulk_offset = max(abs(t - lubricant.temperature) for t in bulk)
+    b, speed = contact.half_width, contact.speed_sliding
+    film = _central_film(contact, lubricant) if film_central is None else film_central
+    pressure = np.array([contact.pressure_hertz])
+    temperature = np.array([lubricant.temperature])
+    k_film = float((conductivity or FilmConductivity())(pressure, lubricant.thermal_conductivity)[0])
+    stress = float(lubricant.shear_stress(pressure, np.array([film]), speed)[0]) if speed > 0.0 else 0.0
+    heat = speed * stress
+    rise_film = heat * film / (8.0 * k_film)
+    # at the trailing edge of a band: 2 q sqrt(2 b/(pi u))/e for each body alone, both in parallel
+    parallel = 0.0
+    for u, body in zip((contact.speed_1, contact.speed_2), bodies, strict=True):
+        floor = PECLET_FLOOR * 2.0 * body.thermal_diffusivity / b
+        u_used = abs(u) if peclet_number(u, b, body) > PECLET_FLOOR else floor
+        parallel += body.thermal_effusivity * math.sqrt(math.pi * u_used / (2.0 * b)) / 2.0
+    rise_flash = heat / parallel
+    slope = -float(lubricant.dlog_viscosity_dtemperature(pressure, temperature)[0])
+    viscosity_change = slope * (rise_film + rise_flash + bulk_offset)
+    loss = 1.0 - wilson_gupta_1992(thermal_loading(contact, lubricant), contact.slide_to_roll_total)
+    return ThermalEstimate(
+        rise_film,
+        rise_flash,
+        bulk_offset,
+        viscosity_change,
+        viscosity_change * _sensitivity(stress, lubricant),
+        loss,
+        viscosity_change > threshold,
+    )
+
+
+def _sensitivity(stress: float, lubricant: Lubricant) -> float:
+    """d ln tau/d ln eta: 1 for a Newtonian film, tanh(s)/s with s = tau/tau0 for Ree-Eyring."""
+    if lubricant.rheology == "newtonian" or stress == 0.0:
+        return 1.0
+    s = stress / lubricant.eyring_stress
+    return math.tanh(s) / s
+
+
+def _central_film(contact: LineContact, lubricant: Lubricant) -> float:
+    speed, _, _ = contact.dowson_groups(lubricant)
+    load, material = contact.moes_groups(lubricant)
+    return moes_1992(load, material) * contact.radius_equivalent * math.sqrt(2.0 * speed)

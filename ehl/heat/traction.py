@@ -1,0 +1,345 @@
+"""Friction of a lubricated line contact with the heat it makes: film and surface temperatures at given p and h."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from ehl.contact import LineContact
+from ehl.errors import InputError
+from ehl.heat.conduction import PECLET_FLOOR, Conduction, peclet_number, surface_matrix
+from ehl.heat.film import FilmConductivity, flux_to_surface_1
+from ehl.lubricant import Lubricant
+from ehl.material import Material
+
+FloatArray = NDArray[np.float64]
+
+PECLET_WARNING = 2.0
+_STRESS_FLOOR = 1e-3  # Pa: keeps the logarithm where the limiting stress Lambda p vanishes
+
+
+@dataclass(frozen=True)
+class ThermalTraction:
+    """Temperatures and friction of one contact in thermal balance; arrays are on the nodes `x`.
+
+    Parameters
+    ----------
+    status : {"converged", "failed"}
+    reason : str
+        Empty, "no_thermal_balance" or "not_finite".
+    x : ndarray, shape (n,)
+        [m].
+    shear_stress : ndarray
+        Along the sliding vector [Pa].
+    temperature_film : ndarray
+        Mid-layer of the film [K].
+    temperature_flash_1, temperature_flash_2 : ndarray
+        Surface temperatures, bulk plus rise [K].
+    heat_flux_1, heat_flux_2 : ndarray
+        Into each body [W/m2].
+    log_viscosity_offset : ndarray
+        ln eta(p, T_film) - ln eta(p, T_inlet), what the heat does to the viscosity in the Reynolds equation [-].
+    friction_fluid : float
+        Integral of the shear stress over the load per length [-].
+    friction_isothermal : float
+        The same without heat, at the inlet temperature, the same film [-].
+    temperature_film_max, temperature_flash : float
+        Highest film and highest surface temperature [K].
+    energy_residual : float
+        |heat into both bodies - friction power|/friction power, the power taken anew at the final temperatures [-].
+    peclet_number : float
+        The lower one of the two bodies [-].
+    conduction : str
+        The conduction model used.
+    iterations : int
+        Newton iterations.
+    notes : tuple of str
+        "peclet_low" (below 2: heat spreads against the motion), "peclet_floor" (a body nearly at rest was held at
+        Peclet number 0.1), "limiting_shear_stress" (it acts somewhere).
+    """
+
+    status: Literal["converged", "failed"]
+    reason: str
+    x: FloatArray
+    shear_stress: FloatArray
+    temperature_film: FloatArray
+    temperature_flash_1: FloatArray
+    temperature_flash_2: FloatArray
+    heat_flux_1: FloatArray
+    heat_flux_2: FloatArray
+    log_viscosity_offset: FloatArray
+    friction_fluid: float
+    friction_isothermal: float
+    temperature_film_max: float
+    temperature_flash: float
+    energy_residual: float
+    peclet_number: float
+    conduction: str
+    iterations: int
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Balance:
+    """Film temperature T = constant + surface @ q + film * (heat freed in the film)."""
+
+    constant: FloatArray
+    surface: FloatArray
+    film: FloatArray
+    division: FloatArray
+    division_constant: FloatArray
+    matrix_1: FloatArray
+    matrix_2: FloatArray
+
+
+def thermal_traction(
+    x: FloatArray,
+    pressure: FloatArray,
+    film: FloatArray,
+    contact: LineContact,
+    lubricant: Lubricant,
+    bodies: tuple[Material, Material],
+    *,
+    temperature_bulk: tuple[float, float] | None = None,
+    asperity_heat: FloatArray | None = None,
+    film_heat: FloatArray | None = None,
+    conduction: Conduction = "jaeger",
+    conductivity: FilmConductivity | None = None,
+    tolerance: float = 1e-9,
+    max_iterations: int = 80,
+) -> ThermalTraction:
+    """Shear stress, film and surface temperatures of a steady contact whose pressure and film are given.
+
+    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + tau |v_s| h/(8 k_f), with the surface temperatures
+    T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The whole nonlocal balance is
+    one Newton iteration in ln tau: a lagged temperature oscillates at high load and sliding.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Nodes, increasing [m]; graded meshes welcome. Cost grows as n^3: a few hundred are plenty.
+    pressure, film : ndarray, shape (n,)
+        Fluid pressure [Pa] and film thickness [m]; no heat is made where the pressure is zero.
+    contact : LineContact
+        Speeds and load.
+    lubricant : Lubricant
+        Its temperature is that of the inlet.
+    bodies : tuple of Material
+        Both bodies.
+    temperature_bulk : tuple of float, optional
+        Bulk temperatures [K]; the inlet temperature when not given.
+    asperity_heat : ndarray, optional
+        Heat freed at asperity contacts, mu_b p_c |v_s| [W/m2]: it enters the surfaces, not the film.
+    film_heat : ndarray, optional
+        Heat freed in the film besides the sliding, such as that of the pressure-driven flow [W/m2].
+    conduction : {"jaeger", "one_dimensional"}
+        Exact two-dimensional conduction, or the one-dimensional limit the transient solver uses.
+    conductivity : FilmConductivity, optional
+        Film conductivity under pressure.
+    tolerance : float
+        On ln tau.
+
+    Returns
+    -------
+    ThermalTraction
+
+    Raises
+    ------
+    InputError
+        Arrays of unequal shape or not increasing, a film that is not positive, or a body at rest with
+        one-dimensional conduction.
+    """
+    _check(x, pressure, film)
+    bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
+    law = conductivity or FilmConductivity()
+    speed, load = contact.speed_sliding, contact.load_per_length
+    wet = pressure > 0.0
+    extra_film = np.zeros_like(x) if film_heat is None else np.where(wet, film_heat, 0.0)
+    extra = extra_film if asperity_heat is None else extra_film + asperity_heat
+    balance = _balance(x, pressure, film, contact, lubricant, bodies, bulk, law, conduction)
+    offset = balance.constant + balance.surface @ extra + balance.film * extra_film
+    inlet = np.full_like(x, lubricant.temperature)
+    isothermal = _stress(pressure, film, inlet, lubricant, speed)
+
+    if speed > 0.0:
+        stress, iterations, converged = _newton(
+            pressure, film, lubricant, speed, wet, balance, offset, tolerance, max_iterations
+        )
+    else:
+        stress, iterations, converged = np.zeros_like(x), 0, True
+    heat = speed * stress
+    temperature = offset + balance.surface @ heat + balance.film * heat
+    flux_1 = balance.division @ (heat + extra) + balance.division_constant
+    flux_2 = heat + extra - flux_1
+    surface_1 = bulk[0] + balance.matrix_1 @ flux_1
+    surface_2 = bulk[1] + balance.matrix_2 @ flux_2
+
+    # the power is taken from the law at the final temperatures, so the residual sees any imbalance left
+    final = _stress(pressure, film, temperature, lubricant, speed)
+    power = float(np.trapezoid(speed * final + extra, x))
+    into = float(np.trapezoid(flux_1 + flux_2, x))
+    residual = abs(into - power) / power if power > 0.0 else 0.0
+    numbers = [
+        peclet_number(u, contact.half_width, b) for u, b in zip((contact.speed_1, contact.speed_2), bodies, strict=True)
+    ]
+    finite = bool(np.all(np.isfinite(temperature)) and np.all(np.isfinite(final)))
+    reason = "" if converged and finite else ("no_thermal_balance" if finite else "not_finite")
+    limited = math.isfinite(lubricant.limiting_shear_coefficient) and bool(
+        np.any(final[wet] >= lubricant.limiting_shear_coefficient * pressure[wet] * (1.0 - 1e-12))
+    )
+    notes = tuple(
+        note
+        for note, holds in (
+            ("peclet_low", min(numbers) < PECLET_WARNING),
+            ("peclet_floor", min(numbers) < PECLET_FLOOR),
+            ("limiting_shear_stress", limited and speed > 0.0),
+        )
+        if holds
+    )
+    return ThermalTraction(
+        status="failed" if reason else "converged",
+        reason=reason,
+        x=x,
+        shear_stress=final,
+        temperature_film=temperature,
+        temperature_flash_1=surface_1,
+        temperature_flash_2=surface_2,
+        heat_flux_1=flux_1,
+        heat_flux_2=flux_2,
+        log_viscosity_offset=lubricant.log_viscosity(pressure, temperature) - lubricant.log_viscosity(pressure, inlet),
+        friction_fluid=float(np.trapezoid(final, x)) / load,
+        friction_isothermal=float(np.trapezoid(isothermal, x)) / load,
+        temperature_film_max=float(np.max(temperature)),
+        temperature_flash=float(max(np.max(surface_1), np.max(surface_2))),
+        energy_residual=residual,
+        peclet_number=min(numbers),
+        conduction=conduction,
+        iterations=iterations,
+        notes=notes,
+    )
+
+
+def _balance(
+    x: FloatArray,
+    pressure: FloatArray,
+    film: FloatArray,
+    contact: LineContact,
+    lubricant: Lubricant,
+    bodies: tuple[Material, Material],
+    bulk: tuple[float, float],
+    law: FilmConductivity,
+    conduction: Conduction,
+) -> _Balance:
+    a1 = surface_matrix(x, contact.speed_1, bodies[0], contact.half_width, conduction)
+    a2 = surface_matrix(x, contact.speed_2, bodies[1], contact.half_width, conduction)
+    k_film = law(pressure, lubricant.thermal_conductivity)
+    division, constant = flux_to_surface_1(k_film / film, a1, a2, bulk[1] - bulk[0])
+    difference = a1 - a2
+    return _Balance(
+        constant=0.5 * (bulk[0] + bulk[1]) + 0.5 * (difference @ constant),
+        surface=0.5 * (a2 + difference @ division),
+        film=film / (8.0 * k_film),
+        division=division,
+        division_constant=constant,
+        matrix_1=a1,
+        matrix_2=a2,
+    )
+
+
+def _newton(
+    pressure: FloatArray,
+    film: FloatArray,
+    lubricant: Lubricant,
+    speed: float,
+    wet: NDArray[np.bool_],
+    balance: _Balance,
+    offset: FloatArray,
+    tolerance: float,
+    max_iterations: int,
+) -> tuple[FloatArray, int, bool]:
+    """Solve ln tau = ln tau(p, h, T(tau)) on the wet nodes; returns stress, iterations, converged."""
+    kernel = speed * (balance.surface[np.ix_(wet, wet)] + np.diag(balance.film[wet]))
+    p, h, base = pressure[wet], film[wet], offset[wet]
+
+    def residual(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        law, slope = _log_stress(p, h, base + kernel @ np.exp(y), lubricant, speed)
+        return y - law, slope
+
+    y = _log_stress(p, h, base, lubricant, speed)[0]
+    # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
+    y = np.minimum(y, np.log(_LARGEST_RISE / np.maximum(np.diag(kernel), 1e-300)))
+    value, slope = residual(y)
+    for iteration in range(1, max_iterations + 1):
+        jacobian = -slope[:, None] * kernel * np.exp(y)[None, :]
+        jacobian[np.diag_indices_from(jacobian)] += 1.0
+        step = -linalg.solve(jacobian, value, check_finite=False)
+        length = min(1.0, 3.0 / max(float(np.max(np.abs(step))), 1e-300))
+        norm = float(np.max(np.abs(value)))
+        for _ in range(12):
+            trial = y + length * step
+            new_value, new_slope = residual(trial)
+            if float(np.max(np.abs(new_value))) < (1.0 - 0.1 * length) * norm or norm < 10.0 * tolerance:
+                break
+            length *= 0.5
+        y, value, slope = trial, new_value, new_slope
+        if length == 1.0 and float(np.max(np.abs(step))) < tolerance:
+            return _filled(y, wet), iteration, True
+        if float(np.max(np.abs(value))) < 0.1 * tolerance:
+            return _filled(y, wet), iteration, True
+    return _filled(y, wet), max_iterations, False
+
+
+_LARGEST_RISE = 500.0  # K
+
+
+def _filled(y: FloatArray, wet: NDArray[np.bool_]) -> FloatArray:
+    stress = np.zeros(len(wet))
+    stress[wet] = np.exp(y)
+    return stress
+
+
+def _stress(
+    pressure: FloatArray, film: FloatArray, temperature: FloatArray, lubricant: Lubricant, speed: float
+) -> FloatArray:
+    if speed == 0.0:
+        return np.zeros_like(pressure)
+    stress = np.exp(_log_stress(pressure, film, temperature, lubricant, speed)[0])
+    return np.where(pressure > 0.0, stress, 0.0)
+
+
+def _log_stress(
+    pressure: FloatArray, film: FloatArray, temperature: FloatArray, lubricant: Lubricant, speed: float
+) -> tuple[FloatArray, FloatArray]:
+    """ln tau and d ln tau/dT at given film temperature."""
+    log_viscosity = lubricant.log_viscosity(pressure, temperature)
+    slope = lubricant.dlog_viscosity_dtemperature(pressure, temperature)
+    log_stress = log_viscosity + math.log(max(speed, 1e-300)) - np.log(film)
+    if lubricant.rheology == "eyring":
+        s = log_stress - math.log(lubricant.eyring_stress)
+        ratio = np.exp(np.minimum(s, 30.0))
+        small = ratio < 1e-4
+        stretch = np.where(s > 20.0, s + math.log(2.0), np.arcsinh(ratio))
+        # d ln asinh(r)/d ln r
+        slope = slope * np.where(small, 1.0, ratio / np.sqrt(1.0 + ratio**2) / np.where(small, 1.0, stretch))
+        log_stress = math.log(lubricant.eyring_stress) + np.where(small, s, np.log(np.where(small, 1.0, stretch)))
+    if math.isfinite(lubricant.limiting_shear_coefficient):
+        limit = np.log(np.maximum(lubricant.limiting_shear_coefficient * pressure, _STRESS_FLOOR))
+        capped = log_stress > limit
+        log_stress, slope = np.where(capped, limit, log_stress), np.where(capped, 0.0, slope)
+    return np.asarray(np.maximum(log_stress, -300.0)), np.asarray(slope)
+
+
+def _check(x: FloatArray, pressure: FloatArray, film: FloatArray) -> None:
+    if not (x.ndim == 1 and len(x) >= 3 and x.shape == pressure.shape == film.shape):
+        raise InputError("x, pressure, film", (x.shape, pressure.shape, film.shape), "one shape, at least 3 nodes")
+    if not np.all(np.diff(x) > 0.0):
+        raise InputError("x", "array", "increasing nodes [m]")
+    if not (np.all(np.isfinite(pressure)) and np.all(pressure >= 0.0)):
+        raise InputError("pressure", "array", "finite, >= 0 Pa everywhere")
+    if not (np.all(np.isfinite(film)) and np.all(film > 0.0)):
+        raise InputError("film", "array", "finite, > 0 m everywhere")
