@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated
 
 from pydantic import AliasChoices, Field
@@ -39,6 +40,7 @@ class Material(InputModel):
         return self.thermal_conductivity / (self.density * self.heat_capacity)
 
 
+@cache
 def load_material(name: str) -> Material:
     """A shipped material by name.
 

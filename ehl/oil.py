@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Annotated, Literal
 
 import numpy as np
@@ -103,10 +104,7 @@ class Oil(InputModel):
         InputError
             There is no such oil; the message lists those there are.
         """
-        names = data_names("oils")
-        if name not in names:
-            raise InputError("oil", name, "one of " + ", ".join(names))
-        return validate(cls, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")
+        return _load_card(name)
 
     def density(self, temperature: float) -> float:
         """Density at ambient pressure [kg/m3]; `temperature` in K."""
@@ -186,3 +184,12 @@ class Oil(InputModel):
             heat_capacity=self.heat_capacity,
             extrapolated=not self.temperature_valid[0] <= temperature <= self.temperature_valid[1],
         )
+
+
+@cache
+def _load_card(name: str) -> Oil:
+    # a sweep asks for the same card once per case
+    names = data_names("oils")
+    if name not in names:
+        raise InputError("oil", name, "one of " + ", ".join(names))
+    return validate(Oil, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")
