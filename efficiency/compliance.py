@@ -1,10 +1,10 @@
-"""Compliance of the teeth: bending and shear of each tooth as a cantilever plate, and local contact
-compliance.
+"""Compliance of the teeth: each tooth as a plate on an elastic root, and local contact compliance.
 
-The plate is the tooth unrolled along its trace: clamped at the root, free at the tip, toe and heel,
-thickness and height varying. Deflection and both rotations of Mindlin's plate are polynomials whose
-coefficients minimise the potential energy (Rayleigh-Ritz), so every point of a tooth feels a load at every
-other point. Left out: rotation of the tooth's foundation, lengthwise curvature of the tooth, root fillets.
+The plate is the tooth unrolled along its trace: free at the tip, toe and heel, thickness and height varying.
+Deflection and both rotations of Mindlin's plate are polynomials whose coefficients minimise the potential
+energy (Rayleigh-Ritz), so every point of a tooth feels a load at every other point. The root gives way as an
+elastic half-plane under each slice of the tooth. Left out: what one slice or tooth does to the body under its
+neighbours, lengthwise curvature of the tooth, root fillets.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from ehl.material import Material
 FloatArray = NDArray[np.float64]
 
 SHEAR_FACTOR = 5.0 / 6.0
+WEBER_TRANSLATION = 1.4
 
 
 def _legendre(degree: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -33,23 +34,52 @@ def _legendre(degree: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return values, np.asarray(legendre.legval(x, legendre.legder(identity)).T, np.float64)
 
 
+def root_compliance(thickness: FloatArray, youngs_modulus: float, poisson_ratio: float) -> FloatArray:
+    """Rotation and deflection of the root of a tooth slice on a half-plane, per unit moment and force.
+
+    Weber (1949), plane strain: ``[[a/t^2, c/t], [c/t, d]]/E``. a = 18 (1 - nu^2)/pi and c = (1 + nu)(1 - 2 nu)
+    follow from the half-plane under linear bending stress (our derivation; Weber rounds to 5.2 and 1/2 at
+    nu 0.3). The translation d = 1.4 depends on where the body is held and is Weber's, from memory.
+
+    Parameters
+    ----------
+    thickness : (n,) array
+        At the root [m].
+    youngs_modulus, poisson_ratio : float
+        [Pa], [-].
+
+    Returns
+    -------
+    (n, 2, 2) array
+        Per unit length of root, for (rotation, deflection) under (moment, force).
+    """
+    nu = poisson_ratio
+    turn = np.full_like(thickness, 18.0 * (1.0 - nu**2) / np.pi) / thickness**2
+    mixed = (1.0 + nu) * (1.0 - 2.0 * nu) / thickness
+    shift = np.full_like(thickness, WEBER_TRANSLATION)
+    return np.stack([np.stack([turn, mixed], -1), np.stack([mixed, shift], -1)], -2) / youngs_modulus
+
+
 @dataclass(frozen=True)
 class CantileverPlate:
-    """Mindlin plate clamped along its root line, free on the three other edges, of varying height and
-    thickness.
+    """Mindlin plate held along its root line, free on the three other edges.
+
+    Height and thickness vary along it, thickness also over the height.
 
     Parameters
     ----------
     station : (m,) array
         Coordinate along the plate at which the shape is given [m], increasing from 0; linear in between.
     height : (m,) array
-        Height of the free edge over the clamped one [m].
+        Height of the free edge over the root line [m].
     thickness_root, thickness_tip : (m,) arrays
-        Thickness at the clamped and at the free edge [m]; linear over the height.
+        Thickness at the root line and at the free edge [m]; linear over the height.
     youngs_modulus, poisson_ratio : float
         Elastic constants [Pa], [-].
     terms_height, terms_length : int
         Polynomials in the height and along the plate for each of the three fields.
+    elastic_root : bool
+        Hold the root by `root_compliance` instead of clamping it.
 
     Raises
     ------
@@ -65,6 +95,7 @@ class CantileverPlate:
     poisson_ratio: float
     terms_height: int = 8
     terms_length: int = 20
+    elastic_root: bool = False
     _factor: tuple[FloatArray, bool] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -79,7 +110,7 @@ class CantileverPlate:
 
     @property
     def length(self) -> float:
-        """Extent along the clamped edge [m]."""
+        """Extent along the root line [m]."""
         return float(self.station[-1] - self.station[0])
 
     def local_height(self, along: ArrayLike) -> FloatArray:
@@ -100,43 +131,46 @@ class CantileverPlate:
         Parameters
         ----------
         along, height : (n,) array_like
-            Coordinates along the clamped edge and over it [m].
+            Coordinates along the root line and over it [m].
 
         Returns
         -------
         (n, n) array
             Symmetric positive semidefinite compliance [m/N].
         """
-        basis = self._basis(np.asarray(along, float), np.asarray(height, float))[0]
-        unknowns = basis.shape[1]
-        padded = np.zeros((3 * unknowns, basis.shape[0]))
-        padded[:unknowns] = basis.T
-        compliance = basis @ cho_solve(self._factor, padded)[:unknowns]
+        basis = self._basis(np.asarray(along, float), np.asarray(height, float), self.elastic_root)[0]
+        padded = np.zeros((self._factor[0].shape[0], basis.shape[0]))
+        padded[: basis.shape[1]] = basis.T
+        compliance = basis @ cho_solve(self._factor, padded)[: basis.shape[1]]
         return 0.5 * (compliance + compliance.T)
 
-    def _basis(self, along: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _basis(
+        self, along: FloatArray, height: FloatArray, free_root: bool
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Basis functions and their derivatives along the plate and over the height, each (n, unknowns)."""
         local = self.local_height(along)
         slope = np.interp(along, self.station, np.gradient(self.height, self.station))
         eta = height / local
         p, dp = _legendre(self.terms_height - 1, 2.0 * eta - 1.0)
         q, dq = _legendre(self.terms_length - 1, 2.0 * (along - self.station[0]) / self.length - 1.0)
-        clamped, dclamped = eta[:, None] * p, p + 2.0 * eta[:, None] * dp
-        n = along.size
+        if free_root:
+            shape, by_eta = p, 2.0 * dp
+        else:
+            shape, by_eta = eta[:, None] * p, p + 2.0 * eta[:, None] * dp
 
         def product(a: FloatArray, b: FloatArray) -> FloatArray:
-            return (a[:, :, None] * b[:, None, :]).reshape(n, -1)
+            return (a[:, :, None] * b[:, None, :]).reshape(along.size, -1)
 
-        by_eta = product(dclamped, q)
-        over_height = by_eta / local[:, None]
-        over_length = product(clamped, dq) * (2.0 / self.length) - by_eta * (eta * slope / local)[:, None]
-        return product(clamped, q), over_length, over_height
+        over_eta = product(by_eta, q)
+        over_length = product(shape, dq) * (2.0 / self.length) - over_eta * (eta * slope / local)[:, None]
+        return product(shape, q), over_length, over_eta / local[:, None]
 
     def _stiffness(self) -> FloatArray:
         """Stiffness of deflection, rotation along and rotation over the height."""
         x, wx = np.polynomial.legendre.leggauss(self.terms_length + 4)
         e, we = np.polynomial.legendre.leggauss(self.terms_height + 4)
-        along = self.station[0] + 0.5 * self.length * (1.0 + np.repeat(x, e.size))
+        root = self.station[0] + 0.5 * self.length * (1.0 + x)
+        along = np.repeat(root, e.size)
         local = self.local_height(along)
         height = np.tile(0.5 * (1.0 + e), x.size) * local
         weight = np.repeat(wx, e.size) * np.tile(we, x.size) * 0.25 * self.length * local
@@ -144,21 +178,23 @@ class CantileverPlate:
         nu, modulus = self.poisson_ratio, self.youngs_modulus
         bending = (weight * modulus * t**3 / (12.0 * (1.0 - nu**2)))[:, None]
         shear = (weight * SHEAR_FACTOR * modulus * t / (2.0 * (1.0 + nu)))[:, None]
-        f, fs, fz = self._basis(along, height)
+        f, fs, fz = self._basis(along, height, self.elastic_root)  # deflection, rotation over the height
+        g, gs, gz = self._basis(along, height, False)  # rotation along: held by the root
         twist = 0.5 * (1.0 - nu)
-        block_ww = fs.T @ (shear * fs) + fz.T @ (shear * fz)
-        block_ws, block_wz = -fs.T @ (shear * f), -fz.T @ (shear * f)
-        mass = f.T @ (shear * f)
-        block_ss = fs.T @ (bending * fs) + twist * fz.T @ (bending * fz) + mass
-        block_zz = fz.T @ (bending * fz) + twist * fs.T @ (bending * fs) + mass
-        block_sz = nu * fs.T @ (bending * fz) + twist * fz.T @ (bending * fs)
-        return np.block(
-            [
-                [block_ww, block_ws, block_wz],
-                [block_ws.T, block_ss, block_sz],
-                [block_wz.T, block_sz.T, block_zz],
-            ]
-        )
+        ww = fs.T @ (shear * fs) + fz.T @ (shear * fz)
+        ws, wz = -fs.T @ (shear * g), -fz.T @ (shear * f)
+        ss = gs.T @ (bending * gs) + twist * gz.T @ (bending * gz) + g.T @ (shear * g)
+        zz = fz.T @ (bending * fz) + twist * fs.T @ (bending * fs) + f.T @ (shear * f)
+        sz = nu * gs.T @ (bending * fz) + twist * gz.T @ (bending * fs)
+        if self.elastic_root:
+            at_root = self._basis(root, np.zeros_like(root), True)[0]
+            thickness = self.thickness(root, np.zeros_like(root))
+            spring = np.linalg.inv(root_compliance(thickness, modulus, nu))
+            spring *= (wx * 0.5 * self.length)[:, None, None]
+            ww += at_root.T @ (spring[:, 1, 1, None] * at_root)
+            wz += at_root.T @ (spring[:, 0, 1, None] * at_root)
+            zz += at_root.T @ (spring[:, 0, 0, None] * at_root)
+        return np.block([[ww, ws, wz], [ws.T, ss, sz], [wz.T, sz.T, zz]])
 
 
 @dataclass(frozen=True)
@@ -187,6 +223,7 @@ class Tooth:
         pressure_angle: float,
         material: Material,
         terms: tuple[int, int] = (8, 20),
+        elastic_root: bool = True,
     ) -> Tooth:
         """The plate of a tooth of a blank; angles in rad, ``terms`` over the height and along."""
         cos_spiral = float(np.cos(spiral_angle))
@@ -198,6 +235,7 @@ class Tooth:
             material.youngs_modulus,
             material.poisson_ratio,
             *terms,
+            elastic_root=elastic_root,
         )
         return cls(plate, cos_spiral, pressure_angle)
 

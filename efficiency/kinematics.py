@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.load_distribution import LoadDistribution
+from ehl.errors import InputError
+from ehl.oil import TEMPERATURE_RANGE
 from ehl.state import ContactState
 
 FloatArray = NDArray[np.float64]
@@ -26,12 +29,28 @@ class Operation:
         Oil inlet temperature [K].
     roughness_rms_pinion, roughness_rms_gear : float
         Rq of the flanks [m].
+
+    Raises
+    ------
+    InputError
+        A speed that is not above 0, a temperature outside the range of oils, an impossible roughness.
     """
 
     speed_pinion: float
     temperature_oil: float
     roughness_rms_pinion: float = 0.0
     roughness_rms_gear: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.speed_pinion) and self.speed_pinion > 0.0):
+            raise InputError("speed", self.speed_pinion, "a finite pinion speed above 0 rad/s")
+        low, high = TEMPERATURE_RANGE
+        if not low <= self.temperature_oil <= high:
+            raise InputError("temperature", self.temperature_oil, f"{low:g} to {high:g} K", "80 degC is 353.15 K.")
+        for name in ("roughness_rms_pinion", "roughness_rms_gear"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and 0.0 <= value <= 1e-5):
+                raise InputError(name, value, "0 to 10 um (1e-5 m)")
 
 
 @dataclass(frozen=True)
@@ -105,4 +124,11 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
         speed_sliding=np.hypot(across, along) * omega,
         position=np.concatenate([np.full(at.size, k, np.int64) for k, at in enumerate(where)]),
         index=np.concatenate(where),
+    )
+
+
+def join_states(*states: ContactState) -> ContactState:
+    """One state with the points of several, one after the other."""
+    return ContactState(
+        **{f.name: np.concatenate([getattr(state, f.name) for state in states]) for f in fields(ContactState)}
     )

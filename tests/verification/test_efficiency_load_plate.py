@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from efficiency.compliance import CantileverPlate
+from efficiency.compliance import CantileverPlate, root_compliance
 
 E, NU = 206e9, 0.3
 KAPPA = 5.0 / 6.0
@@ -170,3 +170,41 @@ def test_default_terms_are_fine_enough() -> None:
             values.append(tooth.influence(along, 0.7 * tooth.local_height(along)).mean())
         assert values[0] == pytest.approx(values[1], rel=0.05)
         assert values[0] < values[1]  # Ritz is stiff from above
+
+
+def test_elastic_root_under_a_line_load_is_webers_foundation() -> None:
+    """a (l/t)^2 + 2 c l/t + d on top of the clamped tooth, where the ends do not matter."""
+    height, length, root = 7e-3, 60e-3, 6e-3
+    ends = np.array([0.0, length])
+    along = (np.arange(60) + 0.5) * length / 60
+    compliance = root_compliance(np.array([root]), E, NU)[0]
+    for share in (0.5, 0.8):
+        deflection = []
+        for elastic in (False, True):
+            tooth = CantileverPlate(
+                ends, np.full(2, height), np.full(2, root), np.full(2, 2.5e-3), E, NU, elastic_root=elastic
+            )
+            matrix = tooth.influence(along, np.full(60, share * height))
+            deflection.append(matrix.sum(axis=1)[30] * length / 60)
+        arm = np.array([share * height, 1.0])
+        assert deflection[1] - deflection[0] == pytest.approx(arm @ compliance @ arm, rel=0.01)
+
+
+def test_root_rotation_is_the_half_plane_under_bending_stress() -> None:
+    """Virtual work of sigma = 12 M x/t^3 with the surface displacement of the half-plane (unit thickness)."""
+    x, weight = np.polynomial.legendre.leggauss(200)
+    x, weight = 0.5 * x, 0.5 * weight
+
+    def integral(s: float) -> np.ndarray:
+        """Antiderivative in s of s ln|x - s|."""
+        return 0.5 * (s**2 - x**2) * np.log(np.abs(s - x)) - 0.25 * s**2 - 0.5 * x * s
+
+    displacement = -2.0 * (1.0 - NU**2) / (np.pi * E) * 12.0 * (integral(0.5) - integral(-0.5))
+    rotation = np.sum(weight * 12.0 * x * displacement)
+    # a parabolic shear stress of unit resultant lifts the surface by -(1 + nu)(1 - 2 nu)/(2 E) sign(x - s)
+    resultant = 1.5 * x - 2.0 * x**3  # shear left minus right of x, halved
+    lift = (1.0 + NU) * (1.0 - 2.0 * NU) / (2.0 * E) * 2.0 * resultant
+    mixed = np.sum(weight * 12.0 * x * lift)
+    compliance = root_compliance(np.ones(1), E, NU)[0]
+    assert compliance[0, 0] == pytest.approx(rotation, rel=1e-6)
+    assert compliance[0, 1] == pytest.approx(mixed, rel=1e-6)

@@ -1,0 +1,218 @@
+"""Efficiency of a gear pair, the method on one screen.
+
+geometry  ->  mesh cycle  ->  load distribution  ->  local conditions  ->  friction  ->  power loss  ->  efficiency
+
+The load comes from frictionless equilibrium: it is solved once per torque and serves every friction model, speed and
+temperature, and the loss is linear in a constant friction coefficient.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact_lines import MeshPosition
+from efficiency.kinematics import LoadedPoints, Operation, join_states, loaded_points
+from efficiency.load_distribution import LoadDistribution, TeethElasticity, distribute_load
+from efficiency.loss import efficiency_of, position_losses
+from efficiency.result import EfficiencyResult, Reason
+from ehl.errors import InputError
+from ehl.oil import Oil
+from regression.conditions import conditions_of
+from regression.friction_models import FrictionEstimate, FrictionFlag, FrictionModel
+
+FloatArray = NDArray[np.float64]
+MakeCycle = Callable[[int, int], tuple[MeshPosition, ...]]
+"""Mesh cycle from a number of positions and of points per contact line."""
+
+SKIPPED = (
+    "elastic influence between neighbouring teeth through the body",
+    "root fillets, tip edge contact and lengthwise curvature of the teeth as plates",
+    "friction in the load equilibrium",
+    "churning, windage and bearing losses",
+)
+RANGES = (
+    "pressure_hertz",
+    "radius_equivalent",
+    "speed_entrainment",
+    "slide_to_roll",
+    "slide_to_roll_total",
+    "speed_sliding",
+    "speed_sliding_lengthwise",
+    "load_per_length",
+    "film_ratio_formula",
+)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Geometry of the mesh on two grids, and the compliance of the teeth.
+
+    Attributes
+    ----------
+    design, side : str
+        Name of the design and of the flank pair.
+    fine, coarse : tuple of MeshPosition
+        The same positions with all and with about half of the points per contact line.
+    teeth : TeethElasticity
+        Compliance of both members.
+    points_per_line : int
+        Of the fine grid.
+    """
+
+    design: str
+    side: str
+    fine: tuple[MeshPosition, ...]
+    coarse: tuple[MeshPosition, ...]
+    teeth: TeethElasticity
+    points_per_line: int
+
+    @classmethod
+    def build(
+        cls,
+        design: str,
+        side: str,
+        make_cycle: MakeCycle,
+        teeth: TeethElasticity,
+        positions: int = 24,
+        points_per_line: int = 31,
+    ) -> Mesh:
+        """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
+        if positions < 4 or positions % 2:
+            raise InputError("positions", positions, "an even number of at least 4")
+        if points_per_line < 5:
+            raise InputError("points_per_line", points_per_line, "a number of at least 5")
+        fine = make_cycle(positions, points_per_line)
+        coarse = make_cycle(positions, (points_per_line + 1) // 2)
+        return cls(design, side, fine, coarse, teeth, points_per_line)
+
+
+@dataclass(frozen=True)
+class LoadedMesh:
+    """A mesh under one torque: the load on both of its grids."""
+
+    mesh: Mesh
+    fine: LoadDistribution
+    coarse: LoadDistribution
+
+
+def load_mesh(mesh: Mesh, torque_pinion: float) -> LoadedMesh:
+    """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0."""
+    return LoadedMesh(
+        mesh,
+        distribute_load(mesh.fine, mesh.teeth, torque_pinion),
+        distribute_load(mesh.coarse, mesh.teeth, torque_pinion),
+    )
+
+
+def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, operation: Operation) -> EfficiencyResult:
+    """Friction, power loss and efficiency of a loaded mesh.
+
+    Parameters
+    ----------
+    loaded : LoadedMesh
+        From `load_mesh`.
+    friction : FrictionModel
+        Asked once, for the points of both grids together.
+    oil : Oil
+        Oil card.
+    operation : Operation
+        Speed, oil temperature and roughness.
+
+    Returns
+    -------
+    EfficiencyResult
+        Friction that did not converge at a point makes the status ``failed`` and the efficiency nan.
+    """
+    clock = time.perf_counter()
+    mesh, count = loaded.mesh, len(loaded.mesh.fine)
+    modulus = mesh.teeth.effective_modulus
+    fine = loaded_points(loaded.fine, modulus, operation)
+    coarse = loaded_points(loaded.coarse, modulus, operation)
+    both = friction.evaluate(join_states(fine.state, coarse.state), oil)
+    estimate, estimate_coarse = _split(both, fine.force.size)
+
+    torque, speed = loaded.fine.torque_pinion, operation.speed_pinion
+    losses = position_losses(fine, estimate.mu, count)
+    efficiency = efficiency_of(float(losses.mean()), torque, speed)
+    every_second = efficiency_of(float(losses[::2].mean()), torque, speed)
+    half_points = efficiency_of(float(position_losses(coarse, estimate_coarse.mu, count).mean()), torque, speed)
+    reason = _reason(loaded.fine, both)
+    sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
+    power_loss = float(losses.mean())
+    unloaded = np.array([p.transmission_error for p in mesh.fine])
+    return EfficiencyResult(
+        design=mesh.design,
+        side=mesh.side,
+        friction_model=friction.name,
+        oil=oil.name,
+        torque_pinion=torque,
+        speed_pinion=speed,
+        temperature_oil=operation.temperature_oil,
+        roughness_rms_1=operation.roughness_rms_pinion,
+        roughness_rms_2=operation.roughness_rms_gear,
+        efficiency=efficiency,
+        efficiency_lower=_bound(fine, estimate.upper, count, torque, speed),
+        efficiency_upper=_bound(fine, estimate.lower, count, torque, speed),
+        efficiency_error=abs(efficiency - every_second) + abs(efficiency - half_points),
+        efficiency_error_positions=abs(efficiency - every_second),
+        efficiency_error_points=abs(efficiency - half_points),
+        power_loss=power_loss,
+        power_input=torque * speed,
+        friction_coefficient_mean=power_loss / sliding_power,
+        pressure_max=loaded.fine.pressure_max,
+        transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
+        transmission_error_unloaded=float(np.ptp(unloaded)),
+        ranges=_ranges(fine, oil),
+        outside_range_share=_share(fine, estimate, FrictionFlag.OUTSIDE_RANGE),
+        flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
+        torque_residual=loaded.fine.torque_residual,
+        compatibility_residual=loaded.fine.compatibility_residual,
+        positions=count,
+        points_per_line=mesh.points_per_line,
+        points_loaded=fine.force.size,
+        status="failed" if reason else "converged",
+        reason=reason,
+        skipped=SKIPPED,
+        seconds=time.perf_counter() - clock,
+        pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
+        power_loss_positions=losses,
+        transmission_error_positions=loaded.fine.transmission_error,
+        load=loaded.fine,
+        points=fine,
+        friction=estimate,
+    )
+
+
+def _split(estimate: FrictionEstimate, first: int) -> tuple[FrictionEstimate, FrictionEstimate]:
+    def part(at: slice) -> FrictionEstimate:
+        return FrictionEstimate(estimate.mu[at], estimate.lower[at], estimate.upper[at], estimate.flag[at])
+
+    return part(slice(None, first)), part(slice(first, None))
+
+
+def _bound(points: LoadedPoints, mu: FloatArray, count: int, torque: float, speed: float) -> float:
+    return efficiency_of(float(position_losses(points, mu, count).mean()), torque, speed)
+
+
+def _reason(load: LoadDistribution, friction: FrictionEstimate) -> Reason:
+    if load.reason == "newton_limit":
+        return "load_newton_limit"
+    if load.reason == "active_set_limit":
+        return "load_active_set_limit"
+    missing = np.any(friction.flag == FrictionFlag.NOT_CONVERGED) or not np.all(np.isfinite(friction.mu))
+    return "friction_not_converged" if missing else ""
+
+
+def _ranges(points: LoadedPoints, oil: Oil) -> dict[str, tuple[float, float]]:
+    table = conditions_of(points.state, oil)
+    return {name: (float(table[name].min()), float(table[name].max())) for name in RANGES}
+
+
+def _share(points: LoadedPoints, estimate: FrictionEstimate, flag: FrictionFlag) -> float:
+    power = points.force * points.speed_sliding
+    return float(power[estimate.flag >= flag].sum() / power.sum())

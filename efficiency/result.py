@@ -1,0 +1,127 @@
+"""What the efficiency of a pair gave: figures, error estimates, ranges, and the arrays behind them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.kinematics import LoadedPoints
+from efficiency.load_distribution import LoadDistribution
+from regression.friction_models import FrictionEstimate
+
+FloatArray = NDArray[np.float64]
+
+Reason = Literal["", "load_newton_limit", "load_active_set_limit", "friction_not_converged"]
+_ARRAYS_KEPT_OUT = ("load", "points", "friction")
+
+
+@dataclass(frozen=True)
+class EfficiencyResult:
+    """Efficiency of one pair at one operating point; SI units.
+
+    Attributes
+    ----------
+    design, side, friction_model, oil : str
+        What was computed.
+    torque_pinion, speed_pinion, temperature_oil : float
+        [N m], [rad/s], [K].
+    roughness_rms_1, roughness_rms_2 : float
+        Rq of pinion and gear flanks [m].
+    efficiency : float
+        1 - power_loss/power_input [-].
+    efficiency_lower, efficiency_upper : float
+        With the friction model's own interval at every point at once; nan where it states none.
+    efficiency_error : float
+        Estimate of the discretisation error of the efficiency: sum of the next two.
+    efficiency_error_positions, efficiency_error_points : float
+        Change when the positions, and when the points per contact line, are halved [-].
+    power_loss, power_input : float
+        Mean over the mesh cycle, and torque times speed [W].
+    friction_coefficient_mean : float
+        Weighted with the sliding power density: power_loss/sum(F |v_s|) [-].
+    pressure_max : float
+        Greatest Hertz pressure of the cycle [Pa].
+    transmission_error_loaded, transmission_error_unloaded : float
+        Peak to peak over the cycle [rad of the gear].
+    ranges : dict
+        Least and greatest value over the loaded points of each local variable of the friction formula.
+    outside_range_share : float
+        Share of the sliding power at points outside the friction model's stated range [-].
+    flags : dict
+        Number of loaded points by the friction model's flag.
+    torque_residual, compatibility_residual : float
+        Worst relative residuals of the load distribution [-].
+    positions, points_per_line, points_loaded : int
+        Size of the computation.
+    status, reason : str
+        ``converged`` or ``failed``, and why.
+    skipped : tuple of str
+        What the model leaves out.
+    seconds : float
+        Wall time of loss and friction; geometry and load are shared between results.
+    pinion_angle, power_loss_positions, transmission_error_positions : arrays
+        Over the mesh cycle [rad], [W], [rad].
+    load, points, friction
+        Load distribution, loaded points and friction at them, for plots; not in `to_dict`.
+    """
+
+    design: str
+    side: str
+    friction_model: str
+    oil: str
+    torque_pinion: float
+    speed_pinion: float
+    temperature_oil: float
+    roughness_rms_1: float
+    roughness_rms_2: float
+    efficiency: float
+    efficiency_lower: float
+    efficiency_upper: float
+    efficiency_error: float
+    efficiency_error_positions: float
+    efficiency_error_points: float
+    power_loss: float
+    power_input: float
+    friction_coefficient_mean: float
+    pressure_max: float
+    transmission_error_loaded: float
+    transmission_error_unloaded: float
+    ranges: dict[str, tuple[float, float]]
+    outside_range_share: float
+    flags: dict[str, int]
+    torque_residual: float
+    compatibility_residual: float
+    positions: int
+    points_per_line: int
+    points_loaded: int
+    status: Literal["converged", "failed"]
+    reason: Reason
+    skipped: tuple[str, ...]
+    seconds: float
+    pinion_angle: FloatArray = field(repr=False)
+    power_loss_positions: FloatArray = field(repr=False)
+    transmission_error_positions: FloatArray = field(repr=False)
+    load: LoadDistribution = field(repr=False, compare=False)
+    points: LoadedPoints = field(repr=False, compare=False)
+    friction: FrictionEstimate = field(repr=False, compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
+        names = [name for name in self.__dataclass_fields__ if name not in _ARRAYS_KEPT_OUT]
+        return {name: _plain(getattr(self, name)) for name in names}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return [_plain(float(v)) for v in value]
+    if isinstance(value, dict):
+        return {key: _plain(v) for key, v in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
