@@ -72,23 +72,26 @@ class Assembly:
         """Origin (3, 1) of the pinion's work frame [m]."""
         return np.asarray(np.array([[0.0], [self.offset + self.E], [0.0]]) + self.P * self.pinion_axis)
 
-    def _pinion_frame(self) -> FloatArray:
+    @property
+    def pinion_frame(self) -> FloatArray:
+        """Rotation from the frame of the pinion to the mesh frame."""
         axis = self.pinion_axis[:, 0]
-        return np.array([[axis[2], 0.0, axis[0]], [0.0, 1.0, 0.0], [-axis[0], 0.0, axis[2]]])
+        frame: FloatArray = np.array([[axis[2], 0.0, axis[0]], [0.0, 1.0, 0.0], [-axis[0], 0.0, axis[2]]])
+        return frame
 
     def gear_in_mesh(self, point: FloatArray, f2: FloatArray) -> FloatArray:
         """Gear points (3, n) at gear rotation f2 in the mesh frame [m]."""
-        return turn(point, f2) + np.array([[0.0], [0.0], [self.G]])
+        return np.asarray(turn(point, f2) + np.array([[0.0], [0.0], [self.G]]))
 
     def to_pinion(self, point: FloatArray, normal: FloatArray, f1: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mesh-frame points and vectors in the frame of the pinion turned by f1."""
-        frame = self._pinion_frame().T
+        frame = self.pinion_frame.T
         back = -(np.pi + f1)
         return turn(frame @ (point - self.pinion_origin), back), turn(frame @ normal, back)
 
     def pinion_in_mesh(self, point: FloatArray, f1: FloatArray) -> FloatArray:
         """Pinion points (3, n) at pinion rotation f1 in the mesh frame [m]."""
-        return np.asarray(self._pinion_frame() @ turn(point, np.pi + f1) + self.pinion_origin)
+        return np.asarray(self.pinion_frame @ turn(point, np.pi + f1) + self.pinion_origin)
 
     def levers(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Arms of a unit force along the normal about the pinion and the gear axis [m], mesh frame."""

@@ -1,4 +1,4 @@
-"""Smooth fields on a rectangle by Chebyshev interpolation: spectral accuracy, exact derivatives, error from the tail."""
+"""Smooth fields on a rectangle by Chebyshev interpolation: exact derivatives, error estimate from the tail."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Patch:
         ):
             scale = 2.0 / (high - low)
             if order:
-                c = chebyshev.chebder(c, order, scl=scale, axis=axis)
+                c = np.asarray(chebyshev.chebder(c, order, scl=scale, axis=axis), dtype=np.float64)
             basis.append(chebyshev.chebvander((np.asarray(at) - low) * scale - 1.0, c.shape[axis] - 1))
         first = np.tensordot(basis[0], c, axes=(1, 0))
         return np.asarray(np.einsum("nbk,nb->kn", first, basis[1]))
