@@ -19,7 +19,7 @@ class InputModel(BaseModel):
 
 Model = TypeVar("Model", bound=BaseModel)
 
-_UNION_TAGS = {"card", "direct", "table", "gold", "modulus", "roelands", "barus"}
+_UNION_TAGS = {"card", "direct", "table", "gold", "modulus", "roelands", "barus", "face_milling", "generated"}
 
 _WORDS = {
     "missing": "this key is required",
