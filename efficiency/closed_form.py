@@ -117,9 +117,7 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> flo
     """
     _check_friction(friction_coefficient)
     mu = friction_coefficient
-    wedge = math.cos(pair.pressure_angle) + mu * pair.mean_lengthwise_share * math.tan(
-        pair.spiral_angle_pinion
-    )
+    wedge = math.cos(pair.pressure_angle) + mu * pair.mean_lengthwise_share * math.tan(pair.spiral_angle_pinion)
     return 1.0 - mu * pair.mean_sliding / wedge
 
 

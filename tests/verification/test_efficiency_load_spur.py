@@ -178,14 +178,14 @@ def test_state_has_the_rolling_and_sliding_of_involutes(load: LoadDistribution) 
 
 def test_loss_of_equally_shared_load_is_ohlendorf() -> None:
     """Loads prescribed (half in double contact), so only kinematics and the sum are on trial."""
-    cycle, mu = PAIR.cycle(20000, 1), 0.05
+    cycle, mu = PAIR.cycle(4000, 1), 0.05
     xi = np.concatenate([p.position[:, 0] for p in cycle])
     force = np.concatenate([np.full(p.pair.size, TORQUE / PAIR.base(PAIR.z1) / p.pair.size) for p in cycle])
     speed = np.concatenate([np.abs(p.sliding_across) for p in cycle]) * SPEED
     index = np.concatenate([np.full(p.pair.size, k) for k, p in enumerate(cycle)])
     points = LoadedPoints(None, force, speed, index, index)  # type: ignore[arg-type]
     loss = position_losses(points, np.full(xi.size, mu), len(cycle)).mean()
-    assert loss / (TORQUE * SPEED) == pytest.approx(mu * PAIR.loss_factor(), rel=2e-4)
+    assert loss / (TORQUE * SPEED) == pytest.approx(mu * PAIR.loss_factor(), rel=1e-3)
 
 
 def test_loss_of_the_solved_load_is_near_ohlendorf(load: LoadDistribution) -> None:
