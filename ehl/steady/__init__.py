@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from ehl.steady.result import SteadyResult
-from ehl.steady.solver import REASONS, solve_steady
+from ehl.steady.solver import FALLBACKS, REASONS, solve_steady
 
-__all__ = ["REASONS", "SteadyResult", "solve_steady"]
+__all__ = ["FALLBACKS", "REASONS", "SteadyResult", "solve_steady"]

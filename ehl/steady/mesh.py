@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+TIP = 1e-3  # least spike length resolved, in half-widths
+BLUNT_TIP = 2e-2  # the same where the spike of a Newtonian fluid is a near singularity
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
-INLET_MARGIN = 15.0  # inlet length over sqrt(1 + 2 Q)
+INLET_MARGIN = 24.0  # inlet length over the length of the loaded zone; beyond it an open parabola
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class Features:
     inlet_width: float
     spike: float
     spike_width: float
+    tip: float = TIP  # least spike length the mesh follows
 
     @property
     def size(self) -> float:
@@ -117,8 +120,8 @@ def grade(features: Features) -> Grading:
     return Grading(x_in, features.exit, np.array(terms).T.copy(), features)
 
 
-def features_of(x: Array, pressure: Array, flow: float) -> Features:
-    """Features of a solution."""
+def features_of(x: Array, pressure: Array, flow: float, tip: float = TIP) -> Features:
+    """Features of a solution; ``tip`` is the least spike length the mesh follows."""
     size = float(np.sqrt(1.0 + 2.0 * flow))
     step = np.diff(x)
     slope = np.diff(pressure) / step
@@ -142,5 +145,6 @@ def features_of(x: Array, pressure: Array, flow: float) -> Features:
         inlet,
         float(np.clip(inlet_width, 0.3 * sweep, sweep)),
         spike,
-        float(np.clip(0.5 * spike_width, 1e-3, 0.4 * size)),
+        float(np.clip(0.5 * spike_width, tip, 0.4 * size)),
+        tip,
     )

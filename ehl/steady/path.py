@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 EASY_LOG_VISCOSITY = 2.0
 EASY_LOADS = (2.0, 10.0)  # range of Moes load numbers the path may start at
-MAX_STEPS = 120
+MAX_ITERATIONS = 300  # of one path; plain contacts take 10 to 60
 
 
 @dataclass
@@ -50,21 +50,25 @@ def transfer(level: Level, grid: Grid) -> Unknowns:
 
 def features_of_level(level: Level) -> Features:
     """Features the mesh of the next solution should resolve."""
-    return features_of(level.x, level.unknowns.pressure, level.unknowns.flow)
+    return features_of(level.x, level.unknowns.pressure, level.unknowns.flow, level.features.tip)
 
 
-def easy_start(scene: Scene, nodes: int, report: PathReport) -> tuple[Level, Scene]:
+def easy_start(scene: Scene, nodes: int, tip: float, report: PathReport) -> tuple[Level, Scene]:
     """The easy end of the path: nearly constant viscosity, moderate load; converges from the Hertz pressure."""
     load = min(max(scene.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
     lam = 3.0 * math.pi**2 / (8.0 * load**2)
     stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scene.log_viscosity, 1e-12))
     easy = scene.easier(lam, stiffness)
-    grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
+    grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3, tip), nodes)
     pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None))
     centre = int(np.argmin(np.abs(grid.nodes)))
     flow = 1.2 / load
     start = Unknowns(pressure, flow + float(grid.kernel[centre] @ pressure) / math.pi, flow, 1.0)
-    level = solve_level(grid, easy, start, tolerance=1e-4)
+    try:
+        level = solve_level(grid, easy, start, tolerance=1e-4)
+    except NewtonFailure as failure:
+        report.iterations += failure.iterations
+        raise
     report.iterations += level.iterations
     report.grids += 1
     return level, easy
@@ -88,7 +92,7 @@ def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
     )
 
 
-def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
+def cold_path(scene: Scene, nodes: int, tip: float, report: PathReport) -> Level:
     """Solution on a coarse grid by continuation from the easy contact.
 
     Raises
@@ -96,11 +100,12 @@ def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
     NewtonFailure
         "path_stalled" where the step shrinks to nothing, "path_limit" after too many steps.
     """
-    level, easy = easy_start(scene, nodes, report)
+    spent = report.iterations
+    level, easy = easy_start(scene, nodes, tip, report)
     t, before, t_before = 0.0, None, 0.0
     step = 0.34
     while t < 1.0:
-        if report.steps >= MAX_STEPS:
+        if report.iterations - spent > MAX_ITERATIONS:
             raise NewtonFailure("path_limit", report.iterations)
         features = features_of_level(level)
         grid = level.grid
@@ -128,4 +133,15 @@ def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
         before, t_before = level, t
         level, t = new, goal
         step *= 2.0 if new.iterations <= 4 else (1.3 if new.iterations <= 7 else 0.8)
+    return level
+
+
+def from_neighbour(neighbour: Level, scene: Scene, report: PathReport) -> Level:
+    """Solution on the grid of a neighbouring contact, straight from its unknowns."""
+    try:
+        level = solve_level(neighbour.grid, scene, neighbour.unknowns, tolerance=1e-4, max_iterations=12)
+    except NewtonFailure as failure:
+        report.iterations += failure.iterations
+        raise
+    report.iterations += level.iterations
     return level

@@ -50,15 +50,22 @@ class Scene:
         return math.pi * math.sqrt(3.0 / (8.0 * self.lam))
 
     def easier(self, lam: float, stiffness: float) -> Scene:
-        """The same scene at another viscous number with ln(eta/eta0) (and its offset) scaled by ``stiffness``."""
+        """The same scene at another viscous number with ln(eta/eta0) (and its offset) scaled by ``stiffness``.
+
+        Where the film gets thinner the shear rate falls with the viscous number, as it does with eta0.
+        """
         constants = self.constants.copy()
         if self.law == 2:
             constants[:2] /= stiffness
         else:
             constants[0] *= stiffness
         offset = self.offset
+        fluid = self.fluid.copy()
+        fluid[3] *= min(1.0, lam / self.lam)
         scaled = None if offset is None else (lambda x: stiffness * offset(x))
-        return replace(self, lam=lam, constants=constants, log_viscosity=self.log_viscosity * stiffness, offset=scaled)
+        return replace(
+            self, lam=lam, constants=constants, fluid=fluid, log_viscosity=self.log_viscosity * stiffness, offset=scaled
+        )
 
 
 def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None = None) -> Scene:

@@ -8,30 +8,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
-from ehl.steady.estimate import Extrapolation, extrapolate
-from ehl.steady.mesh import grade
-from ehl.steady.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
-from ehl.steady.outputs import ShearLaw, friction_inlet, numbers_of
-from ehl.steady.path import PathReport, cold_path, features_of_level, grid_for, transfer
+from ehl.steady.estimate import Extrapolation
+from ehl.steady.mesh import BLUNT_TIP, TIP
+from ehl.steady.newton import Level, NewtonFailure
+from ehl.steady.outputs import ShearLaw, friction_inlet
+from ehl.steady.path import PathReport, cold_path, from_neighbour
+from ehl.steady.refine import Accuracy, nested, settled
 from ehl.steady.result import SteadyResult
 from ehl.steady.scaling import Scene, scene_of
 
 Array = NDArray[np.float64]
-Accuracy = Literal["fast", "standard", "reference"]
 
-# Coarsest of the three nested grids, and the error estimate above which a finer grid is added.
-COARSEST: dict[str, int] = {"fast": 33, "standard": 49, "reference": 129}
-TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
-MOST_NODES = 2100
-PATH_NODES = 97
-REASONS = ("path_stalled", "path_limit", "singular_matrix", "damping_exhausted", "iteration_limit", "start_infeasible")
+REASONS = (
+    "path_stalled",
+    "path_limit",
+    "start_infeasible",
+    "singular_matrix",
+    "damping_exhausted",
+    "iteration_limit",
+    "negative_pressure",
+    "gap_closes_at_exit",
+)
+FALLBACKS = ("neighbour_too_far", "spike_unresolved", "finer_path", "coarse_grid_dropped", "tolerance_not_met")
 
 
 def solve_steady(
@@ -72,96 +77,49 @@ def solve_steady(
 
     scene = scene_of(contact, lubricant, offset)
     report = PathReport()
-    fallbacks: list[str] = []
     shear = shear_law(contact, lubricant)
-    try:
-        near = _near(scene, start, report, fallbacks)
-        levels, limit = _nested(scene, near, shear, accuracy, report, fallbacks)
-    except NewtonFailure as failure:
-        return _failed(failure.reason, report)
-    return _result(contact, scene, shear, levels, limit, near, report, tuple(fallbacks))
-
-
-def _near(scene: Scene, start: SteadyResult | None, report: PathReport, fallbacks: list[str]) -> Level:
-    """A solution of the scene on a coarse grid graded for it."""
-    if start is not None and start.coarse is not None:
+    fallbacks: list[str] = []
+    reason = ""
+    for attempt in _attempts(start):
+        if attempt.fallback:
+            fallbacks.append(attempt.fallback)
         try:
-            level = solve_level(start.coarse.grid, scene, start.coarse.unknowns, tolerance=1e-4, max_iterations=12)
-            report.iterations += level.iterations
-            return _settled(scene, level, report)
+            near = settled(scene, attempt.run(scene, report), report)
+            levels, limit = nested(scene, near, shear, accuracy, report, fallbacks)
         except NewtonFailure as failure:
-            report.iterations += failure.iterations
-            fallbacks.append("neighbour_too_far")
-    try:
-        return _settled(scene, cold_path(scene, PATH_NODES, report), report)
-    except NewtonFailure:
-        fallbacks.append("finer_path")
-    return _settled(scene, cold_path(scene, 2 * PATH_NODES - 1, report), report)
+            reason = failure.reason
+        else:
+            return _result(contact, scene, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
+    return _failed(reason, report, tuple(dict.fromkeys(fallbacks)))
 
 
-def _settled(scene: Scene, level: Level, report: PathReport) -> Level:
-    """Re-grade until the mesh fits the solution on it."""
-    for _ in range(4):
-        features = features_of_level(level)
-        if features.close_to(level.features):
-            break
-        grid = grid_for(features, level.x.size)
-        report.grids += 1
-        level = solve_level(grid, scene, transfer(level, grid), tolerance=1e-4)
-        report.iterations += level.iterations
-    return level
+@dataclass(frozen=True)
+class _Attempt:
+    """One way to a coarse solution, and the name it is reported by where it is not the plain one."""
+
+    fallback: str
+    run: Callable[[Scene, PathReport], Level]
 
 
-def _nested(
-    scene: Scene, near: Level, shear: ShearLaw, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
-) -> tuple[list[Level], Extrapolation]:
-    """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
-    grading = grade(features_of_level(near))
-    nodes = COARSEST[accuracy]
-    levels: list[Level] = []
-    while True:
-        grid = Grid.of(grading, grading.points(2 * nodes - 1))
-        guess = transfer(levels[-1] if levels else near, grid)
-        if len(levels) >= 2:
-            guess = _corrected(levels, guess)
-        nodes = 2 * nodes - 1
-        try:
-            level = solve_level(grid, scene, guess)
-        except NewtonFailure as failure:
-            report.iterations += failure.iterations
-            if len(levels) >= 3:
-                fallbacks.append("tolerance_not_met")
-                break
-            if nodes > MOST_NODES // 4:
-                raise
-            levels.clear()
-            fallbacks.append("coarse_grid_dropped")
-            continue
-        report.iterations += level.iterations
-        report.grids += 1
-        levels.append(level)
-        if len(levels) >= 3:
-            limit = extrapolate([numbers_of(level, shear).as_array() for level in levels])
-            if np.all(limit.relative()[:3] < TOLERANCE[accuracy]):
-                break
-            if nodes > MOST_NODES:
-                fallbacks.append("tolerance_not_met")
-                break
-    return levels, limit
+def _attempts(start: SteadyResult | None) -> list[_Attempt]:
+    """Ways to a solution in the order they are tried."""
 
+    def cold(nodes: int, tip: float) -> Callable[[Scene, PathReport], Level]:
+        return lambda scene, report: cold_path(scene, nodes, tip, report)
 
-def _corrected(levels: list[Level], guess: Unknowns) -> Unknowns:
-    """Start on the third grid: the second one plus a quarter of its change from the first."""
-    first, second = levels[-2].unknowns, levels[-1].unknowns
-    change = 0.25 * (second.pressure[::2] - first.pressure)
-    coarse_index = np.arange(change.size) * 4.0
-    pressure = guess.pressure + np.interp(np.arange(guess.pressure.size), coarse_index, change)
-    return Unknowns(
-        pressure,
-        guess.h00 + 0.25 * (second.h00 - first.h00),
-        guess.flow + 0.25 * (second.flow - first.flow),
-        guess.stretch + 0.25 * (second.stretch - first.stretch),
-    )
+    plain = [
+        _Attempt("", cold(97, TIP)),
+        _Attempt("spike_unresolved", cold(97, BLUNT_TIP)),
+        _Attempt("finer_path", cold(193, BLUNT_TIP)),
+    ]
+    if start is None or start.coarse is None:
+        return plain
+    neighbour = start.coarse
+    return [
+        _Attempt("", lambda scene, report: from_neighbour(neighbour, scene, report)),
+        _Attempt("neighbour_too_far", cold(97, TIP)),
+        *plain[1:],
+    ]
 
 
 def shear_law(contact: LineContact, lubricant: Lubricant) -> ShearLaw:
@@ -221,10 +179,10 @@ def _result(
     )
 
 
-def _failed(reason: str, report: PathReport) -> SteadyResult:
+def _failed(reason: str, report: PathReport, fallbacks: tuple[str, ...]) -> SteadyResult:
     """Result without a solution: zeros with infinite error, so that no NaN travels on."""
     empty = np.zeros(0)
     return SteadyResult(
         "failed", reason, empty, empty, empty, empty, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0,
+        math.inf, math.inf, math.inf, math.inf, report.iterations, 0, math.inf, math.inf, 0.0, 0.0, fallbacks,
     )  # fmt: skip

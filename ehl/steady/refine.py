@@ -1,0 +1,98 @@
+"""From one coarse solution to values with an error: re-grading, nested grids, extrapolation."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from ehl.steady.estimate import Extrapolation, extrapolate
+from ehl.steady.mesh import TIP, grade
+from ehl.steady.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
+from ehl.steady.outputs import ShearLaw, numbers_of
+from ehl.steady.path import PathReport, features_of_level, grid_for, transfer
+from ehl.steady.scaling import Scene
+
+Accuracy = Literal["fast", "standard", "reference"]
+
+# Coarsest of the nested grids, error estimate above which a finer grid is added, and the end of that.
+COARSEST: dict[str, int] = {"fast": 33, "standard": 49, "reference": 129}
+TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
+MOST_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
+UNDERSHOOT = 1e-4  # of p_h; more below zero is no solution
+
+
+def settled(scene: Scene, level: Level, report: PathReport) -> Level:
+    """Re-grade until the mesh fits the solution on it."""
+    for _ in range(4):
+        features = features_of_level(level)
+        if features.close_to(level.features):
+            break
+        grid = grid_for(features, level.x.size)
+        report.grids += 1
+        level = solve_level(grid, scene, transfer(level, grid), tolerance=1e-4)
+        report.iterations += level.iterations
+    return level
+
+
+def nested(
+    scene: Scene, near: Level, shear: ShearLaw, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
+) -> tuple[list[Level], Extrapolation]:
+    """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
+    grading = grade(features_of_level(near))
+    nodes = COARSEST[accuracy]
+    levels: list[Level] = []
+    while True:
+        grid = Grid.of(grading, grading.points(2 * nodes - 1))
+        guess = transfer(levels[-1] if levels else near, grid)
+        if len(levels) >= 2:
+            guess = _corrected(levels, guess)
+        nodes = 2 * nodes - 1
+        try:
+            level = solve_level(grid, scene, guess)
+        except NewtonFailure as failure:
+            report.iterations += failure.iterations
+            if len(levels) >= 3:
+                fallbacks.append("tolerance_not_met")
+                break
+            if nodes > MOST_NODES[accuracy] // 2:
+                raise
+            levels.clear()
+            fallbacks.append("coarse_grid_dropped")
+            continue
+        report.iterations += level.iterations
+        report.grids += 1
+        levels.append(level)
+        if len(levels) >= 3:
+            limit = extrapolate([numbers_of(level, shear).as_array() for level in levels[-3:]], levels[-3].x.size)
+            # The shear of an unresolved Newtonian spike does not converge; its error says so.
+            judged = 2 if near.features.tip > TIP else 3
+            if np.all(limit.relative()[:judged] < TOLERANCE[accuracy]):
+                break
+            if nodes > MOST_NODES[accuracy]:
+                fallbacks.append("tolerance_not_met")
+                break
+    _check(levels[-1])
+    return levels, limit
+
+
+def _check(level: Level) -> None:
+    """What the tracked exit takes for granted: no tension in the film, and a gap that opens at the exit."""
+    if float(level.unknowns.pressure.min()) < -UNDERSHOOT:
+        raise NewtonFailure("negative_pressure", 0)
+    if level.rho[-2] * level.film[-2] > level.unknowns.flow * (1.0 + 1e-9):
+        raise NewtonFailure("gap_closes_at_exit", 0)
+
+
+def _corrected(levels: list[Level], guess: Unknowns) -> Unknowns:
+    """Start on the third grid: the second one plus a quarter of its change from the first."""
+    first, second = levels[-2].unknowns, levels[-1].unknowns
+    change = 0.25 * (second.pressure[::2] - first.pressure)
+    coarse_index = np.arange(change.size) * 4.0
+    pressure = guess.pressure + np.interp(np.arange(guess.pressure.size), coarse_index, change)
+    return Unknowns(
+        pressure,
+        guess.h00 + 0.25 * (second.h00 - first.h00),
+        guess.flow + 0.25 * (second.flow - first.flow),
+        guess.stretch + 0.25 * (second.stretch - first.stretch),
+    )
