@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ehl.film_formulas import moes_1992
-from ehl.lubricant import Lubricant
+from ehl.lubricant import Lubricant, dowson_higginson_1966
 from ehl.oil import Oil
 from ehl.state import ContactState
 
@@ -79,8 +79,9 @@ def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
 def derive(columns: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """Complete a table that holds the names of `STATE_UNITS` and `LUBRICANT_UNITS` by the derived ones.
 
-    `film_formula` is the isothermal central film of Moes (1992) and `film_ratio_formula` that film over the composite
-    Rq: what stands in for the solver's film where only the formula is evaluated.
+    `film_formula` is the isothermal film of Moes (1992), an incompressible one, over the density ratio of Dowson &
+    Higginson at p_h, and `film_ratio_formula` that film over the composite Rq: what stands in for the solver's film
+    where only a formula is evaluated.
     """
     table = {name: np.asarray(columns[name], dtype=float) for name in (*STATE_UNITS, *LUBRICANT_UNITS)}
     pressure, radius, modulus = table["pressure_hertz"], table["radius_equivalent"], table["effective_modulus"]
@@ -127,4 +128,5 @@ def _moes_film(table: Conditions, load: Array) -> Array:
     # an unloaded point has no contact; the least load keeps the formula finite there
     m = np.maximum(load / (modulus * radius) / root, 1e-6)
     film = np.vectorize(moes_1992, otypes=[float])
-    return np.asarray(film(m, table["pressure_viscosity"] * modulus * np.sqrt(root)) * radius * root)
+    height = film(m, table["pressure_viscosity"] * modulus * np.sqrt(root)) * radius * root
+    return np.asarray(height / dowson_higginson_1966(table["pressure_hertz"]))

@@ -169,7 +169,8 @@ LOAD_SHARE = Family(
     " F = f (1 + (f/Lam)^8)^(-1/8); f = stress (tau0/p) asinh(strain eta v_s/(tau0 h))"
     " / (1 + heat_film beta tau0 v_s h/(8 k) + heat_flash beta tau0 v_s sqrt(b/u_r)/e)^heat_power;"
     " h = h0/(1 + inlet (1 + 14.8 SR^0.83) (eta0 beta u_r^2/k)^0.64)"
-    " with h0 the film of Moes (1992), p = pi p_h/4, eta the viscosity at p, SR = |v_s|/u_r,"
+    " with h0 the film of Moes (1992) over the density ratio of Dowson & Higginson at p_h,"
+    " p = pi p_h/4, eta the viscosity at p, SR = |v_s|/u_r,"
     " e = 12941.4 W s^0.5/(m2 K); tau0, Lam, beta, k of the oil at inlet temperature; SI units",
     ("stress", "strain", "heat_film", "heat_flash", "heat_power", "inlet", "share_scale", "share_power"),
     _BOX,

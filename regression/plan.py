@@ -22,6 +22,7 @@ from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
 
 MAX_CASES = 1_000_000
+MAX_LEVELS = 1000
 # 2^d corner points; beyond this a plan asks for more corners than samples
 MAX_CORNER_VARIABLES = 10
 
@@ -43,8 +44,8 @@ def _read_axis(value: Any, quantity: Quantity) -> Axis:
     if isinstance(value, Axis):
         return value
     if isinstance(value, list):
-        if not value:
-            raise InputError("values", "[]", "a list of at least one value")
+        if not 1 <= len(value) <= MAX_LEVELS:
+            raise InputError("values", f"list of {len(value)}", f"a list of 1 to {MAX_LEVELS} values")
         values = tuple(quantity.check(item, f"values[{i}]") for i, item in enumerate(value))
         if len(set(values)) < len(values):
             raise InputError("values", value, "a list of different values")

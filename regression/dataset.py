@@ -1,0 +1,164 @@
+"""The dataset of a run: one table, sorted by case key, with the derived variables, and what it came from."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from ehl.errors import InputError
+from regression.conditions import DERIVED_UNITS, UNITS, Array, derive
+from regression.store import NUMBER_UNITS, TIMING_UNITS, read_file, read_run, run_files
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """All cases of a run.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        One row per case, sorted by key; columns by the names of docs/nomenclature.md, SI.
+    plan_name, plan_hash, solver_version, oil, oil_hash : str
+        Where it comes from; `oil` is empty for a lubricant given by numbers.
+    planned : int
+        Cases of the whole plan.
+    """
+
+    frame: pd.DataFrame
+    plan_name: str
+    plan_hash: str
+    solver_version: str
+    oil: str
+    oil_hash: str
+    planned: int
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every number column."""
+        return {**UNITS, **NUMBER_UNITS}
+
+    @property
+    def converged(self) -> pd.DataFrame:
+        """The rows with a result."""
+        return self.frame[self.frame["status"] == "converged"].reset_index(drop=True)
+
+    @property
+    def data_hash(self) -> str:
+        """Hash of keys, status and all numbers but the wall times: equal for equal data, whoever computed them."""
+        digest = hashlib.sha256()
+        for name in ("key", "origin", "status", "reason"):
+            digest.update("\n".join(self.frame[name]).encode())
+        for name in NUMBER_UNITS:
+            if name not in TIMING_UNITS:
+                values = np.ascontiguousarray(self.frame[name].to_numpy(dtype="<f8"))
+                # every not-a-number counts as the same
+                digest.update(np.where(np.isnan(values), np.nan, values).astype("<f8").tobytes())
+        return digest.hexdigest()
+
+
+def load_dataset(run: Path) -> Dataset:
+    """Read all result files of a run.
+
+    Raises
+    ------
+    InputError
+        There are no results, they belong to different runs, or a file cannot be read.
+    """
+    meta, frame = read_run(run)
+    if frame.empty:
+        raise InputError("run", str(run), "a run with at least one finished case", "Sweep first.")
+    derived = derive({name: frame[name].to_numpy() for name in frame if name in UNITS})
+    frame = frame.assign(**{name: derived[name] for name in DERIVED_UNITS})
+    return Dataset(
+        frame,
+        str(meta["plan_name"]),
+        str(meta["plan_hash"]),
+        str(meta["solver_version"]),
+        str(meta["oil"]),
+        str(meta["oil_hash"]),
+        int(meta["count"]),
+    )
+
+
+def columns(frame: pd.DataFrame) -> dict[str, Array]:
+    """The variables of a dataset as the table a formula takes."""
+    return {name: frame[name].to_numpy(dtype=float) for name in UNITS}
+
+
+@dataclass(frozen=True)
+class ShardStatus:
+    """What one result file holds."""
+
+    path: Path
+    finished: int
+    converged: int
+    failed: dict[str, int]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class RunStatus:
+    """How far a run is.
+
+    Parameters
+    ----------
+    plan_name : str
+        Name of the plan.
+    planned, finished : int
+        Cases of the plan, and distinct cases on disk.
+    shards : tuple of ShardStatus
+        One per file.
+    """
+
+    plan_name: str
+    planned: int
+    finished: int
+    shards: tuple[ShardStatus, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every case of the plan is on disk."""
+        return self.finished >= self.planned
+
+
+def run_status(run: Path) -> RunStatus:
+    """How far a run is; also while it is being computed.
+
+    Raises
+    ------
+    InputError
+        There are no results, or a file cannot be read.
+    """
+    shards, keys = [], set()
+    plan_name, planned = "", 0
+    for path in run_files(run):
+        # without lock, so that a running sweep is neither disturbed nor in the way
+        meta, frame = read_file(path, locking=False)
+        failed = frame[frame["status"] != "converged"]
+        reasons = {str(reason): int(count) for reason, count in failed["reason"].value_counts().items()}
+        seconds = float(frame["seconds"].sum())
+        shards.append(ShardStatus(path, len(frame), len(frame) - len(failed), reasons, seconds))
+        keys |= set(frame["key"])
+        plan_name, planned = str(meta["plan_name"]), int(meta["count"])
+    return RunStatus(plan_name, planned, len(keys), tuple(shards))
+
+
+def export_table(dataset: Dataset, target: Path) -> None:
+    """Write the dataset as CSV; the second line holds the units.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    units = [dataset.units.get(str(name), "") or "1" for name in dataset.frame]
+    try:
+        with target.open("w", encoding="utf-8", newline="") as file:
+            file.write(",".join(map(str, dataset.frame.columns)) + "\n" + ",".join(units) + "\n")
+            dataset.frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
+    except OSError as error:
+        raise InputError("target", str(target), "a writable path", f"{error.strerror}.") from None

@@ -1,0 +1,382 @@
+"""From a dataset to a formula: least squares on ln mu, its errors, and what they are worth.
+
+dataset -> usable rows -> coefficients and their errors -> held-out errors by fold -> errors by region -> formula file
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ehl.errors import ConvergenceError, InputError
+from regression import __version__
+from regression.conditions import UNITS, Array
+from regression.dataset import Dataset, columns
+from regression.families import FAMILIES, Family, family_named
+from regression.formula import (
+    FORMULA_SCHEMA,
+    Band,
+    DataIdentity,
+    Formula,
+    Interval,
+    OilIdentity,
+    Scores,
+    WorstCase,
+)
+
+INTERVAL_LEVEL = 0.9
+FOLDS = 10
+_CELLS = 4  # cells per axis of the (p, R) groups
+
+# edges of the bands errors are reported in; outer bands are open
+BANDS: dict[str, tuple[float, ...]] = {
+    "film_ratio": (0.5, 1.0, 2.0),
+    "slide_to_roll_total": (0.05, 0.2, 0.5, 1.0),
+    "pressure_hertz": (0.7e9, 1.0e9, 1.5e9),
+    "temperature_oil": (333.15, 353.15, 373.15),
+}
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Fitted coefficients.
+
+    Parameters
+    ----------
+    values, standard_errors : dict
+        By term; a dropped term has neither spread nor effect of its own.
+    dropped : dict
+        Term to the reason it could not be fitted.
+    variance_inflation : dict
+        VIF of every fitted term but the constant: how much its variance grows by collinearity.
+    condition_number : float
+        Of the design matrix with columns of unit length.
+    """
+
+    values: dict[str, float]
+    standard_errors: dict[str, float]
+    dropped: dict[str, str]
+    variance_inflation: dict[str, float]
+    condition_number: float
+
+
+def fit_formula(dataset: Dataset, family_name: str = "xu", *, corners: bool = False) -> Formula:
+    """Fit one family of formulas to a dataset.
+
+    The same data give bit-identical coefficients on one machine and build: rows are sorted by key and one thread
+    computes.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As of `load_dataset`.
+    family_name : str
+        A name of `regression.families.FAMILIES`.
+    corners : bool
+        Fit the corner points too, which a plan may have added.
+
+    Raises
+    ------
+    InputError
+        Too few usable cases, more than one boundary friction, or no such family.
+    ConvergenceError
+        The nonlinear fit did not settle.
+    """
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    family = family_named(family_name)
+    frame, excluded = usable_rows(dataset, corners=corners)
+    boundary = np.unique(frame["boundary_friction"])
+    if boundary.size > 1:
+        raise InputError("boundary_friction", boundary.tolist(), "one value for all cases of a fit")
+    if len(frame) < 2 * len(family.terms):
+        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
+        needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
+        raise InputError("run", f"{len(frame)} usable cases", needed, f"Excluded: {reasons}.")
+    mu_b = float(boundary[0])
+    with threadpool_limits(1):
+        fitted = fit_coefficients(family, frame, mu_b)
+        held_out, folds = cross_validate(family, frame, mu_b)
+    table = columns(frame)
+    within = np.exp(family.log_mu(table, fitted.values, mu_b))
+    error = np.abs(np.log(held_out / _mu(frame)))
+    return Formula(
+        schema_version=FORMULA_SCHEMA,
+        writer=f"mixed-ehl {__version__}",
+        family=family.name,
+        equation=family.equation,
+        coefficients=fitted.values,
+        standard_errors=fitted.standard_errors,
+        dropped=fitted.dropped,
+        variance_inflation=fitted.variance_inflation,
+        condition_number=fitted.condition_number,
+        boundary_friction=mu_b,
+        ranges={name: (float(frame[name].min()), float(frame[name].max())) for name in family.box},
+        units={name: UNITS[name] for name in family.box},
+        oil=OilIdentity(name=dataset.oil or None, card_hash=dataset.oil_hash or None),
+        fit=scores(frame, within),
+        validation=scores(frame, held_out),
+        folds=folds,
+        bands=bands(frame, held_out),
+        interval=Interval(
+            level=INTERVAL_LEVEL, half_width=conformal_width(error, INTERVAL_LEVEL), largest=float(error.max())
+        ),
+        noise_floor=noise_floor(frame),
+        data=DataIdentity(
+            hash=dataset.data_hash,
+            plan=dataset.plan_name,
+            plan_hash=dataset.plan_hash,
+            solver_version=dataset.solver_version,
+            count=len(dataset.frame),
+            used=len(frame),
+            excluded=excluded,
+        ),
+    )
+
+
+def fit_families(dataset: Dataset, *, corners: bool = False) -> dict[str, Formula]:
+    """Every family fitted to the same rows, best first: smallest RMS of the held-out error of ln mu.
+
+    A family whose fit does not settle is left out.
+
+    Raises
+    ------
+    InputError
+        As `fit_formula`.
+    """
+    fitted: dict[str, Formula] = {}
+    for name in FAMILIES:
+        with contextlib.suppress(ConvergenceError):
+            fitted[name] = fit_formula(dataset, name, corners=corners)
+    return dict(sorted(fitted.items(), key=lambda item: -item[1].validation.r2_log))
+
+
+def _mu(frame: pd.DataFrame) -> Array:
+    return frame["friction_coefficient"].to_numpy(dtype=float)
+
+
+def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
+    """Rows ln mu can be fitted to, and how many were left out for which reason."""
+    frame = dataset.frame
+    mu = frame["friction_coefficient"]
+    reasons = pd.Series("", index=frame.index, dtype=object)
+    reasons[frame["slide_to_roll_total"] <= 0.0] = "no sliding"
+    reasons[~(mu > 0.0)] = "friction not positive"
+    if not corners:
+        reasons[frame["origin"] == "corner"] = "corner kept for checking"
+    failed = frame["status"] != "converged"
+    reasons[failed] = "failed: " + frame.loc[failed, "reason"].astype(object)
+    left_out = reasons[reasons != ""].value_counts().sort_index()
+    excluded = {str(reason): int(count) for reason, count in left_out.items()}
+    return frame[reasons == ""].reset_index(drop=True), excluded
+
+
+def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: float) -> Coefficients:
+    """Coefficients of one family from the rows of a dataset."""
+    table, target = columns(frame), np.log(_mu(frame))
+    if family.design is not None:
+        return linear_fit(family.terms, family.design(table), target)
+    return _nonlinear_fit(family, table, target, boundary_friction)
+
+
+def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coefficients:
+    """Ordinary least squares by QR; the first column is the constant.
+
+    A column that does not vary cannot be told from the constant: its term is dropped, with coefficient 0.
+
+    Parameters
+    ----------
+    terms : tuple of str
+        One per column.
+    design : array, shape (n, k)
+    target : array, shape (n,)
+    """
+    spread = np.ptp(design, axis=0)
+    varies = spread > 1e-9 * np.maximum(np.abs(design).max(axis=0), 1e-30)
+    kept = [0, *(int(i) for i in np.flatnonzero(varies) if i != 0)]
+    dropped = {terms[i]: "does not vary in the data" for i in range(len(terms)) if i not in kept}
+    columns_kept = design[:, kept]
+    scale = np.linalg.norm(columns_kept, axis=0)
+    scaled = columns_kept / scale
+    condition = float(np.linalg.cond(scaled))
+    if not condition < 1e12:
+        # two columns are one and the same; say so rather than return noise
+        raise InputError("run", "data of too few dimensions", "cases that vary every variable on its own")
+    q, r = np.linalg.qr(scaled)
+    beta = np.linalg.solve(r, q.T @ target)
+    freedom = len(target) - len(kept)
+    residual = target - scaled @ beta
+    variance = float(residual @ residual) / freedom if freedom > 0 else math.nan
+    inverse = np.linalg.inv(r)
+    errors = np.sqrt(np.maximum(variance, 0.0) * np.sum(inverse**2, axis=1)) / scale
+    values = dict.fromkeys(terms, 0.0) | {terms[i]: float(b) for i, b in zip(kept, beta / scale, strict=True)}
+    return Coefficients(
+        values,
+        {terms[i]: float(e) for i, e in zip(kept, errors, strict=True)},
+        dropped,
+        _variance_inflation([terms[i] for i in kept[1:]], columns_kept[:, 1:]),
+        condition,
+    )
+
+
+def _variance_inflation(terms: list[str], design: Array) -> dict[str, float]:
+    if len(terms) < 2:
+        return dict.fromkeys(terms, 1.0)
+    inverse = np.linalg.inv(np.corrcoef(design, rowvar=False))
+    return {term: float(value) for term, value in zip(terms, np.diag(inverse), strict=True)}
+
+
+def _nonlinear_fit(family: Family, table: Mapping[str, Array], target: Array, boundary_friction: float) -> Coefficients:
+    """Bounded least squares with a loss that outliers do not dominate, started from physical values."""
+    from scipy.optimize import least_squares
+
+    terms = family.terms
+
+    def residual(x: Array) -> Array:
+        return family.log_mu(table, dict(zip(terms, map(float, x), strict=True)), boundary_friction) - target
+
+    lower, upper = np.array(family.lower), np.array(family.upper)
+    start = np.array(family.start)
+    # the level by the mean of the log residual: the linear part of the problem
+    start[0] = np.clip(start[0] * np.exp(-np.median(residual(start))), lower[0], upper[0])
+    solution = least_squares(
+        residual,
+        start,
+        bounds=(lower, upper),
+        loss="soft_l1",
+        f_scale=0.1,
+        x_scale=np.maximum(np.abs(start), 0.05),
+        max_nfev=500,
+    )
+    if solution.status <= 0:
+        raise ConvergenceError("fit", f"family {family.name} after {solution.nfev} evaluations")
+    x, jacobian = solution.x, np.asarray(solution.jac)
+    strength = np.linalg.norm(jacobian * np.maximum(np.abs(x), 0.05), axis=0)
+    at_bound = (x <= lower + 1e-6 * (upper - lower)) | (x >= upper - 1e-6 * (upper - lower))
+    free = np.flatnonzero((strength > 1e-8 * strength.max()) & ~at_bound)
+    dropped = {
+        terms[i]: "at its bound" if at_bound[i] else "has no effect in the data"
+        for i in range(len(terms))
+        if i not in free
+    }
+    scale = np.linalg.norm(jacobian[:, free], axis=0)
+    scaled = jacobian[:, free] / scale
+    rest = residual(x)
+    variance = float(rest @ rest) / max(len(target) - len(free), 1)
+    covariance = np.linalg.pinv(scaled.T @ scaled)
+    errors = np.sqrt(variance * np.diag(covariance)) / scale
+    return Coefficients(
+        {term: float(v) for term, v in zip(terms, x, strict=True)},
+        {terms[i]: float(e) for i, e in zip(free, errors, strict=True)},
+        dropped,
+        {terms[i]: float(v) for i, v in zip(free, np.diag(covariance), strict=True)},
+        float(np.linalg.cond(scaled)),
+    )
+
+
+def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
+    """Group of every row: its cell of a 4 x 4 grid in pressure and radius (logarithm) over their ranges."""
+    groups = np.zeros(len(frame), dtype=np.int64)
+    for values in (frame["pressure_hertz"].to_numpy(), np.log(frame["radius_equivalent"].to_numpy())):
+        low, width = values.min(), np.ptp(values)
+        cell = (values - low) / width * _CELLS if width > 1e-9 * abs(low) else np.zeros(len(values))
+        groups = groups * _CELLS + np.minimum(cell.astype(np.int64), _CELLS - 1)
+    return groups
+
+
+def fold_numbers(frame: pd.DataFrame) -> NDArray[np.int64]:
+    """Fold of every row: whole (p, R) cells are held out together; fewer than two cells fall back to rows in turn."""
+    from sklearn.model_selection import GroupKFold
+
+    groups = cell_groups(frame)
+    count = min(FOLDS, np.unique(groups).size)
+    if count < 2:
+        return np.arange(len(frame)) % min(FOLDS, len(frame))
+    folds = np.zeros(len(frame), dtype=np.int64)
+    for number, (_, held) in enumerate(GroupKFold(count).split(groups, groups=groups)):
+        folds[held] = number
+    return folds
+
+
+def cross_validate(family: Family, frame: pd.DataFrame, boundary_friction: float) -> tuple[Array, int]:
+    """Friction of every row by a formula fitted without its fold, and the number of folds."""
+    folds = fold_numbers(frame)
+    predicted = np.empty(len(frame))
+    for number in np.unique(folds):
+        held = folds == number
+        fitted = fit_coefficients(family, frame[~held].reset_index(drop=True), boundary_friction)
+        predicted[held] = np.exp(family.log_mu(columns(frame[held]), fitted.values, boundary_friction))
+    return predicted, int(np.unique(folds).size)
+
+
+def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
+    """Errors of predicted against computed friction over all rows."""
+    mu = _mu(frame)
+    relative = predicted / mu - 1.0
+    worst = int(np.argmax(np.abs(relative)))
+    names = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total", "temperature_oil")
+    case = {name: float(frame[name].iloc[worst]) for name in (*names, "roughness_rms", "friction_coefficient")}
+    return Scores(
+        count=len(mu),
+        r2=_r2(mu, predicted),
+        r2_log=_r2(np.log(mu), np.log(predicted)),
+        rmse=float(np.sqrt(np.mean((predicted - mu) ** 2))),
+        mape=float(np.mean(np.abs(relative))),
+        p95=float(np.quantile(np.abs(relative), 0.95)),
+        largest=float(np.abs(relative).max()),
+        bias=float(np.mean(relative)),
+        worst=WorstCase(key=str(frame["key"].iloc[worst]), relative_error=float(relative[worst]), conditions=case),
+    )
+
+
+def _r2(observed: Array, predicted: Array) -> float:
+    total = float(np.sum((observed - observed.mean()) ** 2))
+    return 1.0 - float(np.sum((observed - predicted) ** 2)) / total if total > 0.0 else 0.0
+
+
+def bands(frame: pd.DataFrame, predicted: Array) -> tuple[Band, ...]:
+    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out."""
+    relative = predicted / _mu(frame) - 1.0
+    result = []
+    for variable, edges in BANDS.items():
+        values = frame[variable].to_numpy(dtype=float)
+        finite = values[np.isfinite(values)]
+        if not finite.size:
+            continue
+        limits = (float(finite.min()), *(e for e in edges if finite.min() < e < finite.max()), float(finite.max()))
+        for low, high in itertools.pairwise(limits):
+            inside = (values >= low) & ((values < high) | ((high == limits[-1]) & (values <= high)))
+            if inside.any():
+                error = np.abs(relative[inside])
+                result.append(
+                    Band(
+                        variable=variable,
+                        low=low,
+                        high=high,
+                        count=int(inside.sum()),
+                        mape=float(error.mean()),
+                        p95=float(np.quantile(error, 0.95)),
+                        bias=float(relative[inside].mean()),
+                    )
+                )
+    return tuple(result)
+
+
+def conformal_width(error: Array, level: float) -> float:
+    """The smallest width that covers ceil((n + 1) level) of n held-out errors (split conformal)."""
+    rank = min(math.ceil((len(error) + 1) * level), len(error))
+    return float(np.sort(error)[rank - 1])
+
+
+def noise_floor(frame: pd.DataFrame) -> float:
+    """RMS of the solver's own relative friction error: what no formula can fall below; 0 where none is stated."""
+    stated = frame["friction_error"].to_numpy(dtype=float)
+    stated = stated[np.isfinite(stated)]
+    return float(np.sqrt(np.mean(stated**2))) if stated.size else 0.0
