@@ -11,7 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.assembly import cross, dot, turn
+from efficiency.mesh_surface import NORMAL, POSITION, MeshSurface, line_frame
 from efficiency.pair import GearPair
+from ehl.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -78,6 +81,15 @@ class MeshPosition:
     transmission_error: float
 
 
+@dataclass(frozen=True)
+class _Lines:
+    """Points of lines of constant roll angle on the gear flank and the length each stands for, lines consecutive."""
+
+    u: FloatArray
+    v: FloatArray
+    length: FloatArray
+
+
 def mesh_cycle(pair: GearPair, positions: int = 24, points_per_line: int = 31) -> tuple[MeshPosition, ...]:
     """Contact lines at equally spaced pinion angles over one pinion pitch, ``2 pi/N1``.
 
@@ -88,11 +100,178 @@ def mesh_cycle(pair: GearPair, positions: int = 24, points_per_line: int = 31) -
     positions : int
         Number of pinion angles in the pitch (the end of the pitch, equal to its start, is left out).
     points_per_line : int
-        Points on each contact line.
+        Points on each contact line, midpoints of equal parts.
 
     Returns
     -------
     tuple of MeshPosition
         One entry per pinion angle.
     """
-    raise NotImplementedError
+    for name, value, least in (("positions", positions, 1), ("points_per_line", points_per_line, 2)):
+        if not isinstance(value, int) or value < least:
+            raise InputError(name, value, f"a whole number of at least {least}")
+    surface = pair.surface
+    angles = np.arange(positions) / positions * surface.pitch
+    lowest, highest = _roll_range(surface)
+    pairs = np.arange(
+        int(np.floor((lowest - surface.pitch) / surface.pitch)), int(np.ceil(highest / surface.pitch)) + 1
+    )
+    # a pair further along in mesh has a larger roll angle
+    roll = angles[:, None] + pairs[None, :] * surface.pitch
+    place, column = np.nonzero((roll > lowest) & (roll < highest))
+    lines, kept = _trace(surface, roll[place, column], points_per_line)
+    place, column = place[kept], column[kept]
+    fields = _points(surface, lines)
+    count = points_per_line
+    owner, tooth = np.repeat(place, count), np.repeat(pairs[column], count)
+    result = []
+    for k in range(positions):
+        here = owner == k
+        if not here.any():
+            raise ConvergenceError("no_contact", f"no tooth pair can touch at pinion angle {angles[k]:.4g} rad")
+        own = {name: values[here] for name, values in fields.items()}
+        closing = own.pop("valley") / own["lever_gear"]
+        first = float(closing.min())
+        own["gap"] = (closing - first) * own["lever_gear"]
+        result.append(MeshPosition(float(angles[k]), tooth[here], transmission_error=-first, **own))
+    return tuple(result)
+
+
+def _roll_range(surface: MeshSurface) -> tuple[float, float]:
+    (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
+    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(u0, u1, 81), np.linspace(v0, v1, 61)))
+    inside = surface.margin(u, v) >= 0.0
+    if not inside.any():
+        raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
+    roll = surface.patch(u[inside], v[inside], ("roll",))[0]
+    return float(roll.min()), float(roll.max())
+
+
+def _trace(surface: MeshSurface, roll: FloatArray, count: int) -> tuple[_Lines, IntArray]:
+    """Lines of given roll angles inside both blanks, and which of the given ones have any length."""
+    coarse = 61
+    swapped = _steep(surface)
+    low, high = surface.patch.v_range if swapped else surface.patch.u_range
+    run = np.broadcast_to(np.linspace(low, high, coarse), (roll.size, coarse))
+    u, v, found = _level(surface, roll, run, swapped)
+    margin = np.where(found, surface.margin(u.ravel(), v.ravel()).reshape(u.shape), -1.0)
+    inside = margin > 0.0
+    kept = np.flatnonzero(inside.any(axis=1))
+    margin, run, roll = margin[kept], run[kept], roll[kept]
+    # the longest inner part: from its first to its last inner sample around the sample farthest inside
+    deepest = np.argmax(margin, axis=1)
+    ends = []
+    for step in (-1, 1):
+        edge = deepest.copy()
+        for _ in range(coarse):
+            ahead = np.clip(edge + step, 0, coarse - 1)
+            edge = np.where(margin[np.arange(kept.size), ahead] > 0.0, ahead, edge)
+        outer = np.clip(edge + step, 0, coarse - 1)
+        rows = np.arange(kept.size)
+        ends.append(_end(surface, roll, run[rows, edge], run[rows, outer], swapped))
+    start, stop = ends
+    part = (stop - start) / count
+    run = start[:, None] + part[:, None] * (np.arange(count) + 0.5)
+    u, v, _ = _level(surface, roll, run, swapped)
+    u, v = u.ravel(), v.ravel()
+    return _Lines(u, v, _stretch(surface, u, v, swapped) * np.repeat(part, count)), kept
+
+
+def _stretch(surface: MeshSurface, u: FloatArray, v: FloatArray, swapped: bool) -> FloatArray:
+    """Length of a line per unit of the coordinate it is followed in."""
+    p = surface.patch
+    ru, rv = p(u, v, POSITION, du=1), p(u, v, POSITION, dv=1)
+    (roll_u,), (roll_v,) = p(u, v, ("roll",), du=1), p(u, v, ("roll",), dv=1)
+    tangent = rv - ru * roll_v / roll_u if swapped else ru - rv * roll_u / roll_v
+    return np.sqrt(dot(tangent, tangent))
+
+
+def _steep(surface: MeshSurface) -> bool:
+    """Whether the lines run more across the tooth height than along the face."""
+    u, v = np.array([surface.design_point[0]]), np.array([surface.design_point[1]])
+    (roll_u,), (roll_v,) = (surface.patch(u, v, ("roll",), du=a, dv=1 - a) for a in (1, 0))
+    depth = float(surface.height(u, v + 1.0)[0] - surface.height(u, v)[0])
+    return bool(abs(roll_u[0]) > abs(roll_v[0]) / depth)
+
+
+def _level(
+    surface: MeshSurface, roll: FloatArray, run: FloatArray, swapped: bool
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Points of the lines at given u (or v where swapped); where a line leaves the map the nearest point of its rim."""
+    low, high = surface.patch.u_range if swapped else surface.patch.v_range
+    target = np.broadcast_to(roll[:, None], run.shape).ravel()
+    fixed = run.ravel()
+    free = np.full(fixed.shape, 0.5 * (low + high))
+    found = np.zeros(fixed.shape, dtype=bool)
+    for _ in range(12):
+        u, v = (free, fixed) if swapped else (fixed, free)
+        slope = surface.patch(u, v, ("roll",), du=int(swapped), dv=int(not swapped))[0]
+        step = (surface.exact_roll(u, v) - target) / slope
+        moved = np.clip(free - step, low, high)
+        found = np.abs(step) < 1e-10 * (high - low)
+        settled = bool(np.all(np.abs(moved - free) < 1e-10 * (high - low)))
+        free = moved
+        if settled:
+            break
+    u, v = (free, fixed) if swapped else (fixed, free)
+    return u.reshape(run.shape), v.reshape(run.shape), found.reshape(run.shape)
+
+
+def _end(surface: MeshSurface, roll: FloatArray, inner: FloatArray, outer: FloatArray, swapped: bool) -> FloatArray:
+    """Where the lines cross the boundary between an inner and an outer sample, by bisection."""
+    for _ in range(24):
+        middle = 0.5 * (inner + outer)
+        u, v, found = _level(surface, roll, middle[:, None], swapped)
+        good = found[:, 0] & (surface.margin(u[:, 0], v[:, 0]) > 0.0)
+        inner, outer = np.where(good, middle, inner), np.where(good, outer, middle)
+    return inner
+
+
+def _points(surface: MeshSurface, lines: _Lines) -> dict[str, FloatArray]:
+    """All fields of `MeshPosition` but those that need the whole position, for flattened lines."""
+    u, v = lines.u, lines.v
+    p, assembly, sign = surface.patch, surface.assembly, surface.direction
+    local, facing = p(u, v, POSITION), p(u, v, NORMAL)
+    facing = facing / np.sqrt(dot(facing, facing))
+    f2, rate = assembly.roll(local, facing)
+    frame = line_frame(p, u, v)
+    position = assembly.gear_in_mesh(local, f2)
+    normal = -turn(facing, f2)
+    along = turn(frame.along, f2)
+    along = along - normal * dot(along, normal)
+    along = along / np.sqrt(dot(along, along))
+    across = cross(along, normal)
+    gradient = dot(turn(frame.gradient, f2), across)
+    sliding = sign * assembly.sliding(position)
+    sliding_across = dot(sliding, across)
+    # the line runs over the gear at 1/gradient: relative to it the gear surface moves the other way
+    surface_gear = -1.0 / gradient
+    surface_pinion = surface_gear + sliding_across
+    lever_pinion, lever_gear = assembly.levers(position, normal)
+
+    # ease-off across the line: its curvature adds to that of the conjugate flanks, its slope shifts the contact
+    up, vp = frame.rates * np.sign(gradient)
+    (eu,), (ev,) = p(u, v, ("ease_off",), du=1), p(u, v, ("ease_off",), dv=1)
+    euu, euv, evv = (p(u, v, ("ease_off",), du=2 - k, dv=k)[0] for k in (0, 1, 2))
+    slope = eu * up + ev * vp
+    curvature = rate / (surface_gear * surface_pinion) + euu * up**2 + 2.0 * euv * up * vp + evv * vp**2
+    u1, h1 = p(u, v, ("u1", "h1"))
+    gear, pinion = surface.gear.blank, surface.pinion.blank
+    return {
+        "position": position.T,
+        "normal": normal.T,
+        "along": along.T,
+        "across": across.T,
+        "length": lines.length,
+        "valley": p(u, v, ("ease_off",))[0] - 0.5 * slope**2 / curvature,
+        "radius_equivalent": 1.0 / curvature,
+        "lever_pinion": sign * lever_pinion,
+        "lever_gear": sign * np.sign(assembly.ratio) * lever_gear,
+        "sliding_along": dot(sliding, along),
+        "sliding_across": sliding_across,
+        "entrainment": 0.5 * (surface_gear + surface_pinion),
+        "height_gear": surface.height(u, v) - gear.root(u),
+        "height_pinion": h1 - pinion.root(u1),
+        "face_gear": u + 0.5 * gear.face_width,
+        "face_pinion": u1 + 0.5 * pinion.face_width,
+    }

@@ -33,6 +33,23 @@ class FlankPoints:
     position: FloatArray
     normal: FloatArray
 
+    @property
+    def azimuth(self) -> FloatArray:
+        """Angle of the points about the axis of the member [rad]."""
+        return np.asarray(np.arctan2(self.position[1], self.position[0]))
+
+    def angles(self, pitch_angle: float) -> tuple[FloatArray, FloatArray]:
+        """Spiral angle and normal pressure angle of the flank at its points [rad], both unsigned.
+
+        The spiral angle lies in the cone through the point, parallel to the pitch cone, between the flank's trace and
+        the generatrix; the normal pressure angle between the flank normal and the tangent plane of that cone.
+        """
+        c, s = np.cos(self.azimuth), np.sin(self.azimuth)
+        radial, around = self.normal[0] * c + self.normal[1] * s, self.normal[1] * c - self.normal[0] * s
+        sine, cosine = np.sin(pitch_angle), np.cos(pitch_angle)
+        along, out = radial * sine + self.normal[2] * cosine, radial * cosine - self.normal[2] * sine
+        return np.arctan2(np.abs(along), np.abs(around)), np.arcsin(np.abs(out))
+
 
 @dataclass(frozen=True)
 class Flank:

@@ -37,18 +37,21 @@ class MeshSurface:
     assembly : Assembly
         Their position, misalignments included.
     phase : float
-        Rotation of the pinion flank about its axis [rad] that gives zero ease-off at the design point.
+        Rotation of the pinion flank about its axis [rad] that makes the smallest ease-off zero.
     direction : float
         +1 or -1: sense of pinion rotation about the axis of the mesh frame when these flanks drive.
     roll_zero : float
         Pinion rotation f1 [rad] at which the design point touches; roll angles are ``direction (f1 - roll_zero)``.
     design_point : (float, float)
         (u, v) of the design point: mean cone distance, middle of the working depth.
+    crest : (float, float)
+        (u, v) of the smallest ease-off over lever, where the transmission error has its highest point.
     patch : Patch
         Fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``roll`` (surface of roll angle in driving
         direction [rad]), ``ease_off`` [m], ``lever`` (arm about the gear axis [m]), ``turn_back`` (ease-off over lever:
         the gear rotation that closes it [rad]), ``bend`` (separation of the conjugate pair over the lever is
-        ``bend (roll - angle)^2/2`` [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]).
+        ``bend (roll - angle)^2/2`` at a point fixed to the pinion [1/rad]), ``u1``, ``h1`` (blank coordinates on the
+        pinion [m]).
     """
 
     gear: Flank
@@ -58,6 +61,7 @@ class MeshSurface:
     direction: float
     roll_zero: float
     design_point: tuple[float, float]
+    crest: tuple[float, float]
     patch: Patch
 
     @property
@@ -153,7 +157,28 @@ def mesh_surface(gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: 
     sliding = direction * assembly.sliding(in_mesh[:, :-1])
     share = dot(sliding, turn(frame.gradient, conjugate.gear_roll[:-1]))
     patch = patch.extended({"bend": conjugate.rate[:-1] * (1.0 - share) / lever[:-1]})
-    return MeshSurface(gear, pinion, assembly, phase, direction, float(pinion_roll[-1]), (0.0, middle), patch)
+    crest, lowest = _crest(patch)
+    patch = patch.shifted("turn_back", -lowest, "ease_off", "lever")
+    phase += direction * lowest / abs(assembly.ratio)
+    return MeshSurface(gear, pinion, assembly, phase, direction, float(pinion_roll[-1]), (0.0, middle), crest, patch)
+
+
+def _crest(patch: Patch) -> tuple[tuple[float, float], float]:
+    """Place and value of the smallest ease-off over lever; on the rim of the map where it falls to the outside."""
+    (u0, u1), (v0, v1) = patch.u_range, patch.v_range
+    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(u0, u1, 41), np.linspace(v0, v1, 31)))
+    lowest = int(np.argmin(patch(u, v, ("turn_back",))[0]))
+    at = np.array([u[lowest], v[lowest]])
+    for _ in range(8):
+        a, b = at[:1], at[1:]
+        name = ("turn_back",)
+        gradient = np.array([patch(a, b, name, du=1)[0, 0], patch(a, b, name, dv=1)[0, 0]])
+        mixed = patch(a, b, name, du=1, dv=1)[0, 0]
+        hessian = np.array([[patch(a, b, name, du=2)[0, 0], mixed], [mixed, patch(a, b, name, dv=2)[0, 0]]])
+        if np.linalg.det(hessian) <= 0.0 or hessian[0, 0] <= 0.0:
+            break
+        at = np.clip(at - np.linalg.solve(hessian, gradient), [u0, v0], [u1, v1])
+    return (float(at[0]), float(at[1])), float(patch(at[:1], at[1:], ("turn_back",))[0, 0])
 
 
 @dataclass(frozen=True)

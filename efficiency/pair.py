@@ -3,8 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from efficiency.blank import ToothShape
+from efficiency.design import Design
+from efficiency.mesh_surface import MeshSurface, mesh_surface
+from efficiency.thickness import tooth_shapes
+from efficiency.transmission import ContactPath, contact_path
+
+FloatArray = NDArray[np.float64]
+Side = Literal["drive", "coast"]
 
 
 @dataclass(frozen=True)
@@ -13,19 +24,68 @@ class GearPair:
 
     Attributes
     ----------
-    name : str
-        Name of the design.
+    design : Design
+        What it was computed from.
     side : str
         ``"drive"`` or ``"coast"``: which flank pair is in contact.
-    teeth_pinion, teeth_gear : int
-        Numbers of teeth.
+    surface : MeshSurface
+        Both flanks, surface of roll angle, ease-off.
+    path : ContactPath
+        Unloaded contact path and transmission error of one tooth pair, half a pitch to both sides.
     shape_pinion, shape_gear : ToothShape
         Depth and thickness of one tooth of each member along its face.
     """
 
-    name: str
-    side: str
-    teeth_pinion: int
-    teeth_gear: int
+    design: Design
+    side: Side
+    surface: MeshSurface
+    path: ContactPath
     shape_pinion: ToothShape
     shape_gear: ToothShape
+
+    @property
+    def name(self) -> str:
+        """Name of the design."""
+        return self.design.name
+
+    @property
+    def teeth_pinion(self) -> int:
+        """Number of teeth of the pinion."""
+        return self.design.pinion.blank.teeth
+
+    @property
+    def teeth_gear(self) -> int:
+        """Number of teeth of the gear."""
+        return self.design.gear.blank.teeth
+
+    @property
+    def ease_off_error(self) -> float:
+        """Estimated interpolation error of the ease-off [m]."""
+        return self.surface.interpolation_error
+
+
+def gear_pair(design: Design, side: Side = "drive") -> GearPair:
+    """Compute the geometry of a pair.
+
+    Parameters
+    ----------
+    design : Design
+        Design, misalignments included.
+    side : str
+        ``"drive"`` or ``"coast"``.
+
+    Raises
+    ------
+    ConvergenceError
+        A flank does not exist in the mating region (undercut), the members do not mesh, or the unloaded contact runs
+        over an edge within half a pitch.
+    """
+    pinion, gear = design.flanks(side)
+    surface = mesh_surface(gear, pinion, design.placement())
+    path = contact_path(surface, _centred(surface, 41))
+    shape_pinion, shape_gear = tooth_shapes(design)
+    return GearPair(design, side, surface, path, shape_pinion, shape_gear)
+
+
+def _centred(surface: MeshSurface, count: int) -> FloatArray:
+    return np.linspace(-0.5, 0.5, count) * surface.pitch

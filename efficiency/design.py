@@ -1,0 +1,276 @@
+"""The design file of a gear pair: blanks, cutters, machine settings, assembly, oil and operating point."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from efficiency.assembly import Assembly
+from efficiency.blank import Blank
+from efficiency.cutter import Blade, FlankSide
+from efficiency.flank import Flank
+from efficiency.machine import MachineSettings
+from ehl._data import data_names, data_path
+from ehl.errors import InputError
+from ehl.material import Material, load_material
+from ehl.oil import Oil, Temperature
+from ehl.units import Quantity
+from ehl.validation import InputModel, read_toml, validate
+
+Length = Annotated[float, Quantity("m", gt=0.0, le=3.0)]
+Depth = Annotated[float, Quantity("m", ge=0.0, le=0.2)]
+Shift = Annotated[float, Quantity("m", ge=-1.0, le=1.0)]
+Error = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
+ConeAngle = Annotated[float, Quantity("rad", gt=0.0, lt=1.5707)]
+TaperAngle = Annotated[float, Quantity("rad", ge=-0.35, le=0.35)]
+BladeAngle = Annotated[float, Quantity("rad", gt=0.0, lt=0.9)]
+Turn = Annotated[float, Quantity("rad", ge=-3.1416, le=3.1416)]
+Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
+Teeth = Annotated[int, Field(ge=3, le=400)]
+
+
+class BlankInput(InputModel):
+    """Blank of one member in ISO 23509 terms; the mean point lies in the middle of the face."""
+
+    teeth: Teeth
+    hand: Literal["left", "right"]
+    pitch_angle: ConeAngle
+    mean_cone_distance: Length
+    face_width: Length
+    mean_addendum: Depth
+    mean_dedendum: Depth
+    addendum_angle: TaperAngle
+    dedendum_angle: TaperAngle
+    pitch_apex_beyond_crossing: Shift = 0.0
+
+    @model_validator(mode="after")
+    def _face_fits(self) -> Self:
+        if self.face_width >= 2.0 * self.mean_cone_distance:
+            raise InputError(
+                "face_width", self.face_width, f"below twice the mean cone distance {self.mean_cone_distance:.6g} m"
+            )
+        return self
+
+    def blank(self) -> Blank:
+        """Cones of the member."""
+        return Blank(
+            teeth=self.teeth,
+            pitch_angle=self.pitch_angle,
+            mean_cone_distance=self.mean_cone_distance,
+            face_width=self.face_width,
+            mean_addendum=self.mean_addendum,
+            mean_dedendum=self.mean_dedendum,
+            addendum_angle=self.addendum_angle,
+            dedendum_angle=self.dedendum_angle,
+            pitch_apex_beyond_crossing=self.pitch_apex_beyond_crossing,
+        )
+
+
+class FaceMillingCutter(InputModel):
+    """One blade of a face-milling cutter; a straight edge, or an arc tangent to it at the tip."""
+
+    type: Literal["face_milling"] = "face_milling"
+    point_radius: Length
+    blade_angle: BladeAngle
+    blade_curvature: Annotated[float, Quantity("1/m", ge=-100.0, le=100.0)] = 0.0
+
+    def blade(self, side: FlankSide) -> Blade:
+        """Numbers of the blade that cuts one flank."""
+        return Blade(self.point_radius, self.blade_angle, side, self.blade_curvature)
+
+
+class FaceHobbingCutter(InputModel):
+    """Placeholder that refuses face hobbing with a clear sentence."""
+
+    type: Literal["face_hobbing"]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse(cls, value: Any) -> Any:
+        raise InputError("type", "face_hobbing", "'face_milling'", "Face-hobbed flanks are not computed yet.")
+
+
+class GeneratedMachine(InputModel):
+    """Settings of a generated flank by their trade names."""
+
+    process: Literal["generated"] = "generated"
+    radial_setting: Length
+    cradle_angle: Turn
+    machine_root_angle: Turn
+    roll_ratio: Annotated[float, Quantity("", gt=0.0, le=100.0)]
+    tilt: Turn = 0.0
+    swivel: Turn = 0.0
+    blank_offset: Shift = 0.0
+    sliding_base: Shift = 0.0
+    machine_centre_to_back: Shift = 0.0
+    modified_roll_2c: Annotated[float, Quantity("", ge=-1.0, le=1.0)] = 0.0
+    modified_roll_6d: Annotated[float, Quantity("", ge=-10.0, le=10.0)] = 0.0
+    helical_motion_1: Shift = 0.0
+    helical_motion_2: Shift = 0.0
+    vertical_motion_1: Shift = 0.0
+    vertical_motion_2: Shift = 0.0
+
+    def settings(self) -> MachineSettings:
+        """Numbers of the settings."""
+        return MachineSettings(**self.model_dump(exclude={"process"}))
+
+
+class FormateMachine(InputModel):
+    """Placeholder that refuses non-generated (Formate) flanks with a clear sentence."""
+
+    process: Literal["formate"]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse(cls, value: Any) -> Any:
+        raise InputError("process", "formate", "'generated'", "Non-generated flanks are not computed yet.")
+
+
+class FlankInput(InputModel):
+    """How one flank is cut."""
+
+    cutter: Annotated[FaceMillingCutter | FaceHobbingCutter, Field(discriminator="type")]
+    machine: Annotated[GeneratedMachine | FormateMachine, Field(discriminator="process")]
+
+    def flank(self, side: FlankSide, blank: Blank) -> Flank:
+        """The flank of one member."""
+        assert isinstance(self.cutter, FaceMillingCutter)
+        assert isinstance(self.machine, GeneratedMachine)
+        return Flank(self.cutter.blade(side), self.machine.settings(), blank)
+
+
+class MemberInput(InputModel):
+    """One member: blank, both flanks, material and surface."""
+
+    blank: BlankInput
+    concave: FlankInput
+    convex: FlankInput
+    material: str = "steel"
+    roughness_rms: Rms = 0.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        load_material(self.material)
+        for side in ("concave", "convex"):
+            machine = getattr(self, side).machine
+            if (machine.cradle_angle > 0.0) != (self.blank.hand == "right"):
+                raise InputError(
+                    f"{side}.machine.cradle_angle",
+                    machine.cradle_angle,
+                    ("positive" if self.blank.hand == "right" else "negative")
+                    + f" for a {self.blank.hand}-hand member",
+                )
+        return self
+
+    def flank(self, side: FlankSide) -> Flank:
+        """One of the two flanks."""
+        cut = self.concave if side == "concave" else self.convex
+        return cut.flank(side, self.blank.blank())
+
+    def body(self) -> Material:
+        """Material of the member."""
+        return load_material(self.material)
+
+
+class Misalignment(InputModel):
+    """E along the offset, P along the pinion axis, G along the gear axis, alpha added to the shaft angle."""
+
+    E: Error = 0.0
+    P: Error = 0.0
+    G: Error = 0.0
+    alpha: Annotated[float, Quantity("rad", ge=-0.01, le=0.01)] = 0.0
+
+
+class AssemblyInput(InputModel):
+    """Position of the axes and which flanks drive."""
+
+    shaft_angle: Annotated[float, Quantity("rad", ge=0.5, le=2.6)]
+    hypoid_offset: Annotated[float, Quantity("m", ge=0.0, le=0.5)] = 0.0
+    drive_flank_pinion: FlankSide = "concave"
+    normal_backlash: Depth = 0.0
+    misalignment: Misalignment = Misalignment()
+
+
+class OperatingPoint(InputModel):
+    """Default operating point: torque and speed of the pinion, oil and its temperature."""
+
+    torque: Annotated[
+        float, Quantity("N*m", gt=0.0, le=1e6, hint="The pinion drives: its torque is given as a positive number.")
+    ]
+    speed: Annotated[float, Quantity("rad/s", gt=0.0, le=5000.0)]
+    temperature_oil: Temperature
+    oil: str
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        Oil.load(self.oil)
+        return self
+
+
+class Design(InputModel):
+    """A gear pair: the content of a design file."""
+
+    name: str
+    source: str = ""
+    assembly: AssemblyInput
+    pinion: MemberInput
+    gear: MemberInput
+    operation: OperatingPoint
+
+    @model_validator(mode="after")
+    def _pair(self) -> Self:
+        if self.pinion.blank.hand == self.gear.blank.hand:
+            raise InputError("pinion.blank.hand", self.pinion.blank.hand, "the opposite of the gear's hand")
+        if self.pinion.blank.teeth > self.gear.blank.teeth:
+            raise InputError(
+                "pinion.blank.teeth", self.pinion.blank.teeth, f"at most the {self.gear.blank.teeth} teeth of the gear"
+            )
+        return self
+
+    def with_misalignment(self, *, E: float = 0.0, P: float = 0.0, G: float = 0.0, alpha: float = 0.0) -> Design:
+        """The same pair, misaligned by E, P, G [m] and alpha [rad]."""
+        moved = Misalignment(E=E, P=P, G=G, alpha=alpha)
+        assembly = self.assembly.model_copy(update={"misalignment": moved})
+        return self.model_copy(update={"assembly": assembly})
+
+    def placement(self) -> Assembly:
+        """Position of the members, misalignments included."""
+        a = self.assembly
+        # the mesh frame is that of a left-hand pinion; a right-hand one is its mirror image
+        mirror = 1.0 if self.pinion.blank.hand == "left" else -1.0
+        return Assembly(
+            teeth_pinion=self.pinion.blank.teeth,
+            teeth_gear=self.gear.blank.teeth,
+            shaft_angle=a.shaft_angle,
+            offset=mirror * a.hypoid_offset,
+            E=mirror * a.misalignment.E,
+            P=a.misalignment.P,
+            G=a.misalignment.G,
+            alpha=a.misalignment.alpha,
+        )
+
+    def flanks(self, side: Literal["drive", "coast"]) -> tuple[Flank, Flank]:
+        """Pinion and gear flank in contact on the drive or the coast side."""
+        drive: FlankSide = self.assembly.drive_flank_pinion
+        other: FlankSide = "convex" if drive == "concave" else "concave"
+        pinion, gear = (drive, other) if side == "drive" else (other, drive)
+        return self.pinion.flank(pinion), self.gear.flank(gear)
+
+
+def load_design(name: str | Path) -> Design:
+    """Read and check a design file, or a shipped design by its name.
+
+    Raises
+    ------
+    InputError
+        Naming field, value and allowed range.
+    """
+    path = Path(name)
+    if not path.suffix and not path.exists():
+        names = data_names("designs")
+        if str(name) not in names:
+            raise InputError("design", str(name), "a TOML file or one of " + ", ".join(names))
+        path = data_path("designs", f"{name}.toml")
+    return validate(Design, read_toml(path))
