@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from ehl.contact import LineContact
 from ehl.errors import ConvergenceError
+from ehl.heat import ThermalTraction
 from ehl.inputs import Case, ModelInput, SurfaceInput
 from ehl.load_sharing import load_sharing
 from ehl.lubricant import Lubricant
 from ehl.material import Material
 from ehl.steady import SteadyResult, solve_steady
+from ehl.thermal_steady import ThermalSteadyResult, solve_steady_thermal
+
+_PROFILES = ("film", "isothermal", "heat")
 
 
 @dataclass(frozen=True)
@@ -51,8 +55,10 @@ class ContactResult:
         Newton iterations, all grids and paths together.
     seconds : float
         Wall time.
-    film : SteadyResult
-        The solution itself, for plots and warm starts.
+    film, isothermal : SteadyResult
+        The solution, for plots, and the one without heat, for warm starts.
+    heat : ThermalTraction
+        Temperature profiles; None where heat was left out.
     """
 
     status: str
@@ -74,10 +80,12 @@ class ContactResult:
     iterations: int
     seconds: float
     film: SteadyResult | None = field(default=None, repr=False, compare=False)
+    isothermal: SteadyResult | None = field(default=None, repr=False, compare=False)
+    heat: ThermalTraction | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Scalars for JSON; not-a-number and infinity become None."""
-        values = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "film"}
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in _PROFILES}
         values["skipped"] = list(self.skipped)
         return {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -115,18 +123,17 @@ def solve_contact(
         Solution of a similar contact, as a warm start.
     """
     clock = time.perf_counter()
-    warm = start.film if start is not None else None
-    film = solve_steady(contact, lubricant, accuracy=model.accuracy, start=warm)
-    if film.status != "converged":
-        return _failed(film.reason, film.iterations, time.perf_counter() - clock)
-    skipped = list(film.skipped)
+    smooth = _smooth_film(contact, lubricant, model, bodies, bulk, start)
+    if smooth.status != "converged":
+        return _failed(smooth.reason, smooth.iterations, time.perf_counter() - clock)
+    film, skipped = smooth.film, list(smooth.skipped)
 
     if surface.roughness_rms > 0.0:
-        film_ratio = film.film_central / surface.roughness_rms
+        film_ratio = smooth.isothermal.film_central / surface.roughness_rms
     else:
         film_ratio = math.inf
         skipped.append("roughness: both surfaces are smooth")
-    sharing = load_sharing(film_ratio, film.friction_fluid, surface.boundary_friction, model.load_sharing)
+    sharing = load_sharing(film_ratio, smooth.friction_fluid, surface.boundary_friction, model.load_sharing)
     skipped.append("time: smooth surfaces and the load-sharing model have no transient")
 
     return ContactResult(
@@ -141,14 +148,62 @@ def solve_contact(
         film_ratio=film_ratio,
         asperity_load_share=sharing.asperity_load_share,
         rolling_traction=film.rolling_traction,
-        temperature_film_max=lubricant.temperature,
-        temperature_flash=max(bulk),
+        temperature_film_max=smooth.temperature_film_max,
+        temperature_flash=smooth.temperature_flash,
         film_error=film.film_error,
-        friction_error=film.friction_error,
+        friction_error=smooth.friction_error,
         skipped=tuple(skipped),
-        iterations=film.iterations,
+        iterations=smooth.iterations,
         seconds=time.perf_counter() - clock,
         film=film,
+        isothermal=smooth.isothermal,
+        heat=smooth.heat,
+    )
+
+
+@dataclass(frozen=True)
+class _SmoothFilm:
+    """The smooth contact with or without heat; fields as in `ThermalSteadyResult`."""
+
+    status: str
+    reason: str
+    film: SteadyResult
+    isothermal: SteadyResult
+    heat: ThermalTraction | None
+    friction_fluid: float
+    friction_error: float
+    temperature_film_max: float
+    temperature_flash: float
+    iterations: int
+    skipped: tuple[str, ...]
+
+
+def _smooth_film(
+    contact: LineContact,
+    lubricant: Lubricant,
+    model: ModelInput,
+    bodies: tuple[Material, Material],
+    bulk: tuple[float, float],
+    start: ContactResult | None,
+) -> _SmoothFilm | ThermalSteadyResult:
+    warm = start.isothermal if start is not None else None
+    if model.thermal == "off":
+        film = solve_steady(contact, lubricant, accuracy=model.accuracy, start=warm)
+        return _SmoothFilm(
+            film.status,
+            film.reason,
+            film,
+            film,
+            None,
+            film.friction_fluid,
+            film.friction_error,
+            lubricant.temperature,
+            max(bulk),
+            film.iterations,
+            film.skipped,
+        )
+    return solve_steady_thermal(
+        contact, lubricant, bodies, temperature_bulk=bulk, thermal=model.thermal, accuracy=model.accuracy, start=warm
     )
 
 
@@ -169,4 +224,4 @@ def require_converged(result: ContactResult) -> ContactResult:
     """The result, or a `ConvergenceError` where there is none."""
     if result.status != "converged":
         raise ConvergenceError(result.reason, f"after {result.iterations} iterations")
-    return replace(result)
+    return result
