@@ -259,6 +259,13 @@ class Tooth:
         along, height = self._on_plate(face, height)
         return np.asarray(0.5 * self.plate.thickness(along, height) / np.cos(self.pressure_angle))
 
+    def outline(self) -> FloatArray:
+        """Closed outline of the flank: distance from the toe and over the root cone [m], (2, k)."""
+        face = (self.plate.station - self.plate.station[0]) * self.cos_spiral
+        there = np.stack([face, np.zeros_like(face)])
+        back = np.stack([face, self.plate.height])[:, ::-1]
+        return np.concatenate([there, back, there[:, :1]], axis=1)
+
     def _on_plate(self, face: ArrayLike, height: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Plate coordinates of flank points; points a little beyond an edge are put on it."""
         station = self.plate.station

@@ -119,12 +119,15 @@ class LoadDistribution:
     status : {"converged", "failed"}
     reason : str
         First failure's reason.
+    tooth_outline : (2, k) array
+        Closed outline of the gear tooth, distance from the toe and over the root cone [m].
     """
 
     torque_pinion: float
     positions: tuple[PositionLoad, ...]
     status: Literal["converged", "failed"]
     reason: str
+    tooth_outline: FloatArray
 
     @property
     def pressure_max(self) -> float:
@@ -169,6 +172,15 @@ def distribute_load(cycle: tuple[MeshPosition, ...], teeth: TeethElasticity, tor
     InputError
         The torque is not positive and finite.
     """
+    require_torque(torque_pinion)
+    loads = tuple(_load_position(position, teeth, torque_pinion) for position in cycle)
+    failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
+    status: Literal["converged", "failed"] = "failed" if failed else "converged"
+    return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())
+
+
+def require_torque(torque_pinion: float) -> None:
+    """`InputError` unless the pinion torque [N m] is finite and above 0."""
     if not (np.isfinite(torque_pinion) and torque_pinion > 0.0):
         raise InputError(
             "torque",
@@ -176,9 +188,6 @@ def distribute_load(cycle: tuple[MeshPosition, ...], teeth: TeethElasticity, tor
             "a finite torque above 0 N m",
             "It acts on the pinion in its driving direction; choose the coast side for the other direction.",
         )
-    loads = tuple(_load_position(position, teeth, torque_pinion) for position in cycle)
-    failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
-    return LoadDistribution(torque_pinion, loads, "failed" if failed else "converged", failed[0] if failed else "")
 
 
 def _load_position(position: MeshPosition, teeth: TeethElasticity, torque: float) -> PositionLoad:

@@ -1,0 +1,129 @@
+"""From a design to a mesh ready to be loaded: geometry on two grids, plates of the teeth, pitch-point data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from efficiency.closed_form import PitchGeometry
+from efficiency.compliance import Tooth
+from efficiency.contact_lines import MeshPosition, mesh_cycle
+from efficiency.design import BlankInput, Design
+from efficiency.efficiency import Mesh
+from efficiency.flank import Flank
+from efficiency.load_distribution import TeethElasticity
+from efficiency.pair import GearPair, Side, gear_pair
+from ehl.errors import ConvergenceError
+
+
+@dataclass(frozen=True)
+class GearMesh:
+    """A pair in mesh.
+
+    Attributes
+    ----------
+    pair : GearPair
+        Geometry of the flanks.
+    mesh : Mesh
+        Contact lines on two grids and compliance of the teeth.
+    pitch : PitchGeometry
+        Data for the closed forms.
+    """
+
+    pair: GearPair
+    mesh: Mesh
+    pitch: PitchGeometry
+
+
+def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_per_line: int = 31) -> GearMesh:
+    """Geometry, contact lines and tooth compliance of a design.
+
+    Parameters
+    ----------
+    design : Design
+        The pair, misalignments included.
+    side : {"drive", "coast"}
+        Which flanks are in contact.
+    positions, points_per_line : int
+        Pinion angles in a pitch (even) and points on each contact line.
+
+    Raises
+    ------
+    ConvergenceError
+        The flanks do not exist or do not mesh.
+    InputError
+        An impossible number of positions or points.
+    """
+    pair = gear_pair(design, side)
+    pinion, gear = (_mean_angles(flank) for flank in design.flanks(side))
+    materials = design.pinion.body(), design.gear.body()
+    teeth = TeethElasticity(
+        Tooth.from_shape(pair.shape_pinion, *pinion, materials[0]),
+        Tooth.from_shape(pair.shape_gear, *gear, materials[1]),
+        *materials,
+    )
+
+    def make_cycle(count: int, points: int) -> tuple[MeshPosition, ...]:
+        return mesh_cycle(pair, count, points)
+
+    mesh = Mesh.build(design.name, side, make_cycle, teeth, positions, points_per_line)
+    return GearMesh(pair, mesh, _pitch_geometry(design.pinion.blank, design.gear.blank, pinion, gear))
+
+
+def profile_contact_ratio(pinion: BlankInput, gear: BlankInput, spiral_angle: float, pressure_angle: float) -> float:
+    """Profile contact ratio of the virtual cylindrical pair in the mean transverse section [-].
+
+    Virtual radii ``r/cos d`` and mean addenda as in ISO 10300-1 (from memory). It gives the 1.165 of ISO/TR 10300-30
+    sample 1; with an offset it is too large (1.09 and 1.36 where samples 2 and 3 have 1.010 and 1.176).
+
+    Parameters
+    ----------
+    pinion, gear : BlankInput
+        Blanks.
+    spiral_angle, pressure_angle : float
+        Mean spiral angle of both members and normal pressure angle [rad].
+    """
+    transverse = math.atan(math.tan(pressure_angle) / math.cos(spiral_angle))
+    path = 0.0
+    for blank in (pinion, gear):
+        radius = blank.mean_cone_distance * math.tan(blank.pitch_angle)
+        tip, base = radius + blank.mean_addendum, radius * math.cos(transverse)
+        path += math.sqrt(tip**2 - base**2) - radius * math.sin(transverse)
+    pitch = 2.0 * math.pi * _mean_radius(pinion) / pinion.teeth
+    return path / (pitch * math.cos(transverse))
+
+
+def _mean_radius(blank: BlankInput) -> float:
+    return blank.mean_cone_distance * math.sin(blank.pitch_angle)
+
+
+def _mean_angles(flank: Flank) -> tuple[float, float]:
+    """Spiral and normal pressure angle of a flank at its mean point [rad]."""
+    points, found = flank.solve(np.zeros(1), np.zeros(1))
+    if not found.all():
+        raise ConvergenceError("undercut", f"the {flank.blade.side} flank does not reach the mean point")
+    spiral, pressure = points.angles(flank.blank.pitch_angle)
+    return float(spiral[0]), float(pressure[0])
+
+
+def _pitch_geometry(
+    pinion: BlankInput,
+    gear: BlankInput,
+    angles_pinion: tuple[float, float],
+    angles_gear: tuple[float, float],
+) -> PitchGeometry:
+    pressure = 0.5 * (angles_pinion[1] + angles_gear[1])
+    spiral = 0.5 * (angles_pinion[0] + angles_gear[0])
+    return PitchGeometry(
+        pressure_angle=pressure,
+        spiral_angle_pinion=angles_pinion[0],
+        spiral_angle_gear=angles_gear[0],
+        pitch_angle_pinion=pinion.pitch_angle,
+        pitch_angle_gear=gear.pitch_angle,
+        radius_pinion=_mean_radius(pinion),
+        radius_gear=_mean_radius(gear),
+        module_normal=2.0 * _mean_radius(gear) * math.cos(angles_gear[0]) / gear.teeth,
+        contact_ratio_profile=profile_contact_ratio(pinion, gear, spiral, pressure),
+    )

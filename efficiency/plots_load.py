@@ -1,0 +1,166 @@
+"""Figures of a loaded mesh: pressure on the flank, load sharing, transmission error, friction and loss, comparisons."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ehl.plots import BLUE, GREY, ORANGE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from efficiency.compare import Comparison
+    from efficiency.map import EfficiencyMap
+    from efficiency.result import EfficiencyResult
+
+ARCSEC = np.degrees(1.0) * 3600.0
+RPM = 30.0 / np.pi
+KELVIN = 273.15
+
+
+def _figure(width: float = 7.0, height: float = 4.2) -> tuple[Figure, Axes]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.add_subplot()
+
+
+def plot_flank_pressure(result: EfficiencyResult) -> Figure:
+    """Hertz pressure on the gear flank over one mesh cycle; contact lines of all positions, unloaded parts grey."""
+    from matplotlib.collections import LineCollection
+
+    figure, axes = _figure(7.5, 3.4)
+    idle: list[Any] = []
+    loaded: list[Any] = []
+    pressure: list[float] = []
+    for load in result.load.positions:
+        p = load.position
+        for pair in np.unique(p.pair):
+            at = np.flatnonzero(p.pair == pair)
+            line = np.column_stack([p.face_gear[at], p.height_gear[at]]) * 1e3
+            mean = 0.5 * (load.pressure_hertz[at][1:] + load.pressure_hertz[at][:-1])
+            segments = np.stack([line[:-1], line[1:]], axis=1)
+            idle += list(segments[mean == 0.0])
+            loaded += list(segments[mean > 0.0])
+            pressure += list(mean[mean > 0.0] / 1e9)
+    order = np.argsort(pressure)
+    axes.add_collection(LineCollection(idle, colors=GREY, linewidths=0.5, alpha=0.5))
+    lines = LineCollection([loaded[k] for k in order], array=np.array(pressure)[order], cmap="viridis", linewidths=3.0)
+    axes.add_collection(lines)
+    figure.colorbar(lines, ax=axes, label="Hertz pressure [GPa]")
+    tooth = result.load.tooth_outline
+    axes.plot(tooth[0] * 1e3, tooth[1] * 1e3, color="black", lw=1.0)
+    axes.set(xlabel="along the face from the toe [mm]", ylabel="over the root [mm]", title="Gear flank, one mesh cycle")
+    axes.set_aspect("equal")
+    axes.autoscale()
+    return figure
+
+
+def plot_load_sharing(result: EfficiencyResult) -> Figure:
+    """Share of the torque carried by one tooth pair over its roll angle, in pinion pitches."""
+    figure, axes = _figure()
+    pitch = _pitch(result)
+    roll, share = [], []
+    for load in result.load.positions:
+        for pair, part in load.share.items():
+            roll.append(load.position.pinion_angle / pitch + pair)
+            share.append(part)
+    order = np.argsort(roll)
+    axes.plot(np.array(roll)[order], np.array(share)[order], color=BLUE, marker=".", ms=4)
+    axes.set(
+        xlabel="roll of one tooth pair from the design point [pinion pitches]",
+        ylabel="share of the torque [-]",
+        ylim=(0.0, 1.05),
+        title=f"Load sharing at {result.torque_pinion:g} N m",
+    )
+    return figure
+
+
+def plot_transmission_error(result: EfficiencyResult) -> Figure:
+    """Loaded and unloaded transmission error over one pinion pitch."""
+    figure, axes = _figure()
+    angle = result.pinion_angle / _pitch(result)
+    unloaded = np.array([p.position.transmission_error for p in result.load.positions])
+    loaded = result.transmission_error_positions
+    axes.plot(angle, unloaded * ARCSEC, color=GREY, marker=".", label=f"unloaded, {np.ptp(unloaded) * ARCSEC:.1f} p-p")
+    axes.plot(angle, loaded * ARCSEC, color=BLUE, marker=".", label=f"loaded, {np.ptp(loaded) * ARCSEC:.1f} p-p")
+    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear [arcsec]")
+    axes.legend(frameon=False)
+    return figure
+
+
+def plot_friction_and_loss(result: EfficiencyResult) -> Figure:
+    """Load-weighted friction coefficient and power loss along the mesh cycle."""
+    figure, axes = _figure()
+    angle = result.pinion_angle / _pitch(result)
+    points, mu = result.points, result.friction.mu
+    weight = points.force * points.speed_sliding
+    each = [points.position == k for k in range(result.positions)]
+    mean = np.array([np.average(mu[at], weights=weight[at]) for at in each])
+    low, high = (np.array([f(mu[at]) for at in each]) for f in (np.min, np.max))
+    axes.fill_between(angle, low, high, color=BLUE, alpha=0.15, lw=0.0, label="range over the lines")
+    axes.plot(angle, mean, color=BLUE, marker=".", label="mean, weighted with sliding power")
+    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="friction coefficient [-]", ylim=(0.0, None))
+    loss = axes.twinx()
+    loss.plot(angle, result.power_loss_positions, color=ORANGE, marker=".", label="power loss")
+    loss.set(ylabel="power loss [W]", ylim=(0.0, 1.3 * float(result.power_loss_positions.max())))
+    handles = [*axes.get_legend_handles_labels()[0], *loss.get_lines()]
+    axes.legend(handles, [str(h.get_label()) for h in handles], frameon=False, loc="lower left")
+    axes.set_title(f"{result.friction_model}: efficiency {100.0 * result.efficiency:.3f} %")
+    return figure
+
+
+def plot_comparison(comparison: Comparison) -> Figure:
+    """Power loss in percent of the input, one bar per friction model; closed forms in grey."""
+    rows = comparison.rows
+    figure, axes = _figure(7.5, 0.9 + 0.42 * len(rows))
+    loss = np.array([100.0 * (1.0 - row.efficiency) for row in rows])
+    error = np.array(
+        [
+            [100.0 * abs(row.efficiency_upper - row.efficiency), 100.0 * abs(row.efficiency - row.efficiency_lower)]
+            for row in rows
+        ]
+    ).T
+    colors = [GREY if row.kind == "closed form" else BLUE for row in rows]
+    place = np.arange(len(rows))[::-1]
+    axes.barh(place, np.nan_to_num(loss), xerr=np.nan_to_num(error), color=colors, ecolor=ORANGE, capsize=3)
+    for at, row, value in zip(place, rows, loss, strict=True):
+        text = f"{100.0 * row.efficiency:.3f} %" if np.isfinite(value) else row.reason
+        axes.annotate(text, (np.nan_to_num(value), at), xytext=(4, -9), textcoords="offset points", fontsize=8)
+    axes.set_yticks(place, [row.name for row in rows])
+    axes.set(xlabel="mesh power loss [% of input]", xlim=(0.0, 1.2 * float(np.nanmax(loss + np.nan_to_num(error[1])))))
+    axes.set_title(
+        f"{comparison.design}: {comparison.torque_pinion:g} N m, {comparison.speed_pinion * RPM:.0f} rpm, "
+        f"{comparison.temperature_oil - KELVIN:.0f} degC"
+    )
+    return figure
+
+
+def plot_map(map_: EfficiencyMap) -> Figure:
+    """Efficiency over speed, one line per torque, one panel per oil temperature."""
+    from matplotlib import colormaps
+    from matplotlib.figure import Figure
+
+    values = 100.0 * map_.values()
+    panels = len(map_.temperature_oil)
+    figure = Figure(figsize=(1.5 + 3.6 * panels, 3.8), layout="constrained")
+    all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
+    speed = np.array(map_.speed_pinion) * RPM
+    shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.torque_pinion)))
+    for k, axes in enumerate(all_axes):
+        for j, torque in enumerate(map_.torque_pinion):
+            axes.plot(speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=f"{torque:g} N m")
+        axes.set(xlabel="pinion speed [rpm]", title=f"{map_.temperature_oil[k] - KELVIN:.0f} degC")
+        axes.grid(alpha=0.3)
+    all_axes[0].set_ylabel("mesh efficiency [%]")
+    all_axes[-1].legend(frameon=False, title="pinion torque")
+    return figure
+
+
+def _pitch(result: EfficiencyResult) -> float:
+    """Pinion pitch [rad] from the equally spaced positions."""
+    step = float(result.pinion_angle[1] - result.pinion_angle[0])
+    return step * result.positions

@@ -1,0 +1,160 @@
+"""What the command line calls: a design file and names in, results out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from efficiency.compare import Comparison, compare_models
+from efficiency.design import Design, load_design
+from efficiency.efficiency import load_mesh, mesh_efficiency
+from efficiency.gear_mesh import GearMesh, gear_mesh
+from efficiency.kinematics import Operation
+from efficiency.load_distribution import require_torque
+from efficiency.map import EfficiencyMap, efficiency_map
+from efficiency.pair import Side
+from efficiency.result import EfficiencyResult
+from ehl.oil import Oil
+from regression.friction_models import FrictionModel, friction_model
+
+POSITIONS, POINTS_PER_LINE = 24, 31
+DEFAULT_MODELS = ("constant:0.05", "xu_kahraman_2007", "benedict_kelley_1961")
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Operating point; what is None comes from the design file.
+
+    Parameters
+    ----------
+    torque : float, optional
+        Of the pinion, in its driving direction [N m].
+    speed : float, optional
+        Of the pinion [rad/s].
+    temperature_oil : float, optional
+        [K].
+    oil : str, optional
+        Name of an oil card.
+    """
+
+    torque: float | None = None
+    speed: float | None = None
+    temperature_oil: float | None = None
+    oil: str | None = None
+
+
+def resolve_design(design: Design | str | Path) -> Design:
+    """A design, or the one of that name or file."""
+    return design if isinstance(design, Design) else load_design(design)
+
+
+def resolve_friction(friction: FrictionModel | str) -> FrictionModel:
+    """A friction model, or the one of that name: ``ehl``, ``ehl:smooth``, or any of `regression.friction_model`."""
+    if not isinstance(friction, str):
+        return friction
+    if friction.partition(":")[0] == "ehl":
+        from efficiency.ehl_friction import ehl_friction
+
+        return ehl_friction(friction)
+    return friction_model(friction)
+
+
+def run_gear(
+    design: Design | str | Path,
+    friction: FrictionModel | str = "constant:0.05",
+    conditions: Conditions = Conditions(),
+    *,
+    side: Side = "drive",
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+) -> EfficiencyResult:
+    """Efficiency of a pair at one operating point.
+
+    Parameters
+    ----------
+    design : Design, str or Path
+        A design, the name of a shipped one, or a design file.
+    friction : FrictionModel or str
+        Friction model or its name.
+    conditions : Conditions
+        What differs from the operating point of the design file.
+    side : {"drive", "coast"}
+        Which flanks carry the load.
+    positions, points_per_line : int
+        Resolution; the result states the error.
+
+    Raises
+    ------
+    InputError
+        A value that cannot be used, a torque of the wrong sign among them.
+    ConvergenceError
+        The flanks do not exist or do not mesh.
+    """
+    design = resolve_design(design)
+    model = resolve_friction(friction)
+    torque, operation, oil = _operating_point(design, conditions)
+    mesh = gear_mesh(design, side, positions, points_per_line).mesh
+    return mesh_efficiency(load_mesh(mesh, torque), model, oil, operation)
+
+
+def run_compare(
+    design: Design | str | Path,
+    frictions: Sequence[FrictionModel | str] = DEFAULT_MODELS,
+    conditions: Conditions = Conditions(),
+    *,
+    side: Side = "drive",
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+) -> Comparison:
+    """The same pair at the same point with several friction models, and the closed forms; as `run_gear`."""
+    design = resolve_design(design)
+    models = [resolve_friction(friction) for friction in frictions]
+    torque, operation, oil = _operating_point(design, conditions)
+    geared = gear_mesh(design, side, positions, points_per_line)
+    return compare_models(load_mesh(geared.mesh, torque), models, oil, operation, geared.pitch)
+
+
+def run_map(
+    design: Design | str | Path,
+    friction: FrictionModel | str,
+    torques: Sequence[float],
+    speeds: Sequence[float],
+    temperatures: Sequence[float],
+    *,
+    oil: str | None = None,
+    side: Side = "drive",
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+    report: Callable[[int, int], None] | None = None,
+) -> EfficiencyMap:
+    """Efficiency over lists of torque [N m], speed [rad/s] and oil temperature [K]; an empty list means the file's."""
+    design = resolve_design(design)
+    model = resolve_friction(friction)
+    default = design.operation
+    for torque in torques:
+        require_torque(torque)
+    geared: GearMesh = gear_mesh(design, side, positions, points_per_line)
+    return efficiency_map(
+        geared.mesh,
+        model,
+        Oil.load(oil or default.oil),
+        list(torques) or [default.torque],
+        lambda speed, temperature: _operation(design, speed, temperature),
+        list(speeds) or [default.speed],
+        list(temperatures) or [default.temperature_oil],
+        report,
+    )
+
+
+def _operation(design: Design, speed: float, temperature: float) -> Operation:
+    return Operation(speed, temperature, design.pinion.roughness_rms, design.gear.roughness_rms)
+
+
+def _operating_point(design: Design, conditions: Conditions) -> tuple[float, Operation, Oil]:
+    default = design.operation
+    torque = default.torque if conditions.torque is None else conditions.torque
+    require_torque(torque)
+    speed = default.speed if conditions.speed is None else conditions.speed
+    temperature = default.temperature_oil if conditions.temperature_oil is None else conditions.temperature_oil
+    return torque, _operation(design, speed, temperature), Oil.load(conditions.oil or default.oil)
