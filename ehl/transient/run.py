@@ -9,7 +9,18 @@ from numpy.typing import NDArray
 
 from ehl.transient._kernels.march import COLUMNS, march
 from ehl.transient._kernels.quasi_separable import MODES
-from ehl.transient._kernels.records import AGE, LEVEL, LEVEL_OLD, TRAVEL, Macroscopic, Saved, State, Step, Work
+from ehl.transient._kernels.records import (
+    AGE,
+    LEVEL,
+    LEVEL_OLD,
+    TRAVEL,
+    FluidityRows,
+    Macroscopic,
+    Saved,
+    State,
+    Step,
+    Work,
+)
 from ehl.transient.scaling import Problem, hertz_start
 
 Array = NDArray[np.float64]
@@ -26,11 +37,13 @@ def _work_arrays(n: int, modes: int) -> Work:
         kind=np.zeros(n, dtype=np.int64),
         total=np.zeros(n),
         response=np.zeros(n),
-        mode_state=np.zeros(modes),
+        mode_state=np.zeros((2, modes)),
         residual=np.zeros((2, n)),
         source=np.zeros(n),
+        half=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
+        node=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
         fluidity=np.zeros(n),
-        lateral=np.ones(n),
+        flow=np.zeros(n),
         exchange=np.zeros(n),
         band=np.zeros((6, n)),
         unit=np.zeros(n),

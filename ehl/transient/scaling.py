@@ -248,7 +248,7 @@ def hertz_start(problem: Problem) -> tuple[Array, Array, float]:
     pressure *= model.contact.load / pressure.sum()
     response = np.zeros(x.size)
     exponential_product(
-        pressure, model.elastic.weights, model.elastic.ratios, np.zeros(model.elastic.weights.size), response
+        pressure, model.elastic.weights, model.elastic.ratios, np.zeros((2, model.elastic.weights.size)), response
     )
     rigid = model.surfaces.parabola + response
     film = problem.film_estimate / problem.units.film

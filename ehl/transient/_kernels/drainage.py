@@ -29,7 +29,7 @@ def accumulate(state, macro, work, model):
         macro.total_exchange[i] += exchange
         macro.sum_conductance[i] += k
         macro.sum_log_flux[i] += log_or_floor(work.fluidity[i])
-        macro.sum_log_lateral[i] += log_or_floor(work.lateral[i])
+        macro.sum_log_lateral[i] += log_or_floor(work.node.f[i])
     macro.counts[0] += 1
     return macro.counts[0] >= model.drainage.window
 

@@ -1,4 +1,7 @@
-"""Lubricant laws at one point: viscosity, density, fluidity in both directions, shear stress with temperature."""
+"""Lubricant laws over rows of points: viscosity, fluidity in either direction, shear stress with temperature.
+
+Loops are short and write one row each so that they vectorise.
+"""
 
 from __future__ import annotations
 
@@ -7,113 +10,181 @@ import math
 from numba import njit
 
 from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.elementary import exp, log
 
-ROELANDS = 1
+BARUS, ROELANDS, MODULUS = range(3)
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
 ROELANDS_ZERO = 138.0  # [K]
+LOG_2 = 0.6931471805599453
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def thermal_factor(temperature, fluid):
-    """How temperature enters `log_viscosity`: a factor for Roelands, a summand for the other laws."""
+    """How temperature enters the viscosity: a factor of the exponent for Roelands, a summand for the other laws."""
     if fluid.law == ROELANDS:
-        return math.exp(
-            -fluid.slope * math.log((temperature - ROELANDS_ZERO) / (fluid.temperature - ROELANDS_ZERO))
-        )
+        return exp(-fluid.slope * log((temperature - ROELANDS_ZERO) / (fluid.temperature - ROELANDS_ZERO)))
     return -fluid.slope * (temperature - fluid.temperature)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def log_viscosity(p, thermal, fluid):
-    """ln(eta/eta0) and its derivative by the scaled pressure, p >= 0."""
+def isothermal_exponent(p, fluid):
+    """ln(eta/eta0) at the inlet temperature, p >= 0."""
     if fluid.law == ROELANDS:
-        t = 1.0 + p * fluid.c1
-        power = fluid.c0 * math.exp(fluid.c2 * math.log(t)) * thermal
-        value = power - fluid.c0
-        slope = power * fluid.c2 * fluid.c1 / t
-    elif fluid.law == 0:
-        value = fluid.c0 * p + thermal
-        slope = fluid.c0
-    else:
-        d = 1.0 / (fluid.c0 + fluid.c1 * p)
-        value = p * d + thermal
-        slope = fluid.c0 * d * d
-    if value > LOG_VISCOSITY_MAX:
-        return LOG_VISCOSITY_MAX, 0.0
-    return value, slope
+        return fluid.c0 * (exp(fluid.c2 * log(1.0 + p * fluid.c1)) - 1.0)
+    if fluid.law == BARUS:
+        return fluid.c0 * p
+    return p / (fluid.c0 + fluid.c1 * p)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def density(p, fluid):
-    """rho/rho0 and its derivative by the scaled pressure, p >= 0."""
-    d = 1.0 / (1.0 + fluid.density_bend * p)
-    return 1.0 + fluid.density_rise * p * d, fluid.density_rise * d * d
+def with_temperature(exponent, thermal, fluid):
+    """ln(eta/eta0) with the temperature factor, clamped."""
+    value = (exponent + fluid.c0) * thermal - fluid.c0 if fluid.law == ROELANDS else exponent + thermal
+    return min(value, LOG_VISCOSITY_MAX)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def viscosity_rows(rows, fluid):
+    """Fill exponent ln(eta/eta0), its pressure slope and the mobility eta0/eta from pressure and temperature factor."""
+    p = rows.pressure
+    thermal = rows.thermal
+    exponent = rows.exponent
+    slope = rows.slope
+    mobility = rows.mobility
+    n = p.size
+    if fluid.law == ROELANDS:
+        for i in range(n):
+            exponent[i] = fluid.c0 * exp(fluid.c2 * log(1.0 + fluid.c1 * p[i])) * thermal[i] - fluid.c0
+        for i in range(n):
+            slope[i] = (exponent[i] + fluid.c0) * fluid.c2 * fluid.c1 / (1.0 + fluid.c1 * p[i])
+    elif fluid.law == BARUS:
+        for i in range(n):
+            exponent[i] = fluid.c0 * p[i] + thermal[i]
+        for i in range(n):
+            slope[i] = fluid.c0
+    else:
+        for i in range(n):
+            exponent[i] = p[i] / (fluid.c0 + fluid.c1 * p[i]) + thermal[i]
+        for i in range(n):
+            d = fluid.c0 + fluid.c1 * p[i]
+            slope[i] = fluid.c0 / (d * d)
+    for i in range(n):
+        if exponent[i] > LOG_VISCOSITY_MAX:
+            exponent[i] = LOG_VISCOSITY_MAX
+            slope[i] = 0.0
+    for i in range(n):
+        mobility[i] = exp(-exponent[i])
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def sinh_ratio(x):
-    """sinh(S)/S of S = asinh(x), and its derivative by x."""
+    """sinh(S)/S of S = asinh(x) > 0, and its derivative by x."""
     if x < 1e-2:
         return 1.0 + x * x / 6.0, x / 3.0
     root = math.sqrt(1.0 + x * x)
-    s = math.log(x + root)
+    s = log(x + root)
     value = x / s
     return value, (1.0 - value / root) / s
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def fluidity(h, p, thermal, boundary, fluid, along, scale):
-    """scale rho h^3/eta_effective and its derivatives by h and p.
+def fluidity_rows(rows, boundary, fluid, along, scale):
+    """scale rho h^3/eta_effective and its derivatives by h and p, from film, pressure and temperature factor.
 
     The two-direction Eyring mobility is 1/eta (along cosh S + (1 - along) sinh S/S), S = asinh(eta u_s/(tau0 h)).
     The film is at least the boundary film.
     """
-    p = p if p > 0.0 else 0.0
-    value, slope = log_viscosity(p, thermal, fluid)
-    mobility = math.exp(-value)
-    rho = 1.0 + fluid.density_rise * p / (1.0 + fluid.density_bend * p)
-    free = h > boundary
-    h = h if free else boundary
-    g = scale * rho * h * h * h
-    if not fluid.eyring:
-        f = g * mobility
-        return f, (3.0 * f / h if free else 0.0), -f * slope
-    c = fluid.sliding / h
-    # cosh part: mobility sqrt(1 + x^2) with x = c/mobility, written without the quotient
-    root = math.sqrt(mobility * mobility + c * c)
-    total = along * root
-    by_c = along * c / root
-    by_mobility = along * mobility / root
-    if along < 1.0:
-        ratio, ratio_x = sinh_ratio(c / mobility)
-        across = 1.0 - along
-        total += across * mobility * ratio
-        by_c += across * ratio_x
-        by_mobility += across * (ratio - c / mobility * ratio_x)
-    f = g * total
-    return f, (g * (3.0 * total - c * by_c) / h if free else 0.0), -g * by_mobility * mobility * slope
+    viscosity_rows(rows, fluid)
+    film = rows.film
+    p = rows.pressure
+    mobility = rows.mobility
+    slope = rows.slope
+    f = rows.f
+    by_film = rows.by_film
+    by_pressure = rows.by_pressure
+    n = p.size
+    rise = fluid.density_rise
+    bend = fluid.density_bend
+    for i in range(n):
+        h = max(film[i], boundary)
+        f[i] = scale * (1.0 + rise * p[i] / (1.0 + bend * p[i])) * h * h * h
+    sliding = fluid.sliding
+    if not fluid.eyring or sliding == 0.0:
+        for i in range(n):
+            f[i] *= mobility[i]
+        for i in range(n):
+            by_film[i] = 3.0 * f[i] / film[i] if film[i] > boundary else 0.0
+        for i in range(n):
+            by_pressure[i] = -f[i] * slope[i]
+    elif along == 1.0:
+        # mobility cosh S = sqrt(mobility^2 + c^2), c = eta0 u_s/(tau0 h)
+        for i in range(n):
+            c = sliding / max(film[i], boundary)
+            f[i] *= math.sqrt(mobility[i] * mobility[i] + c * c)
+        for i in range(n):
+            h = max(film[i], boundary)
+            x = mobility[i] * h / sliding
+            part = 3.0 - 1.0 / (1.0 + x * x)
+            by_film[i] = f[i] * part / h if film[i] > boundary else 0.0
+        for i in range(n):
+            x = mobility[i] * max(film[i], boundary) / sliding
+            by_pressure[i] = -f[i] * slope[i] * x * x / (1.0 + x * x)
+    else:
+        for i in range(n):
+            h = max(film[i], boundary)
+            x = sliding / (h * mobility[i])
+            root = math.sqrt(1.0 + x * x)
+            ratio, by_x = sinh_ratio(x)
+            total = along * root + (1.0 - along) * ratio
+            log_slope = x * (along * x / root + (1.0 - along) * by_x) / total  # d ln(total)/d ln x
+            f[i] *= mobility[i] * total
+            by_film[i] = f[i] * (3.0 - log_slope) / h if film[i] > boundary else 0.0
+            by_pressure[i] = -f[i] * slope[i] * (1.0 - log_slope)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def shear_stress(h, p, thermal, fluid):
+def shear_stress(h, p, exponent, fluid):
     """Film shear stress over p_h and its derivative by ln eta, limited to Lambda p."""
-    value, _ = log_viscosity(p, thermal, fluid)
     limit = fluid.limit * p
-    log_x = value + math.log(max(fluid.sliding, 1e-300) / h)
+    log_x = exponent + log(max(fluid.sliding, 1e-300) / h)
     if not fluid.eyring:
-        tau = math.exp(min(log_x, 60.0))
+        tau = exp(min(log_x, 60.0))
         slope = tau
     elif log_x > 30.0:
-        tau = fluid.stress * (log_x + 0.6931471805599453)
+        tau = fluid.stress * (log_x + LOG_2)
         slope = fluid.stress
     else:
-        x = math.exp(log_x)
+        x = exp(log_x)
         root = math.sqrt(1.0 + x * x)
-        tau = fluid.stress * (math.log(x + root) if x > 1e-4 else x)
+        tau = fluid.stress * (log(x + root) if x > 1e-4 else x)
         slope = fluid.stress * x / root
     if tau > limit:
         return limit, 0.0
     return tau, slope
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def isothermal_shear_row(film, p, boundary, fluid, tau):
+    """Film shear stress over p_h at the inlet temperature wherever the fluid carries pressure."""
+    n = p.size
+    sliding = max(fluid.sliding, 1e-300)
+    if fluid.law == ROELANDS:
+        for i in range(n):
+            tau[i] = fluid.c0 * (exp(fluid.c2 * log(1.0 + fluid.c1 * p[i])) - 1.0)
+    else:
+        for i in range(n):
+            tau[i] = isothermal_exponent(p[i], fluid)
+    for i in range(n):
+        tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + log(sliding / max(film[i], boundary))
+    if fluid.eyring:
+        for i in range(n):
+            x = exp(min(tau[i], 30.0))
+            tau[i] = fluid.stress * (max(tau[i] - 30.0, 0.0) + log(x + math.sqrt(1.0 + x * x)))
+    else:
+        for i in range(n):
+            tau[i] = exp(min(tau[i], 60.0))
+    for i in range(n):
+        tau[i] = min(tau[i], fluid.limit * p[i]) if p[i] > 0.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -122,20 +193,17 @@ def heated_shear_stress(h, p, base, resistance, start, fluid):
 
     The balance is increasing in T, so Newton from below or above converges; an explicit lag would oscillate.
     """
-    temperature = start if start > base else base
+    temperature = max(start, base)
+    isothermal = isothermal_exponent(p, fluid)
     tau = 0.0
     for _ in range(8):
-        thermal = thermal_factor(temperature, fluid)
-        tau, by_log = shear_stress(h, p, thermal, fluid)
+        exponent = with_temperature(isothermal, thermal_factor(temperature, fluid), fluid)
+        tau, by_log = shear_stress(h, p, exponent, fluid)
+        log_slope = -fluid.slope
         if fluid.law == ROELANDS:
-            value, _ = log_viscosity(p, thermal, fluid)
-            log_slope = -(value + fluid.c0) * fluid.slope / (temperature - ROELANDS_ZERO)
-        else:
-            log_slope = -fluid.slope
+            log_slope *= (exponent + fluid.c0) / (temperature - ROELANDS_ZERO)
         change = -(temperature - base - resistance * tau) / (1.0 - resistance * by_log * log_slope)
-        temperature += change
-        if temperature < base:
-            temperature = base
+        temperature = max(temperature + change, base)
         if abs(change) < 0.01:
             break
     return tau, temperature

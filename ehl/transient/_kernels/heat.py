@@ -7,12 +7,15 @@ number per mode.  The grids belong to the surfaces: nothing is interpolated in t
 
 from __future__ import annotations
 
-import math
-
 from numba import njit
 
 from ehl.transient._kernels.elasticity import FLAGS
-from ehl.transient._kernels.fluid import heated_shear_stress, shear_stress, thermal_factor
+from ehl.transient._kernels.elementary import log
+from ehl.transient._kernels.fluid import (
+    heated_shear_stress,
+    isothermal_shear_row,
+    thermal_factor,
+)
 from ehl.transient._kernels.quasi_separable import FLUID
 
 
@@ -102,22 +105,17 @@ def shear_and_temperature(state, step, work, model):
     contact = model.contact
     n = state.film.size
     unit = heat.pressure_unit
-    a1 = 0.0
-    a2 = 0.0
-    if heat.on:
-        a1 = instant_rise(model, 0)
-        a2 = instant_rise(model, 1)
+    if not heat.on:
+        isothermal_shear_row(state.film, state.fluid_pressure, contact.boundary, fluid, state.shear)
+        return
+    a1 = instant_rise(model, 0)
+    a2 = instant_rise(model, 1)
     for i in range(n):
         p = state.fluid_pressure[i]
         c = state.contact_pressure[i]
         h = max(state.film[i], contact.boundary)
         loaded = i > 0 and p + c > 0.0
         tau = 0.0
-        if not heat.on:
-            if loaded and p > 0.0:
-                tau, _ = shear_stress(h, p, step.thermal[i], fluid)
-            state.shear[i] = tau
-            continue
         rise_1 = state.surface_temperature[0, i]
         rise_2 = state.surface_temperature[1, i]
         conductance = heat.conductivity * (1.0 + heat.conductivity_rise * p) / (h * heat.film_unit)
@@ -154,4 +152,4 @@ def shear_and_temperature(state, step, work, model):
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def log_or_floor(value):
     """ln of a positive number, held above -69 so that averages of logarithms stay finite."""
-    return math.log(min(max(value, 1e-30), 1e30))
+    return log(min(max(value, 1e-30), 1e30))

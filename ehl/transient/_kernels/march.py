@@ -8,7 +8,7 @@ from ehl.transient._kernels.drainage import accumulate, update_pressure
 from ehl.transient._kernels.elasticity import FLAGS
 from ehl.transient._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
 from ehl.transient._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
-from ehl.transient._kernels.newton import FROZEN, NEWTON, PICARD, film_response, solve_step
+from ehl.transient._kernels.newton import CONTINUED, SLOW, UNCONVERGED, film_response, solve_step
 from ehl.transient._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
 
 # columns of the record of a step
@@ -28,10 +28,7 @@ from ehl.transient._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
     HEAT_RATE,
     COLUMNS,
 ) = range(14)
-# how a step was solved
-PLAIN, RELAXED, CONTINUED, SLOW, LAGGED, UNCONVERGED = range(6)
 
-NEWTON_LIMIT = 30
 CONTINUATION_LIMIT = 200  # iterations of all partial steps together
 SMALLEST_PART = 1.0 / 64.0
 
@@ -64,7 +61,7 @@ def copy_step(source, target):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def continue_from_last(state, step, saved, macro, work, model, last_level):
+def continue_from_last(state, step, saved, macro, work, model, last_level, stage):
     """Follow the solution from the last step's problem to this one in parts, each by full Newton.
 
     Geometry, mass and temperature are blended linearly.  The last part is the step itself, so nothing is
@@ -86,7 +83,7 @@ def continue_from_last(state, step, saved, macro, work, model, last_level):
             step.foot[i] = last.foot[i] + here * (target.foot[i] - last.foot[i])
             step.weight[i] = last.weight[i] + here * (target.weight[i] - last.weight[i])
             step.thermal[i] = last.thermal[i] + here * (target.thermal[i] - last.thermal[i])
-        iterations, converged, _ = solve_step(state, step, macro, work, model, NEWTON, 1.0, NEWTON_LIMIT)
+        iterations, converged = solve_step(state, step, macro, work, model, stage)
         total += iterations
         if converged:
             done = here
@@ -111,29 +108,21 @@ def solve_with_fallbacks(state, step, saved, macro, work, model, last_level):
     """
     level = state.scalars[LEVEL]
     copy_pressures(state, saved.predicted_fluid, saved.predicted_contact)
-    total, converged, _ = solve_step(state, step, macro, work, model, NEWTON, 1.0, NEWTON_LIMIT)
-    if converged:
-        return total, PLAIN
-    restore_pressures(state, saved.predicted_fluid, saved.predicted_contact, level)
-    iterations, converged, _ = solve_step(state, step, macro, work, model, PICARD, 0.5, 2 * NEWTON_LIMIT)
-    total += iterations
-    if converged:
-        return total, RELAXED
-    if state.scalars[AGE] > 0.5:
-        iterations, converged = continue_from_last(state, step, saved, macro, work, model, last_level)
+    total = 0
+    for stage in range(UNCONVERGED):
+        if stage == CONTINUED:
+            if state.scalars[AGE] < 0.5:
+                continue
+            iterations, converged = continue_from_last(state, step, saved, macro, work, model, last_level, stage)
+        else:
+            if stage >= SLOW:  # the continuation has used the copy of the prediction
+                restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
+            elif stage > 0:
+                restore_pressures(state, saved.predicted_fluid, saved.predicted_contact, level)
+            iterations, converged = solve_step(state, step, macro, work, model, stage)
         total += iterations
         if converged:
-            return total, CONTINUED
-    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
-    iterations, converged, _ = solve_step(state, step, macro, work, model, PICARD, 0.2, 5 * NEWTON_LIMIT)
-    total += iterations
-    if converged:
-        return total, SLOW
-    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
-    iterations, converged, _ = solve_step(state, step, macro, work, model, FROZEN, 1.0, 2 * NEWTON_LIMIT)
-    total += iterations
-    if converged:
-        return total, LAGGED
+            return total, stage
     restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
     film_response(state, step, work, model)
     for i in range(step.gap.size):

@@ -11,11 +11,16 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.transient._kernels.elasticity import FLAGS, exponential_product
-from ehl.transient._kernels.fluid import fluidity
+from ehl.transient._kernels.fluid import fluidity_rows
 from ehl.transient._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
 from ehl.transient._kernels.records import CAPPED, LEVEL
 
 NEWTON, PICARD, FROZEN = range(3)  # full derivatives; relaxed lagged fluidity; fluidity of the start
+# how a step was solved, in the order tried, and what each stage does: mode, relaxation, iterations allowed
+PLAIN, RELAXED, CONTINUED, SLOW, LAGGED, UNCONVERGED = range(6)
+STAGE_MODE = (NEWTON, PICARD, NEWTON, PICARD, FROZEN)
+STAGE_RELAXATION = (1.0, 0.5, 1.0, 0.2, 1.0)
+STAGE_LIMIT = (30, 60, 30, 150, 60)
 PRESSURE_STEP = (0.4, 0.8)  # an iteration changes p by at most 0.4 + 0.8 p
 PATIENCE = 12  # iterations after which a stalling residual cuts the step
 LOAD_TOLERANCE = 1e-6
@@ -38,102 +43,138 @@ def film_response(state, step, work, model):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def lateral_exchange(i, h, p, foot, thermal, macro, work, model):
-    """Conductance between a pocket and the macroscopic pressure, and its derivatives by h and p.
+def flow_along(state, step, work, model, mode, relaxation, start, repeat):
+    """Fluidity between the nodes and the flow it carries.
+
+    Newton uses the present fluidity and its derivatives; Picard the geometric mean of the old and the present one,
+    moved once per iteration; the frozen mode the one of the start.
+    """
+    p = state.fluid_pressure
+    h = state.film
+    half = work.half
+    used = work.fluidity
+    n = p.size
+    if mode == NEWTON or start or (mode == PICARD and not repeat):
+        for i in range(n - 1):
+            half.film[i] = 0.5 * (h[i] + h[i + 1])
+        for i in range(n - 1):
+            half.pressure[i] = max(0.5 * (p[i] + p[i + 1]), 0.0)
+        for i in range(n - 1):
+            half.thermal[i] = 0.5 * (step.thermal[i] + step.thermal[i + 1])
+        fluidity_rows(half, model.contact.boundary, model.fluid, model.fluid.along, model.fluid.flux)
+        if mode == PICARD and not start:
+            for i in range(n - 1):
+                used[i] = used[i] * (half.f[i] / used[i]) ** relaxation if used[i] > 0.0 else half.f[i]
+        else:
+            for i in range(n - 1):
+                used[i] = half.f[i]
+    used[n - 1] = 0.0
+    for i in range(n - 1):
+        work.flow[i] = used[i] * (p[i + 1] - p[i])
+    work.flow[n - 1] = 0.0
+    derivative = 0.5 if mode == NEWTON else 0.0
+    for i in range(n - 1):
+        half.by_film[i] *= derivative * (p[i + 1] - p[i])
+    for i in range(n - 1):
+        half.by_pressure[i] *= derivative * (p[i + 1] - p[i])
+    half.by_film[n - 1] = 0.0
+    half.by_pressure[n - 1] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def add_drainage(state, step, macro, work, model, mode):
+    """Exchange with the macroscopic pressure, and its entries in the bands.
 
     Two halves in series: the pocket's own gap, then the typical gap at this place.  A starved pocket conducts with
     its filled part only.
     """
-    pressure = 0.5 * ((p if p > 0.0 else 0.0) + macro.pressure[i])
-    own, by_h, by_p = fluidity(
-        h, pressure, thermal, model.contact.boundary, model.fluid, 1.0 - model.fluid.along, model.fluid.flux_lateral
-    )
-    work.lateral[i] = own
-    typical = macro.typical[i]
-    if typical > 0.0:
-        part = typical / (own + typical)
-        own *= 2.0 * part
-        by_h *= 2.0 * part * part
-        by_p *= 2.0 * part * part
-    if p <= 0.0 and foot < h:
-        filled = max(foot, 0.0) / h
-        own *= filled
-        by_h *= filled
-    return own, by_h, by_p
+    p = state.fluid_pressure
+    h = state.film
+    node = work.node
+    band = work.band
+    slopes = 1.0 if mode == NEWTON else 0.0
+    for i in range(p.size):
+        node.film[i] = h[i]
+    for i in range(p.size):
+        node.pressure[i] = 0.5 * (max(p[i], 0.0) + macro.pressure[i])
+    for i in range(p.size):
+        node.thermal[i] = step.thermal[i]
+    fluidity_rows(node, model.contact.boundary, model.fluid, 1.0 - model.fluid.along, model.fluid.flux_lateral)
+    for i in range(model.contact.outlet):
+        k = node.f[i]
+        by_film = slopes * node.by_film[i]
+        by_pressure = slopes * node.by_pressure[i]
+        typical = macro.typical[i]
+        if typical > 0.0:
+            part = typical / (k + typical)
+            k *= 2.0 * part
+            by_film *= 2.0 * part * part
+            by_pressure *= 2.0 * part * part
+        if p[i] <= 0.0 and step.foot[i] < h[i]:
+            filled = max(step.foot[i], 0.0) / h[i]
+            k *= filled
+            by_film *= filled
+        work.exchange[i] = k
+        w = step.weight[i]
+        excess = p[i] - macro.pressure[i]
+        work.source[i] -= w * k * excess
+        band[1, i] += w * (max(k + 0.5 * by_pressure * excess, 0.1 * k) if p[i] > 0.0 else k)
+        band[4, i] += w * by_film * excess
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def assemble(state, step, macro, work, model, mode, relaxation, start, keep_fluidity):
+def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     """Residuals and the bands of the Newton matrix at every node.
 
-    ``start`` marks the first assembly of a solve, ``keep_fluidity`` one that repeats an iteration.
+    ``start`` marks the first assembly of a solve, ``repeat`` a second one within the same iteration.
     """
-    fluid = model.fluid
-    boundary = model.contact.boundary
+    flow_along(state, step, work, model, mode, relaxation, start, repeat)
     p = state.fluid_pressure
     h = state.film
-    n = p.size
     band = work.band
-    drained = fluid.flux_lateral > 0.0
-    slopes = 1.0 if mode == NEWTON else 0.0
-    flow = 0.0  # through the left half node, and its derivatives
-    f_left = 0.0
-    h_left = 0.0
-    p_left = 0.0
+    flow = work.flow
+    f = work.fluidity
+    by_film = work.half.by_film
+    by_pressure = work.half.by_pressure
+    weight = step.weight
+    rise = model.fluid.density_rise
+    bend = model.fluid.density_bend
+    n = p.size
+    source, mass, gap = work.source, work.residual[0], work.residual[1]
+    left, centre, right, film_left, film_here, film_right = band[0], band[1], band[2], band[3], band[4], band[5]
+    source[0] = flow[0]
+    left[0] = film_left[0] = 0.0
+    centre[0] = f[0] - by_pressure[0]
+    film_here[0] = -by_film[0]
+    for i in range(1, n):
+        source[i] = (flow[i] - flow[i - 1]) * weight[i]
+    for i in range(1, n):
+        left[i] = (by_pressure[i - 1] - f[i - 1]) * weight[i]
+    for i in range(1, n):
+        centre[i] = (f[i] + f[i - 1] - by_pressure[i] + by_pressure[i - 1]) * weight[i]
     for i in range(n):
-        flow_right = f_right = h_right = p_right = 0.0
-        if i < n - 1:
-            dp = p[i + 1] - p[i]
-            if mode == NEWTON or start or (mode == PICARD and not keep_fluidity):
-                f, f_h, f_p = fluidity(
-                    0.5 * (h[i] + h[i + 1]),
-                    0.5 * (p[i] + p[i + 1]),
-                    0.5 * (step.thermal[i] + step.thermal[i + 1]),
-                    boundary,
-                    fluid,
-                    fluid.along,
-                    fluid.flux,
-                )
-                if mode == PICARD and not start and work.fluidity[i] > 0.0:
-                    f = work.fluidity[i] * (f / work.fluidity[i]) ** relaxation
-                work.fluidity[i] = f
-            else:
-                f = work.fluidity[i]
-                f_h = 0.0
-                f_p = 0.0
-            flow_right = f * dp
-            f_right = f
-            h_right = 0.5 * f_h * dp * slopes
-            p_right = 0.5 * f_p * dp * slopes
-        pressure = p[i] if p[i] > 0.0 else 0.0
-        d = 1.0 / (1.0 + fluid.density_bend * pressure)
-        rho = 1.0 + fluid.density_rise * pressure * d
-        w = step.weight[i]
-        source = (flow_right - flow) * w
-        band[0, i] = (p_left - f_left) * w
-        band[1, i] = fluid.density_rise * d * d * h[i] + (f_right + f_left - p_right + p_left) * w
-        band[2, i] = (-f_right - p_right) * w
-        band[3, i] = h_left * w
-        band[4, i] = rho + (h_left - h_right) * w
-        band[5, i] = -h_right * w
-        if drained and i < model.contact.outlet:
-            k, k_h, k_p = lateral_exchange(i, h[i], p[i], step.foot[i], step.thermal[i], macro, work, model)
-            work.exchange[i] = k
-            excess = p[i] - macro.pressure[i]
-            source -= w * k * excess
-            if p[i] > 0.0:
-                band[1, i] += w * max(k + 0.5 * slopes * k_p * excess, 0.1 * k)
-            else:
-                band[1, i] += w * k
-            band[4, i] += w * slopes * k_h * excess
-        work.source[i] = source
-        work.residual[0, i] = step.foot[i] + source - rho * h[i]
-        work.residual[1, i] = boundary - h[i]
-        work.unit[i] = band[3, i] + band[4, i] + band[5, i]
-        flow = flow_right
-        f_left = f_right
-        h_left = h_right
-        p_left = p_right
+        right[i] = -(f[i] + by_pressure[i]) * weight[i]
+    for i in range(1, n):
+        film_left[i] = by_film[i - 1] * weight[i]
+    for i in range(1, n):
+        film_here[i] = (by_film[i - 1] - by_film[i]) * weight[i]
+    for i in range(n):
+        film_right[i] = -by_film[i] * weight[i]
+    if model.fluid.flux_lateral > 0.0:
+        add_drainage(state, step, macro, work, model, mode)
+    for i in range(n):
+        pressure = max(p[i], 0.0)
+        d = 1.0 / (1.0 + bend * pressure)
+        rho = 1.0 + rise * pressure * d
+        film_here[i] += rho
+        centre[i] += rise * d * d * h[i]
+    for i in range(n):
+        pressure = max(p[i], 0.0)
+        mass[i] = step.foot[i] + source[i] - (1.0 + rise * pressure / (1.0 + bend * pressure)) * h[i]
+    for i in range(n):
+        gap[i] = model.contact.boundary - h[i]
+    for i in range(n):
+        work.unit[i] = film_left[i] + film_here[i] + film_right[i]
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -268,10 +309,15 @@ def apply_increment(state, work, model, load_error, damping, limit_step):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def solve_step(state, step, macro, work, model, mode, relaxation, limit):
-    """Solve one step from the pressures in ``state``; returns iterations, success, largest residual."""
+def solve_step(state, step, macro, work, model, stage):
+    """Solve one step from the pressures in ``state``; returns iterations and success.
+
+    ``stage`` must be a run-time integer: a literal would be compiled once per value.
+    """
     elastic = model.elastic
     contact = model.contact
+    mode = STAGE_MODE[stage]
+    relaxation = STAGE_RELAXATION[stage]
     n = state.film.size
     diagonal = 0.0
     for m in range(elastic.weights_newton.size):
@@ -280,18 +326,20 @@ def solve_step(state, step, macro, work, model, mode, relaxation, limit):
     start_sets(state, work, model)
     damping = 1.0
     previous = 1e30
+    load = 0.0
     largest = 0.0
+    changes = 0
     iterations = 0
     converged = False
-    start = True
-    while iterations < limit:
-        load = film_response(state, step, work, model)
-        assemble(state, step, macro, work, model, mode, relaxation, start, False)
-        start = False
-        changes, largest = update_sets(state, work, model, compliance)
-        if hand_over(state, work, model) > 0:
+    while iterations < STAGE_LIMIT[stage]:
+        for attempt in range(2):
             load = film_response(state, step, work, model)
-            assemble(state, step, macro, work, model, mode, relaxation, False, True)
+            assemble(state, step, macro, work, model, mode, relaxation, iterations + attempt == 0, attempt == 1)
+            if attempt == 1:
+                break
+            changes, largest = update_sets(state, work, model, compliance)
+            if hand_over(state, work, model) == 0:
+                break
         load_error = contact.load - load
         if not largest < 1e30:
             break
@@ -323,4 +371,4 @@ def solve_step(state, step, macro, work, model, mode, relaxation, limit):
         for i in range(n):
             state.fluid_pressure[i] = max(state.fluid_pressure[i], 0.0)
             state.contact_pressure[i] = max(state.contact_pressure[i], 0.0)
-    return iterations, converged, largest
+    return iterations, converged

@@ -154,6 +154,20 @@ class Step(NamedTuple):
     thermal: np.ndarray  # temperature factor of the viscosity
 
 
+class FluidityRows(NamedTuple):
+    """A row of points: film, pressure and temperature factor in, fluidity and its derivatives out."""
+
+    film: np.ndarray
+    pressure: np.ndarray
+    thermal: np.ndarray
+    exponent: np.ndarray
+    slope: np.ndarray
+    mobility: np.ndarray
+    f: np.ndarray
+    by_film: np.ndarray
+    by_pressure: np.ndarray
+
+
 class Work(NamedTuple):
     """Scratch of the Newton iteration."""
 
@@ -163,8 +177,10 @@ class Work(NamedTuple):
     mode_state: np.ndarray
     residual: np.ndarray  # (2, n): mass, gap
     source: np.ndarray  # net flow into the node
-    fluidity: np.ndarray  # at the right half node
-    lateral: np.ndarray  # own lateral fluidity
+    half: FluidityRows  # along x, entry i between nodes i and i + 1
+    node: FluidityRows  # across, for the drainage
+    fluidity: np.ndarray  # along x as used: relaxed or kept in the fallbacks
+    flow: np.ndarray
     exchange: np.ndarray  # conductance to the macroscopic pressure
     band: np.ndarray
     unit: np.ndarray
