@@ -1,0 +1,84 @@
+"""Curvature of generated flanks, exact to round-off, and the relative curvature of two flanks in contact.
+
+A flank is given by three cutting parameters bound by the equation of meshing. Its tangents and the change of its normal
+along them follow from the derivatives by all three and the tangent plane of that equation; no surface is differentiated
+numerically. Curvature is positive where the flank is hollow seen from outside the tooth, negative where it bulges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.assembly import cross, dot
+from efficiency.flank import Flank
+from efficiency.newton import Array, complex_jacobian
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ShapeOperator:
+    """Curvature of surfaces at n points.
+
+    Attributes
+    ----------
+    tangent_1, tangent_2 : (3, n) arrays
+        Orthonormal tangents in the frame of the member.
+    matrix : (n, 2, 2) array
+        Symmetric curvature matrix in these tangents [1/m].
+    """
+
+    tangent_1: FloatArray
+    tangent_2: FloatArray
+    matrix: FloatArray
+
+    @property
+    def principal(self) -> FloatArray:
+        """Principal curvatures, ascending, (2, n) [1/m]."""
+        return np.asarray(np.linalg.eigvalsh(self.matrix).T)
+
+    def along(self, tangent_1: FloatArray, tangent_2: FloatArray) -> FloatArray:
+        """The matrix in other orthonormal tangents of the same planes, (n, 2, 2) [1/m]."""
+        turn = np.moveaxis(
+            np.array(
+                [
+                    [dot(tangent_1, self.tangent_1), dot(tangent_1, self.tangent_2)],
+                    [dot(tangent_2, self.tangent_1), dot(tangent_2, self.tangent_2)],
+                ]
+            ),
+            -1,
+            0,
+        )
+        return np.asarray(turn @ self.matrix @ np.swapaxes(turn, 1, 2))
+
+
+def flank_curvature(flank: Flank, parameters: FloatArray) -> ShapeOperator:
+    """Curvature of a flank at points given by their cutting parameters, (3, n)."""
+
+    def state(x: Array) -> Array:
+        point, normal, meshing = flank.sweep(x)
+        return np.concatenate([point, normal, meshing[None]])
+
+    value, jacobian = complex_jacobian(state, parameters)
+    normal = value[3:6]
+    # directions in the space of cutting parameters that stay on the flank; lengths are scaled to angles
+    scale = np.array([flank.blank.mean_cone_distance, 1.0, 1.0])
+    gradient = jacobian[:, 6, :] * scale
+    start = np.eye(3)[np.argmin(np.abs(gradient), axis=1)]
+    first = np.cross(gradient, start)
+    second = np.cross(gradient, first)
+    moves = np.stack([first / np.linalg.norm(first, axis=1)[:, None], second / np.linalg.norm(second, axis=1)[:, None]])
+    steps = np.einsum("nij,knj->kin", jacobian[:, :6, :] * scale, moves)
+    r1, r2, n1, n2 = steps[0, :3], steps[1, :3], steps[0, 3:], steps[1, 3:]
+
+    t1 = r1 / np.sqrt(dot(r1, r1))
+    t2 = cross(normal, t1)
+    # columns of the map from the two moves to the tangents, and of the change of the normal
+    to_tangent = np.array([[dot(r1, t1), dot(r2, t1)], [dot(r1, t2), dot(r2, t2)]])
+    change = np.array([[dot(n1, t1), dot(n2, t1)], [dot(n1, t2), dot(n2, t2)]])
+    to_tangent, change = np.moveaxis(to_tangent, -1, 0), np.moveaxis(change, -1, 0)
+    matrix = -change @ np.linalg.inv(to_tangent)
+    return ShapeOperator(t1, t2, 0.5 * (matrix + np.swapaxes(matrix, 1, 2)))
