@@ -10,11 +10,11 @@ import numpy as np
 from ehl.contact import LineContact
 from ehl.film_formulas import moes_1992
 from ehl.heat.conduction import PECLET_FLOOR, peclet_number
-from ehl.heat.film import FilmConductivity, thermal_loading, wilson_gupta_1992
+from ehl.heat.film import FilmConductivity, inlet_thermal_factors
 from ehl.lubricant import Lubricant
 from ehl.material import Material
 
-# of the film temperature rise times d ln eta/dT, below which heat is left out
+# of the change of ln(viscosity) and of the relative change of film, below which heat is left out
 THERMAL_THRESHOLD = 0.02
 
 
@@ -34,9 +34,9 @@ class ThermalEstimate:
     friction_change : float
         The part of it that reaches friction, relative [-].
     film_change : float
-        Relative loss of film by inlet heating (`wilson_gupta_1992`) [-].
+        Relative loss of film by inlet heating, the larger one of two published factors [-].
     matters : bool
-        viscosity_change above the threshold.
+        viscosity_change or film_change above the threshold.
     """
 
     rise_film: float
@@ -74,7 +74,7 @@ def estimate_thermal_effect(
         [K]; the inlet temperature when not given.
     conductivity : FilmConductivity, optional
     threshold : float
-        On viscosity_change [-].
+        On viscosity_change and film_change [-].
     """
     bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
     bulk_offset = max(abs(t - lubricant.temperature) for t in bulk)
@@ -95,7 +95,8 @@ def estimate_thermal_effect(
     rise_flash = heat / parallel
     slope = -float(lubricant.dlog_viscosity_dtemperature(pressure, temperature)[0])
     viscosity_change = slope * (rise_film + rise_flash + bulk_offset)
-    loss = 1.0 - wilson_gupta_1992(thermal_loading(contact, lubricant), contact.slide_to_roll_total)
+    inlet = inlet_thermal_factors(contact, lubricant)
+    loss = 1.0 - min(inlet.murch_wilson_gupta, inlet.murch_wilson_rolling)
     return ThermalEstimate(
         rise_film,
         rise_flash,
@@ -103,7 +104,7 @@ def estimate_thermal_effect(
         viscosity_change,
         viscosity_change * _sensitivity(stress, lubricant),
         loss,
-        viscosity_change > threshold,
+        viscosity_change > threshold or loss > threshold,
     )
 
 

@@ -107,7 +107,7 @@ def thermal_traction(
     *,
     temperature_bulk: tuple[float, float] | None = None,
     asperity_heat: FloatArray | None = None,
-    film_heat: FloatArray | None = None,
+    rolling_heat: FloatArray | None = None,
     conduction: Conduction = "jaeger",
     conductivity: FilmConductivity | None = None,
     tolerance: float = 1e-9,
@@ -135,8 +135,9 @@ def thermal_traction(
         Bulk temperatures [K]; the inlet temperature when not given.
     asperity_heat : ndarray, optional
         Heat freed at asperity contacts, mu_b p_c |v_s| [W/m2]: it enters the surfaces, not the film.
-    film_heat : ndarray, optional
-        Heat freed in the film besides the sliding, such as that of the pressure-driven flow [W/m2].
+    rolling_heat : ndarray, optional
+        Heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. It is freed near the walls:
+        its mid-layer rise is q h/(16 k_f).
     conduction : {"jaeger", "one_dimensional"}
         Exact two-dimensional conduction, or the one-dimensional limit the transient solver uses.
     conductivity : FilmConductivity, optional
@@ -159,10 +160,10 @@ def thermal_traction(
     law = conductivity or FilmConductivity()
     speed, load = contact.speed_sliding, contact.load_per_length
     wet = pressure > 0.0
-    extra_film = np.zeros_like(x) if film_heat is None else np.where(wet, film_heat, 0.0)
-    extra = extra_film if asperity_heat is None else extra_film + asperity_heat
+    rolling = np.zeros_like(x) if rolling_heat is None else np.where(wet, rolling_heat, 0.0)
+    extra = rolling if asperity_heat is None else rolling + asperity_heat
     balance = _balance(x, pressure, film, contact, lubricant, bodies, bulk, law, conduction)
-    offset = balance.constant + balance.surface @ extra + balance.film * extra_film
+    offset = balance.constant + balance.surface @ extra + 0.5 * balance.film * rolling
     inlet = np.full_like(x, lubricant.temperature)
     isothermal = _stress(pressure, film, inlet, lubricant, speed)
 

@@ -271,7 +271,8 @@ def test_estimate_skips_only_where_heat_changes_little():
 
 
 def test_estimate_counts_bulk_temperatures_and_pure_rolling():
-    rolling = contact(slide_to_roll=0.0)
+    rolling = contact(slide_to_roll=0.0, speed_entrainment=2.0)
+    assert estimate_thermal_effect(contact(slide_to_roll=0.0, speed_entrainment=10.0), oil(), (STEEL, STEEL)).matters
     assert not estimate_thermal_effect(rolling, oil(), (STEEL, STEEL)).matters
     warm = estimate_thermal_effect(rolling, oil(), (STEEL, STEEL), temperature_bulk=(375.15, 373.15))
     assert warm.matters

@@ -1,0 +1,323 @@
+"""Smooth, steady, thermal line contact: the film solver and the heat balance, each in turn until both agree.
+
+isothermal film -> (heat matters?) -> temperatures at that film -> film with the viscosity of those temperatures
+-> ... -> friction of the last film, temperatures of the last balance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from ehl.contact import LineContact
+from ehl.heat import (
+    FilmConductivity,
+    InletFactor,
+    ThermalEstimate,
+    ThermalTraction,
+    estimate_thermal_effect,
+    inlet_thermal_factors,
+    thermal_traction,
+)
+from ehl.heat.conduction import Conduction
+from ehl.lubricant import Lubricant
+from ehl.material import Material
+from ehl.steady import SteadyResult, solve_steady
+from ehl.steady.refine import Accuracy
+
+FloatArray = NDArray[np.float64]
+Offset = Callable[[FloatArray], FloatArray]
+Thermal = Literal["auto", "on"]
+
+# on the change of friction and film between two rounds, and the number of nodes of the heat balance
+ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
+HEAT_NODES: dict[str, int] = {"fast": 65, "standard": 97, "reference": 257}
+MOST_ROUNDS = 20
+MOST_HALVINGS = 4
+# a change in the last round up to this is accepted, noted and counted in the error
+ACCEPTED_CHANGE = 1e-2
+# a thinner film is heated less: whole steps overshoot by up to 0.7 of themselves
+RELAXATION = 0.65
+MEMORY = 4
+
+
+@dataclass(frozen=True)
+class ThermalSteadyResult:
+    """A contact in thermal balance, or the isothermal one where heat was found not to matter.
+
+    Parameters
+    ----------
+    status : {"converged", "failed"}
+    reason : str
+        Empty; one of the film solver's; "no_thermal_balance", "not_finite"; or "thermal_rounds" (film and
+        temperature still changed by more than 1 % in the last round).
+    film : SteadyResult
+        Pressure and film with the viscosity of the hot film; its friction is the thermal one, with its grid error.
+    isothermal : SteadyResult
+        The same contact without heat.
+    heat : ThermalTraction or None
+        Temperatures on the nodes of the heat balance; None where heat was left out.
+    estimate : ThermalEstimate
+        What decided that.
+    friction_fluid, friction_isothermal : float
+        [-].
+    friction_error : float
+        Relative: grid errors of film and heat balance, and the change in the last round.
+    film_reduction : float
+        film_central over its isothermal value [-].
+    inlet_factors : InletFactor
+        What published formulas say of that reduction.
+    temperature_film_max, temperature_flash : float
+        Highest film and surface temperature [K].
+    energy_residual : float
+        |heat into both bodies - power|/power, the power from the shear stress of the film solver on its own mesh [-].
+    rounds : int
+    iterations : int
+        Newton iterations of all film solutions.
+    notes : tuple of str
+        Those of the heat balance, and "thermal_rounds" where the last change was between tolerance and 1 %.
+    skipped : tuple of str
+    """
+
+    status: Literal["converged", "failed"]
+    reason: str
+    film: SteadyResult
+    isothermal: SteadyResult
+    heat: ThermalTraction | None
+    estimate: ThermalEstimate
+    friction_fluid: float
+    friction_isothermal: float
+    friction_error: float
+    film_reduction: float
+    inlet_factors: InletFactor
+    temperature_film_max: float
+    temperature_flash: float
+    energy_residual: float
+    rounds: int
+    iterations: int
+    notes: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+
+
+def solve_steady_thermal(
+    contact: LineContact,
+    lubricant: Lubricant,
+    bodies: tuple[Material, Material],
+    *,
+    temperature_bulk: tuple[float, float] | None = None,
+    thermal: Thermal = "auto",
+    accuracy: Accuracy = "standard",
+    start: SteadyResult | None = None,
+    conduction: Conduction = "jaeger",
+    conductivity: FilmConductivity | None = None,
+    rolling_heat: bool = True,
+) -> ThermalSteadyResult:
+    """Solve the smooth, steady contact with the heat of sliding and of the pressure-driven flow.
+
+    The film temperature acts on the viscosity in the Reynolds equation itself, inlet included. The published inlet
+    factors are therefore reported beside the reduction found, never multiplied in: that would count the inlet twice.
+
+    Parameters
+    ----------
+    contact, lubricant, bodies, temperature_bulk, conduction, conductivity
+        As in `ehl.heat.thermal_traction`.
+    thermal : {"auto", "on"}
+        "auto" leaves heat out where `estimate_thermal_effect` finds that it does not matter.
+    accuracy : {"fast", "standard", "reference"}
+        As in `ehl.steady.solve_steady`.
+    start : SteadyResult, optional
+        A neighbouring contact's isothermal film.
+    rolling_heat : bool
+        Whether the pressure-driven flow heats the film (inlet heating in pure rolling). The transient solver has no
+        such term.
+
+    Returns
+    -------
+    ThermalSteadyResult
+    """
+    bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
+    isothermal = solve_steady(contact, lubricant, accuracy=accuracy, start=start)
+    central = isothermal.film_central if isothermal.status == "converged" else None
+    estimate = estimate_thermal_effect(
+        contact, lubricant, bodies, film_central=central, temperature_bulk=bulk, conductivity=conductivity
+    )
+    base = _without_heat(contact, lubricant, isothermal, estimate, max(bulk))
+    if isothermal.status != "converged":
+        return base
+    if thermal == "auto" and not estimate.matters:
+        skipped = f"heat: estimated change of ln(viscosity) {estimate.viscosity_change:.2g}"
+        return replace(base, skipped=(*isothermal.skipped, skipped))
+
+    def balance(film: SteadyResult, nodes: int) -> ThermalTraction:
+        x, p, h, extra = _sampled(film, contact, lubricant, nodes)
+        return thermal_traction(
+            x,
+            p,
+            h,
+            contact,
+            lubricant,
+            bodies,
+            temperature_bulk=bulk,
+            rolling_heat=extra if rolling_heat else None,
+            conduction=conduction,
+            conductivity=conductivity,
+        )
+
+    film, nodes, iterations = isothermal, HEAT_NODES[accuracy], isothermal.iterations
+    mixer, change, friction_change, rounds = _Mixer(), math.inf, math.inf, 0
+    while change > ROUND_TOLERANCE[accuracy] and rounds < MOST_ROUNDS:
+        rounds += 1
+        heat = balance(film, nodes)
+        if heat.status != "converged":
+            return _failed(base, heat.reason, rounds, iterations)
+        offset = mixer.next_offset(heat)
+        for _ in range(MOST_HALVINGS):
+            hot = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
+            iterations += hot.iterations
+            if hot.status == "converged":
+                break
+            offset = mixer.halved()
+        if hot.status != "converged":
+            return _failed(base, hot.reason, rounds, iterations)
+        friction_change, change = _changes(film, hot)
+        film = hot
+    unsettled = change > ROUND_TOLERANCE[accuracy]
+    if change > ACCEPTED_CHANGE:
+        return _failed(base, "thermal_rounds", rounds, iterations)
+
+    # the temperatures handed out come from twice the nodes; the film has seen those of the single ones, whose error
+    # is 4/3 of the difference (second order)
+    coarse, nodes = balance(film, nodes), 2 * nodes - 1
+    heat = balance(film, nodes)
+    heat_error = 4.0 / 3.0 * abs(coarse.friction_fluid - heat.friction_fluid) / max(heat.friction_fluid, 1e-300)
+    # on the mesh of the film: the little shear of the open inlet before it heats nothing here
+    power = float(np.trapezoid(film.shear_stress, film.x)) * contact.speed_sliding
+    if rolling_heat:
+        x, _, _, extra = _sampled(film, contact, lubricant, nodes)
+        power += float(np.trapezoid(extra, x))
+    into = float(np.trapezoid(heat.heat_flux_1 + heat.heat_flux_2, heat.x))
+    return replace(
+        base,
+        film=film,
+        heat=heat,
+        friction_fluid=film.friction_fluid,
+        friction_error=film.friction_error + (heat_error if film.friction_fluid > 0.0 else 0.0) + friction_change,
+        film_reduction=film.film_central / isothermal.film_central,
+        temperature_film_max=heat.temperature_film_max,
+        temperature_flash=heat.temperature_flash,
+        energy_residual=abs(into - power) / power if power > 0.0 else 0.0,
+        rounds=rounds,
+        iterations=iterations,
+        notes=(*heat.notes, *(("thermal_rounds",) if unsettled else ())),
+        skipped=(),
+    )
+
+
+def _without_heat(
+    contact: LineContact, lubricant: Lubricant, film: SteadyResult, estimate: ThermalEstimate, hottest: float
+) -> ThermalSteadyResult:
+    return ThermalSteadyResult(
+        status=film.status,
+        reason=film.reason,
+        film=film,
+        isothermal=film,
+        heat=None,
+        estimate=estimate,
+        friction_fluid=film.friction_fluid,
+        friction_isothermal=film.friction_fluid,
+        friction_error=film.friction_error,
+        film_reduction=1.0,
+        inlet_factors=inlet_thermal_factors(contact, lubricant),
+        temperature_film_max=lubricant.temperature,
+        temperature_flash=hottest,
+        energy_residual=0.0,
+        rounds=0,
+        iterations=film.iterations,
+        skipped=film.skipped,
+    )
+
+
+def _failed(base: ThermalSteadyResult, reason: str, rounds: int, iterations: int) -> ThermalSteadyResult:
+    """No thermal friction: zero with infinite error, never the isothermal number in its place."""
+    return replace(
+        base,
+        status="failed",
+        reason=reason,
+        friction_fluid=0.0,
+        friction_error=math.inf,
+        rounds=rounds,
+        iterations=iterations,
+    )
+
+
+def _sampled(
+    film: SteadyResult, contact: LineContact, lubricant: Lubricant, nodes: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Nodes, pressure, film and heat of the pressure-driven flow, on every k-th node of the film's grid."""
+    step = max(1, (film.x.size - 1) // (nodes - 1))
+    pressure = np.maximum(film.pressure, 0.0)
+    excess = film.film - film.flow / lubricant.density_ratio(pressure)
+    heat = np.maximum(contact.speed_entrainment * excess * np.gradient(pressure, film.x), 0.0)
+    return film.x[::step], pressure[::step], film.film[::step], heat[::step]
+
+
+class _Mixer:
+    """Anderson mixing of the change of ln(viscosity) along x, on the nodes of the first round.
+
+    Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with the first step relaxed.
+    """
+
+    def __init__(self) -> None:
+        self.x: FloatArray = np.zeros(0)
+        self.used: list[FloatArray] = []
+        self.residuals: list[FloatArray] = []
+
+    def next_offset(self, heat: ThermalTraction) -> Offset:
+        """The offset to solve the next film with, from the temperatures of the last one."""
+        if not len(self.x):
+            self.x = heat.x
+        found = _curve(heat.x, heat.log_viscosity_offset)(self.x)
+        used = self.used[-1] if self.used else np.zeros_like(found)
+        if not self.used:
+            self.used.append(used)
+        residual = found - used
+        self.residuals.append(residual)
+        mixed = used + RELAXATION * residual
+        if len(self.residuals) > 1:
+            steps = np.diff(np.array(self.used[-MEMORY:]), axis=0).T
+            changes = np.diff(np.array(self.residuals[-MEMORY:]), axis=0).T
+            share = np.linalg.lstsq(changes, residual, rcond=1e-6)[0]
+            mixed = mixed - (steps + RELAXATION * changes) @ share
+        self.used.append(mixed)
+        return _curve(self.x, mixed)
+
+    def halved(self) -> Offset:
+        """Half the last step, where the film could not be solved with all of it."""
+        self.used[-1] = 0.5 * (self.used[-1] + self.used[-2])
+        return _curve(self.x, self.used[-1])
+
+
+def _curve(x: FloatArray, values: FloatArray) -> Offset:
+    curve = PchipInterpolator(x, values)
+    first, last = float(x[0]), float(x[-1])
+    return lambda points: np.asarray(curve(np.clip(points, first, last)))
+
+
+def _changes(before: SteadyResult, after: SteadyResult) -> tuple[float, float]:
+    """Relative change of friction, and the largest one of friction and films."""
+
+    def change(a: float, b: float) -> float:
+        return abs(a - b) / b if b > 0.0 else 0.0
+
+    friction = change(before.friction_fluid, after.friction_fluid)
+    films = (
+        change(before.film_central, after.film_central),
+        change(before.film_min, after.film_min),
+    )
+    return friction, max(friction, *films)
