@@ -131,10 +131,20 @@ def mesh_cycle(pair: GearPair, positions: int = 24, points_per_line: int = 31) -
             raise ConvergenceError("no_contact", f"no tooth pair can touch at pinion angle {angles[k]:.4g} rad")
         own = {name: values[here] for name, values in fields.items()}
         closing = own.pop("valley") / own["lever_gear"]
-        first = float(closing.min())
-        own["gap"] = (closing - first) * own["lever_gear"]
-        result.append(MeshPosition(float(angles[k]), tooth[here], transmission_error=-first, **own))
+        own["gap"] = (closing - closing.min()) * own["lever_gear"]
+        error = -_lowest(closing.reshape(-1, count))
+        result.append(MeshPosition(float(angles[k]), tooth[here], transmission_error=error, **own))
     return tuple(result)
+
+
+def _lowest(closing: FloatArray) -> float:
+    """Smallest value over all lines (rows), between the points by the parabola through the three lowest."""
+    line, point = np.unravel_index(int(np.argmin(closing)), closing.shape)
+    if not 0 < point < closing.shape[1] - 1:
+        return float(closing[line, point])
+    before, least, after = closing[line, point - 1 : point + 2]
+    bend = before - 2.0 * least + after
+    return float(least - 0.125 * (after - before) ** 2 / bend) if bend > 0.0 else float(least)
 
 
 def _roll_range(surface: MeshSurface) -> tuple[float, float]:

@@ -70,6 +70,12 @@ class MeshSurface:
         return 2.0 * np.pi / self.assembly.teeth_pinion
 
     @property
+    def crest_roll(self) -> float:
+        """Roll angle of the crest [rad]."""
+        u, v = self.crest
+        return float(self.patch(np.array([u]), np.array([v]), ("roll",))[0, 0])
+
+    @property
     def interpolation_error(self) -> float:
         """Estimated interpolation error of the ease-off [m]."""
         return self.patch.tail["ease_off"]

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.blank import ToothShape
 from efficiency.design import Design
@@ -14,7 +13,6 @@ from efficiency.mesh_surface import MeshSurface, mesh_surface
 from efficiency.thickness import tooth_shapes
 from efficiency.transmission import ContactPath, contact_path
 
-FloatArray = NDArray[np.float64]
 Side = Literal["drive", "coast"]
 
 
@@ -31,7 +29,7 @@ class GearPair:
     surface : MeshSurface
         Both flanks, surface of roll angle, ease-off.
     path : ContactPath
-        Unloaded contact path and transmission error of one tooth pair, half a pitch to both sides.
+        Unloaded contact path and transmission error of one tooth pair, half a pitch to both sides of its highest point.
     shape_pinion, shape_gear : ToothShape
         Depth and thickness of one tooth of each member along its face.
     """
@@ -77,15 +75,10 @@ def gear_pair(design: Design, side: Side = "drive") -> GearPair:
     Raises
     ------
     ConvergenceError
-        A flank does not exist in the mating region (undercut), the members do not mesh, or the unloaded contact runs
-        over an edge within half a pitch.
+        A flank does not exist in the mating region (undercut), or the members do not mesh.
     """
     pinion, gear = design.flanks(side)
     surface = mesh_surface(gear, pinion, design.placement())
-    path = contact_path(surface, _centred(surface, 41))
+    path = contact_path(surface, surface.crest_roll + np.linspace(-0.5, 0.5, 41) * surface.pitch)
     shape_pinion, shape_gear = tooth_shapes(design)
     return GearPair(design, side, surface, path, shape_pinion, shape_gear)
-
-
-def _centred(surface: MeshSurface, count: int) -> FloatArray:
-    return np.linspace(-0.5, 0.5, count) * surface.pitch
