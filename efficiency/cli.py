@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+import efficiency.commands
 import ehl.cli
 import regression.cli
 from ehl import __version__
@@ -38,6 +39,7 @@ def _options(
 
 ehl.cli.register(app)
 regression.cli.register(app)
+efficiency.commands.register(app)
 
 
 @app.command()

@@ -25,7 +25,8 @@ def _registry() -> Any:
     return registry
 
 
-_NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*)")
+# a unit follows after a space, or at once if it cannot be read as part of the number
+_NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
 
 # what a user may type for each SI unit, shown in error messages
 _EXAMPLES = {
@@ -189,3 +190,20 @@ class Quantity:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self._validate)
+
+
+def parse_quantities(text: str, unit: str, *, field: str) -> list[float]:
+    """A comma-separated list such as ``"100, 200, 300 N m"``; the last unit holds for entries without one.
+
+    Raises
+    ------
+    InputError
+        As `parse_quantity`; a bare number is refused, the last entry must carry its unit.
+    """
+    entries = [entry.strip() for entry in text.split(",")]
+    last = _NUMBER_AND_UNIT.fullmatch(entries[-1])
+    default = f" {last[2]}" if last else ""
+    return [
+        parse_quantity(entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + default, unit, field=field, bare=False)
+        for entry in entries
+    ]

@@ -1,0 +1,130 @@
+"""Commands of the gear pair: `gear`, `compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from efficiency.pair import Side
+    from efficiency.run import Conditions
+
+DesignArgument = Annotated[str, typer.Argument(metavar="DESIGN", help="A design file, or the name of a shipped one.")]
+SideOption = Annotated[str, typer.Option(help="Flanks that carry the load: drive or coast.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
+TorqueOption = Annotated[str | None, typer.Option(help="Pinion torque with its unit: '250 N m'.")]
+SpeedOption = Annotated[str | None, typer.Option(help="Pinion speed with its unit: '1500 rpm'.")]
+TemperatureOption = Annotated[str | None, typer.Option(help="Oil temperature with its unit: '80 degC'.")]
+OilOption = Annotated[str | None, typer.Option(help="Oil card in place of the design's.")]
+
+
+Lists = tuple[list[float], list[float], list[float]]
+
+
+def _side(side: str) -> Side:
+    from ehl.errors import InputError
+
+    if side == "drive":
+        return "drive"
+    if side == "coast":
+        return "coast"
+    raise InputError("--side", side, "drive or coast")
+
+
+def _lists(torque: str | None, speed: str | None, temperature: str | None) -> Lists:
+    from ehl.units import parse_quantities
+
+    def parse(text: str | None, unit: str, field: str) -> list[float]:
+        return [] if text is None else parse_quantities(text, unit, field=field)
+
+    return parse(torque, "N*m", "--torque"), parse(speed, "rad/s", "--speed"), parse(temperature, "K", "--temperature")
+
+
+def _conditions(lists: Lists, oil: str | None) -> Conditions:
+    from efficiency.run import Conditions
+
+    torque, speed, temperature = (values[0] if values else None for values in lists)
+    return Conditions(torque, speed, temperature, oil)
+
+
+def gear(
+    design: DesignArgument,
+    friction: Annotated[
+        str, typer.Option(help="Formula file, constant:0.05, a published formula's name, ehl or ehl:smooth.")
+    ] = "constant:0.05",
+    torque: TorqueOption = None,
+    speed: SpeedOption = None,
+    temperature: TemperatureOption = None,
+    oil: OilOption = None,
+    side: SideOption = "drive",
+    json_output: JsonOption = False,
+    plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
+) -> None:
+    """Efficiency of a gear pair: geometry, contact, load, friction, power loss.
+
+    A comma-separated list of torques, speeds or temperatures ('100, 200, 300 N m') makes a map.
+    """
+    from efficiency.gear_report import efficiency_table, map_table, save_gear_figures, save_map_figure
+    from efficiency.run import run_gear, run_map
+    from ehl.report import print_json
+
+    lists = _lists(torque, speed, temperature)
+    chosen = _side(side)
+    if any(len(values) > 1 for values in lists):
+        grid = run_map(design, friction, *lists, oil=oil, side=chosen)
+        if plot is not None:
+            save_map_figure(grid, plot)
+        print_json(grid.to_dict()) if json_output else map_table(grid)
+        status, reason = grid.status, "at least one point of the map"
+    else:
+        result = run_gear(design, friction, _conditions(lists, oil), side=chosen)
+        if plot is not None:
+            save_gear_figures(result, plot)
+        print_json(result.to_dict()) if json_output else efficiency_table(result)
+        status, reason = result.status, result.reason
+    if status != "converged":
+        typer.echo(f"not converged: {reason}", err=True)
+        raise typer.Exit(1)
+
+
+def compare(
+    design: DesignArgument,
+    friction: Annotated[
+        list[str] | None, typer.Option(help="A friction model; repeat for several. Default: constants, published, ehl.")
+    ] = None,
+    torque: TorqueOption = None,
+    speed: SpeedOption = None,
+    temperature: TemperatureOption = None,
+    oil: OilOption = None,
+    side: SideOption = "drive",
+    json_output: JsonOption = False,
+    plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).")] = None,
+) -> None:
+    """Compare friction models, constant mu and closed forms on one gear pair."""
+    from efficiency.gear_report import comparison_table
+    from efficiency.plots_load import plot_comparison
+    from efficiency.run import DEFAULT_MODELS, run_compare
+    from ehl.errors import InputError
+    from ehl.plots import save_figure
+    from ehl.report import print_json
+
+    lists = _lists(torque, speed, temperature)
+    for values, name in zip(lists, ("--torque", "--speed", "--temperature"), strict=True):
+        if len(values) > 1:
+            raise InputError(name, values, "one value; lists make a map with `mixed-ehl gear`")
+    comparison = run_compare(design, friction or DEFAULT_MODELS, _conditions(lists, oil), side=_side(side))
+    if plot is not None:
+        save_figure(plot_comparison(comparison), plot)
+    print_json(comparison.to_dict()) if json_output else comparison_table(comparison)
+    if comparison.status != "converged":
+        failed = ", ".join(f"{row.name} ({row.reason})" for row in comparison.rows if row.status == "failed")
+        typer.echo(f"not converged: {failed}", err=True)
+        raise typer.Exit(1)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this package to the application."""
+    app.command()(gear)
+    app.command()(compare)
