@@ -106,12 +106,17 @@ def run_compare(
     side: Side = "drive",
     positions: int = POSITIONS,
     points_per_line: int = POINTS_PER_LINE,
+    geared: GearMesh | None = None,
 ) -> Comparison:
-    """The same pair at the same point with several friction models, and the closed forms; as `run_gear`."""
+    """The same pair at the same point with several friction models, and the closed forms; as `run_gear`.
+
+    `geared` is the mesh of that design where it is known already.
+    """
     design = resolve_design(design)
     models = [resolve_friction(friction) for friction in frictions]
     torque, operation, oil = _operating_point(design, conditions)
-    geared = gear_mesh(design, side, positions, points_per_line)
+    if geared is None:
+        geared = gear_mesh(design, side, positions, points_per_line)
     return compare_models(load_mesh(geared.mesh, torque), models, oil, operation, geared.pitch)
 
 
