@@ -113,6 +113,7 @@ class Run:
         )
         start = 0.5 * pressure if model.drainage.on else np.zeros(n)
         start[model.contact.outlet :] = 0.0
+        start[:2] = model.contact.inlet_pressure
         self.macroscopic = _macroscopic(start)
         self._step = _step_arrays(n)
         self._step.thermal[:] = 1.0 if model.fluid.law == 1 else 0.0

@@ -165,8 +165,8 @@ def write_record(record, state, macro, work, model):
     film = 0.0
     for i in range(contact.middle_first, contact.middle_last):
         film += max(state.film[i], contact.boundary)
-    record[MU_FLUID] = shear / contact.load
-    record[SHARE] = carried / contact.load
+    record[MU_FLUID] = shear / contact.full_load
+    record[SHARE] = carried / contact.full_load
     record[FILM_MEAN] = film / (contact.middle_last - contact.middle_first)
     record[FILM_MIN] = lowest
     record[PRESSURE_MAX] = highest
@@ -174,7 +174,7 @@ def write_record(record, state, macro, work, model):
     record[FLASH_MAX] = flash
     record[CONTACT_NODES] = touching
     record[CAPPED_NODES] = capped
-    record[MACRO_LOAD] = macroscopic / contact.load
+    record[MACRO_LOAD] = macroscopic / contact.full_load
     record[HEAT_RATE] = heat_in
 
 

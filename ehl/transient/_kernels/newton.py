@@ -257,15 +257,15 @@ def hand_over(state, work, model):
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def start_sets(state, work, model):
-    """Node kinds of the predicted pressures; the inlet node and the outlet carry none."""
+    """Node kinds of the predicted pressures; the inlet node is given and the outlet carries no fluid pressure."""
     p = state.fluid_pressure
     c = state.contact_pressure
-    p[0] = 0.0
+    p[0] = model.contact.inlet_pressure
     c[0] = 0.0
     for i in range(p.size):
         if i >= model.contact.outlet:
             p[i] = 0.0
-        kind = (FLUID if p[i] > 0.0 else 0) | (CONTACT if c[i] > 0.0 else 0)
+        kind = (FLUID if p[i] > 0.0 and i > 0 else 0) | (CONTACT if c[i] > 0.0 else 0)
         if work.kind[i] == CAPPED and p[i] + c[i] >= model.contact.cap:
             kind = CAPPED
         work.kind[i] = kind

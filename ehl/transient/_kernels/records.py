@@ -36,6 +36,8 @@ class Contact(NamedTuple):
     boundary: float  # h_boundary in film units
     cap: float  # hardness/p_h
     load: float  # sum of the nodal pressures
+    full_load: float  # the same with what the wedge ahead of the mesh carries
+    inlet_pressure: float  # at the first node, from the wedge ahead of it
     friction: float  # boundary friction coefficient
     outlet: int  # first node at which the fluid pressure is zero by rule
     middle_first: int  # nodes of the mean film
