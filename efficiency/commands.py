@@ -1,4 +1,4 @@
-"""Commands of the gear pair: `gear`, `compare`."""
+"""Commands of the gear pair: `gear`, `compare`, `demo`."""
 
 from __future__ import annotations
 
@@ -124,7 +124,34 @@ def compare(
         raise typer.Exit(1)
 
 
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("mixed-ehl-demo"),
+    jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")] = None,
+) -> None:
+    """The main job, small and real: sweep, fit, gear, compare, one HTML report."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from efficiency.demo import run_demo
+    from efficiency.gear_report import comparison_table
+    from regression.sweep import available_jobs
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bars:
+        tasks = {name: bars.add_task(name, total=None) for name in ("contacts", "formulas", "gear pair")}
+
+        def notify(step: str, done: int, total: int) -> None:
+            bars.update(tasks[step], completed=done, total=total)
+
+        result = run_demo(output, jobs or available_jobs(), notify)
+    comparison_table(result.comparison)
+    print(f"report: {output / 'report.html'}")
+    if result.comparison.status != "converged":
+        raise typer.Exit(1)
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands of this package to the application."""
     app.command()(gear)
     app.command()(compare)
+    app.command()(demo)

@@ -76,7 +76,7 @@ def efficiency_table(result: EfficiencyResult) -> None:
         console.print(f"skipped  {item}")
 
 
-COMPARISON_HEADER = ("friction", "efficiency [%]", "loss [W]", "mean mu", "interval [%]", "outside range [%]")
+COMPARISON_HEADER = ("friction", "efficiency [%]", "loss [W]", "mean mu", "interval [%]", "outside [%]")
 
 
 def comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:
