@@ -32,7 +32,7 @@ def plot_flank_pressure(result: EfficiencyResult) -> Figure:
     """Hertz pressure on the gear flank over one mesh cycle; contact lines of all positions, unloaded parts grey."""
     from matplotlib.collections import LineCollection
 
-    figure, axes = _figure(7.5, 3.4)
+    figure, axes = _figure(7.5, 3.0)
     idle: list[Any] = []
     loaded: list[Any] = []
     pressure: list[float] = []
@@ -80,15 +80,19 @@ def plot_load_sharing(result: EfficiencyResult) -> Figure:
 
 
 def plot_transmission_error(result: EfficiencyResult) -> Figure:
-    """Loaded and unloaded transmission error over one pinion pitch."""
+    """Loaded and unloaded transmission error over one pinion pitch, each about its mean."""
     figure, axes = _figure()
     angle = result.pinion_angle / _pitch(result)
     unloaded = np.array([p.position.transmission_error for p in result.load.positions])
-    loaded = result.transmission_error_positions
-    axes.plot(angle, unloaded * ARCSEC, color=GREY, marker=".", label=f"unloaded, {np.ptp(unloaded) * ARCSEC:.1f} p-p")
-    axes.plot(angle, loaded * ARCSEC, color=BLUE, marker=".", label=f"loaded, {np.ptp(loaded) * ARCSEC:.1f} p-p")
-    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear [arcsec]")
-    axes.legend(frameon=False)
+    for name, values, color in (
+        ("unloaded", unloaded, GREY),
+        (f"at {result.torque_pinion:g} N m", result.transmission_error_positions, BLUE),
+    ):
+        arcsec = values * ARCSEC
+        label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
+        axes.plot(angle, arcsec - arcsec.mean(), color=color, marker=".", label=label)
+    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear, less its mean [arcsec]")
+    axes.legend(frameon=False, loc="lower left")
     return figure
 
 
@@ -118,20 +122,19 @@ def plot_comparison(comparison: Comparison) -> Figure:
     rows = comparison.rows
     figure, axes = _figure(7.5, 0.9 + 0.42 * len(rows))
     loss = np.array([100.0 * (1.0 - row.efficiency) for row in rows])
-    error = np.array(
-        [
-            [100.0 * abs(row.efficiency_upper - row.efficiency), 100.0 * abs(row.efficiency - row.efficiency_lower)]
-            for row in rows
-        ]
-    ).T
-    colors = [GREY if row.kind == "closed form" else BLUE for row in rows]
+    below = np.array([100.0 * abs(row.efficiency_upper - row.efficiency) for row in rows])
+    above = np.array([100.0 * abs(row.efficiency - row.efficiency_lower) for row in rows])
     place = np.arange(len(rows))[::-1]
-    axes.barh(place, np.nan_to_num(loss), xerr=np.nan_to_num(error), color=colors, ecolor=ORANGE, capsize=3)
-    for at, row, value in zip(place, rows, loss, strict=True):
-        text = f"{100.0 * row.efficiency:.3f} %" if np.isfinite(value) else row.reason
-        axes.annotate(text, (np.nan_to_num(value), at), xytext=(4, -9), textcoords="offset points", fontsize=8)
+    colors = [GREY if row.kind == "closed form" else BLUE for row in rows]
+    axes.barh(place, np.nan_to_num(loss), color=colors)
+    known = above + below > 0.0
+    axes.errorbar(loss[known], place[known], xerr=[below[known], above[known]], fmt="none", ecolor=ORANGE, capsize=3)
+    end = np.nan_to_num(loss + np.where(known, above, 0.0))
+    for at, row, right in zip(place, rows, end, strict=True):
+        text = f"{100.0 * row.efficiency:.3f} %" if np.isfinite(row.efficiency) else row.reason
+        axes.annotate(text, (right, at), xytext=(5, 0), textcoords="offset points", fontsize=9, va="center")
     axes.set_yticks(place, [row.name for row in rows])
-    axes.set(xlabel="mesh power loss [% of input]", xlim=(0.0, 1.2 * float(np.nanmax(loss + np.nan_to_num(error[1])))))
+    axes.set(xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.2 * float(end.max())))
     axes.set_title(
         f"{comparison.design}: {comparison.torque_pinion:g} N m, {comparison.speed_pinion * RPM:.0f} rpm, "
         f"{comparison.temperature_oil - KELVIN:.0f} degC"

@@ -38,7 +38,7 @@ class EfficiencyResult:
     efficiency_error : float
         Estimate of the discretisation error of the efficiency: sum of the next two.
     efficiency_error_positions, efficiency_error_points : float
-        Change when the positions, and when the points per contact line, are halved [-].
+        Twice the change when the positions, and when the points per contact line, are halved [-].
     power_loss, power_input : float
         Mean over the mesh cycle, and torque times speed [W].
     friction_coefficient_mean : float

@@ -49,14 +49,14 @@ def resolve_design(design: Design | str | Path) -> Design:
     return design if isinstance(design, Design) else load_design(design)
 
 
-def resolve_friction(friction: FrictionModel | str) -> FrictionModel:
+def resolve_friction(friction: FrictionModel | str, design: Design) -> FrictionModel:
     """A friction model, or the one of that name: ``ehl``, ``ehl:smooth``, or any of `regression.friction_model`."""
     if not isinstance(friction, str):
         return friction
     if friction.partition(":")[0] == "ehl":
         from efficiency.ehl_friction import ehl_friction
 
-        return ehl_friction(friction)
+        return ehl_friction(friction, (design.pinion.body(), design.gear.body()))
     return friction_model(friction)
 
 
@@ -92,7 +92,7 @@ def run_gear(
         The flanks do not exist or do not mesh.
     """
     design = resolve_design(design)
-    model = resolve_friction(friction)
+    model = resolve_friction(friction, design)
     torque, operation, oil = _operating_point(design, conditions)
     mesh = gear_mesh(design, side, positions, points_per_line).mesh
     return mesh_efficiency(load_mesh(mesh, torque), model, oil, operation)
@@ -113,7 +113,7 @@ def run_compare(
     `geared` is the mesh of that design where it is known already.
     """
     design = resolve_design(design)
-    models = [resolve_friction(friction) for friction in frictions]
+    models = [resolve_friction(friction, design) for friction in frictions]
     torque, operation, oil = _operating_point(design, conditions)
     if geared is None:
         geared = gear_mesh(design, side, positions, points_per_line)
@@ -135,7 +135,7 @@ def run_map(
 ) -> EfficiencyMap:
     """Efficiency over lists of torque [N m], speed [rad/s] and oil temperature [K]; an empty list means the file's."""
     design = resolve_design(design)
-    model = resolve_friction(friction)
+    model = resolve_friction(friction, design)
     default = design.operation
     for torque in torques:
         require_torque(torque)
