@@ -54,7 +54,14 @@ TEXT_WIDTHS: dict[str, int] = {"origin": 8, "status": 12, "reason": 64, "skipped
 KEY_WIDTH = 64
 
 # what all files of one run share
-_SHARED = ("plan", "plan_name", "plan_hash", "solver_version", "oil", "oil_hash", "count")
+_SHARED = ("plan", "plan_name", "plan_hash", "solver_version", "oil", "oil_hash", "bodies_hash", "count")
+# what must not have changed when a run goes on
+_SAME = {
+    "plan_hash": "another plan",
+    "solver_version": "another version of the solver",
+    "oil_hash": "an oil card with other figures",
+    "bodies_hash": "materials with other figures",
+}
 
 
 class ResultStore:
@@ -65,7 +72,7 @@ class ResultStore:
     path : Path
         The file; made if there is none.
     meta : mapping
-        Attributes of the run (strings and integers); an existing file must carry the same.
+        What the run is, by the names of `regression.sweep.run_meta`; an existing file must be of the same run.
 
     Raises
     ------
@@ -80,14 +87,10 @@ class ResultStore:
         self._file = _open(path, "r+")
         try:
             _check_schema(self._file, path)
-            for name, value in meta.items():
-                if _attribute(self._file, name) != value:
-                    raise InputError(
-                        f"{path.name}.{name}",
-                        str(_attribute(self._file, name))[:80],
-                        f"{str(value)[:80]!r}, as in this plan and version",
-                        "Give another output folder, or the same plan and version to go on.",
-                    )
+            for name, what in _SAME.items():
+                if _attribute(self._file, name) != meta[name]:
+                    hint = f"It holds results of {what}; give another output folder."
+                    raise InputError("run", str(path), "a folder of this plan's own results", hint)
             self.torn = self._cut_torn_rows()
         except BaseException:
             self._file.close()
@@ -248,9 +251,9 @@ def read_run(run: Path, *, locking: bool | None = None) -> tuple[dict[str, Any],
     parts = [(path, *read_file(path, locking=locking)) for path in run_files(run)]
     first_path, first, _ = parts[0]
     for path, meta, _ in parts[1:]:
-        for name in _SHARED:
+        for name, what in _SAME.items():
             if meta.get(name) != first.get(name):
-                hint = f"They differ in {name}; keep one run per folder."
+                hint = f"One of them holds results of {what}; keep one run per folder."
                 raise InputError("run", str(run), f"files of one run ({first_path.name}, {path.name})", hint)
     frame = pd.concat([part[2] for part in parts], ignore_index=True)
     frame = frame.drop_duplicates("key").sort_values("key", ignore_index=True)
@@ -270,7 +273,7 @@ def merge(run: Path, target: Path) -> int:
     if not target.parent.is_dir():
         raise InputError("target", str(target), "a file in a folder that exists")
     meta, frame = read_run(run)
-    shared = {name: meta[name] for name in _SHARED if meta[name] is not None}
+    shared = {name: meta[name] for name in _SHARED}
     draft = target.with_name(target.name + ".merging")
     draft.unlink(missing_ok=True)
     with ResultStore(draft, shared) as store:

@@ -195,8 +195,14 @@ def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
         "solver_version": version,
         "oil": plan.oil or "",
         "oil_hash": oil_hash(plan.oil) if plan.oil else "",
+        "bodies_hash": _bodies_hash(plan),
         "count": plan.count,
     }
+
+
+def _bodies_hash(plan: Plan) -> str:
+    figures = [body.body().model_dump_json(exclude={"source"}) for body in (plan.solid_1, plan.solid_2)]
+    return hashlib.sha256("\n".join(figures).encode()).hexdigest()
 
 
 def oil_hash(name: str) -> str:

@@ -1,0 +1,126 @@
+"""What the command line shows of a sweep, a fit and a friction value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from regression.dataset import RunStatus
+    from regression.formula import Formula
+    from regression.friction_models import FrictionEstimate
+    from regression.sweep import SweepReport
+
+# how the bands of each variable are shown: factor from SI, shift, unit
+_SHOWN: dict[str, tuple[float, float, str]] = {
+    "film_ratio": (1.0, 0.0, ""),
+    "slide_to_roll_total": (1.0, 0.0, ""),
+    "pressure_hertz": (1e-9, 0.0, "GPa"),
+    "temperature_oil": (1.0, -273.15, "degC"),
+}
+
+
+def _reasons(reasons: dict[str, int]) -> str:
+    return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+
+
+def sweep_report(report: SweepReport) -> None:
+    """One paragraph on what a sweep did."""
+    console = Console()
+    console.print(
+        f"{report.path}: {report.total} cases, {report.resumed} found on disk, {report.converged} converged, "
+        f"{report.failed} failed, {report.seconds:.1f} s",
+        soft_wrap=True,
+        highlight=False,
+    )
+    if report.torn:
+        console.print(f"{report.torn} unfinished rows of an interrupted process were cut off and computed again")
+    if report.restarts:
+        console.print(f"workers died and were replaced {report.restarts} times")
+    if report.reasons:
+        console.print(f"failed: {_reasons(report.reasons)}", highlight=False)
+
+
+def status_table(status: RunStatus) -> None:
+    """How far each shard of a run is."""
+    table = Table(title=f"{status.plan_name}: {status.finished} of {status.planned} cases")
+    for name in ("file", "finished", "converged", "failed", "CPU time"):
+        table.add_column(name, justify="left" if name == "file" else "right")
+    for shard in status.shards:
+        failed = _reasons(shard.failed) or "0"
+        table.add_row(shard.path.name, str(shard.finished), str(shard.converged), failed, f"{shard.seconds:.1f} s")
+    Console().print(table)
+
+
+def families_table(formulas: Iterable[Formula]) -> None:
+    """Held-out errors of all fitted families, best first."""
+    table = Table(title="errors of held-out cases, whole (p, R) cells left out at a time")
+    for name in ("family", "terms", "R2 ln mu", "R2 mu", "MAPE", "95 %", "worst", "bias"):
+        table.add_column(name, justify="left" if name == "family" else "right")
+    for formula in formulas:
+        v = formula.validation
+        terms = str(len(formula.coefficients) - len(formula.dropped))
+        relative = (f"{100.0 * x:.1f} %" for x in (v.mape, v.p95, v.largest, v.bias))
+        table.add_row(formula.family, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *relative)
+    Console().print(table)
+
+
+def formula_report(formula: Formula) -> None:
+    """Equation, coefficients, errors by region and the worst case."""
+    console = Console()
+    console.print(formula.to_text(), highlight=False, soft_wrap=True, markup=False)
+    table = Table(title="held-out errors by region")
+    for name in ("variable", "from", "to", "cases", "MAPE", "95 %", "bias"):
+        table.add_column(name, justify="left" if name == "variable" else "right")
+    for band in formula.bands:
+        factor, shift, unit = _SHOWN.get(band.variable, (1.0, 0.0, ""))
+        ends = (f"{factor * (x + shift):.3g} {unit}".strip() for x in (band.low, band.high))
+        errors = (f"{100.0 * x:.1f} %" for x in (band.mape, band.p95, band.bias))
+        table.add_row(band.variable, *ends, str(band.count), *errors)
+    console.print(table)
+    worst = formula.validation.worst
+    where = ", ".join(f"{name} {value:.4g}" for name, value in worst.conditions.items())
+    console.print(
+        f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where} (SI)",
+        highlight=False,
+        soft_wrap=True,
+    )
+    data = formula.data
+    console.print(
+        f"{data.used} of {data.count} cases used, {formula.folds} folds, noise floor of the data "
+        f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}",
+        highlight=False,
+    )
+    if data.excluded:
+        console.print(f"left out: {_reasons(data.excluded)}", highlight=False)
+    collinear = {term: value for term, value in formula.variance_inflation.items() if value > 10.0}
+    if collinear:
+        listed = ", ".join(f"{term} {value:.0f}" for term, value in collinear.items())
+        console.print(f"collinear terms (variance inflation above 10): {listed}", highlight=False)
+
+
+def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[str, Any]:
+    """One friction value for JSON."""
+    from regression.friction_models import FrictionFlag
+
+    mu, lower, upper = (float(x) for x in (estimate.mu, estimate.lower, estimate.upper))
+    stated = lower == lower
+    return {
+        "friction_coefficient": mu,
+        "friction_lower": lower if stated else None,
+        "friction_upper": upper if stated else None,
+        "flag": FrictionFlag(int(estimate.flag)).name.lower(),
+        "friction_model": name,
+        "oil": oil,
+    }
+
+
+def friction_line(content: dict[str, Any]) -> None:
+    """One friction value as a sentence."""
+    line = f"mu = {content['friction_coefficient']:.5f}"
+    if content["friction_lower"] is not None:
+        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
+    Console().print(f"{line}  {content['friction_model']}, {content['oil']}", highlight=False)
