@@ -1,0 +1,58 @@
+"""docs/nomenclature.md is the one list of names: every TOML key and every result field stands in it."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import typing
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel
+
+from efficiency.compare import Comparison, ComparisonRow
+from efficiency.design import Design
+from efficiency.result import EfficiencyResult
+from ehl.inputs import Case
+from ehl.material import Material
+from ehl.oil import Oil
+from ehl.solve import ContactResult
+from ehl.state import ContactState
+from regression.conditions import UNITS
+from regression.formula import Formula
+from regression.plan import Plan
+from regression.store import NUMBER_UNITS
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "nomenclature.md"
+NAMES = set(re.findall(r"`([A-Za-z_0-9]+)`", PAGE.read_text(encoding="utf-8")))
+
+
+def models_in(annotation: object) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in typing.get_args(annotation):
+        yield from models_in(argument)
+
+
+def keys(model: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[str]:
+    if model not in seen:
+        seen.add(model)
+        for name, info in model.model_fields.items():
+            yield name
+            for inner in models_in(info.annotation):
+                yield from keys(inner, seen)
+
+
+@pytest.mark.parametrize("model", [Case, Oil, Material, Plan, Design, Formula])
+def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
+    assert set(keys(model, set())) <= NAMES
+
+
+@pytest.mark.parametrize("record", [ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow])
+def test_every_result_is_listed(record: type) -> None:
+    assert {field.name for field in dataclasses.fields(record)} <= NAMES
+
+
+def test_every_column_is_listed() -> None:
+    assert set(UNITS) | set(NUMBER_UNITS) <= NAMES
