@@ -87,7 +87,12 @@ def _contacts(result: DemoResult) -> Section:
                 f"mu is {100 * friction_error.median():.2g} % in the median and {100 * friction_error.max():.2g} % at "
                 "worst; it covers the discretisation, not the physics of the load-sharing model or the oil data."
             ),
-            Picture(plot_friction(result.dataset), "Friction coefficient of every contact of the sweep."),
+            Pictures(
+                [
+                    Picture(plot_friction(result.dataset), "Friction coefficient of every contact of the sweep."),
+                    Picture(plot_parity(result.dataset, result.formulas), "Formula against computed friction (fit)."),
+                ]
+            ),
         ],
     )
 
@@ -115,10 +120,7 @@ def _formulas(result: DemoResult) -> Section:
                 "pressure and radius are held out in turn. The load-share family has an advantage here that a real "
                 "contact would not give it: the contacts were computed with a load-sharing model of the same kind."
             ),
-            Table(header, rows, "Errors on held-out contacts, best family first.", 0),
-            Pictures(
-                [Picture(plot_parity(result.dataset, result.formulas), "Formula against computed friction (fit).")]
-            ),
+            Table(header, rows, "Errors on held-out contacts, best family first.", 0, 2),
             FormulaBlock(best.to_text()),
             _band_table(best),
         ],
@@ -197,7 +199,7 @@ def _provenance(result: DemoResult) -> Section:
     return Section(
         "5. Provenance",
         [
-            Table(("what", "value"), rows),
+            Table(("what", "value"), rows, text_columns=2),
             Text("Left out of the gear model: " + "; ".join(left_out) + "."),
             Text("Files beside this page: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
         ],

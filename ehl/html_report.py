@@ -33,12 +33,13 @@ class Formula:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; the first column is text, numbers are set right. The row `highlight` is emphasised."""
+    """A table; the first `text_columns` are set left, numbers right. The row `highlight` is emphasised."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     caption: str = ""
     highlight: int = -1
+    text_columns: int = 1
     kind = "table"
 
 

@@ -20,7 +20,7 @@ def plot_friction(dataset: Dataset) -> Figure:
     from matplotlib.figure import Figure
 
     frame = dataset.converged
-    figure = Figure(figsize=(6.0, 4.2), layout="constrained")
+    figure = Figure(figsize=(6.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
     ratio = frame["film_ratio"].to_numpy()
     rough = np.isfinite(ratio)
@@ -47,7 +47,7 @@ def plot_parity(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
 
     frame = dataset.converged
     mu = frame["friction_coefficient"].to_numpy()
-    figure = Figure(figsize=(5.4, 4.8), layout="constrained")
+    figure = Figure(figsize=(6.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
     for formula, colour in zip(formulas, (BLUE, ORANGE, GREY), strict=False):
         predicted = formula.evaluate(columns(frame)).mu
