@@ -144,7 +144,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     every_second = efficiency_of(float(losses[::2].mean()), torque, speed)
     half_points = _efficiency(coarse, estimate_coarse.mu, count, torque, speed)
     error_positions, error_points = (SAFETY * abs(efficiency - other) for other in (every_second, half_points))
-    reason = _reason(loaded.fine, both)
+    reason = _reason(loaded, both)
     sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
     power_loss = float(losses.mean())
     unloaded = np.array([p.transmission_error for p in mesh.fine])
@@ -202,11 +202,12 @@ def _efficiency(points: LoadedPoints, mu: FloatArray, count: int, torque: float,
     return efficiency_of(float(position_losses(points, mu, count).mean()), torque, speed)
 
 
-def _reason(load: LoadDistribution, friction: FrictionEstimate) -> Reason:
-    if load.reason == "newton_limit":
-        return "load_newton_limit"
-    if load.reason == "active_set_limit":
-        return "load_active_set_limit"
+def _reason(loaded: LoadedMesh, friction: FrictionEstimate) -> Reason:
+    for load in (loaded.fine, loaded.coarse):
+        if load.reason == "newton_limit":
+            return "load_newton_limit"
+        if load.reason == "active_set_limit":
+            return "load_active_set_limit"
     missing = np.any(friction.flag == FrictionFlag.NOT_CONVERGED) or not np.all(np.isfinite(friction.mu))
     return "friction_not_converged" if missing else ""
 

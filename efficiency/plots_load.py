@@ -92,7 +92,8 @@ def plot_transmission_error(result: EfficiencyResult) -> Figure:
         label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
         axes.plot(angle, arcsec - arcsec.mean(), color=color, marker=".", label=label)
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear, less its mean [arcsec]")
-    axes.legend(frameon=False, loc="lower left")
+    axes.margins(y=0.2)
+    axes.legend(frameon=False, loc="upper right")
     return figure
 
 

@@ -1,0 +1,150 @@
+"""The contact solver as a friction model: which points it solves, how it interpolates, what it says of failures."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency import ehl_friction as module
+from efficiency.ehl_friction import EhlFriction, ehl_friction
+from ehl.contact import LineContact
+from ehl.errors import InputError
+from ehl.oil import Oil
+from ehl.state import ContactState
+from regression.friction_models import FrictionFlag, FrictionModel
+
+OIL = Oil.load("fva3")
+
+
+def states(n: int, seed: int = 1) -> ContactState:
+    """Conditions of a smooth two-parameter family, as over a flank."""
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(-1.0, 1.0, (2, n))
+    return ContactState.of(
+        pressure_hertz=1e9 * np.exp(0.5 * a - 0.2 * b**2),
+        radius_equivalent=0.012 * np.exp(0.2 * b),
+        effective_modulus=226e9,
+        speed_entrainment=3.0 * np.exp(0.1 * a),
+        slide_to_roll=0.5 * b,
+        roughness_rms_1=0.3e-6,
+    )
+
+
+def law(contact: LineContact) -> float:
+    """Smooth in all variables; nearly proportional to small sliding."""
+    sliding = np.tanh(contact.slide_to_roll_total / 0.1)
+    return float(0.04 * sliding * (contact.pressure_hertz / 1e9) ** 0.5 * contact.speed_entrainment**-0.1)
+
+
+class Solver:
+    """Stands in for the contact solver; notes what it is asked."""
+
+    def __init__(self, fails: Any = lambda contact: False) -> None:
+        self.fails, self.asked, self.starts, self.rough = fails, [], [], []
+
+    def __call__(self, contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        self.asked.append(contact)
+        self.starts.append(rest[-1])
+        self.rough.append(surface.roughness_rms_1)
+        if self.fails(contact):
+            return SimpleNamespace(status="failed")
+        return SimpleNamespace(status="converged", friction_coefficient=law(contact), friction_error=0.01)
+
+
+def exact(state: ContactState) -> np.ndarray:
+    sliding = np.tanh(state.slide_to_roll_total / 0.1)
+    return 0.04 * sliding * (state.pressure_hertz / 1e9) ** 0.5 * state.speed_entrainment**-0.1
+
+
+def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = Solver()
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = states(1500)
+    estimate = EhlFriction("ehl").evaluate(state, OIL)
+    assert len(solver.asked) == module.POINTS
+    assert all(estimate.flag == FrictionFlag.OK)
+    wrong = np.abs(estimate.mu - exact(state))
+    half = 0.5 * (estimate.upper - estimate.lower)
+    assert np.sqrt(np.mean(wrong**2)) < np.median(half) < 0.15 * exact(state).mean()
+    assert estimate.mu.mean() == pytest.approx(exact(state).mean(), rel=0.01)
+
+
+def test_few_points_are_all_solved_once_and_start_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = Solver()
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = states(30)
+    estimate = EhlFriction("ehl").evaluate(state, OIL)
+    np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
+    np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
+    assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
+    assert solver.starts[0] is None
+    assert all(start is not None for start in solver.starts[1:])
+
+
+def test_all_solves_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = Solver()
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = states(150)
+    np.testing.assert_allclose(ehl_friction("ehl:all").evaluate(state, OIL).mu, exact(state), rtol=1e-9)
+    assert len(solver.asked) == 150
+
+
+def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    for spec, rough in (("ehl:smooth", 0.0), ("ehl", 0.3e-6)):
+        solver = Solver()
+        monkeypatch.setattr(module, "solve_contact", solver)
+        ehl_friction(spec).evaluate(states(5), OIL)
+        assert set(solver.rough) == {rough}
+
+
+def test_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz > 1.4e9))
+    state = states(1000)
+    estimate = EhlFriction("ehl").evaluate(state, OIL)
+    unknown = estimate.flag == FrictionFlag.NOT_CONVERGED
+    assert 0 < np.count_nonzero(unknown) < 250
+    np.testing.assert_array_equal(unknown, np.isnan(estimate.mu))
+    assert state.pressure_hertz[unknown].min() > 1.1e9
+
+
+def test_hopeless_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: True))
+    estimate = EhlFriction("ehl").evaluate(states(200), OIL)
+    assert np.all(np.isnan(estimate.mu))
+    assert np.all(estimate.flag == FrictionFlag.NOT_CONVERGED)
+
+
+def test_equal_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver())
+    state = ContactState.of(
+        pressure_hertz=np.full(4, 1e9), radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0
+    )
+    estimate = EhlFriction("ehl", points=None).evaluate(state, OIL)
+    assert np.ptp(estimate.mu) == 0.0
+
+
+def test_real_solver_at_two_points() -> None:
+    state = ContactState.of(
+        pressure_hertz=[0.8e9, 1.0e9],
+        radius_equivalent=0.012,
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        slide_to_roll=[0.1, 0.2],
+        roughness_rms_1=0.4e-6,
+    )
+    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl"))
+    assert np.all(smooth.flag == FrictionFlag.OK)
+    assert np.all((smooth.lower > 0.0) & (smooth.lower < smooth.mu) & (smooth.mu < smooth.upper))
+    assert np.all(rough.mu > smooth.mu)
+    assert np.all(rough.mu < 0.1)
+
+
+def test_names() -> None:
+    assert isinstance(ehl_friction("ehl:smooth"), FrictionModel)
+    assert ehl_friction("ehl:smooth:all").points is None
+    for spec in ("ehl:rough", "ehl:", "ehl2"):
+        with pytest.raises(InputError, match="friction model"):
+            ehl_friction(spec)
