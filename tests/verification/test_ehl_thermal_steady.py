@@ -147,7 +147,7 @@ def gear_contacts(count: int, seed: int) -> list[tuple[LineContact, Lubricant]]:
 
 
 def test_contacts_of_the_gear_range_converge_and_balance():
-    for line, lubricant in gear_contacts(12, seed=8):
+    for line, lubricant in gear_contacts(8, seed=8):
         result = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
         assert result.status == "converged"
         assert result.energy_residual < 1e-3
@@ -161,7 +161,7 @@ def test_auto_leaves_heat_out_only_where_it_changes_little():
     skipped = 0
     slow = [
         (replace(line, speed_entrainment=0.1 * line.speed_entrainment, slide_to_roll=0.3 * line.slide_to_roll), fluid)
-        for line, fluid in gear_contacts(12, seed=9)
+        for line, fluid in gear_contacts(8, seed=9)
     ]
     for line, lubricant in slow:
         auto = solve_steady_thermal(line, lubricant, BODIES, thermal="auto")
@@ -173,11 +173,11 @@ def test_auto_leaves_heat_out_only_where_it_changes_little():
         full = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
         assert full.friction_fluid == pytest.approx(auto.friction_fluid, rel=0.02)
         assert full.film.film_central == pytest.approx(auto.film.film_central, rel=0.02)
-    assert 2 <= skipped <= 11
+    assert 2 <= skipped <= 7
 
 
 def test_reported_error_covers_the_difference_to_reference():
-    for line, lubricant in gear_contacts(3, seed=10):
+    for line, lubricant in gear_contacts(4, seed=10):
         standard = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
         reference = solve_steady_thermal(line, lubricant, BODIES, thermal="on", accuracy="reference")
         true = abs(standard.friction_fluid / reference.friction_fluid - 1.0)
