@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 TIP = 1e-3  # least spike length resolved, in half-widths
-BLUNT_TIP = 2e-2  # the same where the spike of a Newtonian fluid is a near singularity
+BLUNT_TIP = 5e-2  # the same where the spike of a Newtonian fluid is a near singularity
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
 INLET_MARGIN = 24.0  # inlet length over the length of the loaded zone; beyond it an open parabola
 

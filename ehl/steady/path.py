@@ -16,8 +16,10 @@ from ehl.steady.scaling import Scene
 Array = NDArray[np.float64]
 
 EASY_LOG_VISCOSITY = 2.0
+EASY_SHEAR = 0.1
 EASY_LOADS = (2.0, 10.0)  # range of Moes load numbers the path may start at
-MAX_ITERATIONS = 300  # of one path; plain contacts take 10 to 60
+MAX_ITERATIONS = 250  # of one path; plain contacts take 10 to 60
+PATH_NODES = 97
 
 
 @dataclass
@@ -58,7 +60,7 @@ def easy_start(scene: Scene, nodes: int, tip: float, report: PathReport) -> tupl
     load = min(max(scene.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
     lam = 3.0 * math.pi**2 / (8.0 * load**2)
     stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scene.log_viscosity, 1e-12))
-    easy = scene.easier(lam, stiffness)
+    easy = scene.easier(lam, stiffness, min(scene.gamma, EASY_SHEAR))
     grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3, tip), nodes)
     pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None))
     centre = int(np.argmin(np.abs(grid.nodes)))
@@ -75,12 +77,13 @@ def easy_start(scene: Scene, nodes: int, tip: float, report: PathReport) -> tupl
 
 
 def between(easy: Scene, scene: Scene, t: float) -> Scene:
-    """Scene at a fraction of the path, straight in (ln lambda, ln of the viscosity exponent)."""
+    """Scene at a fraction of the path, straight in (ln lambda, viscosity exponent, ln gamma)."""
     if t >= 1.0:
         return scene
     lam = easy.lam ** (1.0 - t) * scene.lam**t
     ratio = easy.log_viscosity / scene.log_viscosity if scene.log_viscosity > 0.0 else 1.0
-    return scene.easier(lam, ratio + (1.0 - ratio) * t)
+    gamma = easy.gamma ** (1.0 - t) * scene.gamma**t
+    return scene.easier(lam, ratio + (1.0 - ratio) * t, gamma)
 
 
 def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:

@@ -19,7 +19,14 @@ Accuracy = Literal["fast", "standard", "reference"]
 COARSEST: dict[str, int] = {"fast": 33, "standard": 49, "reference": 129}
 TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
 MOST_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
+THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
 UNDERSHOOT = 1e-4  # of p_h; more below zero is no solution
+
+
+def refined(nodes: int, scene: Scene) -> int:
+    """Nodes for a scene: the sweeps of very thin films (high load) take a mesh twice or four times as fine."""
+    doublings = sum(scene.moes_load > load for load in THIN_FILM_LOADS)
+    return int((nodes - 1) * 2**doublings + 1)
 
 
 def settled(scene: Scene, level: Level, report: PathReport) -> Level:
@@ -40,7 +47,8 @@ def nested(
 ) -> tuple[list[Level], Extrapolation]:
     """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
     grading = grade(features_of_level(near))
-    nodes = COARSEST[accuracy]
+    nodes = refined(COARSEST[accuracy], scene)
+    most = refined(MOST_NODES[accuracy], scene)
     levels: list[Level] = []
     while True:
         grid = Grid.of(grading, grading.points(2 * nodes - 1))
@@ -55,7 +63,7 @@ def nested(
             if len(levels) >= 3:
                 fallbacks.append("tolerance_not_met")
                 break
-            if nodes > MOST_NODES[accuracy] // 2:
+            if nodes > most // 2:
                 raise
             levels.clear()
             fallbacks.append("coarse_grid_dropped")
@@ -69,7 +77,7 @@ def nested(
             judged = 2 if near.features.tip > TIP else 3
             if np.all(limit.relative()[:judged] < TOLERANCE[accuracy]):
                 break
-            if nodes > MOST_NODES[accuracy]:
+            if nodes > most:
                 fallbacks.append("tolerance_not_met")
                 break
     _check(levels[-1])

@@ -49,11 +49,13 @@ class Scene:
         """Moes load number M."""
         return math.pi * math.sqrt(3.0 / (8.0 * self.lam))
 
-    def easier(self, lam: float, stiffness: float) -> Scene:
-        """The same scene at another viscous number with ln(eta/eta0) (and its offset) scaled by ``stiffness``.
+    @property
+    def gamma(self) -> float:
+        """Shear number eta0 |v_s| R/(tau0 b^2)."""
+        return float(self.fluid[3])
 
-        Where the film gets thinner the shear rate falls with the viscous number, as it does with eta0.
-        """
+    def easier(self, lam: float, stiffness: float, gamma: float) -> Scene:
+        """The scene at other viscous and shear numbers, with ln(eta/eta0) and its offset scaled by ``stiffness``."""
         constants = self.constants.copy()
         if self.law == 2:
             constants[:2] /= stiffness
@@ -61,7 +63,7 @@ class Scene:
             constants[0] *= stiffness
         offset = self.offset
         fluid = self.fluid.copy()
-        fluid[3] *= min(1.0, lam / self.lam)
+        fluid[3] = gamma
         scaled = None if offset is None else (lambda x: stiffness * offset(x))
         return replace(
             self, lam=lam, constants=constants, fluid=fluid, log_viscosity=self.log_viscosity * stiffness, offset=scaled

@@ -9,9 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
@@ -19,8 +21,8 @@ from ehl.steady.estimate import Extrapolation
 from ehl.steady.mesh import BLUNT_TIP, TIP
 from ehl.steady.newton import Level, NewtonFailure
 from ehl.steady.outputs import ShearLaw, friction_inlet
-from ehl.steady.path import PathReport, cold_path, from_neighbour
-from ehl.steady.refine import Accuracy, nested, settled
+from ehl.steady.path import PATH_NODES, PathReport, cold_path, from_neighbour
+from ehl.steady.refine import Accuracy, nested, refined, settled
 from ehl.steady.result import SteadyResult
 from ehl.steady.scaling import Scene, scene_of
 
@@ -80,17 +82,23 @@ def solve_steady(
     shear = shear_law(contact, lubricant)
     fallbacks: list[str] = []
     reason = ""
-    for attempt in _attempts(start):
+    for attempt in _attempts(scene, start):
         if attempt.fallback:
             fallbacks.append(attempt.fallback)
         try:
-            near = settled(scene, attempt.run(scene, report), report)
-            levels, limit = nested(scene, near, shear, accuracy, report, fallbacks)
+            with _blas().limit(limits=1, user_api="blas"):  # small matrices: more threads only wait for each other
+                near = settled(scene, attempt.run(scene, report), report)
+                levels, limit = nested(scene, near, shear, accuracy, report, fallbacks)
         except NewtonFailure as failure:
             reason = failure.reason
         else:
             return _result(contact, scene, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
     return _failed(reason, report, tuple(dict.fromkeys(fallbacks)))
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()
 
 
 @dataclass(frozen=True)
@@ -101,23 +109,24 @@ class _Attempt:
     run: Callable[[Scene, PathReport], Level]
 
 
-def _attempts(start: SteadyResult | None) -> list[_Attempt]:
+def _attempts(scene: Scene, start: SteadyResult | None) -> list[_Attempt]:
     """Ways to a solution in the order they are tried."""
 
     def cold(nodes: int, tip: float) -> Callable[[Scene, PathReport], Level]:
         return lambda scene, report: cold_path(scene, nodes, tip, report)
 
+    nodes = refined(PATH_NODES, scene)
     plain = [
-        _Attempt("", cold(97, TIP)),
-        _Attempt("spike_unresolved", cold(97, BLUNT_TIP)),
-        _Attempt("finer_path", cold(193, BLUNT_TIP)),
+        _Attempt("", cold(nodes, TIP)),
+        _Attempt("spike_unresolved", cold(2 * nodes // 3 + 1, BLUNT_TIP)),
+        _Attempt("finer_path", cold(2 * nodes - 1, TIP)),
     ]
     if start is None or start.coarse is None:
         return plain
     neighbour = start.coarse
     return [
         _Attempt("", lambda scene, report: from_neighbour(neighbour, scene, report)),
-        _Attempt("neighbour_too_far", cold(97, TIP)),
+        _Attempt("neighbour_too_far", cold(nodes, TIP)),
         *plain[1:],
     ]
 
