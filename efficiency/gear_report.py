@@ -106,7 +106,7 @@ def comparison_table(comparison: Comparison) -> None:
 
     table = Table(title=operating_point(comparison))
     for number, name in enumerate(COMPARISON_HEADER):
-        table.add_column(name, justify="left" if number == 0 else "right", no_wrap=number == 0)
+        table.add_column(name, justify="left" if number == 0 else "right", no_wrap=number > 0)
     for row in comparison_rows(comparison):
         table.add_row(*row)
     Console().print(table)

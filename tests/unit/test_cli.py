@@ -1,0 +1,155 @@
+"""The command line as a user types it: results, exit codes, and sentences instead of tracebacks."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "docs" / "examples"
+PAIR = "fm_spiral_bevel_14x39"
+Cli = Callable[..., Any]
+
+
+def test_help_lists_every_command(mixed_ehl: Cli) -> None:
+    outcome = mixed_ehl("--help")
+    assert outcome.code == 0
+    for command in ("demo", "solve", "sweep", "fit", "mu", "gear", "compare", "doctor"):
+        assert command in outcome.out
+
+
+def test_help_imports_no_numerics() -> None:
+    """Heavy imports would make every call wait: the parser must not need them."""
+    code = (
+        "import sys; import efficiency.cli; "
+        "print([m for m in ('numba', 'scipy', 'pandas', 'sklearn', 'matplotlib', 'pint', 'h5py') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("example", sorted(path.name for path in EXAMPLES.glob("contact*.toml")))
+def test_solve_prints_one_json_object(mixed_ehl: Cli, example: str) -> None:
+    outcome = mixed_ehl("solve", EXAMPLES / example, "--json")
+    assert outcome.code == 0
+    result = json.loads(outcome.out)
+    for name in (
+        "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "pressure_max",
+        "film_ratio", "asperity_load_share", "film_error", "friction_error", "status", "skipped", "iterations",
+        "seconds",
+    ):  # fmt: skip
+        assert name in result
+    assert result["status"] == "converged"
+    assert result["friction_coefficient"] == pytest.approx(result["friction_fluid"] + result["friction_asperity"])
+    assert 0.0 < result["film_min"] < result["film_central"]
+
+
+def test_solve_table_and_figure(mixed_ehl: Cli, tmp_path: Path) -> None:
+    figure = tmp_path / "contact.svg"
+    outcome = mixed_ehl("solve", EXAMPLES / "contact.toml", "--plot", figure)
+    assert outcome.code == 0
+    assert "film_ratio" in outcome.out
+    assert "converged" in outcome.out
+    assert "film thickness" in figure.read_text(encoding="utf-8") or figure.stat().st_size > 10_000
+
+
+def test_gear_and_its_map(mixed_ehl: Cli) -> None:
+    one = json.loads(mixed_ehl("gear", PAIR, "--torque", "200 N m", "--json").out)
+    assert one["torque_pinion"] == pytest.approx(200.0)
+    assert 0.98 < one["efficiency"] < 1.0
+    grid = json.loads(mixed_ehl("gear", PAIR, "--torque", "100, 200 N m", "--json").out)
+    assert [point["torque_pinion"] for point in grid["points"]] == [100.0, 200.0]
+    assert grid["points"][1]["efficiency"] == pytest.approx(one["efficiency"], abs=1e-12)
+
+
+def test_gear_without_friction_loses_nothing(mixed_ehl: Cli) -> None:
+    result = json.loads(mixed_ehl("gear", PAIR, "--friction", "constant:0", "--json").out)
+    assert result["efficiency"] == 1.0
+    assert result["power_loss"] == 0.0
+
+
+def test_compare_prints_a_row_per_model(mixed_ehl: Cli) -> None:
+    outcome = mixed_ehl("compare", PAIR, "--friction", "constant:0.05", "--friction", "constant:0.1", "--json")
+    rows = {row["name"]: row for row in json.loads(outcome.out)["rows"]}
+    assert rows["constant:0.1"]["power_loss"] == pytest.approx(2.0 * rows["constant:0.05"]["power_loss"], rel=1e-9)
+    assert any(name.startswith("Coleman-type") for name in rows)
+
+
+CONTACT = (EXAMPLES / "contact_by_numbers.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('radius_equivalent = "10 mm"\n', "", ["contact.radius_equivalent", "missing"]),
+        ('radius_equivalent = "10 mm"', 'radius_equivalent = "10 s"', ["contact.radius_equivalent", "10 s", "10 mm"]),
+        (
+            'radius_equivalent = "10 mm"',
+            "radius_equivalent = -0.01",
+            ["contact.radius_equivalent", "-0.01", "0.0001 m"],
+        ),
+        ("speed_entrainment = 5.0", "speed_entrainment = nan", ["contact.speed_entrainment", "nan", "finite"]),
+        ("viscosity_inlet = 0.04", 'oil = "none"\ntemperature_oil = 353', ["lubricant.oil", "none", "fva3"]),
+        ("[contact]", "[contact", ["case.toml", "TOML"]),
+    ],
+)
+def test_bad_contact_is_a_sentence(mixed_ehl: Cli, tmp_path: Path, old: str, new: str, words: list[str]) -> None:
+    path = tmp_path / "case.toml"
+    text = CONTACT.replace(old, new)
+    if "oil" in new:
+        text = text[: text.index("pressure_viscosity")] + text[text.index("[surface]") :]
+    path.write_text(text, encoding="utf-8")
+    outcome = mixed_ehl("solve", path)
+    assert outcome.code == 2
+    assert "Traceback" not in outcome.err
+    for word in words:
+        assert word in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["solve", "no_such_file.toml"], ["no_such_file.toml", "existing"]),
+        (["solve", "."], ["readable"]),
+        (["gear", PAIR, "--torque", "-250 N m"], ["torque", "-250"]),
+        (["gear", PAIR, "--torque", "0 N m"], ["torque"]),
+        (["gear", PAIR, "--torque", "250"], ["--torque", "250", "N m"]),
+        (["gear", PAIR, "--torque", "nan N m"], ["--torque", "nan"]),
+        (["gear", PAIR, "--speed", "0 rpm"], ["speed"]),
+        (["gear", PAIR, "--speed", "1500 N m"], ["--speed", "1500 N m", "rpm"]),
+        (["gear", PAIR, "--temperature", "80"], ["--temperature", "80", "degC"]),
+        (["gear", PAIR, "--temperature", "800 degC"], ["temperature", "473.15 K"]),
+        (["gear", PAIR, "--oil", "olive"], ["oil", "olive", "fva3"]),
+        (["gear", PAIR, "--side", "left"], ["--side", "left", "drive"]),
+        (["gear", PAIR, "--friction", "constant:much"], ["constant", "much"]),
+        (["gear", PAIR, "--friction", "guess_1999"], ["guess_1999", "xu_kahraman_2007"]),
+        (["gear", "no_such_pair"], ["no_such_pair", PAIR]),
+        (["compare", PAIR, "--torque", "100, 200 N m"], ["--torque", "one value"]),
+        (["sweep", "no_plan.toml", "-o", "run"], ["no_plan.toml"]),
+        (["fit", "no_run", "-o", "formula.json"], ["no_run"]),
+        (["mu", "no_formula.json"], []),
+        (["frobnicate"], ["frobnicate"]),
+    ],
+)
+def test_bad_arguments_are_a_sentence(
+    mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], words: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = mixed_ehl(*arguments)
+    assert outcome.code == 2
+    assert "Traceback" not in outcome.err
+    for word in words:
+        assert word in outcome.err
+
+
+def test_doctor_finds_nothing_wrong(mixed_ehl: Cli) -> None:
+    outcome = mixed_ehl("doctor")
+    assert outcome.code == 0, outcome.out
+    assert "FAULT" not in outcome.out
+    assert "reference" in outcome.out
