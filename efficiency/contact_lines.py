@@ -259,10 +259,13 @@ def _points(surface: MeshSurface, lines: _Lines) -> dict[str, FloatArray]:
     surface_pinion = surface_gear + sliding_across
     lever_pinion, lever_gear = assembly.levers(position, normal)
 
-    # ease-off across the line: its curvature adds to that of the conjugate flanks, its slope shifts the contact
-    up, vp = frame.rates * np.sign(gradient)
+    # the ease-off belongs to the pinion: per metre across the line on the pinion the conjugate gear point moves so much
+    sliding_along = dot(sliding, along)
+    rates = frame.rates_gradient * np.sign(gradient) * surface_gear - frame.rates_along * sliding_along
+    up, vp = rates / surface_pinion
     (eu,), (ev,) = p(u, v, ("ease_off",), du=1), p(u, v, ("ease_off",), dv=1)
     euu, euv, evv = (p(u, v, ("ease_off",), du=2 - k, dv=k)[0] for k in (0, 1, 2))
+    # its curvature adds to that of the conjugate flanks, its slope shifts the place of closest approach
     slope = eu * up + ev * vp
     curvature = rate / (surface_gear * surface_pinion) + euu * up**2 + 2.0 * euv * up * vp + evv * vp**2
     u1, h1 = p(u, v, ("u1", "h1"))
@@ -277,7 +280,7 @@ def _points(surface: MeshSurface, lines: _Lines) -> dict[str, FloatArray]:
         "radius_equivalent": 1.0 / curvature,
         "lever_pinion": sign * lever_pinion,
         "lever_gear": sign * np.sign(assembly.ratio) * lever_gear,
-        "sliding_along": dot(sliding, along),
+        "sliding_along": sliding_along,
         "sliding_across": sliding_across,
         "entrainment": 0.5 * (surface_gear + surface_pinion),
         "height_gear": surface.height(u, v) - gear.root(u),

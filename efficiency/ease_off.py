@@ -78,7 +78,7 @@ def pinion_phase(conjugate: ConjugatePoints, pinion: Flank) -> float:
 
 
 def ease_off(
-    conjugate: ConjugatePoints, pinion: Flank, phase: float
+    conjugate: ConjugatePoints, pinion: Flank, phase: float, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Ease-off at conjugate points.
 
@@ -90,6 +90,8 @@ def ease_off(
         Real pinion flank.
     phase : float
         Rotation of the real flank about its axis [rad].
+    start : (3, n) array, optional
+        Cutting parameters of pinion points nearby; found from the blank coordinates if not given.
 
     Returns
     -------
@@ -102,8 +104,9 @@ def ease_off(
     """
     position = turn(conjugate.position, -phase)
     normal = turn(conjugate.normal, -phase)
-    u, h = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
-    start, _ = pinion.solve(np.real(u), np.real(h))
+    if start is None:
+        u, h = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
+        start = pinion.solve(np.real(u), np.real(h))[0].parameters
 
     def residual(y: Array) -> Array:
         point, _, meshing = pinion.sweep(y[:3])
@@ -112,5 +115,5 @@ def ease_off(
     size = pinion.blank.mean_cone_distance
     limit = np.array([0.05 * size, 0.1, 0.1, 0.02 * size])
     tolerance = 1e-10 * np.array([size, 1.0, 1.0, 0.01 * size])
-    x, found = newton.solve(residual, np.concatenate([start.parameters, np.zeros((1, u.size))]), limit, tolerance)
+    x, found = newton.solve(residual, np.concatenate([start, np.zeros_like(start[:1])]), limit, tolerance)
     return x[3], x[:3], found

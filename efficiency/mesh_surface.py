@@ -138,16 +138,24 @@ def mesh_surface(gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: 
     conjugate = conjugate_points(points, assembly)
     reference = conjugate_points(gear.points(points.parameters[:, -1:]), assembly)
     phase = pinion_phase(reference, pinion)
-    relief, _, found = ease_off(conjugate, pinion, phase)
+    relief, parameters, found = ease_off(conjugate, pinion, phase)
     _require(found, "pinion", pinion, u, v)
 
     in_mesh = assembly.gear_in_mesh(points.position, conjugate.gear_roll)
     force = -turn(points.normal, conjugate.gear_roll)
     lever_pinion, lever_gear = assembly.levers(in_mesh, force)
+    lever = np.abs(lever_gear)
     direction = float(np.sign(lever_pinion[-1]))
     pinion_roll = conjugate.gear_roll / assembly.ratio
+
+    # turn the pinion until its highest point touches: the smallest ease-off becomes zero
+    tilted = Patch.fit(u_range, v_range, _SHAPE, {"turn_back": (relief / lever)[:-1]})
+    crest, lowest = _crest(tilted)
+    phase += direction * lowest / abs(assembly.ratio)
+    relief, _, found = ease_off(conjugate, pinion, phase, parameters)
+    _require(found, "pinion", pinion, u, v)
+
     u1, h1 = pinion.blank.coordinates(np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2])
-    lever = np.abs(lever_gear)
     fields = dict(zip(POSITION + NORMAL, [*points.position, *points.normal], strict=True)) | {
         "roll": direction * (pinion_roll - pinion_roll[-1]),
         "ease_off": relief,
@@ -157,15 +165,11 @@ def mesh_surface(gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: 
         "h1": np.real(h1),
     }
     patch = Patch.fit(u_range, v_range, _SHAPE, {name: values[:-1] for name, values in fields.items()})
-    u, v = u[:-1], v[:-1]
     # off their line of contact the conjugate flanks part as bend (roll - angle)^2/2 at a point fixed to the pinion
-    frame = line_frame(patch, u, v)
+    frame = line_frame(patch, u[:-1], v[:-1])
     sliding = direction * assembly.sliding(in_mesh[:, :-1])
     share = dot(sliding, turn(frame.gradient, conjugate.gear_roll[:-1]))
     patch = patch.extended({"bend": conjugate.rate[:-1] * (1.0 - share) / lever[:-1]})
-    crest, lowest = _crest(patch)
-    patch = patch.shifted("turn_back", -lowest, "ease_off", "lever")
-    phase += direction * lowest / abs(assembly.ratio)
     return MeshSurface(gear, pinion, assembly, phase, direction, float(pinion_roll[-1]), (0.0, middle), crest, patch)
 
 
@@ -197,27 +201,29 @@ class LineFrame:
         Unit tangent of the line of constant roll angle, towards the heel.
     gradient : (3, n) array
         Tangential gradient of the roll angle [rad/m]: the line runs over the gear at ``1/|gradient|`` per unit speed.
-    rates : (2, n) array
-        Change of (u, v) per metre along the gradient.
+    rates_gradient, rates_along : (2, n) arrays
+        Change of (u, v) per metre along the gradient and along the line.
     """
 
     along: FloatArray
     gradient: FloatArray
-    rates: FloatArray
+    rates_gradient: FloatArray
+    rates_along: FloatArray
 
 
 def line_frame(patch: Patch, u: FloatArray, v: FloatArray) -> LineFrame:
     """Directions of the contact lines through points of the gear flank."""
     ru, rv = patch(u, v, POSITION, du=1), patch(u, v, POSITION, dv=1)
     (roll_u,), (roll_v,) = patch(u, v, ("roll",), du=1), patch(u, v, ("roll",), dv=1)
-    along = ru * roll_v - rv * roll_u
-    along = along / np.sqrt(dot(along, along)) * np.sign(roll_v)
+    along = (ru * roll_v - rv * roll_u) * np.sign(roll_v)
+    stretch = np.sqrt(dot(along, along))
+    rates_along = np.stack([roll_v, -roll_u]) * np.sign(roll_v) / stretch
     e, f, g = dot(ru, ru), dot(ru, rv), dot(rv, rv)
     area = e * g - f * f
     up, vp = (g * roll_u - f * roll_v) / area, (e * roll_v - f * roll_u) / area
     gradient = ru * up + rv * vp
     size = np.sqrt(dot(gradient, gradient))
-    return LineFrame(along, gradient, np.stack([up, vp]) / size)
+    return LineFrame(along / stretch, gradient, np.stack([up, vp]) / size, rates_along)
 
 
 def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tuple[float, float]) -> float:

@@ -62,13 +62,6 @@ class Patch:
         joined = np.concatenate([self.coefficients, more.coefficients], axis=-1)
         return replace(self, names=self.names + more.names, coefficients=joined)
 
-    def shifted(self, name: str, amount: float, partner: str, weight: str) -> Patch:
-        """The patch with `amount` added to one field, and ``amount * weight`` to its partner field."""
-        changed = self.coefficients.copy()
-        changed[0, 0, self.names.index(name)] += amount
-        changed[:, :, self.names.index(partner)] += amount * self.coefficients[:, :, self.names.index(weight)]
-        return replace(self, coefficients=changed)
-
     @property
     def shape(self) -> tuple[int, int]:
         """Number of Chebyshev nodes along u and v."""
