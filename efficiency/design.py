@@ -231,7 +231,7 @@ class Design(InputModel):
 
     def with_misalignment(self, *, E: float = 0.0, P: float = 0.0, G: float = 0.0, alpha: float = 0.0) -> Design:
         """The same pair, misaligned by E, P, G [m] and alpha [rad]."""
-        moved = Misalignment(E=E, P=P, G=G, alpha=alpha)
+        moved = validate(Misalignment, {"E": E, "P": P, "G": G, "alpha": alpha}, "assembly.misalignment")
         assembly = self.assembly.model_copy(update={"misalignment": moved})
         return self.model_copy(update={"assembly": assembly})
 
