@@ -344,7 +344,12 @@ def read_topography(path: str | Path) -> tuple[FloatArray, FloatArray, tuple[str
     try:
         topography: Any = SurfaceTopography.read_topography(str(path))
     except Exception as error:  # its readers raise errors of many kinds
-        raise InputError("profile", str(path), "a format SurfaceTopography reads", f"It said: {error}") from None
+        raise InputError(
+            "profile",
+            str(path),
+            "a format SurfaceTopography reads",
+            f"None of its readers took the file ({type(error).__name__}).",
+        ) from None
     if topography.unit is None:
         raise InputError("profile", str(path), "a file that carries its length unit")
     scale = _scale(str(topography.unit), "unit", str(path))
