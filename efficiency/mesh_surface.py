@@ -22,8 +22,11 @@ FloatArray = NDArray[np.float64]
 POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
 _SHAPE = (15, 12)
-# how far the patch goes beyond the blank along the face and over the tip, so that line ends can be bracketed
-_OVERHANG_FACE, _OVERHANG_TIP = 0.04, 0.06
+# how far the map goes beyond the blank along the face and over the tip (fractions of face and depth): line ends can
+# then be bracketed, and unloaded contact just over an edge is still seen
+_OVERHANG = (0.04, 0.06)
+# where the flanks end (undercut) soon after the edge, the map goes only this far
+_OVERHANG_NARROW = (0.004, 0.008, 0.008)
 
 
 @dataclass(frozen=True)
@@ -118,17 +121,27 @@ def mesh_surface(gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: 
         Their position, misalignments included.
     overhang_root : float
         How far the map goes below the deepest contact with the pinion's face cone, as a fraction of the whole depth.
+        A flank that ends just outside the blanks (undercut) gets a map with less overhang on all sides.
 
     Raises
     ------
     ConvergenceError
         A flank does not exist somewhere in the mating region (undercut), or the members do not mesh there.
     """
-    half = 0.5 * gear.blank.face_width * (1.0 + _OVERHANG_FACE)
+    try:
+        return _map(gear, pinion, assembly, (*_OVERHANG, overhang_root))
+    except ConvergenceError as error:
+        if error.reason != "undercut":
+            raise
+    return _map(gear, pinion, assembly, _OVERHANG_NARROW)
+
+
+def _map(gear: Flank, pinion: Flank, assembly: Assembly, overhang: tuple[float, float, float]) -> MeshSurface:
+    half = 0.5 * gear.blank.face_width * (1.0 + overhang[0])
     u_range = (-half, half)
     deepest = _deepest_contact(gear, pinion, assembly, u_range)
     middle = 0.5 * (deepest + 1.0)
-    v_range = (deepest - overhang_root, 1.0 + _OVERHANG_TIP)
+    v_range = (deepest - overhang[2], 1.0 + overhang[1])
 
     u, v = Patch.nodes(u_range, v_range, _SHAPE)
     # the design point rides along as the last point
@@ -231,11 +244,14 @@ def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tu
     columns, rows = np.linspace(*u_range, 7), np.linspace(0.0, 1.0, 9)
     u, v = (grid.ravel() for grid in np.meshgrid(columns, rows, indexing="ij"))
     points, found = gear.solve(u, gear.blank.height(u, v))
-    _require(found, "gear", gear, u, v)
-    conjugate = conjugate_points(points, assembly)
-    radius = np.hypot(conjugate.position[0], conjugate.position[1])
-    u1, h1 = pinion.blank.coordinates(radius, conjugate.position[2])
-    room = (pinion.blank.tip(np.real(u1)) - np.real(h1)).reshape(columns.size, rows.size)
+    f2, _ = assembly.roll(points.position, points.normal)
+    found &= np.isfinite(f2)
+    f2 = np.where(found, f2, 0.0)
+    in_mesh = assembly.gear_in_mesh(points.position, f2)
+    position, _ = assembly.to_pinion(in_mesh, points.normal, f2 / assembly.ratio)
+    u1, h1 = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
+    # a root that is undercut or never meshes lies below the deepest contact all the same
+    room = np.where(found, pinion.blank.tip(np.real(u1)) - np.real(h1), -1.0).reshape(columns.size, rows.size)
     # room under the pinion's face cone grows with v; where it is never negative the whole depth is reached
     crossing = [float(np.interp(0.0, column, rows)) for column in room]
     deepest = min(crossing)

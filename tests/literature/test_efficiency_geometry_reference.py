@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import griddata
 
 from efficiency.assembly import turn
 from efficiency.blank import Blank
+from efficiency.contact_lines import mesh_cycle
 from efficiency.curvature import flank_curvature
 from efficiency.cutter import Blade
 from efficiency.design import Design, load_design
@@ -18,6 +20,7 @@ from efficiency.ease_off import conjugate_points, ease_off
 from efficiency.flank import Flank
 from efficiency.machine import MachineSettings
 from efficiency.mesh_surface import MeshSurface, mesh_surface
+from efficiency.pair import gear_pair
 from efficiency.thickness import gear_thickness, pinion_thickness
 from efficiency.transmission import contact_path
 from ehl._data import data_path
@@ -134,6 +137,21 @@ def test_mean_point(design: Design, side: str) -> None:
     around = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     angle = np.degrees(np.arctan(abs(around @ line) / abs(generatrix @ line)))
     assert angle == pytest.approx(point["contact_line_dir_from_gear_generatrix_deg"], abs=0.02)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_equivalent_radius_of_the_mesh_cycle_at_the_mean_point(design: Design, side: str) -> None:
+    """The radius the load and loss stages get, between its points, against that of both real flanks."""
+    pair = gear_pair(design, side)  # type: ignore[arg-type]
+    cycle = mesh_cycle(pair, positions=12, points_per_line=15)
+    names = ("face_gear", "height_gear", "radius_equivalent")
+    face, height, radius = (np.concatenate([getattr(position, name) for position in cycle]) for name in names)
+    blank = pair.surface.gear.blank
+    at = np.array(reference(side)["mean_point"]["gear_frame"]) * MM
+    u, h = blank.coordinates(np.hypot(at[0], at[1]), at[2])
+    wanted = (float(u) + 0.5 * blank.face_width, float(h - blank.root(u)))
+    found = griddata(np.stack([face, height], axis=1), radius, [wanted], method="cubic")[0]
+    assert found / MM == pytest.approx(reference(side)["mean_point"]["equiv_radius_mm"], rel=1e-3)
 
 
 def generated_gear(

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from efficiency.assembly import Assembly, turn
+from efficiency.blank import Blank
 from efficiency.contact_lines import MeshPosition, mesh_cycle
 from efficiency.curvature import flank_curvature
 from efficiency.cutter import Blade
 from efficiency.design import Design, load_design
 from efficiency.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.flank import Flank
+from efficiency.machine import MachineSettings
 from efficiency.mesh_surface import MeshSurface, mesh_surface
 from efficiency.pair import GearPair, gear_pair
 from efficiency.patch import Patch
@@ -79,6 +81,63 @@ def test_exactly_conjugate_pinion_has_no_ease_off(conjugate: MeshSurface) -> Non
     assert found.all()
     assert np.abs(relief).max() < 1e-13
     assert np.abs(conjugate.patch(u, v, ("ease_off",))).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("teeth", "spiral", "pressure", "cutter", "taper", "side"),
+    [
+        ((26, 54), 16.0, 17.0, 1.03, 0.8, "convex"),
+        ((8, 32), 28.0, 21.0, 0.76, 0.5, "concave"),
+        ((10, 47), 41.0, 17.0, 1.17, 0.0, "convex"),
+        ((19, 33), 40.0, 23.5, 1.07, 1.0, "concave"),
+        ((14, 14), 38.0, 20.0, 0.8, 0.6, "convex"),
+    ],
+)
+def test_zero_ease_off_for_other_bevel_pairs(
+    teeth: tuple[int, int], spiral: float, pressure: float, cutter: float, taper: float, side: str
+) -> None:
+    """Blanks, spiral angles and cutters far from the shipped pair: the crown pinion stays exactly conjugate."""
+    cone, beta = np.arctan2(teeth[1], teeth[0]), np.radians(spiral)
+    module = 3e-3
+    distance = 0.5 * module * teeth[1] / np.cos(beta) / np.sin(cone)
+    depth, clearance = 2.0 * module, 0.25 * module
+    addendum = depth * (0.25 + 0.25 * (teeth[0] / teeth[1]) ** 2)
+    dedendum = depth - addendum + clearance
+    angle = taper * np.arctan(dedendum / distance)
+    common = {"mean_cone_distance": distance, "face_width": 0.25 * distance}
+    blank = Blank(
+        teeth[1],
+        cone,
+        mean_addendum=addendum,
+        mean_dedendum=dedendum,
+        addendum_angle=0.0,
+        dedendum_angle=angle,
+        **common,
+    )
+    mate = Blank(
+        teeth[0],
+        0.5 * np.pi - cone,
+        mean_addendum=depth - addendum,
+        mean_dedendum=addendum + clearance,
+        addendum_angle=angle,
+        dedendum_angle=0.0,
+        **common,
+    )
+    radius = cutter * distance
+    horizontal, vertical = distance * np.cos(angle) - radius * np.sin(beta), radius * np.cos(beta)
+    sign = 1.0 if side == "concave" else -1.0
+    machine = MachineSettings(
+        radial_setting=np.hypot(horizontal, vertical),
+        cradle_angle=np.arctan2(vertical, horizontal),
+        machine_root_angle=cone - angle,
+        roll_ratio=np.cos(angle) / np.sin(cone),
+        sliding_base=distance * np.sin(angle) - dedendum * np.cos(angle),
+    )
+    blade = Blade(radius + sign * 0.35 * module, np.radians(pressure) - sign * angle * np.sin(beta), side)  # type: ignore[arg-type]
+    gear = Flank(blade, machine, blank)
+    surface = mesh_surface(gear, crown_pinion(gear, Flank(blade, machine, mate)), Assembly(*teeth, 0.5 * np.pi))
+    u, v = points_inside(surface, 30)
+    assert np.abs(surface.patch(u, v, ("ease_off",))).max() < 1e-13
 
 
 def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: Design, conjugate: MeshSurface) -> None:
