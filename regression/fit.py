@@ -89,7 +89,7 @@ def fit_formula(dataset: Dataset, family_name: str = "xu", *, corners: bool = Fa
     ConvergenceError
         The nonlinear fit did not settle.
     """
-    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+    from threadpoolctl import threadpool_limits
 
     family = family_named(family_name)
     frame, excluded = usable_rows(dataset, corners=corners)

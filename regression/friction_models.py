@@ -137,8 +137,9 @@ def friction_model(spec: str) -> FrictionModel:
     """
     kind, colon, value = spec.partition(":")
     if kind == "constant":
-        allowed = Quantity("", ge=0.0, le=1.0, hint="Write it as constant:0.05.")
-        return ConstantFriction(allowed.check(value if colon else "nothing", "friction constant"))
+        if not colon:
+            raise InputError("friction constant", None, "its value, as in constant:0.05")
+        return ConstantFriction(Quantity("", ge=0.0, le=1.0).check(value, "friction constant"))
     if spec in PUBLISHED:
         return PublishedFriction(PUBLISHED[spec])
     if spec in shipped_formulas():

@@ -266,7 +266,7 @@ def _compute(
 ) -> int:
     """Compute all pending tasks; returns how often lost workers were replaced."""
     if jobs == 1:
-        from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+        from threadpoolctl import threadpool_limits
 
         with threadpool_limits(1):
             for task in pending():
