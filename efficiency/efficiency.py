@@ -8,6 +8,7 @@ temperature, and the loss is linear in a constant friction coefficient.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact_lines import MeshPosition
-from efficiency.kinematics import LoadedPoints, Operation, join_states, loaded_points
+from efficiency.kinematics import Axis, LoadedPoints, Operation, join_states, loaded_points
 from efficiency.load_distribution import LoadDistribution, TeethElasticity, distribute_load
 from efficiency.loss import efficiency_of, position_losses
 from efficiency.result import EfficiencyResult, Reason
@@ -32,9 +33,9 @@ MakeCycle = Callable[[int, int], tuple[MeshPosition, ...]]
 SKIPPED = (
     "elastic influence between neighbouring teeth through the body",
     "root fillets, tip edge contact and lengthwise curvature of the teeth as plates",
-    "friction in the load equilibrium",
     "churning, windage and bearing losses",
 )
+FRICTIONLESS = "friction in the load equilibrium"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded part move past points
 SAFETY = 2.0
 RANGES = (
@@ -64,6 +65,8 @@ class Mesh:
         Compliance of both members.
     points_per_line : int
         Of the fine grid.
+    axes : tuple of Axis, optional
+        Of pinion and gear; only friction in the equilibrium needs them.
     """
 
     design: str
@@ -72,6 +75,7 @@ class Mesh:
     coarse: tuple[MeshPosition, ...]
     teeth: TeethElasticity
     points_per_line: int
+    axes: tuple[Axis, Axis] | None = None
 
     @classmethod
     def build(
@@ -82,6 +86,7 @@ class Mesh:
         teeth: TeethElasticity,
         positions: int = 24,
         points_per_line: int = 31,
+        axes: tuple[Axis, Axis] | None = None,
     ) -> Mesh:
         """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
         if positions < 4 or positions % 2:
@@ -90,7 +95,7 @@ class Mesh:
             raise InputError("points_per_line", points_per_line, "a number of at least 5")
         fine = make_cycle(positions, points_per_line)
         coarse = make_cycle(positions, (points_per_line + 1) // 2)
-        return cls(design, side, fine, coarse, teeth, points_per_line)
+        return cls(design, side, fine, coarse, teeth, points_per_line, axes)
 
 
 @dataclass(frozen=True)
@@ -100,6 +105,7 @@ class LoadedMesh:
     mesh: Mesh
     fine: LoadDistribution
     coarse: LoadDistribution
+    friction_in_equilibrium: bool = False
 
 
 def load_mesh(mesh: Mesh, torque_pinion: float) -> LoadedMesh:
@@ -152,6 +158,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         design=mesh.design,
         side=mesh.side,
         friction_model=friction.name,
+        friction_in_equilibrium=loaded.friction_in_equilibrium,
         oil=oil.name,
         torque_pinion=torque,
         speed_pinion=speed,
@@ -166,7 +173,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         efficiency_error_points=error_points,
         power_loss=power_loss,
         power_input=torque * speed,
-        friction_coefficient_mean=power_loss / sliding_power,
+        friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
         pressure_max=loaded.fine.pressure_max,
         transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
         transmission_error_unloaded=float(np.ptp(unloaded)),
@@ -180,7 +187,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         points_loaded=fine.force.size,
         status="failed" if reason else "converged",
         reason=reason,
-        skipped=SKIPPED,
+        skipped=SKIPPED if loaded.friction_in_equilibrium else (*SKIPPED, FRICTIONLESS),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
         power_loss_positions=losses,
@@ -219,4 +226,5 @@ def _ranges(points: LoadedPoints, oil: Oil) -> dict[str, tuple[float, float]]:
 
 def _share(points: LoadedPoints, estimate: FrictionEstimate, flag: FrictionFlag) -> float:
     power = points.force * points.speed_sliding
-    return float(power[estimate.flag >= flag].sum() / power.sum())
+    total = float(power.sum())
+    return float(power[estimate.flag >= flag].sum()) / total if total > 0.0 else 0.0

@@ -13,6 +13,7 @@ from efficiency.contact_lines import MeshPosition, mesh_cycle
 from efficiency.design import BlankInput, Design
 from efficiency.efficiency import Mesh
 from efficiency.flank import Flank
+from efficiency.kinematics import Axis
 from efficiency.load_distribution import TeethElasticity
 from efficiency.pair import GearPair, Side, gear_pair
 from ehl.errors import ConvergenceError
@@ -68,7 +69,12 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
     def make_cycle(count: int, points: int) -> tuple[MeshPosition, ...]:
         return mesh_cycle(pair, count, points)
 
-    mesh = Mesh.build(design.name, side, make_cycle, teeth, positions, points_per_line)
+    placement = design.placement()
+    axes = (
+        Axis(placement.pinion_axis[:, 0], placement.pinion_origin[:, 0]),
+        Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
+    )
+    mesh = Mesh.build(design.name, side, make_cycle, teeth, positions, points_per_line, axes)
     return GearMesh(pair, mesh, _pitch_geometry(design.pinion.blank, design.gear.blank, pinion, gear))
 
 

@@ -18,6 +18,14 @@ IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
+class Axis:
+    """Axis of one member in the mesh frame: unit direction (3,) and a point on it (3,) [m]."""
+
+    direction: FloatArray
+    origin: FloatArray
+
+
+@dataclass(frozen=True)
 class Operation:
     """How a pair runs.
 

@@ -150,7 +150,12 @@ class LoadDistribution:
         return np.array([p.transmission_error for p in self.positions])
 
 
-def distribute_load(cycle: tuple[MeshPosition, ...], teeth: TeethElasticity, torque_pinion: float) -> LoadDistribution:
+def distribute_load(
+    cycle: tuple[MeshPosition, ...],
+    teeth: TeethElasticity,
+    torque_pinion: float,
+    normal_torques: FloatArray | None = None,
+) -> LoadDistribution:
     """Solve compatibility and equilibrium at each position of a mesh cycle.
 
     Parameters
@@ -161,6 +166,8 @@ def distribute_load(cycle: tuple[MeshPosition, ...], teeth: TeethElasticity, tor
         Compliance of both members.
     torque_pinion : float
         Torque on the pinion in its driving direction [N m].
+    normal_torques : (positions,) array, optional
+        Torque carried by the normal forces at each position, where friction carries the rest [N m].
 
     Returns
     -------
@@ -173,7 +180,10 @@ def distribute_load(cycle: tuple[MeshPosition, ...], teeth: TeethElasticity, tor
         The torque is not positive and finite.
     """
     require_torque(torque_pinion)
-    loads = tuple(_load_position(position, teeth, torque_pinion) for position in cycle)
+    torques = [torque_pinion] * len(cycle) if normal_torques is None else list(normal_torques)
+    loads = tuple(
+        _load_position(position, teeth, float(torque)) for position, torque in zip(cycle, torques, strict=True)
+    )
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
     return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())

@@ -27,6 +27,8 @@ class EfficiencyResult:
     ----------
     design, side, friction_model, oil : str
         What was computed.
+    friction_in_equilibrium : bool
+        Whether the friction forces take part in carrying the torque.
     torque_pinion, speed_pinion, temperature_oil : float
         [N m], [rad/s], [K].
     roughness_rms_1, roughness_rms_2 : float
@@ -42,7 +44,7 @@ class EfficiencyResult:
     power_loss, power_input : float
         Mean over the mesh cycle, and torque times speed [W].
     friction_coefficient_mean : float
-        Weighted with the sliding power density: power_loss/sum(F |v_s|) [-].
+        Weighted with the sliding power density: power_loss/sum(F |v_s|) [-]; nan without sliding.
     pressure_max : float
         Greatest Hertz pressure of the cycle [Pa].
     transmission_error_loaded, transmission_error_unloaded : float
@@ -72,6 +74,7 @@ class EfficiencyResult:
     design: str
     side: str
     friction_model: str
+    friction_in_equilibrium: bool
     oil: str
     torque_pinion: float
     speed_pinion: float

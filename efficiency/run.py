@@ -9,6 +9,7 @@ from pathlib import Path
 from efficiency.compare import Comparison, compare_models
 from efficiency.design import Design, load_design
 from efficiency.efficiency import load_mesh, mesh_efficiency
+from efficiency.friction_equilibrium import load_mesh_with_friction
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.kinematics import Operation
 from efficiency.load_distribution import require_torque
@@ -68,6 +69,7 @@ def run_gear(
     side: Side = "drive",
     positions: int = POSITIONS,
     points_per_line: int = POINTS_PER_LINE,
+    friction_in_equilibrium: bool = False,
 ) -> EfficiencyResult:
     """Efficiency of a pair at one operating point.
 
@@ -83,18 +85,22 @@ def run_gear(
         Which flanks carry the load.
     positions, points_per_line : int
         Resolution; the result states the error.
+    friction_in_equilibrium : bool
+        Let the friction forces take part in carrying the torque.
 
     Raises
     ------
     InputError
         A value that cannot be used, a torque of the wrong sign among them.
     ConvergenceError
-        The flanks do not exist or do not mesh.
+        The flanks do not exist or do not mesh, or friction takes the whole torque.
     """
     design = resolve_design(design)
     model = resolve_friction(friction, design)
     torque, operation, oil = _operating_point(design, conditions)
     mesh = gear_mesh(design, side, positions, points_per_line).mesh
+    if friction_in_equilibrium:
+        return mesh_efficiency(load_mesh_with_friction(mesh, torque, model, oil, operation), model, oil, operation)
     return mesh_efficiency(load_mesh(mesh, torque), model, oil, operation)
 
 
