@@ -1,0 +1,49 @@
+"""Our own outputs, pinned: a change that moves them must be meant. Regenerate with `pytest --regenerate-golden`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from efficiency.run import Conditions, run_gear
+from ehl.inputs import load_case
+from ehl.solve import solve_case
+
+HERE = Path(__file__).resolve().parent
+EXAMPLES = HERE.parents[1] / "docs" / "examples"
+# libm and compilers differ in the last bits; the solvers stop at about 1e-9
+RELATIVE = 1e-6
+
+
+def contact_figures(name: str) -> dict[str, float]:
+    result = solve_case(load_case(EXAMPLES / name)).to_dict()
+    keep = ("friction_coefficient", "friction_fluid", "film_central", "film_min", "pressure_max", "rolling_traction")
+    return {key: result[key] for key in (*keep, "temperature_film_max", "asperity_load_share")}
+
+
+def gear_figures(friction: str) -> dict[str, float]:
+    result = run_gear("fm_spiral_bevel_14x39", friction, Conditions(torque=250.0)).to_dict()
+    keep = ("efficiency", "power_loss", "pressure_max", "transmission_error_loaded", "transmission_error_unloaded")
+    return {key: result[key] for key in keep}
+
+
+CASES: dict[str, Callable[[], dict[str, float]]] = {
+    "contact": lambda: contact_figures("contact.toml"),
+    "contact_by_numbers": lambda: contact_figures("contact_by_numbers.toml"),
+    "gear_constant": lambda: gear_figures("constant:0.05"),
+    "gear_xu_kahraman_2007": lambda: gear_figures("xu_kahraman_2007"),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_output_is_as_pinned(name: str, request: pytest.FixtureRequest) -> None:
+    path = HERE / f"{name}.json"
+    computed: dict[str, Any] = CASES[name]()
+    if request.config.getoption("--regenerate-golden"):
+        path.write_text(json.dumps(computed, indent=2) + "\n", encoding="utf-8")
+    pinned = json.loads(path.read_text(encoding="utf-8"))
+    assert computed == pytest.approx(pinned, rel=RELATIVE)
