@@ -77,13 +77,18 @@ def easy_start(scene: Scene, nodes: int, tip: float, report: PathReport) -> tupl
 
 
 def between(easy: Scene, scene: Scene, t: float) -> Scene:
-    """Scene at a fraction of the path, straight in (ln lambda, viscosity exponent, ln gamma)."""
+    """Scene at a fraction of the path, straight in (ln lambda, viscosity exponent, ln gamma).
+
+    Towards thick films (lambda rising) the pressure falls on the way: lambda comes first, so that the viscosity is
+    raised only where the pressure is already low.
+    """
     if t >= 1.0:
         return scene
-    lam = easy.lam ** (1.0 - t) * scene.lam**t
+    t_lam, t_oil = (min(1.0, 2.0 * t), max(0.0, 2.0 * t - 1.0)) if scene.lam > easy.lam else (t, t)
+    lam = easy.lam ** (1.0 - t_lam) * scene.lam**t_lam
     ratio = easy.log_viscosity / scene.log_viscosity if scene.log_viscosity > 0.0 else 1.0
-    gamma = easy.gamma ** (1.0 - t) * scene.gamma**t
-    return scene.easier(lam, ratio + (1.0 - ratio) * t, gamma)
+    gamma = easy.gamma ** (1.0 - t_oil) * scene.gamma**t_oil
+    return scene.easier(lam, ratio + (1.0 - ratio) * t_oil, gamma)
 
 
 def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:

@@ -86,7 +86,8 @@ def solve_steady(
         if attempt.fallback:
             fallbacks.append(attempt.fallback)
         try:
-            with _blas().limit(limits=1, user_api="blas"):  # small matrices: more threads only wait for each other
+            # One thread: on small matrices more only wait for each other. Trial steps may overflow; they are rejected.
+            with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
                 near = settled(scene, attempt.run(scene, report), report)
                 levels, limit = nested(scene, near, shear, accuracy, report, fallbacks)
         except NewtonFailure as failure:
