@@ -1,0 +1,176 @@
+"""The commands `sweep`, `fit` and `mu`, from plan to friction value, and what they say to bad input."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PLAN = """
+name = "cli"
+[sampling]
+size = 32
+[variables]
+pressure_hertz = { low = "0.4 GPa", high = "1.6 GPa" }
+radius_equivalent = { low = "8 mm", high = "40 mm", scale = "log" }
+speed_entrainment = { low = "1 m/s", high = "15 m/s", scale = "log" }
+slide_to_roll = { low = 0.02, high = 1.2, scale = "log" }
+temperature_oil = { low = "60 degC", high = "120 degC" }
+roughness_rms = { low = "0.2 um", high = "0.6 um", scale = "log" }
+[lubricant]
+oil = "fva3"
+"""
+POINT = {
+    "--pressure": "1 GPa",
+    "--radius": "12 mm",
+    "--speed": "5 m/s",
+    "--slide-to-roll": "0.3",
+    "--temperature": "80 degC",
+    "--roughness": "0.4 um",
+}
+Call = Callable[..., Any]
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    path = tmp_path / "plan.toml"
+    path.write_text(PLAN)
+    return path
+
+
+def point(**changes: str) -> list[str]:
+    options = POINT | {f"--{name.replace('_', '-')}": value for name, value in changes.items()}
+    return [part for item in options.items() for part in item]
+
+
+def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    run, formula = tmp_path / "run", tmp_path / "formula.json"
+    for number in (1, 2):
+        shard = ("--shard", f"{number}/2", "--with", "xu_kahraman_2007", "--jobs", "1")
+        swept = mixed_ehl("sweep", plan, "-o", run, *shard)
+        assert swept.code == 0
+        assert "16 converged, 0 failed" in swept.out
+    # the option first, and everything on disk already
+    again = mixed_ehl("sweep", "-o", run, plan, "--shard", "1/2", "--with", "xu_kahraman_2007", "--jobs", "1")
+    assert "16 found on disk, 0 converged" in again.out
+
+    status = json.loads(mixed_ehl("sweep", "status", run, "--json").out)
+    assert (status["planned"], status["finished"], status["complete"]) == (32, 32, True)
+    assert len(status["shards"]) == 2
+    assert "32 of 32 cases" in mixed_ehl("sweep", "status", run).out
+
+    merged = mixed_ehl("sweep", "merge", run, "-o", tmp_path / "all.h5")
+    assert merged.out.strip().endswith("all.h5: 32 cases")
+    assert mixed_ehl("sweep", "merge", run, "-o", tmp_path / "all.csv").code == 0
+    assert len((tmp_path / "all.csv").read_text().splitlines()) == 34
+
+    fitted = mixed_ehl("fit", run, "-o", formula)
+    assert fitted.code == 0
+    assert "load_share" in fitted.out
+    assert "xu: nine terms" in fitted.out
+    assert "held-out errors by region" in fitted.out
+    from_merged = mixed_ehl("fit", tmp_path / "all.h5", "-o", tmp_path / "second.json", "--json")
+    assert json.loads(from_merged.out) == json.loads(formula.read_text())
+
+    value = json.loads(mixed_ehl("mu", formula, *point(), "--json").out)
+    direct = json.loads(mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3", "--json").out)
+    assert value["friction_coefficient"] == pytest.approx(direct["friction_coefficient"], rel=1e-9)
+    assert (value["flag"], value["oil"]) == ("ok", "fva3")
+    assert value["friction_lower"] <= value["friction_coefficient"] <= value["friction_upper"]
+    assert direct["friction_lower"] is None
+
+
+def test_fit_of_one_family(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    assert mixed_ehl("sweep", plan, "-o", run, "--with", "schlenk_1994", "--jobs", "1").code == 0
+    fitted = mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "power_law", "--json")
+    content = json.loads(fitted.out)
+    assert content["family"] == "power_law"
+    # a pure power law: exact, with the exponents of its author
+    assert content["coefficients"]["speed"] == pytest.approx(-0.2, abs=1e-9)
+    assert content["coefficients"]["viscosity"] == pytest.approx(-0.05, abs=1e-9)
+    assert content["coefficients"]["roughness"] == pytest.approx(0.25, abs=1e-9)
+
+
+def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
+    inside = mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3")
+    assert inside.out.startswith("mu = 0.0")
+    assert inside.err == ""
+    outside = mixed_ehl("mu", "xu_kahraman_2007", *point(pressure="3 GPa"), "--oil", "fva3")
+    assert outside.code == 0
+    assert "outside range" in outside.err
+    constant = mixed_ehl("mu", "constant:0.05", *point(lengthwise="1 m/s"), "--oil", "fva3")
+    assert constant.out.startswith("mu = 0.05000  (0.05000 to 0.05000)")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"pressure": "1e9"}, ["--pressure", "1e9", "1.2 GPa", "ambiguous"]),
+        ({"pressure": "-1 GPa"}, ["--pressure", "at least"]),
+        ({"radius": "12 kg"}, ["--radius", "dimension"]),
+        ({"speed": "0 m/s"}, ["--speed", "at least"]),
+        ({"slide_to_roll": "nan"}, ["--slide-to-roll", "finite"]),
+        ({"temperature": "80"}, ["--temperature", "80 degC"]),
+        ({"temperature": "300 degC"}, ["--temperature", "at most"]),
+        ({"roughness": "0.4"}, ["--roughness", "ambiguous"]),
+        ({"oil": "fva9"}, ["oil", "fva9", "fva3"]),
+    ],
+)
+def test_mu_refuses_bad_values(mixed_ehl: Call, changes: dict[str, str], words: list[str]) -> None:
+    refused = mixed_ehl("mu", "xu_kahraman_2007", *point(**({"oil": "fva3"} | changes)))
+    assert refused.code == 2
+    assert refused.out == ""
+    for word in words:
+        assert word in refused.err
+
+
+def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    for arguments, words in (
+        (("mu", "xu_kahraman_2007", *point()), "--oil is missing"),
+        (("mu", "nothing", *point()), "xu_kahraman_2007"),
+        (("sweep", tmp_path / "none.toml", "-o", run), "existing TOML"),
+        (("sweep", plan, "-o", run, "--shard", "3/2"), "1 <= i <= n"),
+        (("sweep", plan, "-o", run, "--shard", "first"), "1 <= i <= n"),
+        (("sweep", plan, "-o", run, "--with", "magic"), "xu_kahraman_2007"),
+        (("sweep", plan, "-o", run, "--time-cap", "30"), "ambiguous"),
+        (("sweep", plan, "-o", run, "--jobs", "0"), "at least 1"),
+        (("sweep", plan, "-o", plan), "can be written"),
+        (("sweep", "status", run), "mixed-ehl sweep PLAN.toml"),
+        (("fit", run, "-o", tmp_path / "f.json"), "mixed-ehl sweep PLAN.toml"),
+    ):
+        refused = mixed_ehl(*arguments)
+        assert refused.code == 2
+        assert words in refused.err
+        assert "Traceback" not in refused.err
+
+
+def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    # an unloaded, fast contact is outside of what Benedict & Kelley can say
+    plan.write_text(PLAN.replace('low = "0.4 GPa"', 'low = "50 MPa"').replace('high = "15 m/s"', 'high = "150 m/s"'))
+    swept = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
+    assert swept.code == 1
+    assert "undefined" in swept.out
+    assert "not converged" in swept.err
+
+
+def test_slurm_script_is_shell(mixed_ehl: Call, tmp_path: Path) -> None:
+    printed = mixed_ehl("sweep", "demo", "-o", tmp_path / "run", "--slurm", "8")
+    assert printed.code == 0
+    assert not (tmp_path / "run").exists()
+    subprocess.run(["bash", "-n"], input=printed.out, text=True, check=True)
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; import regression.cli;"
+        "print([name for name in ('numpy', 'pandas', 'h5py', 'scipy', 'joblib') if name in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"

@@ -1,0 +1,184 @@
+"""The fit's bookkeeping: rows left out, folds, bands, intervals, refusals."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from ehl.errors import InputError
+from ehl.validation import validate
+from regression.dataset import Dataset, export_table, load_dataset
+from regression.evaluators import published_outputs
+from regression.fit import (
+    bands,
+    cell_groups,
+    conformal_width,
+    fit_families,
+    fit_formula,
+    fold_numbers,
+    linear_fit,
+    noise_floor,
+    scores,
+    usable_rows,
+)
+from regression.plan import Plan
+from regression.sweep import sweep
+
+PLAN = {
+    "name": "fit",
+    "sampling": {"size": 64, "corners": True},
+    "variables": {
+        "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
+        "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
+        "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
+        "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
+        "temperature_oil": "80 degC",
+        "roughness_rms": {"low": "0.2 um", "high": "0.6 um"},
+    },
+    "lubricant": {"oil": "fva3"},
+}
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    run = tmp_path_factory.mktemp("fit")
+    evaluate = partial(published_outputs, name="arana_2019")
+    sweep(validate(Plan, PLAN), run, evaluate=evaluate, version="arana_2019")
+    return load_dataset(run)
+
+
+def changed(dataset: Dataset, rows: list[int], **values: object) -> Dataset:
+    frame = dataset.frame.copy()
+    for name, value in values.items():
+        frame.loc[rows, name] = value
+    return Dataset(frame, *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+
+
+def test_rows_that_cannot_be_fitted_are_left_out_and_counted(dataset: Dataset) -> None:
+    sobol = list(np.flatnonzero(dataset.frame["origin"] == "sobol"))
+    worse = changed(dataset, sobol[:3], friction_coefficient=0.0)
+    worse = changed(worse, sobol[3:5], friction_coefficient=-0.01)
+    worse = changed(worse, sobol[5:6], status="failed", reason="time_cap")
+    frame, excluded = usable_rows(worse, corners=False)
+    assert excluded == {"corner kept for checking": 32, "failed: time_cap": 1, "friction not positive": 5}
+    assert len(frame) == 58
+    assert (frame["friction_coefficient"] > 0.0).all()
+    assert len(usable_rows(worse, corners=True)[0]) == 90
+    formula = fit_formula(worse, "power_law")
+    assert formula.data.excluded == excluded
+    assert (formula.data.count, formula.data.used) == (96, 58)
+
+
+def test_terms_that_do_not_vary_are_dropped_with_their_reason(dataset: Dataset) -> None:
+    # one oil temperature: the viscosity is a constant
+    formula = fit_formula(dataset, "power_law")
+    assert formula.dropped == {"viscosity": "does not vary in the data"}
+    assert formula.coefficients["viscosity"] == 0.0
+    assert "viscosity" not in formula.standard_errors
+    assert "does not vary" in formula.to_text()
+
+
+def test_formula_states_ranges_identity_and_errors(dataset: Dataset) -> None:
+    formula = fit_formula(dataset, "power_law")
+    fitted, _ = usable_rows(dataset, corners=False)
+    low, high = formula.ranges["pressure_hertz"]
+    assert (low, high) == (fitted["pressure_hertz"].min(), fitted["pressure_hertz"].max())
+    assert formula.data.hash == dataset.data_hash
+    assert formula.oil.name == "fva3"
+    assert formula.oil.card_hash == dataset.oil_hash
+    assert formula.validation.mape >= formula.fit.mape > 0.0
+    assert formula.fit.worst.key in set(fitted["key"])
+    assert formula.fit.largest == abs(formula.fit.worst.relative_error)
+    assert formula.interval.half_width <= formula.interval.largest
+
+
+def test_families_come_best_first(dataset: Dataset) -> None:
+    formulas = list(fit_families(dataset).values())
+    assert formulas[0].family == "load_share"
+    held_out = [f.validation.r2_log for f in formulas]
+    assert held_out == sorted(held_out, reverse=True)
+
+
+def test_whole_cells_are_held_out(dataset: Dataset) -> None:
+    groups, folds = cell_groups(dataset.frame), fold_numbers(dataset.frame)
+    for group in np.unique(groups):
+        assert np.unique(folds[groups == group]).size == 1
+    assert np.unique(folds).size == 10
+    # cells are a grid of 4 x 4 over the ranges
+    low = dataset.frame["pressure_hertz"] < 0.7e9
+    assert set(groups[low] // 4) == {0}
+    assert groups.max() == 15
+
+
+def test_one_cell_falls_back_to_rows() -> None:
+    frame = pd.DataFrame({"pressure_hertz": np.full(25, 1e9), "radius_equivalent": np.full(25, 0.01)})
+    np.testing.assert_array_equal(fold_numbers(frame), np.arange(25) % 10)
+
+
+def test_scores_of_a_known_error(dataset: Dataset) -> None:
+    frame = dataset.frame
+    predicted = frame["friction_coefficient"].to_numpy() * 1.02
+    predicted[7] *= 1.5
+    result = scores(frame, predicted)
+    assert result.largest == pytest.approx(0.53, rel=1e-9)
+    assert result.worst.key == frame["key"][7]
+    assert result.p95 == pytest.approx(0.02, rel=1e-9)
+    assert result.bias == pytest.approx(result.mape, rel=1e-12)
+
+
+def test_bands_cover_every_row_once(dataset: Dataset) -> None:
+    frame = dataset.frame
+    result = bands(frame, frame["friction_coefficient"].to_numpy() * 1.1)
+    for variable in {band.variable for band in result}:
+        assert sum(band.count for band in result if band.variable == variable) == len(frame)
+    assert all(band.mape == pytest.approx(0.1, rel=1e-9) for band in result)
+
+
+def test_conformal_width_covers_new_errors() -> None:
+    random = np.random.default_rng(5)
+    covered = [
+        np.mean(np.abs(random.standard_normal(200)) <= conformal_width(np.abs(random.standard_normal(40)), 0.9))
+        for _ in range(300)
+    ]
+    # split conformal: at least 0.9 in the mean, at most 0.9 + 1/41; three standard errors of 300 trials
+    assert 0.9 - 0.009 <= np.mean(covered) <= 0.9 + 1 / 41 + 0.009
+
+
+def test_noise_floor_is_the_rms_of_the_stated_errors(dataset: Dataset) -> None:
+    assert noise_floor(dataset.frame) == 0.0
+    stated = changed(dataset, [0, 1], friction_error=[3e-3, 4e-3])
+    assert noise_floor(stated.frame) == pytest.approx(np.sqrt(12.5e-6), rel=1e-12)
+
+
+def test_refusals(dataset: Dataset) -> None:
+    with pytest.raises(InputError, match="one of xu, power_law, load_share"):
+        fit_formula(dataset, "spline")
+    few = Dataset(dataset.frame.iloc[:10], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+    with pytest.raises(InputError, match=r"usable cases.*at least 18.*corner"):
+        fit_formula(few, "xu")
+    with pytest.raises(InputError, match="one value"):
+        fit_formula(changed(dataset, list(range(96)), boundary_friction=np.linspace(0.08, 0.1, 96)), "xu")
+    x = np.linspace(1.0, 2.0, 30)
+    with pytest.raises(InputError, match="vary every variable"):
+        linear_fit(("c", "a", "b"), np.column_stack([np.ones(30), x, 2.0 * x]), x)
+
+
+def test_data_hash_ignores_wall_time_and_nothing_else(dataset: Dataset) -> None:
+    assert changed(dataset, [0], seconds=99.0).data_hash == dataset.data_hash
+    assert changed(dataset, [0], friction_coefficient=0.0123).data_hash != dataset.data_hash
+    assert changed(dataset, [0], reason="x").data_hash != dataset.data_hash
+
+
+def test_export_as_csv(dataset: Dataset, tmp_path: Path) -> None:
+    target = tmp_path / "data.csv"
+    export_table(dataset, target)
+    frame = pd.read_csv(target, skiprows=[1])
+    units = pd.read_csv(target, nrows=1).iloc[0]
+    assert units["pressure_hertz"] == "Pa"
+    np.testing.assert_array_equal(frame["friction_coefficient"], dataset.frame["friction_coefficient"])
+    with pytest.raises(InputError, match="writable"):
+        export_table(dataset, tmp_path)

@@ -1,0 +1,113 @@
+"""A sweep killed in mid-run and resumed ends with the data, and the formula bit for bit, of one that was not."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+from regression.dataset import load_dataset, run_status
+from regression.evaluators import published_outputs, solve_outputs
+from regression.fit import fit_formula
+from regression.plan import load_plan
+from regression.store import merge
+from regression.sweep import sweep
+
+PLAN = """
+name = "kill"
+[sampling]
+size = {size}
+[variables]
+pressure_hertz = {{ low = "0.4 GPa", high = "1.6 GPa" }}
+radius_equivalent = {{ low = "8 mm", high = "40 mm", scale = "log" }}
+speed_entrainment = {{ low = "1 m/s", high = "15 m/s", scale = "log" }}
+slide_to_roll = {{ low = 0.02, high = 1.2, scale = "log" }}
+temperature_oil = {{ low = "60 degC", high = "120 degC" }}
+roughness_rms = {{ low = "0.2 um", high = "0.6 um", scale = "log" }}
+[lubricant]
+oil = "fva3"
+[model]
+accuracy = "fast"
+thermal = "off"
+"""
+
+# says after every case how far it is, and waits for a moment so that the kill comes in mid-run
+CHILD = """
+import sys, time
+from functools import partial
+from pathlib import Path
+from regression.evaluators import SOLVER, published_outputs, solve_outputs
+from regression.plan import load_plan
+from regression.sweep import sweep
+
+plan, run, name, jobs = sys.argv[1:]
+def show(progress):
+    print(progress.done, flush=True)
+    time.sleep(0.005)
+evaluate = partial(published_outputs, name=name) if name != "ehl" else solve_outputs
+version = name if name != "ehl" else SOLVER
+sweep(load_plan(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), flush_every=4, progress=show)
+"""
+
+
+def _kill_after(cases: int, plan: Path, run: Path, name: str, jobs: int) -> None:
+    """Start a sweep in a process group of its own and kill all of it when it has done so many cases."""
+    command = [sys.executable, "-c", CHILD, str(plan), str(run), name, str(jobs)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if int(line) >= cases:
+                os.killpg(process.pid, signal.SIGKILL)
+                break
+        assert process.wait() == -signal.SIGKILL
+
+
+def _plan(folder: Path, size: int) -> Path:
+    path = folder / "plan.toml"
+    path.write_text(PLAN.format(size=size))
+    return path
+
+
+def test_killed_workers_and_all_resumed_is_bit_identical(tmp_path: Path) -> None:
+    path = _plan(tmp_path, 64)
+    name = "arana_2019"
+    for cases in (7, 26):
+        _kill_after(cases, path, tmp_path / "killed", name, 2)
+        assert 0 < run_status(tmp_path / "killed").finished < 64
+    evaluate = partial(published_outputs, name=name)
+    resumed = sweep(load_plan(path), tmp_path / "killed", evaluate=evaluate, version=name)
+    assert resumed.resumed >= 20
+    assert resumed.resumed + resumed.converged == 64
+    sweep(load_plan(path), tmp_path / "whole", evaluate=evaluate, version=name)
+    killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
+    assert killed.data_hash == whole.data_hash
+    for family in ("power_law", "load_share"):
+        assert fit_formula(killed, family).to_json() == fit_formula(whole, family).to_json()
+
+
+def test_killed_solver_sweep_is_bit_identical(tmp_path: Path) -> None:
+    path = _plan(tmp_path, 32)
+    _kill_after(9, path, tmp_path / "killed", "ehl", 1)
+    assert 0 < run_status(tmp_path / "killed").finished < 32
+    resumed = sweep(load_plan(path), tmp_path / "killed", evaluate=solve_outputs)
+    assert resumed.resumed >= 8
+    sweep(load_plan(path), tmp_path / "whole", evaluate=solve_outputs)
+    killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
+    assert (killed.frame["status"] == "converged").all()
+    assert killed.data_hash == whole.data_hash
+    assert fit_formula(killed, "xu").to_json() == fit_formula(whole, "xu").to_json()
+
+
+def test_shards_merged_are_the_single_run(tmp_path: Path) -> None:
+    plan = load_plan(_plan(tmp_path, 64))
+    evaluate = partial(published_outputs, name="arana_2019")
+    sweep(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
+    for number in (1, 2, 3, 4):
+        sweep(plan, tmp_path / "shards", evaluate=evaluate, version="arana_2019", shard=(number, 4))
+    assert merge(tmp_path / "shards", tmp_path / "merged.h5") == 64
+    merged, whole = load_dataset(tmp_path / "merged.h5"), load_dataset(tmp_path / "whole")
+    assert merged.data_hash == whole.data_hash
+    assert fit_formula(merged, "power_law").to_json() == fit_formula(whole, "power_law").to_json()
