@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-FAR = 12.0  # element sizes beyond which the moment series of the kernel replaces its closed form
+FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
 
 
