@@ -28,12 +28,14 @@ from regression.formula import (
     Interval,
     OilIdentity,
     Scores,
+    WidthBand,
     WorstCase,
 )
 
 INTERVAL_LEVEL = 0.9
 FOLDS = 10
 _CELLS = 4  # cells per axis of the (p, R) groups
+_LEAST_IN_BAND = 20  # held-out cases a band needs for an interval of its own
 
 # edges of the bands errors are reported in; outer bands are open
 BANDS: dict[str, tuple[float, ...]] = {
@@ -125,9 +127,7 @@ def fit_formula(dataset: Dataset, family_name: str = "xu", *, corners: bool = Fa
         validation=scores(frame, held_out),
         folds=folds,
         bands=bands(frame, held_out),
-        interval=Interval(
-            level=INTERVAL_LEVEL, half_width=conformal_width(error, INTERVAL_LEVEL), largest=float(error.max())
-        ),
+        interval=interval_of(frame, error),
         noise_floor=noise_floor(frame),
         data=DataIdentity(
             hash=dataset.data_hash,
@@ -367,6 +367,24 @@ def bands(frame: pd.DataFrame, predicted: Array) -> tuple[Band, ...]:
                     )
                 )
     return tuple(result)
+
+
+def interval_of(frame: pd.DataFrame, error: Array) -> Interval:
+    """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is."""
+    ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
+    widths = []
+    for low, high in itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)):
+        inside = (ratio >= low) & (ratio < high)
+        if np.count_nonzero(inside) >= _LEAST_IN_BAND:
+            width = conformal_width(error[inside], INTERVAL_LEVEL)
+            end = high if math.isfinite(high) else None
+            widths.append(WidthBand(low=low, high=end, count=int(np.count_nonzero(inside)), half_width=width))
+    return Interval(
+        level=INTERVAL_LEVEL,
+        half_width=conformal_width(error, INTERVAL_LEVEL),
+        largest=float(error.max()),
+        bands=tuple(widths),
+    )
 
 
 def conformal_width(error: Array, level: float) -> float:

@@ -66,16 +66,35 @@ class Band(InputModel):
     bias: Finite
 
 
+class WidthBand(InputModel):
+    """Half width of the interval within one band of `film_ratio_formula` (low <= value < high)."""
+
+    low: Finite
+    high: Finite | None
+    count: int
+    half_width: Finite
+
+
 class Interval(InputModel):
     """Interval of the cross-validated error of ln mu: mu exp(-w) to mu exp(+w).
 
-    `half_width` covers the share `level` of the held-out cases; `largest` is the greatest error among them and
-    is used outside the range.
+    `half_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it;
+    `largest` is the greatest error of all and is used outside the range.
     """
 
     level: Finite
     half_width: Finite
     largest: Finite
+    bands: tuple[WidthBand, ...] = ()
+
+    def width(self, conditions: Conditions) -> Array:
+        """Half width at every point, by its band; that of all cases where no band holds it."""
+        ratio = np.asarray(conditions["film_ratio_formula"], dtype=float)
+        width = np.full(ratio.shape, self.half_width)
+        for band in self.bands:
+            inside = (ratio >= band.low) & (True if band.high is None else ratio < band.high)
+            width = np.where(inside, band.half_width, width)
+        return width
 
 
 class DataIdentity(InputModel):
@@ -182,7 +201,7 @@ class Formula(InputModel):
             mu = np.exp(self.form.log_mu(flat, self.coefficients, self.boundary_friction)).reshape(shape) * ramp
         undefined = ~np.isfinite(mu)
         mu = np.where(undefined, 0.0, mu)
-        width = np.where(outside, self.interval.largest, self.interval.half_width)
+        width = np.where(outside, self.interval.largest, self.interval.width(conditions))
         return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, undefined)
 
     def to_text(self) -> str:

@@ -20,6 +20,7 @@ from regression.fit import (
     fit_families,
     fit_formula,
     fold_numbers,
+    interval_of,
     linear_fit,
     noise_floor,
     scores,
@@ -182,3 +183,13 @@ def test_export_as_csv(dataset: Dataset, tmp_path: Path) -> None:
     np.testing.assert_array_equal(frame["friction_coefficient"], dataset.frame["friction_coefficient"])
     with pytest.raises(InputError, match="writable"):
         export_table(dataset, tmp_path)
+
+
+def test_bands_with_too_few_cases_have_no_interval_of_their_own(dataset: Dataset) -> None:
+    frame = dataset.frame
+    ratio = frame["film_ratio_formula"].to_numpy()
+    result = interval_of(frame, np.where(ratio < 0.5, 0.01, 0.1))
+    counts = [int(((ratio >= low) & (ratio < high)).sum()) for low, high in ((0, 0.5), (0.5, 1), (1, 2), (2, np.inf))]
+    assert [band.count for band in result.bands] == [count for count in counts if count >= 20]
+    assert min(counts) < 20 <= max(counts)
+    assert result.bands[0].half_width == (0.01 if counts[0] >= 20 else 0.1)

@@ -203,3 +203,18 @@ def test_a_folder_is_no_formula(tmp_path: Path) -> None:
         load_formula(tmp_path)
     with pytest.raises(InputError, match="writable"):
         FORMULAS["xu"].save(tmp_path)
+
+
+def test_interval_follows_the_band_of_the_film_ratio() -> None:
+    interval = {
+        **XU["interval"],
+        "bands": [
+            {"low": 0.0, "high": 0.5, "count": 20, "half_width": 0.02},
+            {"low": 2.0, "high": None, "count": 20, "half_width": 0.2},
+        ],
+    }
+    formula = Formula.model_validate(XU | {"interval": interval})
+    table = conditions_of(state(slide_to_roll=np.full(4, 0.5)), OIL)
+    table["film_ratio_formula"] = np.array([0.1, 0.5, 1.999, np.inf])
+    value = formula.evaluate(table)
+    np.testing.assert_allclose(np.log(value.upper / value.mu), [0.02, 0.1, 0.1, 0.2], rtol=1e-9)
