@@ -6,6 +6,7 @@ possible, carry the whole of it; the last of them are first predicted by the oth
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,19 +59,20 @@ class EhlFriction:
         """Friction at every point.
 
         Where points are interpolated, `lower` and `upper` are two RMS errors of the prediction of held-out contacts
-        away; where all are solved, the solver's own error. A contact that does not converge leaves nan at the points
-        next to it, flagged.
+        away, weighted with their sliding power; where all are solved, the solver's own error. A contact that does not
+        converge leaves nan at the points next to it, flagged.
         """
         place = _coordinates(state)
+        power = state.load_per_length * state.speed_sliding
         if self.points is None or state.size <= self.points:
             chosen = np.arange(state.size)
         else:
-            chosen = _spread(place, self.points)
+            chosen = _spread(place, power, self.points)
         mu, error = self._solve(state, oil, chosen, place)
         if chosen.size == state.size:
             estimate, spread = mu, error
         else:
-            estimate, spread = _interpolate(place, chosen, mu)
+            estimate, spread = _interpolate(place, chosen, mu, power)
         flag = np.where(np.isfinite(estimate), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
         return FrictionEstimate(estimate, np.maximum(estimate - spread, 0.0), estimate + spread, flag)
 
@@ -153,12 +155,14 @@ def _coordinates(state: ContactState) -> FloatArray:
     return np.asarray((columns[:, varies] - columns[:, varies].min(axis=0)) / width[varies])
 
 
-def _spread(place: FloatArray, count: int) -> IntArray:
-    """Points one by one as far from all earlier ones as possible, the most central one first."""
+def _spread(place: FloatArray, power: FloatArray, count: int) -> IntArray:
+    """Points one by one as far from all earlier ones as possible, sooner where there is more sliding power."""
+    # the fourth root keeps points without power, which matter only to plots, at a few of the lot
+    favour = np.maximum(power / max(float(power.max()), 1e-300), 1e-6) ** 0.25
     chosen = [int(np.argmin(np.sum((place - place.mean(axis=0)) ** 2, axis=1)))]
     distance = np.sum((place - place[chosen[0]]) ** 2, axis=1)
     while len(chosen) < count and distance.max() > 0.0:
-        chosen.append(int(np.argmax(distance)))
+        chosen.append(int(np.argmax(distance * favour)))
         distance = np.minimum(distance, np.sum((place - place[chosen[-1]]) ** 2, axis=1))
     return np.array(chosen)
 
@@ -175,8 +179,13 @@ def _chain(place: FloatArray) -> list[int]:
     return order
 
 
-def _interpolate(place: FloatArray, chosen: IntArray, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Thin-plate spline through the solved points, and its interval from predicting the last of them."""
+def _interpolate(
+    place: FloatArray, chosen: IntArray, mu: FloatArray, weight: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Thin-plate spline through the solved points, and its interval from predicting the last of them.
+
+    The error is weighted with the sliding power of the points: where there is none friction does not matter.
+    """
     from scipy.interpolate import RBFInterpolator
 
     known = np.isfinite(mu)
@@ -195,4 +204,6 @@ def _interpolate(place: FloatArray, chosen: IntArray, mu: FloatArray) -> tuple[F
     if not known.all():
         nearest = np.argmin(np.sum((place[:, None, :] - place[chosen][None, :, :]) ** 2, axis=2), axis=1)
         estimate[~known[nearest]] = np.nan
-    return estimate, np.full(len(place), _WIDTH * float(np.sqrt(np.mean(wrong**2))))
+    total = float(weight[solved[kept:]].sum())
+    mean_square = float(np.sum(weight[solved[kept:]] * wrong**2)) / total if total > 0.0 else float(np.mean(wrong**2))
+    return estimate, np.full(len(place), _WIDTH * math.sqrt(mean_square))

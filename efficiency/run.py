@@ -17,10 +17,19 @@ from efficiency.map import EfficiencyMap, efficiency_map
 from efficiency.pair import Side
 from efficiency.result import EfficiencyResult
 from ehl.oil import Oil
-from regression.friction_models import FrictionModel, friction_model
+from regression.friction_models import FrictionModel, friction_model, shipped_formulas
 
 POSITIONS, POINTS_PER_LINE = 24, 31
-DEFAULT_MODELS = ("constant:0.05", "xu_kahraman_2007", "benedict_kelley_1961")
+DEFAULT_MODELS = (
+    "constant:0.05",
+    *shipped_formulas(),
+    "xu_kahraman_2007",
+    "benedict_kelley_1961",
+    "schlenk_1994",
+    "arana_2019",
+    "ehl:smooth",
+    "ehl",
+)
 
 
 @dataclass(frozen=True)
