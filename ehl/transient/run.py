@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.transient._kernels.elasticity import exponential_product
 from ehl.transient._kernels.march import COLUMNS, march
+from ehl.transient._kernels.motion import move_surfaces
 from ehl.transient._kernels.quasi_separable import MODES
 from ehl.transient._kernels.records import (
     AGE,
@@ -58,6 +60,7 @@ def _macroscopic(pressure: Array) -> Macroscopic:
         pressure=pressure,
         typical=np.zeros(n),
         sum_exchange=np.zeros(n),
+        sum_pressure=np.zeros(n),
         sum_conductance=np.zeros(n),
         sum_log_flux=np.zeros(n),
         sum_log_lateral=np.zeros(n),
@@ -92,6 +95,7 @@ class Run:
         pressure, mass, level = hertz_start(self.problem)
         scalars = np.zeros(4)
         scalars[LEVEL] = scalars[LEVEL_OLD] = level
+        scalars[TRAVEL] = round(self.problem.settings.start_travel * self.problem.units.steps_per_half_width)
         modes = model.heat.ratios.size
         self.state = State(
             fluid_pressure=pressure.copy(),
@@ -118,7 +122,12 @@ class Run:
         self._step = _step_arrays(n)
         self._step.thermal[:] = 1.0 if model.fluid.law == 1 else 0.0
         self._saved = Saved(
-            *(np.zeros(n) for _ in range(4)), last_step=_step_arrays(n), target_step=_step_arrays(n)
+            predicted_fluid=np.zeros(n),
+            predicted_contact=np.zeros(n),
+            last_fluid=np.zeros(n),
+            last_contact=np.zeros(n),
+            last_step=_step_arrays(n),
+            target_step=_step_arrays(n),
         )
         self._work = _work_arrays(n, model.elastic.weights.size)
 
@@ -131,11 +140,6 @@ class Run:
     def age(self) -> int:
         """Steps since this run started."""
         return int(self.state.scalars[AGE])
-
-    @property
-    def kinds(self) -> NDArray[np.int64]:
-        """Node kinds after the last step."""
-        return self._work.kind
 
     def advance(self, steps: int) -> tuple[Array, Array]:
         """March; returns the records (steps, COLUMNS) and the mean profiles (PROFILES, n) of these steps."""
@@ -152,4 +156,45 @@ class Run:
             records,
             profiles,
         )
-        return records, profiles / max(steps, 1)
+        return records, profiles / max(steps, 1), profiles / max(steps, 1)
+
+    def elastic_response(self, total: Array) -> Array:
+        """Elastic gap under a pressure by the fast operator, film units."""
+        elastic = self.problem.model.elastic
+        response = np.zeros(total.size)
+        exponential_product(total, elastic.weights, elastic.ratios, np.zeros((2, elastic.weights.size)), response)
+        return response
+
+    def start_from(self, other: Run) -> None:
+        """Take over the state of a run of the same contact on another mesh, by linear interpolation.
+
+        Thermal memories are not taken over: their modes belong to a time step.
+        """
+        x, x_other = self.problem.x, other.problem.x
+
+        def take(target: Array, source: Array) -> None:
+            target[:] = np.interp(x, x_other, source)
+
+        ratio = other.problem.units.film / self.problem.units.film
+        for name in ("fluid_pressure", "contact_pressure", "mean_pressure", "temperature"):
+            take(getattr(self.state, name), getattr(other.state, name))
+        for name in ("film", "mass"):
+            take(getattr(self.state, name), ratio * getattr(other.state, name))
+        self.state.fluid_pressure[self.state.fluid_pressure < 1e-9] = 0.0
+        self.state.scalars[LEVEL] = self.state.scalars[LEVEL_OLD] = self._level_of_film()
+        take(self.macroscopic.pressure, other.macroscopic.pressure)
+        if other.macroscopic.counts[1] > 0:
+            scale = self.problem.units.spacing / other.problem.units.spacing  # of dt in the exchange, dt/dx^2 along x
+            take(self.macroscopic.typical, scale * other.macroscopic.typical)
+            take(self.macroscopic.conductance, scale * other.macroscopic.conductance)
+            take(self.macroscopic.log_flux, other.macroscopic.log_flux - np.log(scale))
+            self.macroscopic.counts[1] = round(1.0 / self.problem.model.drainage.memory)
+
+    def _level_of_film(self) -> float:
+        """Rigid gap that gives the present mean film under the present pressures."""
+        model = self.problem.model
+        response = self.elastic_response(self.state.fluid_pressure + self.state.contact_pressure)
+        middle = slice(model.contact.middle_first, model.contact.middle_last)
+        gap = np.zeros(self.problem.x.size)
+        move_surfaces(gap, self.state.scalars[TRAVEL], model.surfaces)
+        return float(np.mean((self.state.film - gap - response)[middle]))

@@ -25,6 +25,7 @@ OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, 
 MIDDLE = 0.8  # half length of the mean film [b]
 ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
 LATERAL = 2.0  # k_y of the exchange: second spectral moment of the assumed autocorrelation
+DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and mean pressure agree
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 ELASTIC_MODES = 10
 HEAT_MODES = 10
@@ -53,6 +54,8 @@ class Settings:
         Growth of the film conductivity with pressure [1/Pa].
     tolerance : float
         Of mass and gap, over the film unit.
+    start_travel : float
+        Distance the surfaces have rolled when the run starts [b].
     """
 
     nodes: int
@@ -63,6 +66,7 @@ class Settings:
     hardness: float
     conductivity_rise: float = 0.0
     tolerance: float = 2e-5
+    start_travel: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ class Problem:
     model: Model
     x: Array
     film_estimate: float
-    elastic_error: float
+    deflection: float  # film units per unit of the integrated log kernel and p_h
 
 
 def film_estimate(contact: LineContact, lubricant: Lubricant) -> float:
@@ -122,6 +126,15 @@ def inlet_wedge(contact: LineContact, lubricant: Lubricant, film: float, inlet: 
     slope = 12.0 * lubricant.viscosity_inlet * contact.speed_entrainment * b * gap / (film + gap) ** 3
     # load = int p dx = int slope (reach - start) dx, by parts
     return float(np.trapezoid(slope, reach)), float(b * np.trapezoid(slope * (reach - reach[0]), reach))
+
+
+def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int:
+    """First node whose smooth gap is below 10 Rq; at least 2."""
+    wide = x < -1.0
+    reach = np.where(wide, -x, 1.0)
+    scale = contact.half_width**2 / (2.0 * contact.radius_equivalent)
+    gap = scale * (reach * np.sqrt(reach**2 - 1.0) - np.arccosh(reach))
+    return max(2, int(np.argmax(~wide | (film + gap < DRAINED_GAP * rms))))
 
 
 def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, lateral_length: float) -> Fluid:
@@ -207,7 +220,7 @@ def build_problem(
     dx = spacing / b
     last = math.ceil(outlet / dx) + 2
     first = -math.ceil(-inlet / dx)
-    x = dx * (np.arange(first, last) + 0.5)
+    x = np.asarray(dx * (np.arange(first, last) + 0.5), dtype=float)
     n = x.size
 
     wedge_pressure, wedge_load = inlet_wedge(contact, lubricant, estimate, float(x[0]))
@@ -231,9 +244,7 @@ def build_problem(
             middle_last=int(np.searchsorted(x, MIDDLE)),
             tolerance=settings.tolerance,
         ),
-        elastic=Elastic(
-            full.weights * deflection, full.ratios.copy(), short.weights * deflection, short.ratios.copy()
-        ),
+        elastic=Elastic(full.weights * deflection, full.ratios.copy(), short.weights * deflection, short.ratios.copy()),
         surfaces=Surfaces(
             parabola=(x * b) ** 2 / (2.0 * contact.radius_equivalent * film_unit),
             x=x,
@@ -248,15 +259,14 @@ def build_problem(
         heat=scaled_heat(contact, lubricant, materials, units, settings, n),
         drainage=Drainage(
             on=not sealed,
+            first=drained_from(contact, estimate, surfaces.rms, x),
             window=max(1, round(EXCHANGE_WINDOW / dx)),
             relaxation=0.2,
             storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
-            flow_factor=3.0,
             memory=0.05,
-            frozen=False,
         ),
     )
-    return Problem(units, settings, model, x, estimate, full.error * deflection)
+    return Problem(units, settings, model, x, estimate, deflection)
 
 
 def hertz_start(problem: Problem) -> tuple[Array, Array, float]:

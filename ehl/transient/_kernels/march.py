@@ -209,9 +209,8 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         shear_and_temperature(state, step, work, model)
         if model.heat.on:
             store_fluxes(state, model)
-        if model.drainage.on and stage != UNCONVERGED and not model.drainage.frozen:
-            if accumulate(state, macro, work, model):
-                update_pressure(macro, model)
+        if model.drainage.on and stage != UNCONVERGED and accumulate(state, macro, work, model):
+            update_pressure(macro, model)
         write_record(records[k], state, macro, work, model)
         records[k, ITERATIONS] = iterations
         records[k, STAGE] = stage

@@ -1,9 +1,9 @@
 """One implicit time step: mass conservation, two complementarity conditions and the load, solved together.
 
-    mass     foot + w [d/dx f dp/dx - exchange (p - P)] = rho h      where p > 0, else p = 0 and the gap is not full
-    contact  h >= h_boundary,  p_c >= 0,  one of them an equality
-    cap      p + p_c <= hardness; a node at the cap keeps its pressures and lets its gap or mass go
-    load     sum of p + p_c given
+mass     foot + w [d/dx f dp/dx - exchange (p - P)] = rho h      where p > 0, else p = 0 and the gap is not full
+contact  h >= h_boundary,  p_c >= 0,  one of them an equality
+cap      p + p_c <= hardness; a node at the cap keeps its pressures and lets its gap or mass go
+load     sum of p + p_c given
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def add_drainage(state, step, macro, work, model, mode):
     for i in range(p.size):
         node.thermal[i] = step.thermal[i]
     fluidity_rows(node, model.contact.boundary, model.fluid, 1.0 - model.fluid.along, model.fluid.flux_lateral)
-    for i in range(model.contact.outlet):
+    for i in range(model.drainage.first, model.contact.outlet):
         k = node.f[i]
         by_film = slopes * node.by_film[i]
         by_pressure = slopes * node.by_pressure[i]

@@ -87,12 +87,11 @@ class Drainage(NamedTuple):
     """Update rule of the macroscopic pressure."""
 
     on: bool
+    first: int  # first node that exchanges: ahead of it the gap is many times the roughness
     window: int  # steps averaged for one update
     relaxation: float
     storage: float  # compliance of the diagonal
-    flow_factor: float  # multiplies exp<ln f>
     memory: float  # smallest weight of a window in the long averages
-    frozen: bool  # keep P as it is
 
 
 class Model(NamedTuple):
@@ -128,7 +127,8 @@ class State(NamedTuple):
 
 
 CAPPED = 4  # node kind beside FLUID and CONTACT: total pressure at the hardness, mass carried
-LEVEL, LEVEL_OLD, TRAVEL, AGE = range(4)  # of State.scalars: rigid gap, its last value, time steps so far, steps since start
+# entries of State.scalars: rigid gap, its last value, time steps rolled so far, steps since this run started
+LEVEL, LEVEL_OLD, TRAVEL, AGE = range(4)
 
 
 class Macroscopic(NamedTuple):
@@ -137,6 +137,7 @@ class Macroscopic(NamedTuple):
     pressure: np.ndarray
     typical: np.ndarray  # lateral fluidity of the typical gap, exp<ln f_y>
     sum_exchange: np.ndarray  # over the current window
+    sum_pressure: np.ndarray
     sum_conductance: np.ndarray
     sum_log_flux: np.ndarray
     sum_log_lateral: np.ndarray

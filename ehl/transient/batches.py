@@ -1,0 +1,53 @@
+"""Mean of a correlated series and its confidence interval by batch means."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+Array = NDArray[np.float64]
+
+FEWEST = 5  # batches below which no interval is given
+
+
+def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[float, float]:
+    """Mean and half width of its confidence interval.
+
+    Neighbouring batches are merged while their correlation stays above 0.2 and enough of them remain, so that the
+    batches may be treated as independent.
+
+    Parameters
+    ----------
+    series : ndarray, shape (n,)
+        One value per step, after the start-up.
+    batch : int
+        Steps of the smallest batch; several correlation lengths of the series.
+    confidence : float
+        Nominal coverage.
+
+    Returns
+    -------
+    mean : float
+        Mean of the whole series.
+    half_width : float
+        nan with fewer than 5 batches.
+    """
+    mean = float(np.mean(series))
+    count = series.size // max(batch, 1)
+    if count < FEWEST:
+        return mean, math.nan
+    means = series[series.size - count * batch :].reshape(count, batch).mean(axis=1)
+    while means.size >= 2 * FEWEST and neighbour_correlation(means) > 0.2:
+        means = means[means.size % 2 :].reshape(-1, 2).mean(axis=1)
+    spread = float(np.std(means, ddof=1)) / math.sqrt(means.size)
+    return mean, float(student.ppf(0.5 + 0.5 * confidence, means.size - 1)) * spread
+
+
+def neighbour_correlation(values: Array) -> float:
+    """Correlation of each value with the next; 0 for a constant series."""
+    centred = values - values.mean()
+    power = float(centred @ centred)
+    return float(centred[1:] @ centred[:-1]) / power if power > 0.0 else 0.0

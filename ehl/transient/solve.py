@@ -1,0 +1,360 @@
+"""Transient mixed EHL of two moving rough surfaces: the flowchart.
+
+coarse start-up  ->  fine run takes over its state  ->  both roll over the same roughness
+->  stop when the interval of mu is inside the tolerance  ->  mesh error from the pair
+->  boundary film doubled and halved where contacts carry load
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.contact import LineContact
+from ehl.errors import InputError
+from ehl.lubricant import Lubricant
+from ehl.material import Material, load_material
+from ehl.transient._kernels.march import (
+    CAPPED_NODES,
+    FILM_MEAN,
+    FILM_MIN,
+    FLASH_MAX,
+    ITERATIONS,
+    MACRO_LOAD,
+    MU_FLUID,
+    PRESSURE_MAX,
+    SHARE,
+    STAGE,
+    TEMPERATURE_MAX,
+)
+from ehl.transient._kernels.newton import UNCONVERGED
+from ehl.transient.accuracy import BATCH, Accuracy, Plan, make_plan, mesh_length, with_overrides
+from ehl.transient.batches import batch_means
+from ehl.transient.result import Fallbacks, Profiles, Snapshot, TransientResult
+from ehl.transient.run import PROFILES, Run
+from ehl.transient.scaling import Problem, Settings, build_problem, film_estimate
+from ehl.transient.soe import LogConvolution
+from ehl.transient.surfaces import RoughSurfaces
+
+Array = NDArray[np.float64]
+
+BLOCK = 4.0  # travel between two looks at the interval [b]
+UNCONVERGED_ALLOWED = 0.01  # share of the steps
+LAGGED_ALLOWED = 0.02
+SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
+PECLET_WARNING = 2.0
+
+
+@dataclass
+class Window:
+    """What one run recorded: all steps, and the mean profiles since the start-up."""
+
+    run: Run
+    started: list[Array] = field(default_factory=list)
+    recorded: list[Array] = field(default_factory=list)
+    profiles: Array = field(init=False)
+    exchange: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.profiles = np.zeros((PROFILES, self.run.problem.x.size))
+        self.exchange = np.zeros(self.run.problem.x.size)
+
+    def start(self, travel: float) -> None:
+        """Roll without averaging."""
+        records, _ = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+        self.started.append(records)
+        self.exchange = self.run.macroscopic.total_exchange.copy()
+
+    def roll(self, travel: float) -> None:
+        """Roll and average."""
+        records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+        self.recorded.append(records)
+        self.profiles += profiles * len(records)
+
+    @property
+    def records(self) -> Array:
+        """Steps of the window."""
+        return np.concatenate(self.recorded)
+
+    def friction(self) -> Array:
+        """mu of every step of the window."""
+        records = self.records
+        return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
+
+    def interval(self) -> tuple[float, float]:
+        """mu and the half width of its 90 % interval."""
+        return batch_means(self.friction(), round(BATCH * self.run.problem.units.steps_per_half_width))
+
+
+def solve_transient(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces | None = None,
+    *,
+    accuracy: Accuracy | float = "standard",
+    boundary_film: float | None = None,
+    boundary_friction: float = 0.10,
+    peklenik_number: float = 1.0,
+    thermal: bool = False,
+    hardness: float = 8e9,
+    materials: tuple[Material, Material] | None = None,
+    conductivity_rise: float = 0.0,
+    nodes: int | None = None,
+    travel: float | None = None,
+    boundary_study: bool | None = None,
+) -> TransientResult:
+    """Roll two rough surfaces through a lubricated line contact and average friction over time.
+
+    Parameters
+    ----------
+    contact : LineContact
+        Geometry, load and motion; either surface may be faster, stand still or run backwards.
+    lubricant : Lubricant
+        Laws at the inlet temperature.
+    surfaces : RoughSurfaces, optional
+        Both profiles; smooth when not given.
+    accuracy : {"fast", "standard", "reference"} or float
+        Level, or relative tolerance on mu.
+    boundary_film : float, optional
+        h_boundary [m], 1 to 200 nm; by `ehl.roughness.boundary_film` when not given.
+    boundary_friction : float
+        mu_b of the asperity pressure [-].
+    peklenik_number : float
+        gamma of the side drainage, at least 1/3; infinity seals the valleys.
+    thermal : bool
+        Heat in film and surfaces.
+    hardness : float
+        Largest total pressure [Pa].
+    materials : tuple of Material, optional
+        Thermal properties of both bodies; steel when not given.
+    conductivity_rise : float
+        Growth of the film conductivity with pressure [1/Pa].
+    nodes : int, optional
+        Fixed number of nodes.
+    travel : float, optional
+        Fixed window [b].
+    boundary_study : bool, optional
+        Compute mu at half and twice the boundary film even with accuracy "fast", or never.
+
+    Returns
+    -------
+    TransientResult
+
+    Raises
+    ------
+    InputError
+        A value is out of range, or the mesh cannot carry the profiles.
+    """
+    begin = time.perf_counter()
+    rough = surfaces if surfaces is not None else RoughSurfaces()
+    film = rough.default_boundary_film if boundary_film is None else boundary_film
+    _check(contact, film, boundary_friction, peklenik_number, hardness)
+    bodies = materials if materials is not None else (load_material("steel"), load_material("steel"))
+    estimate = film_estimate(contact, lubricant)
+    drained = math.isfinite(peklenik_number) and bool(rough.profiles)
+    length = mesh_length(contact, estimate)
+    plan = make_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal)
+    plan = with_overrides(plan, nodes, travel, length)
+    if boundary_study is not None:
+        plan = replace(plan, boundary_study=boundary_study)
+    settings = Settings(
+        round(length / plan.spacing), film, boundary_friction, peklenik_number, thermal, hardness, conductivity_rise
+    )
+    coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))
+
+    coarse = Window(Run(build_problem(contact, lubricant, rough, bodies, coarse_settings)))
+    coarse.start(plan.startup)
+    fine_settings = replace(settings, start_travel=coarse.run.travel)
+    fine = Window(Run(build_problem(contact, lubricant, rough, bodies, fine_settings)))
+    fine.run.start_from(coarse.run)
+    for window in (coarse, fine):
+        window.start(plan.settling)
+    roll_until_settled(coarse, fine, plan)
+
+    half = double = math.nan
+    share = float(fine.records[:, SHARE].mean())
+    if plan.boundary_study and share > SHARE_OF_STUDY:
+        thinner, thicker = (replace(coarse_settings, boundary_film=f * film) for f in (0.5, 2.0))
+        half = _friction_at(contact, lubricant, rough, bodies, thinner, plan, coarse)
+        double = _friction_at(contact, lubricant, rough, bodies, thicker, plan, coarse)
+    return _result(contact, lubricant, rough, bodies, plan, coarse, fine, estimate, half, double, begin)
+
+
+def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:
+    """Roll both runs in blocks until the interval of the fine one is inside the tolerance or the window is full."""
+    rolled = 0.0
+    while rolled < plan.window_max - 1e-9:
+        block = min(BLOCK, plan.window_max - rolled)
+        coarse.roll(block)
+        fine.roll(block)
+        rolled += block
+        if rolled >= plan.window_min - 1e-9:
+            mean, half_width = fine.interval()
+            if half_width <= plan.tolerance * abs(mean):
+                return
+
+
+def _friction_at(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces,
+    materials: tuple[Material, Material],
+    settings: Settings,
+    plan: Plan,
+    reference: Window,
+) -> float:
+    """mu of a coarse run over the window of the reference, with other settings."""
+    window = Window(Run(build_problem(contact, lubricant, surfaces, materials, settings)))
+    window.start(plan.startup)
+    window.start(plan.settling)
+    window.roll(len(reference.records) / window.run.problem.units.steps_per_half_width)
+    return float(window.friction().mean())
+
+
+def _check(contact: LineContact, film: float, friction: float, peklenik: float, hardness: float) -> None:
+    if not contact.speed_entrainment > 0.0:
+        raise InputError("speed_entrainment", contact.speed_entrainment, "> 0 m/s", "Swap the surfaces' numbers.")
+    if not 1e-9 <= film <= 200e-9:
+        raise InputError("boundary_film", film, "1 to 200 nm")
+    if not 0.0 <= friction <= 1.0:
+        raise InputError("boundary_friction", friction, "0 to 1")
+    if not peklenik >= 1.0 / 3.0 - 1e-12:
+        raise InputError("peklenik_number", peklenik, ">= 1/3", "Below that the drainage model is untested.")
+    if not hardness > contact.pressure_hertz:
+        raise InputError("hardness", hardness, f"> {contact.pressure_hertz:.3g} Pa, the Hertz pressure")
+
+
+def _notes(
+    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: Problem
+) -> tuple[str, ...]:
+    notes = []
+    if problem.settings.boundary_film < 10e-9 and problem.model.surfaces.profile_1.size:
+        notes.append("boundary film below 10 nm: usual meshes do not resolve it")
+    if problem.settings.thermal:
+        for speed, material in zip((contact.speed_1, contact.speed_2), materials, strict=True):
+            peclet = abs(speed) * contact.half_width / (2.0 * material.thermal_diffusivity)
+            if peclet < PECLET_WARNING:
+                notes.append(f"Peclet number {peclet:.2g} of a surface: its flash temperature is 8 % or more too high")
+    if lubricant.extrapolated:
+        notes.append("oil card read outside its temperatures")
+    return tuple(notes)
+
+
+def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
+    mean, half_width = fine.interval()
+    stages = records[:, STAGE]
+    if not math.isfinite(mean):
+        return "failed", "not_finite"
+    if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED:
+        return "failed", "unconverged_steps"
+    if np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
+        return "unsettled", "lagged_steps"
+    if half_width > plan.tolerance * abs(mean):
+        return "unsettled", "statistical_interval"
+    return "converged", ""
+
+
+def _result(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces,
+    materials: tuple[Material, Material],
+    plan: Plan,
+    coarse: Window,
+    fine: Window,
+    estimate: float,
+    half: float,
+    double: float,
+    begin: float,
+) -> TransientResult:
+    run, problem = fine.run, fine.run.problem
+    units, model = problem.units, problem.model
+    records = fine.records
+    everything = np.concatenate([*fine.started, records])
+    mean = records.mean(axis=0)
+    mu, half_width = fine.interval()
+    mu_coarse = float(coarse.friction().mean())
+    scale = abs(mu) if mu != 0.0 else math.inf
+    status, reason = _status(everything, fine, plan)
+    hot = problem.settings.thermal
+    inlet = lubricant.temperature
+    profiles = fine.profiles / len(records)
+    x = problem.x * units.half_width
+    exchange = np.cumsum(run.macroscopic.total_exchange - fine.exchange) / len(records)
+    throughput = float(run.state.mass[model.contact.middle_first : model.contact.middle_last].mean())
+    stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
+    ratio = mu / mu_coarse if mu_coarse != 0.0 else 1.0
+    return TransientResult(
+        status=status,
+        reason=reason,
+        notes=_notes(contact, lubricant, materials, problem),
+        friction_coefficient=mu,
+        friction_fluid=float(mean[MU_FLUID]),
+        friction_asperity=float(model.contact.friction * mean[SHARE]),
+        asperity_load_share=float(mean[SHARE]),
+        roughness_load_share=float(1.0 - mean[MACRO_LOAD]) if model.drainage.on else math.nan,
+        film_mean=float(mean[FILM_MEAN]) * units.film,
+        film_min=float(mean[FILM_MIN]) * units.film,
+        pressure_max=float(mean[PRESSURE_MAX]) * units.pressure,
+        film_ratio=estimate / surfaces.rms if surfaces.rms > 0.0 else math.inf,
+        temperature_film_max=float(mean[TEMPERATURE_MAX]) if hot else inlet,
+        temperature_flash=inlet + float(mean[FLASH_MAX]) if hot else inlet,
+        statistical_error=half_width / scale,
+        mesh_error=0.5 * abs(mu - mu_coarse) / scale,
+        friction_boundary_half=half * ratio,
+        friction_boundary_double=double * ratio,
+        boundary_film=problem.settings.boundary_film,
+        net_exchange=float(np.abs(exchange).max()) / throughput,
+        capped_share=float(mean[CAPPED_NODES]) / problem.x.size,
+        elastic_error=elastic_error(run),
+        fallbacks=Fallbacks(*(int(n) for n in stages)),
+        iterations_per_step=float(everything[:, ITERATIONS].mean()),
+        nodes=problem.x.size,
+        steps=len(everything),
+        travel=len(records) / units.steps_per_half_width,
+        seconds=time.perf_counter() - begin,
+        history_travel=np.asarray((np.arange(len(records)) + 1.0) / units.steps_per_half_width, dtype=float),
+        history_friction=fine.friction(),
+        profiles=Profiles(
+            x=x,
+            pressure_fluid=profiles[0] * units.pressure,
+            pressure_asperity=profiles[1] * units.pressure,
+            pressure_macroscopic=profiles[2] * units.pressure,
+            film=profiles[3] * units.film,
+            temperature_film=profiles[4],
+            temperature_surface=inlet + profiles[5],
+        ),
+        snapshot=_snapshot(run, x),
+    )
+
+
+def _snapshot(run: Run, x: Array) -> Snapshot:
+    state, units, fluid = run.state, run.problem.units, run.problem.model.fluid
+    pressure = state.fluid_pressure
+    density = 1.0 + fluid.density_rise * pressure / (1.0 + fluid.density_bend * pressure)
+    gap = np.maximum(state.film, run.problem.model.contact.boundary)
+    return Snapshot(
+        x=x,
+        pressure_fluid=pressure * units.pressure,
+        pressure_asperity=state.contact_pressure * units.pressure,
+        film=gap * units.film,
+        filling=np.minimum(state.mass / (density * gap), 1.0),
+        temperature_film=state.temperature.copy(),
+    )
+
+
+def elastic_error(run: Run) -> float:
+    """Largest deviation of the fast elastic operator from the FFT reference, over the boundary film.
+
+    A rigid shift does not count: the approach of the bodies takes it up.
+    """
+    model = run.problem.model
+    total = run.state.fluid_pressure + run.state.contact_pressure
+    response = run.elastic_response(total)
+    reference = LogConvolution(total.size).apply(total) * run.problem.deflection
+    difference = (response - reference)[: model.contact.outlet]
+    return float(0.5 * np.ptp(difference)) / model.contact.boundary
