@@ -156,7 +156,7 @@ class Run:
             records,
             profiles,
         )
-        return records, profiles / max(steps, 1), profiles / max(steps, 1)
+        return records, profiles / max(steps, 1)
 
     def elastic_response(self, total: Array) -> Array:
         """Elastic gap under a pressure by the fast operator, film units."""
