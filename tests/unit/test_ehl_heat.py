@@ -168,6 +168,32 @@ def test_film_temperature_against_the_exact_couette_flow():
     assert np.interp(10.0, s[: len(s) // 2], ratio[: len(s) // 2]) == pytest.approx(1.13, abs=0.02)
 
 
+def lagged(line: LineContact, lubricant: Lubricant, rounds: int) -> list[float]:
+    """Friction when the film temperature of one round gives the stress of the next; bodies conduct perfectly."""
+    pressure = line.pressure_hertz * np.sqrt(np.maximum(1.0 - UNIT**2, 0.0))
+    k_film = FilmConductivity()(pressure, lubricant.thermal_conductivity)
+    temperature, history = np.full_like(UNIT, lubricant.temperature), []
+    for _ in range(rounds):
+        eta = np.exp(lubricant.log_viscosity(pressure, temperature))
+        stress = lubricant.eyring_stress * np.arcsinh(eta * line.speed_sliding / (lubricant.eyring_stress * FILM))
+        history.append(float(np.trapezoid(stress, UNIT)) * line.half_width / line.load_per_length)
+        temperature = lubricant.temperature + stress * line.speed_sliding * FILM / (8.0 * k_film)
+    return history
+
+
+def test_lagged_temperature_agrees_where_it_settles_and_oscillates_where_the_implicit_balance_does_not():
+    body = STEEL.model_copy(update={"thermal_conductivity": 1e12})
+    mild, hard = contact(slide_to_roll=0.3), contact(pressure_hertz=2e9, speed_entrainment=15.0, slide_to_roll=1.5)
+    settled = lagged(mild, oil(), 60)
+    assert settled[-1] == pytest.approx(settled[-2], rel=1e-9)
+    assert solve(mild, oil(), (body, body)).friction_fluid == pytest.approx(settled[-1], rel=1e-3)
+    swinging = lagged(hard, oil(), 60)
+    assert abs(swinging[-1] - swinging[-2]) > 0.3 * swinging[-1]
+    implicit = solve(hard, oil(), (body, body))
+    assert implicit.status == "converged"
+    assert implicit.iterations < 12
+
+
 @pytest.mark.parametrize("pressure_viscosity", [9.68e-9, 15e-9])
 def test_friction_over_slide_to_roll_rises_peaks_and_falls(pressure_viscosity):
     slides = np.geomspace(0.003, 1.5, 12)
