@@ -378,10 +378,10 @@ def interval_of(frame: pd.DataFrame, error: Array) -> Interval:
         if np.count_nonzero(inside) >= _LEAST_IN_BAND:
             width = conformal_width(error[inside], INTERVAL_LEVEL)
             end = high if math.isfinite(high) else None
-            widths.append(WidthBand(low=low, high=end, count=int(np.count_nonzero(inside)), half_width=width))
+            widths.append(WidthBand(low=low, high=end, count=int(np.count_nonzero(inside)), log_width=width))
     return Interval(
         level=INTERVAL_LEVEL,
-        half_width=conformal_width(error, INTERVAL_LEVEL),
+        log_width=conformal_width(error, INTERVAL_LEVEL),
         largest=float(error.max()),
         bands=tuple(widths),
     )

@@ -72,28 +72,28 @@ class WidthBand(InputModel):
     low: Finite
     high: Finite | None
     count: int
-    half_width: Finite
+    log_width: Finite
 
 
 class Interval(InputModel):
     """Interval of the cross-validated error of ln mu: mu exp(-w) to mu exp(+w).
 
-    `half_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it;
+    `log_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it;
     `largest` is the greatest error of all and is used outside the range.
     """
 
     level: Finite
-    half_width: Finite
+    log_width: Finite
     largest: Finite
     bands: tuple[WidthBand, ...] = ()
 
     def width(self, conditions: Conditions) -> Array:
         """Half width at every point, by its band; that of all cases where no band holds it."""
         ratio = np.asarray(conditions["film_ratio_formula"], dtype=float)
-        width = np.full(ratio.shape, self.half_width)
+        width = np.full(ratio.shape, self.log_width)
         for band in self.bands:
             inside = (ratio >= band.low) & (True if band.high is None else ratio < band.high)
-            width = np.where(inside, band.half_width, width)
+            width = np.where(inside, band.log_width, width)
         return width
 
 

@@ -94,7 +94,7 @@ def test_formula_states_ranges_identity_and_errors(dataset: Dataset) -> None:
     assert formula.validation.mape >= formula.fit.mape > 0.0
     assert formula.fit.worst.key in set(fitted["key"])
     assert formula.fit.largest == abs(formula.fit.worst.relative_error)
-    assert formula.interval.half_width <= formula.interval.largest
+    assert formula.interval.log_width <= formula.interval.largest
 
 
 def test_families_come_best_first(dataset: Dataset) -> None:
@@ -192,4 +192,4 @@ def test_bands_with_too_few_cases_have_no_interval_of_their_own(dataset: Dataset
     counts = [int(((ratio >= low) & (ratio < high)).sum()) for low, high in ((0, 0.5), (0.5, 1), (1, 2), (2, np.inf))]
     assert [band.count for band in result.bands] == [count for count in counts if count >= 20]
     assert min(counts) < 20 <= max(counts)
-    assert result.bands[0].half_width == (0.01 if counts[0] >= 20 else 0.1)
+    assert result.bands[0].log_width == (0.01 if counts[0] >= 20 else 0.1)

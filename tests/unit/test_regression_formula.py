@@ -56,7 +56,7 @@ def content(family: str, coefficients: dict[str, float]) -> dict[str, Any]:
         "validation": SCORES,
         "folds": 10,
         "bands": [],
-        "interval": {"level": 0.9, "half_width": 0.1, "largest": 0.25},
+        "interval": {"level": 0.9, "log_width": 0.1, "largest": 0.25},
         "noise_floor": 0.001,
         "data": {
             "hash": "0",
@@ -209,8 +209,8 @@ def test_interval_follows_the_band_of_the_film_ratio() -> None:
     interval = {
         **XU["interval"],
         "bands": [
-            {"low": 0.0, "high": 0.5, "count": 20, "half_width": 0.02},
-            {"low": 2.0, "high": None, "count": 20, "half_width": 0.2},
+            {"low": 0.0, "high": 0.5, "count": 20, "log_width": 0.02},
+            {"low": 2.0, "high": None, "count": 20, "log_width": 0.2},
         ],
     }
     formula = Formula.model_validate(XU | {"interval": interval})
