@@ -16,19 +16,21 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from ehl.contact import LineContact
+from ehl.errors import InputError
 from ehl.lubricant import Lubricant
 from ehl.steady.estimate import Extrapolation
 from ehl.steady.mesh import BLUNT_TIP, TIP
 from ehl.steady.newton import Level, NewtonFailure
 from ehl.steady.outputs import ShearLaw, friction_inlet
 from ehl.steady.path import PATH_NODES, PathReport, cold_path, from_neighbour
-from ehl.steady.refine import Accuracy, nested, refined, settled
+from ehl.steady.refine import COARSEST, Accuracy, nested, refined, settled
 from ehl.steady.result import SteadyResult
 from ehl.steady.scaling import Scene, scene_of
 
 Array = NDArray[np.float64]
 
 REASONS = (
+    "no_entrainment",
     "path_stalled",
     "path_limit",
     "start_infeasible",
@@ -68,7 +70,17 @@ def solve_steady(
     -------
     SteadyResult
         Never raises for a contact that cannot be solved: status "failed" and a reason of `REASONS`.
+
+    Raises
+    ------
+    InputError
+        Unknown accuracy.
     """
+    if accuracy not in COARSEST:
+        raise InputError("accuracy", accuracy, ", ".join(COARSEST))
+    report = PathReport()
+    if contact.speed_entrainment == 0.0:
+        return _failed("no_entrainment", report, ())
     b = contact.half_width
     offset = None
     if film_log_viscosity_offset is not None:
@@ -78,7 +90,6 @@ def solve_steady(
             return np.asarray(given(x * b), dtype=float)
 
     scene = scene_of(contact, lubricant, offset)
-    report = PathReport()
     shear = shear_law(contact, lubricant)
     fallbacks: list[str] = []
     reason = ""
