@@ -18,6 +18,7 @@ from scipy.interpolate import PchipInterpolator
 from ehl.contact import LineContact
 from ehl.heat import (
     FilmConductivity,
+    FilmProfile,
     InletFactor,
     ThermalEstimate,
     ThermalTraction,
@@ -118,6 +119,7 @@ def solve_steady_thermal(
     conduction: Conduction = "jaeger",
     conductivity: FilmConductivity | None = None,
     rolling_heat: bool = True,
+    film_profile: FilmProfile = "parabolic",
 ) -> ThermalSteadyResult:
     """Solve the smooth, steady contact with the heat of sliding and of the pressure-driven flow.
 
@@ -126,7 +128,7 @@ def solve_steady_thermal(
 
     Parameters
     ----------
-    contact, lubricant, bodies, temperature_bulk, conduction, conductivity
+    contact, lubricant, bodies, temperature_bulk, conduction, conductivity, film_profile
         As in `ehl.heat.thermal_traction`.
     thermal : {"auto", "on"}
         "auto" leaves heat out where `estimate_thermal_effect` finds that it does not matter.
@@ -168,6 +170,7 @@ def solve_steady_thermal(
             rolling_heat=extra if rolling_heat else None,
             conduction=conduction,
             conductivity=conductivity,
+            film_profile=film_profile,
         )
 
     film, nodes, iterations = isothermal, HEAT_NODES[accuracy], isothermal.iterations

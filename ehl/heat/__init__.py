@@ -3,8 +3,10 @@
 from ehl.heat.conduction import jaeger_matrix, material_point_matrix, peclet_number, surface_matrix
 from ehl.heat.estimate import THERMAL_THRESHOLD, ThermalEstimate, estimate_thermal_effect
 from ehl.heat.film import (
+    CouetteFilm,
     FilmConductivity,
     InletFactor,
+    couette_film,
     flux_to_surface_1,
     inlet_thermal_factors,
     murch_wilson_1975,
@@ -12,14 +14,17 @@ from ehl.heat.film import (
     wilson_gupta_1992,
     zhu_cheng_1984,
 )
-from ehl.heat.traction import ThermalTraction, thermal_traction
+from ehl.heat.traction import FilmProfile, ThermalTraction, thermal_traction
 
 __all__ = [
     "THERMAL_THRESHOLD",
+    "CouetteFilm",
     "FilmConductivity",
+    "FilmProfile",
     "InletFactor",
     "ThermalEstimate",
     "ThermalTraction",
+    "couette_film",
     "estimate_thermal_effect",
     "flux_to_surface_1",
     "inlet_thermal_factors",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
+from scipy.interpolate import PchipInterpolator
 
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
@@ -68,6 +69,64 @@ def flux_to_surface_1(
     rhs[:, n] = conductance * bulk_difference
     solution = linalg.solve(system, rhs, overwrite_a=True, overwrite_b=True, check_finite=False)
     return np.ascontiguousarray(solution[:, :n]), np.ascontiguousarray(solution[:, n])
+
+
+_HALF = np.geomspace(1e-5, 1e4, 1000)
+_HALF_OF_HEAT = PchipInterpolator(np.log(_HALF * np.tanh(_HALF)), np.log(_HALF))
+# where beta is taken on the way from wall to mid-layer: by trial, against the energy equation across a Roelands film
+_SLOPE_AT = 0.8
+
+
+@dataclass(frozen=True)
+class CouetteFilm:
+    """Mid-layer of a sheared film and what its profile adds to the viscosity there.
+
+    Parameters
+    ----------
+    rise : ndarray
+        Mid-layer above the walls [K].
+    log_viscosity : ndarray
+        ln of the viscosity the film shears with over that of its mid-layer [-].
+    share : ndarray
+        Derivative of the log of that effective viscosity with the parabola's rise, over d ln eta/dT of the mid-layer
+        [-]; 1 for a parabola whose middle acts.
+    """
+
+    rise: FloatArray
+    log_viscosity: FloatArray
+    share: FloatArray
+
+
+def couette_film(pressure: FloatArray, walls: FloatArray, parabola: FloatArray, lubricant: Lubricant) -> CouetteFilm:
+    """Film temperature with the shear gathered where the film is hot, instead of spread evenly.
+
+    Closed solution of the heated Couette flow for a viscosity that falls as exp(-beta T) about the mid-layer: with
+    Q = beta tau |v| h/(8 k) = a tanh a the mid-layer is 2 ln(cosh a)/beta above the walls and the film shears with
+    a/tanh(a) times the viscosity there. It holds for any law in which the rate is a function of stress over viscosity.
+    Against the energy equation across a Roelands film (0.5 to 2 GPa) the stress at given heat errs by 0.5 % for a
+    mid-layer 30 K above the walls, 3 % for 80 K, 6 % for 150 K; that of the parabola by -7 to +3, +21 and +49 %.
+
+    Parameters
+    ----------
+    pressure, walls, parabola : ndarray
+        Pressure [Pa], mean wall temperature [K] and tau |v| h/(8 k) [K].
+    lubricant : Lubricant
+    """
+    rise = parabola
+    for _ in range(4):
+        beta = np.maximum(-lubricant.dlog_viscosity_dtemperature(pressure, walls + _SLOPE_AT * rise), 1e-12)
+        heat_number = np.maximum(beta * parabola, 1e-9)
+        half = np.exp(_HALF_OF_HEAT(np.log(np.minimum(heat_number, 1e4))))
+        # ln cosh without overflow
+        rise = 2.0 * (half + np.log1p(np.exp(-2.0 * half)) - np.log(2.0)) / beta
+    tangent = np.tanh(half)
+    growth = 1.0 / (tangent + half * (1.0 - tangent**2))
+    # beta counts as constant in the derivative: Newton's iteration only loses a little speed by that
+    rise_slope = 2.0 * tangent * growth
+    log_slope = growth * (1.0 / half - (1.0 - tangent**2) / tangent)
+    middle = np.minimum(lubricant.dlog_viscosity_dtemperature(pressure, walls + rise), -1e-12)
+    share = rise_slope + beta * log_slope / middle
+    return CouetteFilm(np.asarray(rise), np.asarray(np.log(half / tangent)), np.asarray(share))
 
 
 def thermal_loading(contact: LineContact, lubricant: Lubricant) -> float:

@@ -13,11 +13,13 @@ from scipy import linalg
 from ehl.contact import LineContact
 from ehl.errors import InputError
 from ehl.heat.conduction import PECLET_FLOOR, Conduction, peclet_number, surface_matrix
-from ehl.heat.film import FilmConductivity, flux_to_surface_1
+from ehl.heat.film import CouetteFilm, FilmConductivity, couette_film, flux_to_surface_1
 from ehl.lubricant import Lubricant
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
+
+FilmProfile = Literal["parabolic", "couette"]
 
 PECLET_WARNING = 2.0
 _STRESS_FLOOR = 1e-3  # Pa: keeps the logarithm where the limiting stress Lambda p vanishes
@@ -110,6 +112,7 @@ def thermal_traction(
     rolling_heat: FloatArray | None = None,
     conduction: Conduction = "jaeger",
     conductivity: FilmConductivity | None = None,
+    film_profile: FilmProfile = "parabolic",
     tolerance: float = 1e-9,
     max_iterations: int = 80,
 ) -> ThermalTraction:
@@ -142,6 +145,9 @@ def thermal_traction(
         Exact two-dimensional conduction, or the one-dimensional limit the transient solver uses.
     conductivity : FilmConductivity, optional
         Film conductivity under pressure.
+    film_profile : {"parabolic", "couette"}
+        Temperature across the film: a parabola, whose middle acts on the viscosity (as in the transient solver), or
+        the profile of a film that shears most where it is hot (`ehl.heat.couette_film`).
     tolerance : float
         On ln tau.
 
@@ -169,19 +175,21 @@ def thermal_traction(
 
     if speed > 0.0:
         stress, iterations, converged = _newton(
-            pressure, film, lubricant, speed, wet, balance, offset, tolerance, max_iterations
+            pressure, film, lubricant, speed, wet, balance, offset, film_profile, tolerance, max_iterations
         )
     else:
         stress, iterations, converged = np.zeros_like(x), 0, True
     heat = speed * stress
-    temperature = offset + balance.surface @ heat + balance.film * heat
+    walls = offset + balance.surface @ heat
+    across = _across(film_profile, pressure, walls, balance.film * heat, lubricant)
+    temperature = walls + across.rise
     flux_1 = balance.division @ (heat + extra) + balance.division_constant
     flux_2 = heat + extra - flux_1
     surface_1 = bulk[0] + balance.matrix_1 @ flux_1
     surface_2 = bulk[1] + balance.matrix_2 @ flux_2
 
     # the power is taken from the law at the final temperatures, so the residual sees any imbalance left
-    final = _stress(pressure, film, temperature, lubricant, speed)
+    final = _stress(pressure, film, temperature, lubricant, speed, across.log_viscosity)
     power = float(np.trapezoid(speed * final + extra, x))
     into = float(np.trapezoid(flux_1 + flux_2, x))
     residual = abs(into - power) / power if power > 0.0 else 0.0
@@ -212,7 +220,9 @@ def thermal_traction(
         temperature_flash_2=surface_2,
         heat_flux_1=flux_1,
         heat_flux_2=flux_2,
-        log_viscosity_offset=lubricant.log_viscosity(pressure, temperature) - lubricant.log_viscosity(pressure, inlet),
+        log_viscosity_offset=lubricant.log_viscosity(pressure, temperature)
+        + across.log_viscosity
+        - lubricant.log_viscosity(pressure, inlet),
         friction_fluid=float(np.trapezoid(final, x)) / load,
         friction_isothermal=float(np.trapezoid(isothermal, x)) / load,
         temperature_film_max=float(np.max(temperature)),
@@ -260,34 +270,40 @@ def _newton(
     wet: NDArray[np.bool_],
     balance: _Balance,
     offset: FloatArray,
+    film_profile: FilmProfile,
     tolerance: float,
     max_iterations: int,
 ) -> tuple[FloatArray, int, bool]:
     """Solve ln tau = ln tau(p, h, T(tau)) on the wet nodes; returns stress, iterations, converged."""
-    kernel = speed * (balance.surface[np.ix_(wet, wet)] + np.diag(balance.film[wet]))
+    kernel, across = speed * balance.surface[np.ix_(wet, wet)], speed * balance.film[wet]
     p, h, base = pressure[wet], film[wet], offset[wet]
 
-    def residual(y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        law, slope = _log_stress(p, h, base + kernel @ np.exp(y), lubricant, speed)
-        return y - law, slope
+    def residual(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        stress = np.exp(y)
+        walls = base + kernel @ stress
+        state = _across(film_profile, p, walls, across * stress, lubricant)
+        law, slope = _log_stress(p, h, walls + state.rise, lubricant, speed, state.log_viscosity)
+        return y - law, slope, state.share
 
     y = _log_stress(p, h, base, lubricant, speed)[0]
     # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
-    y = np.minimum(y, np.log(_LARGEST_RISE / np.maximum(np.diag(kernel), 1e-300)))
-    value, slope = residual(y)
+    y = np.minimum(y, np.log(_LARGEST_RISE / np.maximum(np.diag(kernel) + across, 1e-300)))
+    value, slope, share = residual(y)
     for iteration in range(1, max_iterations + 1):
-        jacobian = -slope[:, None] * kernel * np.exp(y)[None, :]
+        jacobian = kernel * np.exp(y)[None, :]
+        jacobian[np.diag_indices_from(jacobian)] += across * share * np.exp(y)
+        jacobian *= -slope[:, None]
         jacobian[np.diag_indices_from(jacobian)] += 1.0
         step = -linalg.solve(jacobian, value, check_finite=False)
         length = min(1.0, 3.0 / max(float(np.max(np.abs(step))), 1e-300))
         norm = float(np.max(np.abs(value)))
         for _ in range(12):
             trial = y + length * step
-            new_value, new_slope = residual(trial)
+            new_value, new_slope, new_share = residual(trial)
             if float(np.max(np.abs(new_value))) < (1.0 - 0.1 * length) * norm or norm < 10.0 * tolerance:
                 break
             length *= 0.5
-        y, value, slope = trial, new_value, new_slope
+        y, value, slope, share = trial, new_value, new_slope, new_share
         if length == 1.0 and float(np.max(np.abs(step))) < tolerance:
             return _filled(y, wet), iteration, True
         if float(np.max(np.abs(value))) < 0.1 * tolerance:
@@ -298,6 +314,14 @@ def _newton(
 _LARGEST_RISE = 500.0  # K
 
 
+def _across(
+    profile: FilmProfile, pressure: FloatArray, walls: FloatArray, parabola: FloatArray, lubricant: Lubricant
+) -> CouetteFilm:
+    if profile == "parabolic":
+        return CouetteFilm(parabola, np.zeros_like(parabola), np.ones_like(parabola))
+    return couette_film(pressure, walls, parabola, lubricant)
+
+
 def _filled(y: FloatArray, wet: NDArray[np.bool_]) -> FloatArray:
     stress = np.zeros(len(wet))
     stress[wet] = np.exp(y)
@@ -305,19 +329,29 @@ def _filled(y: FloatArray, wet: NDArray[np.bool_]) -> FloatArray:
 
 
 def _stress(
-    pressure: FloatArray, film: FloatArray, temperature: FloatArray, lubricant: Lubricant, speed: float
+    pressure: FloatArray,
+    film: FloatArray,
+    temperature: FloatArray,
+    lubricant: Lubricant,
+    speed: float,
+    extra: FloatArray | float = 0.0,
 ) -> FloatArray:
     if speed == 0.0:
         return np.zeros_like(pressure)
-    stress = np.exp(_log_stress(pressure, film, temperature, lubricant, speed)[0])
+    stress = np.exp(_log_stress(pressure, film, temperature, lubricant, speed, extra)[0])
     return np.where(pressure > 0.0, stress, 0.0)
 
 
 def _log_stress(
-    pressure: FloatArray, film: FloatArray, temperature: FloatArray, lubricant: Lubricant, speed: float
+    pressure: FloatArray,
+    film: FloatArray,
+    temperature: FloatArray,
+    lubricant: Lubricant,
+    speed: float,
+    extra: FloatArray | float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """ln tau and d ln tau/dT at given film temperature."""
-    log_viscosity = lubricant.log_viscosity(pressure, temperature)
+    """ln tau and d ln tau/dT at given film temperature; `extra` is added to ln eta."""
+    log_viscosity = lubricant.log_viscosity(pressure, temperature) + extra
     slope = lubricant.dlog_viscosity_dtemperature(pressure, temperature)
     log_stress = log_viscosity + math.log(max(speed, 1e-300)) - np.log(film)
     if lubricant.rheology == "eyring":
