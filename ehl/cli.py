@@ -20,7 +20,7 @@ def solve(
 
     case = load_case(case_file)
     result = solve_case(case)
-    if plot is not None and result.status == "converged":
+    if plot is not None and result.status != "failed":
         from ehl.plots import plot_contact, save_figure
 
         save_figure(plot_contact(case, result), plot)
@@ -29,7 +29,7 @@ def solve(
     else:
         result_table(case, result)
     if result.status != "converged":
-        typer.echo(f"not converged: {result.reason}", err=True)
+        typer.echo(f"{result.status}: {result.reason}", err=True)
         raise typer.Exit(1)
 
 

@@ -162,15 +162,36 @@ class SurfaceInput(InputModel):
 
     roughness_rms_1: Rms = 0.0
     roughness_rms_2: Rms = 0.0
+    profile_1: str | None = None
+    profile_2: str | None = None
+    cutoff_short: Length = 2.5e-6
+    cutoff_long: Annotated[float, Quantity("m", ge=1e-5, le=0.1)] | None = 8e-4
     correlation_length: Length = 30e-6
-    peklenik_number: Annotated[float, Quantity("", ge=1.0 / 3.0, le=1e6)] = 1.0
+    skewness: Annotated[float, Quantity("", ge=-3.0, le=3.0)] = 0.0
+    kurtosis: Annotated[float, Quantity("", ge=1.5, le=20.0)] = 3.0
+    peklenik_number: Annotated[
+        float,
+        Quantity("", ge=1.0 / 3.0, le=1e6, hint="1 is isotropic, 3 to 9 ground across; above 1e5 sealed."),
+    ] = 1.0
     boundary_film: Annotated[float, Quantity("m", ge=5e-9, le=1e-7)] | None = None
     boundary_friction: Annotated[float, Quantity("", ge=0.0, le=1.0)] = 0.10
     seed: Annotated[int, Field(ge=0)] = 1
 
+    @model_validator(mode="after")
+    def _one_description(self) -> Self:
+        for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
+            if path is not None and getattr(self, rms) > 0.0:
+                raise InputError(rms, getattr(self, rms), "either a measured profile or its Rq, not both")
+        return self
+
+    @property
+    def measured(self) -> bool:
+        """Whether a measured profile is given."""
+        return self.profile_1 is not None or self.profile_2 is not None
+
     @property
     def roughness_rms(self) -> float:
-        """Composite Rq [m]."""
+        """Composite Rq of the generated surfaces [m]; measured profiles carry their own."""
         return math.hypot(self.roughness_rms_1, self.roughness_rms_2)
 
 
@@ -183,7 +204,9 @@ class ModelInput(InputModel):
 
     thermal: Thermal = "auto"
     accuracy: Accuracy = "standard"
-    roughness: Literal["load_sharing"] = "load_sharing"
+    roughness: Literal["load_sharing", "deterministic"] = "load_sharing"
+    friction_tolerance: Annotated[float, Quantity("", ge=1e-4, le=0.5)] | None = None
+    shortcuts: Literal["auto", "off"] = "auto"
     load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"
 
 
@@ -206,6 +229,26 @@ class Case(InputModel):
                 "contact.effective_modulus",
                 self.contact.effective_modulus,
                 "either effective_modulus or the elastic figures of [solid_1] and [solid_2]",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _what_each_model_takes(self) -> Self:
+        deterministic = self.model.roughness == "deterministic"
+        if self.surface.measured and not deterministic:
+            raise InputError(
+                "surface.profile_1" if self.surface.profile_1 else "surface.profile_2",
+                self.surface.profile_1 or self.surface.profile_2,
+                "a measured profile only with model.roughness = 'deterministic'",
+                "Load sharing knows Rq alone.",
+            )
+        oil = self.lubricant.temperature_oil
+        if deterministic and self.model.thermal != "off" and self.bulk_temperatures() != (oil, oil):
+            raise InputError(
+                "temperature_bulk",
+                self.bulk_temperatures(),
+                "the oil temperature, with model.roughness = 'deterministic'",
+                "The transient solver takes one temperature; give the oil that of the bodies.",
             )
         return self
 

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
+
+import numpy as np
 
 from ehl.contact import LineContact
 from ehl.errors import ConvergenceError
@@ -17,10 +19,12 @@ from ehl.inputs import Case, ModelInput, SurfaceInput
 from ehl.load_sharing import load_sharing
 from ehl.lubricant import Lubricant
 from ehl.material import Material
+from ehl.mixed import rough_surfaces, roughness_effect, roughness_matters, solve_mixed
 from ehl.steady import SteadyResult, solve_steady
 from ehl.thermal_steady import ThermalSteadyResult, solve_steady_thermal
+from ehl.transient import TransientResult
 
-_PROFILES = ("film", "isothermal", "heat")
+_PROFILES = ("film", "isothermal", "heat", "transient")
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,8 @@ class ContactResult:
     Parameters
     ----------
     status : str
-        "converged" or "failed"; where it failed all figures are nan and `reason` says why.
+        "converged"; "unsettled" where the time mean is usable but its interval wider than asked for; "failed", all
+        figures nan. `reason` says why.
     reason : str
         One word of the solver's list of reasons; empty when converged.
     friction_coefficient, friction_fluid, friction_asperity : float
@@ -43,12 +48,18 @@ class ContactResult:
         lambda: smooth isothermal film_central over the composite Rq [-]; infinity for smooth surfaces.
     asperity_load_share : float
         Share of the load carried by asperity contact [-].
+    roughness_load_share : float
+        Share of the load above the macroscopic pressure [-]; the same as the above with load sharing.
     rolling_traction : float
         Traction of the pressure gradient over w' [-], apart from friction.
     temperature_film_max, temperature_flash : float
         Largest film temperature and larger flash temperature [K]; the inlet temperature where heat was skipped.
     film_error, friction_error : float
-        Relative error estimates of the discretisation [-].
+        Relative error estimates [-]: discretisation, and the 90 % interval of the time mean where there is one.
+    mesh_error, statistical_error : float
+        These two parts of `friction_error` [-].
+    friction_boundary_half, friction_boundary_double : float
+        mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-].
     skipped : tuple of str
         What was left out, and the estimate that allowed it.
     iterations : int
@@ -59,29 +70,37 @@ class ContactResult:
         The solution, for plots, and the one without heat, for warm starts.
     heat : ThermalTraction
         Temperature profiles; None where heat was left out.
+    transient : TransientResult
+        The run of the deterministic solver; None without it.
     """
 
     status: str
     reason: str
-    friction_coefficient: float
-    friction_fluid: float
-    friction_asperity: float
-    film_central: float
-    film_min: float
-    pressure_max: float
-    film_ratio: float
-    asperity_load_share: float
-    rolling_traction: float
-    temperature_film_max: float
-    temperature_flash: float
-    film_error: float
-    friction_error: float
-    skipped: tuple[str, ...]
-    iterations: int
-    seconds: float
+    friction_coefficient: float = math.nan
+    friction_fluid: float = math.nan
+    friction_asperity: float = math.nan
+    film_central: float = math.nan
+    film_min: float = math.nan
+    pressure_max: float = math.nan
+    film_ratio: float = math.nan
+    asperity_load_share: float = math.nan
+    roughness_load_share: float = math.nan
+    rolling_traction: float = math.nan
+    temperature_film_max: float = math.nan
+    temperature_flash: float = math.nan
+    film_error: float = math.nan
+    friction_error: float = math.nan
+    mesh_error: float = math.nan
+    statistical_error: float = math.nan
+    friction_boundary_half: float = math.nan
+    friction_boundary_double: float = math.nan
+    skipped: tuple[str, ...] = ()
+    iterations: int = 0
+    seconds: float = math.nan
     film: SteadyResult | None = field(default=None, repr=False, compare=False)
     isothermal: SteadyResult | None = field(default=None, repr=False, compare=False)
     heat: ThermalTraction | None = field(default=None, repr=False, compare=False)
+    transient: TransientResult | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Scalars for JSON; not-a-number and infinity become None."""
@@ -94,10 +113,7 @@ class ContactResult:
 
 
 def _failed(reason: str, iterations: int, seconds: float) -> ContactResult:
-    nan = math.nan
-    return ContactResult(
-        "failed", reason, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, nan, (), iterations, seconds
-    )
+    return ContactResult("failed", reason, iterations=iterations, seconds=seconds)
 
 
 def solve_contact(
@@ -128,36 +144,104 @@ def solve_contact(
         return _failed(smooth.reason, smooth.iterations, time.perf_counter() - clock)
     film, skipped = smooth.film, list(smooth.skipped)
 
-    if surface.roughness_rms > 0.0:
-        film_ratio = smooth.isothermal.film_central / surface.roughness_rms
-    else:
-        film_ratio = math.inf
-        skipped.append("roughness: both surfaces are smooth")
-    sharing = load_sharing(film_ratio, smooth.friction_fluid, surface.boundary_friction, model.load_sharing)
-    skipped.append("time: smooth surfaces and the load-sharing model have no transient")
-
-    return ContactResult(
+    result = ContactResult(
         status="converged",
         reason="",
-        friction_coefficient=sharing.friction_fluid + sharing.friction_asperity,
-        friction_fluid=sharing.friction_fluid,
-        friction_asperity=sharing.friction_asperity,
+        friction_coefficient=smooth.friction_fluid,
+        friction_fluid=smooth.friction_fluid,
+        friction_asperity=0.0,
         film_central=film.film_central,
         film_min=film.film_min,
         pressure_max=film.pressure_max,
-        film_ratio=film_ratio,
-        asperity_load_share=sharing.asperity_load_share,
+        film_ratio=math.inf,
+        asperity_load_share=0.0,
+        roughness_load_share=0.0,
         rolling_traction=film.rolling_traction,
         temperature_film_max=smooth.temperature_film_max,
         temperature_flash=smooth.temperature_flash,
         film_error=film.film_error,
         friction_error=smooth.friction_error,
-        skipped=tuple(skipped),
+        mesh_error=smooth.friction_error,
+        statistical_error=0.0,
+        friction_boundary_half=math.nan,
+        friction_boundary_double=math.nan,
+        skipped=(),
         iterations=smooth.iterations,
-        seconds=time.perf_counter() - clock,
+        seconds=0.0,
         film=film,
         isothermal=smooth.isothermal,
         heat=smooth.heat,
+    )
+    if surface.roughness_rms == 0.0 and not surface.measured:
+        skipped.append("roughness and time: both surfaces are smooth")
+    elif model.roughness == "load_sharing":
+        skipped.append("time: the load-sharing model has no transient")
+        result = _shared(result, surface, model)
+    else:
+        result = _rough(result, contact, lubricant, surface, model, bodies, skipped)
+    return replace(result, skipped=tuple(skipped), seconds=time.perf_counter() - clock)
+
+
+def _shared(smooth: ContactResult, surface: SurfaceInput, model: ModelInput) -> ContactResult:
+    """The smooth contact with a share of its load on asperities."""
+    assert smooth.isothermal is not None
+    film_ratio = smooth.isothermal.film_central / surface.roughness_rms
+    sharing = load_sharing(film_ratio, smooth.friction_fluid, surface.boundary_friction, model.load_sharing)
+    return replace(
+        smooth,
+        friction_coefficient=sharing.friction_fluid + sharing.friction_asperity,
+        friction_fluid=sharing.friction_fluid,
+        friction_asperity=sharing.friction_asperity,
+        film_ratio=film_ratio,
+        asperity_load_share=sharing.asperity_load_share,
+        roughness_load_share=sharing.asperity_load_share,
+    )
+
+
+def _rough(
+    smooth: ContactResult,
+    contact: LineContact,
+    lubricant: Lubricant,
+    surface: SurfaceInput,
+    model: ModelInput,
+    bodies: tuple[Material, Material],
+    skipped: list[str],
+) -> ContactResult:
+    """The contact with its roughness rolling through, unless the film is too thick for it to matter."""
+    assert smooth.isothermal is not None
+    if surface.roughness_rms > 0.0 and not surface.measured:
+        film_ratio = smooth.isothermal.film_central / surface.roughness_rms
+        if not roughness_matters(film_ratio, model):
+            effect = roughness_effect(film_ratio)
+            skipped.append(f"roughness and time: estimated change of friction {100.0 * effect:.2g} %")
+            return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
+    run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=smooth.heat is not None)
+    if run.status == "failed":
+        return replace(_failed(run.reason, smooth.iterations, 0.0), transient=run)
+    rms = rough_surfaces(surface, contact.half_width).rms if surface.measured else surface.roughness_rms
+    middle = float(np.interp(0.0, run.profiles.x, run.profiles.film))
+    return replace(
+        smooth,
+        status=run.status,
+        reason=run.reason,
+        friction_coefficient=run.friction_coefficient,
+        friction_fluid=run.friction_fluid,
+        friction_asperity=run.friction_asperity,
+        film_central=middle,
+        film_min=run.film_min,
+        pressure_max=run.pressure_max,
+        film_ratio=smooth.isothermal.film_central / rms,
+        asperity_load_share=run.asperity_load_share,
+        roughness_load_share=run.roughness_load_share,
+        temperature_film_max=run.temperature_film_max,
+        temperature_flash=run.temperature_flash,
+        film_error=run.mesh_error,
+        friction_error=run.mesh_error + run.statistical_error,
+        mesh_error=run.mesh_error,
+        statistical_error=run.statistical_error,
+        friction_boundary_half=run.friction_boundary_half,
+        friction_boundary_double=run.friction_boundary_double,
+        transient=run,
     )
 
 
@@ -222,6 +306,6 @@ def solve_case(case: Case, start: ContactResult | None = None) -> ContactResult:
 
 def require_converged(result: ContactResult) -> ContactResult:
     """The result, or a `ConvergenceError` where there is none."""
-    if result.status != "converged":
+    if result.status == "failed":
         raise ConvergenceError(result.reason, f"after {result.iterations} iterations")
     return result

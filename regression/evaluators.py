@@ -58,7 +58,7 @@ def solve_outputs(case: Case) -> Outputs:
     from ehl.solve import solve_case
 
     result = solve_case(case)
-    if result.status != "converged":
+    if result.status == "failed":
         raise ConvergenceError(result.reason)
     values: dict[str, float | str] = {name: float(getattr(result, name)) for name in OUTPUT_UNITS}
     return values | {"skipped": "; ".join(text.partition(":")[0] for text in result.skipped)}
