@@ -141,6 +141,11 @@ class Run:
         """Steps since this run started."""
         return int(self.state.scalars[AGE])
 
+    @property
+    def flow(self) -> Array:
+        """Pressure flow times the time step, between node i and i + 1, of the last step; positive against x."""
+        return self._work.flow
+
     def advance(self, steps: int) -> tuple[Array, Array]:
         """March; returns the records (steps, COLUMNS) and the mean profiles (PROFILES, n) of these steps."""
         records = np.zeros((steps, COLUMNS))

@@ -113,8 +113,8 @@ def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
     return -max(2.5, 1.0 + 4.0 * rigid), max(OUTLET, rigid + 0.2)
 
 
-def inlet_wedge(contact: LineContact, lubricant: Lubricant, film: float, inlet: float) -> tuple[float, float]:
-    """What the flooded wedge ahead of the mesh does: pressure at its end [Pa] and load it carries [N/m].
+def inlet_wedge(contact: LineContact, lubricant: Lubricant, film: float, inlet: float) -> tuple[float, float, float]:
+    """What the flooded wedge ahead of the mesh does: pressure at its end [Pa], load and shear force [N/m].
 
     Integral of 12 eta0 u_r (h - h_c)/h^3 from far ahead, with the film h_c and the gap of a dry Hertz contact. With
     p = 0 instead at -2.7 b the film would be 1 % thinner, at -4.5 b 0.2 %.
@@ -124,8 +124,10 @@ def inlet_wedge(contact: LineContact, lubricant: Lubricant, film: float, inlet: 
     root = np.sqrt(reach**2 - 1.0)
     gap = b**2 / (2.0 * contact.radius_equivalent) * (reach * root - np.log(reach + root))
     slope = 12.0 * lubricant.viscosity_inlet * contact.speed_entrainment * b * gap / (film + gap) ** 3
+    shear = lubricant.viscosity_inlet * contact.speed_sliding * b * np.trapezoid(1.0 / (film + gap), reach)
     # load = int p dx = int slope (reach - start) dx, by parts
-    return float(np.trapezoid(slope, reach)), float(b * np.trapezoid(slope * (reach - reach[0]), reach))
+    load = b * np.trapezoid(slope * (reach - reach[0]), reach)
+    return float(np.trapezoid(slope, reach)), float(load), float(shear)
 
 
 def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int:
@@ -223,7 +225,7 @@ def build_problem(
     x = np.asarray(dx * (np.arange(first, last) + 0.5), dtype=float)
     n = x.size
 
-    wedge_pressure, wedge_load = inlet_wedge(contact, lubricant, estimate, float(x[0]))
+    wedge_pressure, wedge_load, wedge_shear = inlet_wedge(contact, lubricant, estimate, float(x[0]))
     gamma = settings.peklenik_number
     sealed = not math.isfinite(gamma) or not surfaces.profiles
     lateral_length = math.inf if sealed else gamma * surfaces.correlation_length
@@ -237,6 +239,7 @@ def build_problem(
             cap=settings.hardness / p_h,
             load=(contact.load_per_length - wedge_load) / (p_h * spacing),
             full_load=contact.load_per_length / (p_h * spacing),
+            wedge_shear=wedge_shear / (p_h * spacing),
             inlet_pressure=wedge_pressure / p_h,
             friction=settings.boundary_friction,
             outlet=int(np.searchsorted(x, outlet)),

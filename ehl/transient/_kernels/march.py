@@ -165,7 +165,7 @@ def write_record(record, state, macro, work, model):
     film = 0.0
     for i in range(contact.middle_first, contact.middle_last):
         film += max(state.film[i], contact.boundary)
-    record[MU_FLUID] = shear / contact.full_load
+    record[MU_FLUID] = (shear + contact.wedge_shear) / contact.full_load
     record[SHARE] = carried / contact.full_load
     record[FILM_MEAN] = film / (contact.middle_last - contact.middle_first)
     record[FILM_MIN] = lowest

@@ -37,6 +37,7 @@ class Contact(NamedTuple):
     cap: float  # hardness/p_h
     load: float  # sum of the nodal pressures
     full_load: float  # the same with what the wedge ahead of the mesh carries
+    wedge_shear: float  # shear force on that wedge, in nodal pressures
     inlet_pressure: float  # at the first node, from the wedge ahead of it
     friction: float  # boundary friction coefficient
     outlet: int  # first node at which the fluid pressure is zero by rule
