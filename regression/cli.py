@@ -36,6 +36,7 @@ def sweep_run(
     formula: Annotated[
         str | None, typer.Option("--with", help="Compute with a published formula, to try a plan in seconds.")
     ] = None,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Compute failed cases on disk again.")] = False,
     slurm: Annotated[int | None, typer.Option(metavar="N", help="Print a Slurm job array of N tasks.")] = None,
 ) -> None:
     """Compute the cases of a plan that are not on disk yet (the default command)."""
@@ -56,17 +57,22 @@ def sweep_run(
         return
     if formula is not None and formula not in PUBLISHED:
         raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
-    with _progress_bar(content.name) as show:
-        report = sweep(
-            content,
-            run,
-            evaluate=partial(published_outputs, name=formula) if formula else solve_outputs,
-            version=formula or SOLVER,
-            jobs=available_jobs() if jobs is None else jobs,
-            shard=_shard(shard),
-            time_cap=Quantity("s", gt=0.0).check(time_cap, "--time-cap", bare=False),
-            progress=show,
-        )
+    try:
+        with _progress_bar(content.name) as show:
+            report = sweep(
+                content,
+                run,
+                evaluate=partial(published_outputs, name=formula) if formula else solve_outputs,
+                version=formula or SOLVER,
+                jobs=available_jobs() if jobs is None else jobs,
+                shard=_shard(shard),
+                time_cap=Quantity("s", gt=0.0).check(time_cap, "--time-cap", bare=False),
+                retry_failed=retry_failed,
+                progress=show,
+            )
+    except KeyboardInterrupt:
+        typer.echo("stopped; what is finished is on disk, the same command goes on", err=True)
+        raise typer.Exit(1) from None
     sweep_report(report)
     if report.failed:
         typer.echo(f"not converged: {report.failed} cases, recorded with their reasons", err=True)

@@ -112,15 +112,28 @@ class ResultStore:
             self._file.flush()
         return longest - whole
 
-    @property
-    def keys(self) -> set[str]:
-        """Keys of the cases on disk."""
-        return {key.decode() for key in self._file["key"][:]}
+    def keys(self, *, converged_only: bool = False) -> set[str]:
+        """Keys of the cases on disk: all of them, or those with a result."""
+        keys, status = self._file["key"][:], self._file["status"][:]
+        return {k.decode() for k, s in zip(keys, status, strict=True) if s == b"converged" or not converged_only}
 
     def append(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Write rows and put them on disk; the keys go last."""
+        """Write rows and put them on disk; the keys go last.
+
+        Raises
+        ------
+        InputError
+            The disk is full or gone; what was on it before stays valid.
+        """
         if not rows:
             return
+        try:
+            self._write(rows)
+        except OSError as error:
+            hint = f"{error}. Make room and give the same command again."
+            raise InputError("run", str(self.path), "a disk that can be written", hint) from None
+
+    def _write(self, rows: Sequence[Mapping[str, Any]]) -> None:
         start, stop = len(self._file["key"]), len(self._file["key"]) + len(rows)
         for name in NUMBER_UNITS:
             column = self._file[name]
@@ -220,7 +233,9 @@ def read_file(path: Path, *, locking: bool | None = None) -> tuple[dict[str, Any
             hint = f"It is damaged ({error}); move it away and sweep again to compute its cases."
             raise InputError("run", str(path), "a readable result file", hint) from None
     frame = pd.DataFrame(table)
-    return meta, frame[frame["key"] != ""].reset_index(drop=True)
+    # a failed case that was tried again stands there twice; the last counts
+    frame = frame[frame["key"] != ""].drop_duplicates("key", keep="last")
+    return meta, frame.reset_index(drop=True)
 
 
 def run_files(run: Path) -> list[Path]:

@@ -13,29 +13,17 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from ehl.errors import ConvergenceError, InputError
-from ehl.inputs import Case
+from ehl.errors import InputError
 from ehl.oil import Oil
-from regression.evaluators import SOLVER, Evaluator, case_key, input_row, solve_outputs
+from regression.evaluators import SOLVER, Evaluator, case_key, solve_outputs
 from regression.plan import Plan
 from regression.store import ResultStore
-
-TIME_CAP = "time_cap"
-WORKER_LOST = "worker_lost"
-
-
-@dataclass(frozen=True)
-class Task:
-    """One case on its way to a worker."""
-
-    key: str
-    origin: str
-    case: Case
+from regression.workers import Task, compute
 
 
 @dataclass(frozen=True)
@@ -82,10 +70,6 @@ class SweepReport:
     seconds: float
 
 
-class _TimeCapReached(BaseException):
-    """Not an `Exception`: a solver that catches those must not swallow it."""
-
-
 def sweep(
     plan: Plan,
     run: Path,
@@ -97,6 +81,7 @@ def sweep(
     flush_every: int = 16,
     flush_seconds: float = 5.0,
     time_cap: float | None = 120.0,
+    retry_failed: bool = False,
     progress: Callable[[Progress], None] | None = None,
 ) -> SweepReport:
     """Compute the cases of a plan that are not on disk yet.
@@ -121,6 +106,8 @@ def sweep(
         Or earlier, once this much time has passed.
     time_cap : float or None
         Wall time after which a case is given up with the reason "time_cap" [s].
+    retry_failed : bool
+        Compute the failed cases on disk again (with another time cap, say).
     progress : callable, optional
         Called after every case.
 
@@ -132,6 +119,8 @@ def sweep(
     ------
     InputError
         The folder holds another run, cannot be written, or the shard is not one of n.
+    KeyboardInterrupt
+        Ctrl-C or SIGTERM came; every finished case is on disk.
     """
     clock = time.perf_counter()
     number, shards = shard
@@ -145,29 +134,9 @@ def sweep(
         raise InputError("run", str(run), "a folder that can be written", f"{error.strerror}.") from None
     path = run / f"shard-{number:04d}-of-{shards:04d}.h5"
     total = len(range(number - 1, plan.count, shards))
-    converged = failed = 0
-    reasons: dict[str, int] = {}
-    with ResultStore(path, run_meta(plan, version)) as store:
-        done = store.keys
-        resumed = len(done)
-        buffer: list[Mapping[str, Any]] = []
-        last_flush = time.perf_counter()
-
-        def record(row: Mapping[str, Any]) -> None:
-            nonlocal converged, failed, last_flush
-            buffer.append(row)
-            done.add(row["key"])
-            if row["status"] == "converged":
-                converged += 1
-            else:
-                failed += 1
-                reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
-            if len(buffer) >= flush_every or time.perf_counter() - last_flush > flush_seconds:
-                store.append(buffer)
-                buffer.clear()
-                last_flush = time.perf_counter()
-            if progress is not None:
-                progress(Progress(len(done), total, failed))
+    with ResultStore(path, run_meta(plan, version)) as store, _stop_requests() as stop:
+        done = store.keys(converged_only=retry_failed)
+        recorder = _Recorder(store, total, len(done), flush_every, flush_seconds, progress, stop)
 
         def pending() -> Iterator[Task]:
             for index, (origin, case) in enumerate(plan.cases()):
@@ -176,14 +145,88 @@ def sweep(
                     if key not in done:
                         yield Task(key, origin, case)
 
+        def record(row: Mapping[str, Any]) -> None:
+            done.add(row["key"])
+            recorder.record(row)
+
         try:
-            if progress is not None:
-                progress(Progress(resumed, total, 0))
-            restarts = _compute(pending, evaluate, jobs, time_cap, record)
+            recorder.show()
+            restarts = compute(pending, evaluate, jobs, time_cap, record)
         finally:
-            store.append(buffer)
-    seconds = time.perf_counter() - clock
-    return SweepReport(path, total, resumed, converged, failed, reasons, restarts, store.torn, seconds)
+            recorder.flush()
+    return SweepReport(
+        path,
+        total,
+        recorder.resumed,
+        recorder.converged,
+        recorder.failed,
+        recorder.reasons,
+        restarts,
+        store.torn,
+        time.perf_counter() - clock,
+    )
+
+
+@dataclass
+class _Recorder:
+    """Puts rows on disk in groups, counts them, and ends the sweep between two cases when asked to."""
+
+    store: ResultStore
+    total: int
+    resumed: int
+    flush_every: int
+    flush_seconds: float
+    progress: Callable[[Progress], None] | None
+    stop: threading.Event
+    converged: int = 0
+    failed: int = 0
+    reasons: dict[str, int] = field(default_factory=dict)
+    _buffer: list[Mapping[str, Any]] = field(default_factory=list)
+    _flushed: float = field(default_factory=time.perf_counter)
+
+    def record(self, row: Mapping[str, Any]) -> None:
+        self._buffer.append(row)
+        if row["status"] == "converged":
+            self.converged += 1
+        else:
+            self.failed += 1
+            self.reasons[row["reason"]] = self.reasons.get(row["reason"], 0) + 1
+        if len(self._buffer) >= self.flush_every or time.perf_counter() - self._flushed > self.flush_seconds:
+            self.flush()
+        self.show()
+        if self.stop.is_set():
+            raise KeyboardInterrupt
+
+    def flush(self) -> None:
+        self.store.append(self._buffer)
+        self._buffer.clear()
+        self._flushed = time.perf_counter()
+
+    def show(self) -> None:
+        if self.progress is not None:
+            self.progress(Progress(self.resumed + self.converged + self.failed, self.total, self.failed))
+
+
+@contextmanager
+def _stop_requests() -> Iterator[threading.Event]:
+    """Turn Ctrl-C and SIGTERM (a job at its time limit) into an event; a second Ctrl-C acts at once."""
+    stop = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        stop.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    for number in before:
+        signal.signal(number, ask)
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
@@ -216,105 +259,3 @@ def available_jobs() -> int:
     if given.isdigit() and int(given) > 0:
         return int(given)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def evaluate_task(task: Task, evaluate: Evaluator, time_cap: float | None) -> dict[str, Any]:
-    """Row of one case. Never raises: what goes wrong becomes status "failed" and a reason."""
-    clock = time.perf_counter()
-    row: dict[str, Any] = {"key": task.key, "origin": task.origin, "status": "failed", "reason": "", "skipped": ""}
-    try:
-        row |= input_row(task.case)
-        with _limited(time_cap):
-            row |= evaluate(task.case)
-        row["status"] = "converged"
-    except _TimeCapReached:
-        row["reason"] = TIME_CAP
-    except ConvergenceError as error:
-        row["reason"] = error.reason
-    except Exception as error:
-        # one bad case must not cost the run; the type says where to look
-        row["reason"] = f"error:{type(error).__name__}"
-    row["seconds"] = time.perf_counter() - clock
-    return row
-
-
-@contextmanager
-def _limited(seconds: float | None) -> Iterator[None]:
-    """Raise `_TimeCapReached` in the block after a while, where the system has an alarm clock for it."""
-    if seconds is None or not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def give_up(number: int, frame: FrameType | None) -> None:
-        raise _TimeCapReached
-
-    before = signal.signal(signal.SIGALRM, give_up)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-
-
-def _compute(
-    pending: Callable[[], Iterator[Task]],
-    evaluate: Evaluator,
-    jobs: int,
-    time_cap: float | None,
-    record: Callable[[Mapping[str, Any]], None],
-) -> int:
-    """Compute all pending tasks; returns how often lost workers were replaced."""
-    if jobs == 1:
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(1):
-            for task in pending():
-                record(evaluate_task(task, evaluate, time_cap))
-        return 0
-
-    from joblib.externals.loky.process_executor import BrokenProcessPool
-
-    restarts = 0
-    while True:
-        in_flight: dict[str, Task] = {}
-        try:
-            for row in _in_workers(pending(), evaluate, jobs, time_cap, in_flight):
-                in_flight.pop(row["key"], None)
-                record(row)
-            return restarts
-        except BrokenProcessPool:
-            restarts += 1
-        # one of these killed its worker: alone in a fresh worker each, it shows which
-        for task in in_flight.values():
-            try:
-                for row in _in_workers(iter([task]), evaluate, jobs, time_cap, {}):
-                    record(row)
-            except BrokenProcessPool:
-                restarts += 1
-                record(_lost(task))
-
-
-def _lost(task: Task) -> dict[str, Any]:
-    row = {"key": task.key, "origin": task.origin, "status": "failed", "reason": WORKER_LOST, "skipped": ""}
-    return row | input_row(task.case)
-
-
-def _in_workers(
-    tasks: Iterator[Task],
-    evaluate: Evaluator,
-    jobs: int,
-    time_cap: float | None,
-    in_flight: dict[str, Task],
-) -> Iterator[dict[str, Any]]:
-    """Rows as the workers finish them; `in_flight` gets every task that was handed out."""
-    from joblib import Parallel, delayed, parallel_config
-
-    def handed_out() -> Iterator[Any]:
-        for task in tasks:
-            in_flight[task.key] = task
-            yield delayed(evaluate_task)(task, evaluate, time_cap)
-
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        parallel = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-        yield from parallel(handed_out())

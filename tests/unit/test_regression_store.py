@@ -71,7 +71,7 @@ def test_every_column_states_its_unit(path: Path) -> None:
 def test_reopening_goes_on_behind_the_last_row(path: Path) -> None:
     with ResultStore(path, META) as store:
         assert store.torn == 0
-        assert store.keys == {row(n)["key"] for n in (1, 2, 3)}
+        assert store.keys() == {row(n)["key"] for n in (1, 2, 3)}
         store.append([row(4)])
         store.append([])
     assert len(read_file(path)[1]) == 4

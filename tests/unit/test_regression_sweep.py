@@ -8,6 +8,7 @@ import time
 from functools import partial
 from pathlib import Path
 
+import h5py
 import pytest
 
 from ehl.errors import ConvergenceError, InputError
@@ -17,7 +18,8 @@ from regression.dataset import load_dataset, run_status
 from regression.evaluators import Outputs, case_key, published_outputs, solve_outputs
 from regression.plan import Plan
 from regression.slurm import array_script
-from regression.sweep import Progress, Task, available_jobs, evaluate_task, sweep
+from regression.sweep import Progress, available_jobs, sweep
+from regression.workers import Task, evaluate_task
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -137,6 +139,37 @@ def test_interrupted_rows_are_kept(plan: Plan, tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         sweep(plan, tmp_path, evaluate=XU, progress=stop)
     assert sweep(plan, tmp_path, evaluate=XU).resumed == 5
+
+
+def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:
+    def press(progress: Progress) -> None:
+        if progress.done == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(plan, tmp_path, evaluate=XU, progress=press)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert sweep(plan, tmp_path, evaluate=XU).resumed == 3
+
+
+def test_failed_cases_can_be_tried_again(plan: Plan, tmp_path: Path) -> None:
+    failed = sweep(plan, tmp_path, evaluate=some_fail).failed
+    assert failed > 0
+    again = sweep(plan, tmp_path, evaluate=XU, retry_failed=True)
+    assert (again.resumed, again.converged, again.failed) == (16 - failed, failed, 0)
+    assert (load_dataset(tmp_path).frame["status"] == "converged").all()
+    assert run_status(tmp_path).shards[0].finished == 16
+
+
+def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_space(file: h5py.File) -> None:
+        raise OSError("No space left on device")
+
+    sweep(plan, tmp_path, evaluate=XU, shard=(1, 2))
+    monkeypatch.setattr(h5py.File, "flush", no_space)
+    with pytest.raises(InputError, match=r"No space left on device\. Make room"):
+        sweep(plan, tmp_path, evaluate=XU, shard=(2, 2))
 
 
 def test_a_task_never_raises(plan: Plan) -> None:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from functools import partial
 from pathlib import Path
 
@@ -54,15 +55,23 @@ sweep(load_plan(plan), Path(run), evaluate=evaluate, version=version, jobs=int(j
 
 
 def _kill_after(cases: int, plan: Path, run: Path, name: str, jobs: int) -> None:
-    """Start a sweep in a process group of its own and kill all of it when it has done so many cases."""
+    """Start a sweep in a process group of its own, kill it when it has done so many cases, and see its workers leave."""
     command = [sys.executable, "-c", CHILD, str(plan), str(run), name, str(jobs)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
         assert process.stdout is not None
         for line in process.stdout:
             if int(line) >= cases:
-                os.killpg(process.pid, signal.SIGKILL)
+                process.kill()
                 break
         assert process.wait() == -signal.SIGKILL
+    for _ in range(300):
+        try:
+            os.killpg(process.pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGKILL)
+    raise AssertionError("workers stayed behind without their parent")
 
 
 def _plan(folder: Path, size: int) -> Path:
