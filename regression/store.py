@@ -143,11 +143,16 @@ class ResultStore:
             column = self._file[name]
             column.resize((stop,))
             column[start:] = [str(row[name]).encode("ascii", "replace")[:width] for row in rows]
-        self._file.flush()
+        self._to_disk()
         keys = self._file["key"]
         keys.resize((stop,))
         keys[start:] = [row["key"].encode() for row in rows]
+        self._to_disk()
+
+    def _to_disk(self) -> None:
         self._file.flush()
+        # past the system's cache too, so that the order of data and keys holds if the power fails
+        os.fsync(self._file.id.get_vfd_handle())
 
     def close(self) -> None:
         """Close the file."""
