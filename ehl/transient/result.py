@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ehl.transient.run import Run
 
 Array = NDArray[np.float64]
 
@@ -158,6 +162,8 @@ class TransientResult:
         Time means.
     snapshot : Snapshot
         Last step.
+    run : Run
+        The fine run as it stands after the last step; a copy of it can be marched on.
     """
 
     status: str
@@ -192,3 +198,4 @@ class TransientResult:
     history_friction: Array = field(repr=False)
     profiles: Profiles = field(repr=False)
     snapshot: Snapshot = field(repr=False)
+    run: Run = field(repr=False)

@@ -328,17 +328,19 @@ def _result(
             temperature_film=profiles[4],
             temperature_surface=inlet + profiles[5],
         ),
-        snapshot=_snapshot(run, x),
+        snapshot=snapshot(run),
+        run=run,
     )
 
 
-def _snapshot(run: Run, x: Array) -> Snapshot:
+def snapshot(run: Run) -> Snapshot:
+    """The last step of a run, SI."""
     state, units, fluid = run.state, run.problem.units, run.problem.model.fluid
     pressure = state.fluid_pressure
     density = 1.0 + fluid.density_rise * pressure / (1.0 + fluid.density_bend * pressure)
     gap = np.maximum(state.film, run.problem.model.contact.boundary)
     return Snapshot(
-        x=x,
+        x=run.problem.x * units.half_width,
         pressure_fluid=pressure * units.pressure,
         pressure_asperity=state.contact_pressure * units.pressure,
         film=gap * units.film,
