@@ -62,7 +62,7 @@ class ThermalTraction:
         Newton iterations.
     notes : tuple of str
         "peclet_low" (below 2: heat spreads against the motion), "peclet_floor" (a body nearly at rest was held at
-        Peclet number 0.1), "limiting_shear_stress" (it acts somewhere).
+        Peclet number 0.1), "limiting_shear_stress" (it acts where the pressure is above a tenth of its maximum).
     """
 
     status: Literal["converged", "failed"]
@@ -198,9 +198,9 @@ def thermal_traction(
     ]
     finite = bool(np.all(np.isfinite(temperature)) and np.all(np.isfinite(final)))
     reason = "" if converged and finite else ("no_thermal_balance" if finite else "not_finite")
-    limited = math.isfinite(lubricant.limiting_shear_coefficient) and bool(
-        np.any(final[wet] >= lubricant.limiting_shear_coefficient * pressure[wet] * (1.0 - 1e-12))
-    )
+    # near the edges p tends to zero and the limit always acts; what counts is the loaded part
+    loaded = pressure > 0.1 * np.max(pressure)
+    limited = bool(np.any(final[loaded] >= lubricant.limiting_shear_coefficient * pressure[loaded] * (1.0 - 1e-12)))
     notes = tuple(
         note
         for note, holds in (
