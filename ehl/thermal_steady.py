@@ -116,6 +116,7 @@ def solve_steady_thermal(
     thermal: Thermal = "auto",
     accuracy: Accuracy = "standard",
     start: SteadyResult | None = None,
+    start_heat: ThermalTraction | None = None,
     conduction: Conduction = "jaeger",
     conductivity: FilmConductivity | None = None,
     rolling_heat: bool = True,
@@ -136,6 +137,8 @@ def solve_steady_thermal(
         As in `ehl.steady.solve_steady`.
     start : SteadyResult, optional
         A neighbouring contact's isothermal film.
+    start_heat : ThermalTraction, optional
+        A neighbouring contact's temperatures.
     rolling_heat : bool
         Whether the pressure-driven flow heats the film (inlet heating in pure rolling). The transient solver has no
         such term.
@@ -175,6 +178,14 @@ def solve_steady_thermal(
 
     film, nodes, iterations = isothermal, HEAT_NODES[accuracy], isothermal.iterations
     mixer, change, rounds = _Mixer(), math.inf, 0
+    if start_heat is not None:
+        offset = mixer.start_from(start_heat, isothermal.x_exit)
+        warm = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
+        iterations += warm.iterations
+        if warm.status == "converged":
+            film = warm
+        else:
+            mixer = _Mixer()
     while change > ROUND_TOLERANCE[accuracy] and rounds < MOST_ROUNDS:
         rounds += 1
         heat = balance(film, nodes)
@@ -302,6 +313,12 @@ class _Mixer:
         self.x: FloatArray = np.zeros(0)
         self.used: list[FloatArray] = []
         self.residuals: list[FloatArray] = []
+
+    def start_from(self, heat: ThermalTraction, exit_place: float) -> Offset:
+        """Begin with the temperatures of a neighbour, stretched to this contact's exit."""
+        self.x = heat.x * (exit_place / heat.x[-1])
+        self.used.append(heat.log_viscosity_offset)
+        return _curve(self.x, heat.log_viscosity_offset)
 
     def next_offset(self, heat: ThermalTraction) -> Offset:
         """The offset to solve the next film with, from the temperatures of the last one."""
