@@ -85,7 +85,7 @@ def comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     for row in comparison.rows:
         interval = "–"
         if math.isfinite(row.efficiency_lower) and row.efficiency_lower < row.efficiency_upper:
-            interval = f"{percent(row.efficiency_lower, 2)} to {percent(row.efficiency_upper, 2)}"
+            interval = f"{percent(row.efficiency_lower, 2)}–{percent(row.efficiency_upper, 2)}"
         rows.append(
             (
                 row.name if row.status == "converged" else f"{row.name} ({row.status}: {row.reason})",
@@ -101,12 +101,14 @@ def comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:
 
 def comparison_table(comparison: Comparison) -> None:
     """Print the comparison."""
+    from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=operating_point(comparison))
-    for number, name in enumerate(COMPARISON_HEADER):
-        table.add_column(name, justify="left" if number == 0 else "right", no_wrap=number > 0)
+    table = Table(title=operating_point(comparison), box=box.SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column(COMPARISON_HEADER[0], min_width=22, overflow="fold")
+    for name in COMPARISON_HEADER[1:]:
+        table.add_column("\n".join(name.rsplit(" ", 1)), justify="right")
     for row in comparison_rows(comparison):
         table.add_row(*row)
     Console().print(table)
