@@ -159,7 +159,7 @@ def solve_contact(
         rolling_traction=film.rolling_traction,
         temperature_film_max=smooth.temperature_film_max,
         temperature_flash=smooth.temperature_flash,
-        film_error=film.film_error,
+        film_error=smooth.film_error,
         friction_error=smooth.friction_error,
         mesh_error=smooth.friction_error,
         statistical_error=0.0,
@@ -255,6 +255,7 @@ class _SmoothFilm:
     isothermal: SteadyResult
     heat: ThermalTraction | None
     friction_fluid: float
+    film_error: float
     friction_error: float
     temperature_film_max: float
     temperature_flash: float
@@ -280,6 +281,7 @@ def _smooth_film(
             film,
             None,
             film.friction_fluid,
+            film.film_error,
             film.friction_error,
             lubricant.temperature,
             max(bulk),
@@ -287,7 +289,14 @@ def _smooth_film(
             film.skipped,
         )
     return solve_steady_thermal(
-        contact, lubricant, bodies, temperature_bulk=bulk, thermal=model.thermal, accuracy=model.accuracy, start=warm
+        contact,
+        lubricant,
+        bodies,
+        temperature_bulk=bulk,
+        thermal=model.thermal,
+        accuracy=model.accuracy,
+        start=warm,
+        start_heat=start.heat if start is not None else None,
     )
 
 
