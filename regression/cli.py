@@ -32,7 +32,7 @@ def sweep_run(
     run: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder of the results.")],
     jobs: Annotated[int | None, typer.Option(help="Worker processes; all processors if not given.")] = None,
     shard: Annotated[str, typer.Option(help="i/n: only every n-th case, beginning with the i-th.")] = "1/1",
-    time_cap: Annotated[str, typer.Option(help="Give a case up after this time.")] = "120 s",
+    time_cap: Annotated[str, typer.Option(help="Give a case up after this time.")] = "600 s",
     formula: Annotated[
         str | None, typer.Option("--with", help="Compute with a published formula, to try a plan in seconds.")
     ] = None,
@@ -74,8 +74,9 @@ def sweep_run(
         typer.echo("stopped; what is finished is on disk, the same command goes on", err=True)
         raise typer.Exit(1) from None
     sweep_report(report)
-    if report.failed:
-        typer.echo(f"not converged: {report.failed} cases, recorded with their reasons", err=True)
+    if report.failed or report.unsettled:
+        count = report.failed + report.unsettled
+        typer.echo(f"not converged: {count} cases, recorded with their reasons", err=True)
         raise typer.Exit(1)
 
 

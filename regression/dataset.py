@@ -43,8 +43,8 @@ class Dataset:
 
     @property
     def converged(self) -> pd.DataFrame:
-        """The rows with a result."""
-        return self.frame[self.frame["status"] == "converged"].reset_index(drop=True)
+        """The rows with a result (those called unsettled have a wide interval, but they have one)."""
+        return self.frame[self.frame["status"] != "failed"].reset_index(drop=True)
 
     @property
     def data_hash(self) -> str:
@@ -96,6 +96,7 @@ class ShardStatus:
     path: Path
     finished: int
     converged: int
+    unsettled: int
     failed: dict[str, int]
     seconds: float
 
@@ -138,10 +139,12 @@ def run_status(run: Path) -> RunStatus:
     for path in run_files(run):
         # without lock, so that a running sweep is neither disturbed nor in the way
         meta, frame = read_file(path, locking=False)
-        failed = frame[frame["status"] != "converged"]
+        failed = frame[frame["status"] == "failed"]
+        unsettled = int((frame["status"] == "unsettled").sum())
+        converged = len(frame) - len(failed) - unsettled
         reasons = {str(reason): int(count) for reason, count in failed["reason"].value_counts().items()}
         seconds = float(frame["seconds"].sum())
-        shards.append(ShardStatus(path, len(frame), len(frame) - len(failed), reasons, seconds))
+        shards.append(ShardStatus(path, len(frame), converged, unsettled, reasons, seconds))
         keys |= set(frame["key"])
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])
     return RunStatus(plan_name, planned, len(keys), tuple(shards))

@@ -48,7 +48,7 @@ def input_row(case: Case) -> dict[str, float]:
 
 
 def solve_outputs(case: Case) -> Outputs:
-    """Results of the contact solver.
+    """Results of the contact solver, with its status (converged, unsettled) and reason.
 
     Raises
     ------
@@ -61,7 +61,8 @@ def solve_outputs(case: Case) -> Outputs:
     if result.status == "failed":
         raise ConvergenceError(result.reason)
     values: dict[str, float | str] = {name: float(getattr(result, name)) for name in OUTPUT_UNITS}
-    return values | {"skipped": "; ".join(text.partition(":")[0] for text in result.skipped)}
+    skipped = "; ".join(dict.fromkeys(text.partition(":")[0] for text in result.skipped))
+    return values | {"status": result.status, "reason": result.reason, "skipped": skipped}
 
 
 def published_outputs(case: Case, name: str) -> Outputs:

@@ -171,7 +171,7 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
     reasons[~(mu > 0.0)] = "friction not positive"
     if not corners:
         reasons[frame["origin"] == "corner"] = "corner kept for checking"
-    failed = frame["status"] != "converged"
+    failed = frame["status"] == "failed"
     reasons[failed] = "failed: " + frame.loc[failed, "reason"].astype(object)
     left_out = reasons[reasons != ""].value_counts().sort_index()
     excluded = {str(reason): int(count) for reason, count in left_out.items()}

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.errors import InputError
-from ehl.inputs import Case, ModelInput, SolidInput
+from ehl.inputs import Case, ModelInput, SolidInput, SurfaceInput
 from ehl.oil import Temperature
 from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
@@ -117,16 +117,6 @@ class Sampling(InputModel):
     corners: bool = False
 
 
-class PlanSurface(InputModel):
-    """What all cases share of [surface]; the roughness itself is a variable."""
-
-    correlation_length: case_inputs.Length = 30e-6
-    peklenik_number: Annotated[float, Quantity("", ge=1.0 / 3.0, le=1e6)] = 1.0
-    boundary_film: Annotated[float, Quantity("m", ge=5e-9, le=1e-7)] | None = None
-    boundary_friction: Annotated[float, Quantity("", ge=0.0, le=1.0)] = 0.10
-    seed: Annotated[int, Field(ge=0)] = 1
-
-
 class Plan(InputModel):
     """A sweep: the content of a plan file."""
 
@@ -138,7 +128,7 @@ class Plan(InputModel):
     solid_1: SolidInput = SolidInput()
     solid_2: SolidInput = SolidInput()
     effective_modulus: case_inputs.Modulus | None = None
-    surface: PlanSurface = PlanSurface()
+    surface: SurfaceInput = SurfaceInput()
     model: ModelInput = ModelInput()
 
     @model_validator(mode="after")
@@ -163,6 +153,10 @@ class Plan(InputModel):
             raise InputError(f"lubricant.{name}", self.lubricant[name], f"either lubricant.{name} or variables.{name}")
         if "oil" in self.lubricant and "temperature_oil" not in {*self.lubricant, *axes}:
             raise InputError("variables.temperature_oil", None, "the oil temperature, a value or a range")
+        for name in ("roughness_rms_1", "roughness_rms_2", "profile_1", "profile_2"):
+            if name in self.surface.model_fields_set:
+                allowed = "roughness_rms, roughness_rms_1 or roughness_rms_2 of [variables]"
+                raise InputError(f"surface.{name}", getattr(self.surface, name), allowed)
         # both ends of every axis go through the case model, so that a bad plan fails before the sweep
         for end in (0, -1):
             self.case({name: axis.values[end] for name, axis in axes.items()})

@@ -32,7 +32,8 @@ def sweep_report(report: SweepReport) -> None:
     console = Console()
     console.print(
         f"{report.path}: {report.total} cases, {report.resumed} found on disk, {report.converged} converged, "
-        f"{report.failed} failed, {report.seconds:.1f} s",
+        + (f"{report.unsettled} unsettled, " if report.unsettled else "")
+        + f"{report.failed} failed, {report.seconds:.1f} s",
         soft_wrap=True,
         highlight=False,
     )
@@ -41,17 +42,18 @@ def sweep_report(report: SweepReport) -> None:
     if report.restarts:
         console.print(f"workers died and were replaced {report.restarts} times")
     if report.reasons:
-        console.print(f"failed: {_reasons(report.reasons)}", highlight=False)
+        console.print(f"not converged: {_reasons(report.reasons)}", highlight=False)
 
 
 def status_table(status: RunStatus) -> None:
     """How far each shard of a run is."""
     table = Table(title=f"{status.plan_name}: {status.finished} of {status.planned} cases")
-    for name in ("file", "finished", "converged", "failed", "CPU time"):
+    for name in ("file", "finished", "converged", "unsettled", "failed", "CPU time"):
         table.add_column(name, justify="left" if name == "file" else "right")
     for shard in status.shards:
         failed = _reasons(shard.failed) or "0"
-        table.add_row(shard.path.name, str(shard.finished), str(shard.converged), failed, f"{shard.seconds:.1f} s")
+        counts = (str(n) for n in (shard.finished, shard.converged, shard.unsettled))
+        table.add_row(shard.path.name, *counts, failed, f"{shard.seconds:.1f} s")
     Console().print(table)
 
 

@@ -34,11 +34,16 @@ OUTPUT_UNITS: dict[str, str] = {
     "pressure_max": "Pa",
     "film_ratio": "",
     "asperity_load_share": "",
+    "roughness_load_share": "",
     "rolling_traction": "",
     "temperature_film_max": "K",
     "temperature_flash": "K",
     "film_error": "",
     "friction_error": "",
+    "mesh_error": "",
+    "statistical_error": "",
+    "friction_boundary_half": "",
+    "friction_boundary_double": "",
     "iterations": "",
 }
 # wall time is provenance: it differs from run to run and is no part of the data
@@ -113,7 +118,7 @@ class ResultStore:
         return longest - whole
 
     def keys(self, *, converged_only: bool = False) -> set[str]:
-        """Keys of the cases on disk: all of them, or those with a result."""
+        """Keys of the cases on disk: all of them, or those that converged."""
         keys, status = self._file["key"][:], self._file["status"][:]
         return {k.decode() for k, s in zip(keys, status, strict=True) if s == b"converged" or not converged_only}
 
@@ -216,6 +221,10 @@ def _check_schema(file: h5py.File, path: Path) -> None:
             f"at most {STORE_SCHEMA}",
             f"It was written by the newer version {_attribute(file, 'writer')}; update mixed-ehl to read it.",
         )
+    lacking = [name for name in ("key", *NUMBER_UNITS, *TEXT_WIDTHS) if name not in file]
+    if lacking:
+        hint = f"It lacks {', '.join(lacking[:5])}: damaged, or of an unfinished version. Move it away and sweep again."
+        raise InputError("run", str(path), "a result file with all columns", hint)
 
 
 def read_file(path: Path, *, locking: bool | None = None) -> tuple[dict[str, Any], pd.DataFrame]:
@@ -234,7 +243,7 @@ def read_file(path: Path, *, locking: bool | None = None) -> tuple[dict[str, Any
             table |= {name: [text.decode() for text in file[name][:whole]] for name in TEXT_WIDTHS}
             table |= {name: file[name][:whole] for name in NUMBER_UNITS}
             meta = {name: _attribute(file, name) for name in file.attrs}
-        except (KeyError, OSError, RuntimeError) as error:
+        except (OSError, RuntimeError) as error:
             hint = f"It is damaged ({error}); move it away and sweep again to compute its cases."
             raise InputError("run", str(path), "a readable result file", hint) from None
     frame = pd.DataFrame(table)

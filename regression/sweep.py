@@ -11,6 +11,7 @@ import os
 import signal
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -47,10 +48,10 @@ class SweepReport:
         Cases of this shard.
     resumed : int
         Of these, found on disk.
-    converged, failed : int
-        Computed in this call.
+    converged, unsettled, failed : int
+        Computed in this call; unsettled cases have a result whose interval is wider than asked for.
     reasons : dict
-        Number of failed cases by reason.
+        Number of unsettled and failed cases by reason.
     restarts : int
         How often workers died and were replaced.
     torn : int
@@ -63,6 +64,7 @@ class SweepReport:
     total: int
     resumed: int
     converged: int
+    unsettled: int
     failed: int
     reasons: dict[str, int]
     restarts: int
@@ -80,7 +82,7 @@ def sweep(
     shard: tuple[int, int] = (1, 1),
     flush_every: int = 16,
     flush_seconds: float = 5.0,
-    time_cap: float | None = 120.0,
+    time_cap: float | None = 600.0,
     retry_failed: bool = False,
     progress: Callable[[Progress], None] | None = None,
 ) -> SweepReport:
@@ -158,8 +160,9 @@ def sweep(
         path,
         total,
         recorder.resumed,
-        recorder.converged,
-        recorder.failed,
+        recorder.counts["converged"],
+        recorder.counts["unsettled"],
+        recorder.counts["failed"],
         recorder.reasons,
         restarts,
         store.torn,
@@ -178,18 +181,15 @@ class _Recorder:
     flush_seconds: float
     progress: Callable[[Progress], None] | None
     stop: threading.Event
-    converged: int = 0
-    failed: int = 0
+    counts: Counter[str] = field(default_factory=Counter)
     reasons: dict[str, int] = field(default_factory=dict)
     _buffer: list[Mapping[str, Any]] = field(default_factory=list)
     _flushed: float = field(default_factory=time.perf_counter)
 
     def record(self, row: Mapping[str, Any]) -> None:
         self._buffer.append(row)
-        if row["status"] == "converged":
-            self.converged += 1
-        else:
-            self.failed += 1
+        self.counts[row["status"]] += 1
+        if row["status"] != "converged":
             self.reasons[row["reason"]] = self.reasons.get(row["reason"], 0) + 1
         if len(self._buffer) >= self.flush_every or time.perf_counter() - self._flushed > self.flush_seconds:
             self.flush()
@@ -204,7 +204,7 @@ class _Recorder:
 
     def show(self) -> None:
         if self.progress is not None:
-            self.progress(Progress(self.resumed + self.converged + self.failed, self.total, self.failed))
+            self.progress(Progress(self.resumed + self.counts.total(), self.total, self.counts["failed"]))
 
 
 @contextmanager

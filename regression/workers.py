@@ -42,8 +42,7 @@ def evaluate_task(task: Task, evaluate: Evaluator, time_cap: float | None) -> di
     try:
         row |= input_row(task.case)
         with _limited(time_cap):
-            row |= evaluate(task.case)
-        row["status"] = "converged"
+            row |= {"status": "converged", **evaluate(task.case)}
     except _TimeCapReached:
         row["reason"] = TIME_CAP
     except ConvergenceError as error:

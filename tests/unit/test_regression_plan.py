@@ -153,7 +153,8 @@ def test_plan_hash_follows_the_cases_and_not_the_words() -> None:
         (lambda c: c["lubricant"].update(temperature_oil=353), ["temperature_oil", "either"]),
         (lambda c: c["lubricant"].update(oil="fva9"), ["lubricant.oil", "fva9", "fva3"]),
         (lambda c: c.update(model={"accuracy": "best"}), ["model.accuracy", "best", "standard"]),
-        (lambda c: c.update(surface={"roughness_rms_1": 1e-7}), ["surface.roughness_rms_1"]),
+        (lambda c: c.update(surface={"roughness_rms_1": 1e-7}), ["surface.roughness_rms_1", "[variables]"]),
+        (lambda c: c.update(surface={"profile_1": "x.csv"}), ["surface.profile_1", "[variables]"]),
         (lambda c: c.update(effective_modulus="1 mm"), ["effective_modulus", "1 mm"]),
         (
             lambda c: c["variables"].update(speed_entrainment=list(range(1, 1002))),

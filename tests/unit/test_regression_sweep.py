@@ -218,3 +218,16 @@ def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "mixed-ehl sweep 'my plan.toml' -o 'runs/a b' --shard \"${SLURM_ARRAY_TASK_ID}/12\"" in script
     with pytest.raises(InputError, match="at least 1"):
         array_script("plan.toml", "run", 0)
+
+
+def test_unsettled_results_are_kept_and_counted_apart(plan: Plan, tmp_path: Path) -> None:
+    def some_unsettled(case: Case) -> Outputs:
+        unsettled = case.contact.slide_to_roll > 0.5
+        return {**XU(case), **({"status": "unsettled", "reason": "interval"} if unsettled else {})}
+
+    report = sweep(plan, tmp_path, evaluate=some_unsettled)
+    dataset = load_dataset(tmp_path)
+    assert report.unsettled == (dataset.frame["slide_to_roll"] > 0.5).sum() > 0
+    assert report.reasons == {"interval": report.unsettled}
+    assert report.converged + report.unsettled == len(dataset.converged) == 16
+    assert run_status(tmp_path).shards[0].unsettled == report.unsettled
