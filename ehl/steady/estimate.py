@@ -28,7 +28,7 @@ class Extrapolation:
 # others (benchmarks/smooth_accuracy.py). The share falls with the fourth power of the mesh size from its value on the
 # grids 49, 97, 193.
 CHANGE_SHARE = 2.0 / 7.0
-RAW_SHARE = 0.02
+RAW_SHARE = 0.03
 RAW_INTERVALS = 48
 RAW_BOUNDS = (0.002, 0.1)
 FLOOR = 1e-8  # what Newton leaves

@@ -16,7 +16,7 @@ from ehl.steady.scaling import Scene
 Accuracy = Literal["fast", "standard", "reference"]
 
 # Coarsest of the nested grids, error estimate above which a finer grid is added, and the end of that.
-COARSEST: dict[str, int] = {"fast": 33, "standard": 49, "reference": 129}
+COARSEST: dict[str, int] = {"fast": 41, "standard": 49, "reference": 129}
 TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
 MOST_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
 THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
