@@ -48,8 +48,9 @@ def evaluate_task(task: Task, evaluate: Evaluator, time_cap: float | None) -> di
     except ConvergenceError as error:
         row["reason"] = error.reason
     except Exception as error:
-        # one bad case must not cost the run; the type says where to look
-        row["reason"] = f"error:{type(error).__name__}"
+        # one bad case must not cost the run; the type says where to look, unless the cap itself broke something
+        late = time_cap is not None and time.perf_counter() - clock >= time_cap
+        row["reason"] = TIME_CAP if late else f"error:{type(error).__name__}"
     row["seconds"] = time.perf_counter() - clock
     return row
 
@@ -80,7 +81,8 @@ def _limited(seconds: float | None) -> Iterator[None]:
         raise _TimeCapReached
 
     before = signal.signal(signal.SIGALRM, give_up)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    # again every second: an exception raised inside a callback (a compiler's, say) is swallowed
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
     try:
         yield
     finally:

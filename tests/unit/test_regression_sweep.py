@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -100,6 +101,26 @@ def test_a_case_that_hangs_is_given_up(plan: Plan, tmp_path: Path) -> None:
     frame = load_dataset(tmp_path).frame
     assert report.reasons == {"time_cap": (frame["slide_to_roll"] > 0.9).sum()}
     assert report.failed > 0
+
+
+def test_the_cap_holds_where_its_exception_is_swallowed(plan: Plan) -> None:
+    _, case = next(plan.cases())
+
+    def swallow_once(case: Case) -> Outputs:
+        with contextlib.suppress(BaseException):
+            time.sleep(60.0)
+        time.sleep(60.0)
+        return {}
+
+    def break_on_it(case: Case) -> Outputs:
+        try:
+            time.sleep(60.0)
+        except BaseException:
+            raise RuntimeError from None
+        return {}
+
+    for evaluate in (swallow_once, break_on_it):
+        assert evaluate_task(Task("k", "sobol", case), evaluate, 0.05)["reason"] == "time_cap"
 
 
 def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Path) -> None:
