@@ -17,10 +17,17 @@ BLUE, ORANGE, GREY = "#1f5a99", "#c8651b", "#8a8f98"
 
 
 def plot_contact(case: Case, result: ContactResult) -> Figure:
-    """Pressure and film over x/b, with the Hertz pressure; temperatures below where heat was computed."""
+    """Pressure and film over x/b, with the Hertz pressure; temperatures below where heat was computed.
+
+    The figure of a deterministic solution is that of `ehl.transient_plots.plot_transient`.
+    """
     import numpy as np
     from matplotlib.figure import Figure
 
+    if result.transient is not None:
+        from ehl.transient_plots import plot_transient
+
+        return plot_transient(case, result)
     assert result.film is not None
     contact = case.line_contact()
     b = contact.half_width
