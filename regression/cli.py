@@ -124,10 +124,10 @@ def fit(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FORMULA.json", help="The formula file.")],
     family: Annotated[str, typer.Option(help="best (by held-out error), xu, power_law or load_share.")] = "best",
     corners: Annotated[bool, typer.Option("--corners", help="Fit the corner points of the plan too.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure of fitted over computed friction.")] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of a sweep, and say what it is worth."""
-    from ehl.errors import ConvergenceError
     from regression.dataset import load_dataset
     from regression.fit import fit_families, fit_formula
     from regression.report import families_table, formula_report
@@ -135,11 +135,14 @@ def fit(
     dataset = load_dataset(run)
     if family == "best":
         formulas = list(fit_families(dataset, corners=corners).values())
-        if not formulas:
-            raise ConvergenceError("fit", "no family settled")
     else:
         formulas = [fit_formula(dataset, family, corners=corners)]
     formulas[0].save(output)
+    if plot is not None:
+        from ehl.plots import save_figure
+        from regression.plots import plot_parity
+
+        save_figure(plot_parity(dataset, formulas), plot)
     if json_output:
         typer.echo(formulas[0].to_json(), nl=False)
         return

@@ -5,7 +5,6 @@ dataset -> usable rows -> coefficients and their errors -> held-out errors by fo
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
 from collections.abc import Mapping
@@ -15,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ehl.errors import ConvergenceError, InputError
+from ehl.errors import ConvergenceError, InputError, MixedEhlError
 from regression import __version__
 from regression.conditions import UNITS, Array
 from regression.dataset import Dataset, columns
@@ -144,17 +143,22 @@ def fit_formula(dataset: Dataset, family_name: str = "xu", *, corners: bool = Fa
 def fit_families(dataset: Dataset, *, corners: bool = False) -> dict[str, Formula]:
     """Every family fitted to the same rows, best first: smallest RMS of the held-out error of ln mu.
 
-    A family whose fit does not settle is left out.
+    A family that these data cannot fit is left out.
 
     Raises
     ------
-    InputError
-        As `fit_formula`.
+    InputError, ConvergenceError
+        As `fit_formula`, where no family can be fitted.
     """
     fitted: dict[str, Formula] = {}
+    first: MixedEhlError | None = None
     for name in FAMILIES:
-        with contextlib.suppress(ConvergenceError):
+        try:
             fitted[name] = fit_formula(dataset, name, corners=corners)
+        except (InputError, ConvergenceError) as error:
+            first = first or error
+    if not fitted and first is not None:
+        raise first
     return dict(sorted(fitted.items(), key=lambda item: -item[1].validation.r2_log))
 
 

@@ -69,8 +69,9 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path) -> 
     assert mixed_ehl("sweep", "merge", run, "-o", tmp_path / "all.csv").code == 0
     assert len((tmp_path / "all.csv").read_text().splitlines()) == 34
 
-    fitted = mixed_ehl("fit", run, "-o", formula)
+    fitted = mixed_ehl("fit", run, "-o", formula, "--plot", tmp_path / "parity.png")
     assert fitted.code == 0
+    assert (tmp_path / "parity.png").read_bytes().startswith(b"\x89PNG")
     assert "load_share" in fitted.out
     assert "xu: nine terms" in fitted.out
     assert "held-out errors by region" in fitted.out

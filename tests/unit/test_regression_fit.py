@@ -104,6 +104,16 @@ def test_families_come_best_first(dataset: Dataset) -> None:
     assert held_out == sorted(held_out, reverse=True)
 
 
+def test_a_family_the_data_cannot_fit_is_left_out(dataset: Dataset) -> None:
+    rows = dataset.frame[dataset.frame["origin"] == "sobol"].index
+    # 15 cases: enough for the seven terms of the power law alone
+    few = Dataset(dataset.frame.loc[rows[:15]], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+    assert list(fit_families(few)) == ["power_law"]
+    none = Dataset(dataset.frame.loc[rows[:5]], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+    with pytest.raises(InputError, match="usable cases"):
+        fit_families(none)
+
+
 def test_whole_cells_are_held_out(dataset: Dataset) -> None:
     groups, folds = cell_groups(dataset.frame), fold_numbers(dataset.frame)
     for group in np.unique(groups):
