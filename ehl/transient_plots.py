@@ -195,7 +195,8 @@ def _heights(axes: Axes, profiles: list[tuple[int, RoughProfile]], b: float) -> 
         axes.plot(profile.x * 1e3, profile.heights * 1e6 - row * apart, color=SURFACES[i], lw=0.7)
         words.append(
             f"surface {i + 1}: Rq {profile.rms * 1e6:.3g} µm, "
-            f"correlation length {profile.correlation_length * 1e6:.3g} µm, skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}, "
+            f"correlation length {profile.correlation_length * 1e6:.3g} µm, "
+            f"skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}, "
             f"cut-off {profile.cutoff * 1e6:.3g} µm ({profile.source.split(':')[0]})"
         )
         ticks += [value - row * apart for value in (-mark, 0.0, mark)]
