@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ehl.steady.estimate import extrapolate
+from ehl.steady.estimate import FLOOR, extrapolate
 from ehl.steady.mesh import Features, features_of, grade
 from ehl.steady.outputs import ShearLaw, _interpolate, _peak
 
@@ -88,10 +88,13 @@ def test_extrapolation_bounds_the_error_of_second_and_third_order_terms(value, s
     levels = [np.array([value + second * s**2 + third * s**3]) for s in h]
     limit = extrapolate(levels, 49)
     assert abs(limit.values[0] - value) <= limit.errors[0]
-    assert limit.errors[0] <= 2.5 / 7.0 * abs(third) * h[1] ** 3 * 7.0 + 0.03 * abs(second) * h[1] ** 2 + 2e-7
+    assert (
+        limit.errors[0]
+        <= 2.5 / 7.0 * abs(third) * h[1] ** 3 * 7.0 + 0.03 * abs(second) * h[1] ** 2 + FLOOR * limit.values[0]
+    )
 
 
 def test_extrapolation_of_equal_levels_is_their_value():
     limit = extrapolate([np.array([2.0, 0.0])] * 3, 49)
     assert limit.values.tolist() == [2.0, 0.0]
-    assert limit.relative().tolist() == [1e-8, 0.0]
+    assert limit.relative().tolist() == [FLOOR, 0.0]
