@@ -3,7 +3,7 @@
     python benchmarks/smooth_accuracy.py --count 128 --seed 14 --out benchmarks/out
 
 For each contact and accuracy the values are compared with the extrapolation over grids up to four times finer on the
-same grading. Single grids without extrapolation stand beside them. Prints tables, writes smooth_accuracy.csv and .png.
+same grading. Single grids without extrapolation stand beside them. Times are CPU times (one thread). Prints tables, writes smooth_accuracy.csv and .png.
 The constants of the error estimate were chosen on seeds 11 to 13 of this sample; other seeds check them.
 """
 
@@ -47,18 +47,18 @@ def coarse_solution(contact: LineContact, lubricant: Lubricant) -> tuple[Level, 
 
 def single_grids(contact: LineContact, lubricant: Lubricant, counts: tuple[int, ...]) -> list[tuple[np.ndarray, float]]:
     """Outputs [SI] and time of single grids, each started from the coarse solution."""
-    started = time.perf_counter()
+    started = time.process_time()
     near, grading = coarse_solution(contact, lubricant)
-    base = time.perf_counter() - started
+    base = time.process_time() - started
     height = contact.half_width**2 / contact.radius_equivalent
     found = []
     level = near
     for count in counts:
-        started = time.perf_counter()
+        started = time.process_time()
         grid = Grid.of(grading, grading.points(2 * count - 1))
         level = solve_level(grid, near.scene, transfer(level, grid))
         values = numbers_of(level, shear_law(contact, lubricant)).as_array()[:3] * [height, height, 1.0]
-        found.append((values, base + time.perf_counter() - started))
+        found.append((values, base + time.process_time() - started))
     return found
 
 
@@ -66,12 +66,12 @@ def compare(values: np.ndarray, accuracy: str) -> tuple[dict[str, object], np.nd
     """Errors and times of one contact at one accuracy, and the values of the finer grids."""
     contact, lubricant = contact_of(values, "eyring")
     before: SteadyResult = solve_steady(*contact_of(neighbour(values, -1.0), "eyring"), accuracy=accuracy)
-    started = time.perf_counter()
+    started = time.process_time()
     result = solve_steady(contact, lubricant, accuracy=accuracy)
-    cold = time.perf_counter() - started
-    started = time.perf_counter()
+    cold = time.process_time() - started
+    started = time.process_time()
     solve_steady(contact, lubricant, accuracy=accuracy, start=before)
-    warm = time.perf_counter() - started
+    warm = time.process_time() - started
     counts = tuple((result.nodes - 1) * k + 1 for k in (1, 2, 4))
     levels = [v for v, _ in single_grids(contact, lubricant, counts)]
     truth = extrapolate(levels, counts[0]).values
@@ -142,7 +142,7 @@ def plot(data: pd.DataFrame, path: Path) -> None:
     ):
         error = group[worst].median().max(axis=1)
         right.loglog(1e3 * group[column].median(), error, style, label=label)
-    right.set(xlabel="time [ms], one core", ylabel="median error (worst of films and friction)", title="gear range")
+    right.set(xlabel="CPU time [ms], one core", ylabel="median error (worst of films and friction)", title="gear range")
     right.legend(fontsize=8)
     figure.savefig(path, dpi=130)
     plt.close(figure)
