@@ -113,7 +113,10 @@ def main() -> None:
         (line,) = axes.loglog(part["n"], 100.0 * part["new_mape"], "o-", label=f"{family}: mean")
         axes.loglog(part["n"], 100.0 * part["new_p95"], "s--", color=line.get_color(), label=f"{family}: 95 %")
     axes.set(xlabel="contacts fitted to", ylabel="relative error on new contacts [%]")
-    axes.legend(fontsize="small")
+    axes.set_xticks(sorted(options.sizes), [str(size) for size in sorted(options.sizes)], minor=False)
+    axes.set_yticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"], minor=False)
+    axes.minorticks_off()
+    figure.legend(loc="outside upper center", ncols=3, fontsize="small")
     figure.savefig(options.out / f"{name}.png", dpi=130)
 
 

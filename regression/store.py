@@ -192,9 +192,10 @@ def _create(path: Path, meta: Mapping[str, str | int]) -> None:
         raise InputError("run", str(path), "a folder that can be written", f"{error}.") from None
 
 
-def _open(path: Path, mode: str, locking: bool | None = None) -> h5py.File:
+def _open(path: Path, mode: str, locking: bool = True) -> h5py.File:
     try:
-        return h5py.File(path, mode, libver=_LIBVER, locking=locking)
+        # some network file systems cannot lock; there one writer per file is the user's care
+        return h5py.File(path, mode, libver=_LIBVER, locking="best-effort" if locking else False)
     except BlockingIOError:
         raise InputError("run", str(path), "a file no other process writes to", "Is the same shard running?") from None
     except OSError as error:
@@ -227,7 +228,7 @@ def _check_schema(file: h5py.File, path: Path) -> None:
         raise InputError("run", str(path), "a result file with all columns", hint)
 
 
-def read_file(path: Path, *, locking: bool | None = None) -> tuple[dict[str, Any], pd.DataFrame]:
+def read_file(path: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.DataFrame]:
     """Attributes and whole rows of one result file.
 
     Raises
@@ -269,7 +270,7 @@ def run_files(run: Path) -> list[Path]:
     return files
 
 
-def read_run(run: Path, *, locking: bool | None = None) -> tuple[dict[str, Any], pd.DataFrame]:
+def read_run(run: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.DataFrame]:
     """What all files of a run share, and all their rows, one per key, sorted by key.
 
     Raises
