@@ -1,0 +1,285 @@
+"""Error studies of the deterministic solver: meshes, reported errors, statistical intervals, cost."""
+
+from __future__ import annotations
+
+import csv
+import math
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from mixed_scenes import (
+    Scene,
+    eyring_oil,
+    family,
+    friction,
+    gaussian_pair,
+    lagged_share,
+    line,
+    print_table,
+    speed_of_film_ratio,
+    startup_of,
+    write_csv,
+)
+from scipy.stats import qmc
+
+from ehl.transient._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
+from ehl.transient.scaling import film_estimate
+from ehl.transient.solve import Window
+
+BATCH = 2.0  # [b]
+
+
+def batch_series(window: Window) -> np.ndarray:
+    """mu of batches of 2 b."""
+    values = friction(window.records)
+    size = round(BATCH * window.run.problem.units.steps_per_half_width)
+    count = values.size // size
+    return values[: count * size].reshape(count, size).mean(axis=1)
+
+
+def sample_scenes(count: int, seed: int) -> Iterator[tuple[dict[str, float], Scene, float]]:
+    """Rough isothermal scenes: values, scene, and nodes per b of the fine mesh by the rule of accuracy "fast"."""
+    # lambda, p_h, slip, correlation length [b], eta0, alpha, h_boundary; logarithmic
+    low = np.array([0.05, 0.5e9, 0.05, 0.1, 0.005, 10e-9, 10e-9])
+    high = np.array([4.0, 2.0e9, 1.5, 0.4, 0.1, 22e-9, 60e-9])
+    rms = 0.4e-6
+    shares = qmc.Sobol(low.size + 1, rng=seed).random_base2(math.ceil(math.log2(count)))[:count]
+    for index, share in enumerate(shares):
+        values = low * (high / low) ** share[:-1]
+        ratio, p_h, slip, correlation, viscosity, alpha, boundary = (float(v) for v in values)
+        gamma = (math.inf, 3.0, 1.0)[int(3.0 * share[-1])]
+        oil = eyring_oil(viscosity, alpha)
+        speed = speed_of_film_ratio(ratio, rms, oil, slide_to_roll=slip, pressure=p_h)
+        contact = line(speed, slip, p_h)
+        scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation, index), boundary, gamma)
+        fine = max((6.0 if ratio > 0.3 else 10.0) / correlation, 32.0)
+        row = {
+            "case": index,
+            "film_ratio": ratio,
+            "pressure_hertz": p_h,
+            "speed": speed,
+            "slip": slip,
+            "correlation": correlation,
+            "viscosity": viscosity,
+            "alpha": alpha,
+            "boundary_film": boundary,
+            "gamma": gamma,
+        }
+        yield row, scene, fine
+
+
+def reported_errors(out: Path, count: int, seed: int, seconds: float, window: float = 12.0) -> None:
+    """mu on meshes N/2, N and 4 N of random scenes, batch by batch; appended row by row."""
+    path = out / f"mixed_reported_errors_{seed}.csv"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    begin = time.perf_counter()
+    with path.open("w", newline="") as file:
+        writer: csv.DictWriter[str] | None = None
+        for row, scene, mesh in sample_scenes(count, seed):
+            if time.perf_counter() - begin > seconds:
+                break
+            begun = time.process_time()
+            coarse, fine, finest = family(scene, (0.5 * mesh, mesh, 4.0 * mesh), startup_of(scene), window)
+            extra: dict[str, float | str] = {"mesh": mesh}
+            for name, member in (("coarse", coarse), ("fine", fine), ("finest", finest)):
+                extra[f"mu_{name}"] = float(friction(member.records).mean())
+                extra[f"share_{name}"] = float(member.records[:, SHARE].mean())
+                extra[f"lagged_{name}"] = lagged_share(member.records)
+                extra[f"batches_{name}"] = " ".join(f"{v:.8g}" for v in batch_series(member))
+            extra["statistical"] = fine.interval()[1]
+            extra["cpu"] = time.process_time() - begun
+            if writer is None:
+                writer = csv.DictWriter(file, [*row, *extra])
+                writer.writeheader()
+            writer.writerow(row | extra)
+            file.flush()
+    summarise_reported(path)
+
+
+def summarise_reported(path: Path) -> None:
+    """Coverage and sharpness of candidate estimates of the mesh error."""
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    candidates: dict[str, list[float]] = {}
+    for row in rows:
+        coarse, fine, finest = (float(row[f"mu_{k}"]) for k in ("coarse", "fine", "finest"))
+        true = abs(fine - finest)
+        a, b = (np.array([float(v) for v in row[f"batches_{k}"].split()]) for k in ("coarse", "fine"))
+        difference = (b - a)[: min(a.size, b.size)]
+        spread = float(np.std(difference, ddof=1)) / math.sqrt(difference.size)
+        d = abs(fine - coarse)
+        for name, estimate in (
+            ("d/3", d / 3),
+            ("d/2", d / 2),
+            ("d", d),
+            ("d/2 + s", d / 2 + spread),
+            ("hypot(d/2, 2 s)", math.hypot(d / 2, 2 * spread)),
+            ("hypot(d/2, 2.5 s)", math.hypot(d / 2, 2.5 * spread)),
+            ("hypot(d, 2 s)", math.hypot(d, 2 * spread)),
+            ("d/2 + 1.5 s", d / 2 + 1.5 * spread),
+            ("d/2 + 2 s", d / 2 + 2 * spread),
+        ):
+            candidates.setdefault(name, []).append(estimate / max(true, 1e-12))
+    table = []
+    for name, ratios in candidates.items():
+        r = np.array(ratios)
+        table.append((name, len(r), float(np.mean(r >= 1.0)), float(np.median(r)), float(np.quantile(r, 0.05))))
+    print_table("reported over true mesh error", ("estimate", "cases", "inside", "median ratio", "5 % quantile"), table)
+
+
+INTERVAL_CONDITIONS = {
+    "lambda 1.5, sealed": (1.5, math.inf, 0.5),
+    "lambda 0.5, gamma 1": (0.5, 1.0, 0.5),
+    "lambda 0.2, sealed": (0.2, math.inf, 0.5),
+    "lambda 0.2, SR 0.1": (0.2, math.inf, 0.1),
+}
+
+
+def statistical_intervals(out: Path, seeds: int, window: float) -> None:
+    """mu step by step over seeds at four conditions on one mesh: data for the coverage of the 90 % interval."""
+    oil, rms, mesh = eyring_oil(), 0.4e-6, 60.0
+    series: dict[str, np.ndarray] = {}
+    for name, (ratio, gamma, slip) in INTERVAL_CONDITIONS.items():
+        contact = line(speed_of_film_ratio(ratio, rms, oil, slide_to_roll=slip), slip)
+        collected = []
+        for seed in range(seeds):
+            scene = Scene(contact, oil, gaussian_pair(contact, rms, 0.15, 100 + seed, 64.0), 30e-9, gamma)
+            (member,) = family(scene, (mesh,), startup_of(scene), window)
+            collected.append(friction(member.records))
+        shortest = min(s.size for s in collected)
+        series[name] = np.array([s[:shortest] for s in collected])
+        out.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(out / "mixed_intervals.npz", **series)  # type: ignore[arg-type]
+        print(name, "done", flush=True)
+    summarise_intervals(out, mesh)
+
+
+def summarise_intervals(out: Path, mesh: float) -> None:
+    """Coverage of the interval of `ehl.transient.batches` against the mean over all seeds."""
+    from ehl.transient.batches import batch_means
+
+    data = np.load(out / "mixed_intervals.npz")
+    rows = []
+    inside_all: list[bool] = []
+    for name in data.files:
+        series = data[name]
+        for travel in (12.0, 24.0, 48.0):
+            steps = round(travel * mesh)
+            if steps > series.shape[1] + mesh:
+                continue
+            part = series[:, :steps]
+            truth = float(series.mean())
+            found = [batch_means(s, round(BATCH * mesh)) for s in part]
+            inside = [abs(m - truth) <= w for m, w in found]
+            inside_all += inside
+            half = np.array([w for _, w in found])
+            std = float(part.mean(axis=1).std(ddof=1))
+            rows.append(
+                (name, travel, truth, std / truth, float(np.median(half)) / truth, float(np.mean(inside)), len(inside))
+            )
+    columns = ("condition", "window b", "mu", "std of means", "median half width", "coverage", "seeds")
+    print_table("nominal 90 % interval of mu", columns, rows)
+    print(f"all together: {np.mean(inside_all):.3f} of {len(inside_all)}")
+    write_csv(out / "mixed_intervals.csv", columns, rows)
+
+
+def mesh_table(out: Path, window: float) -> None:
+    """mu and both shares on N, 2 N, 4 N for four lays and three boundary films at one speed."""
+    oil, rms = eyring_oil(), 0.4e-6
+    contact = line(speed_of_film_ratio(0.3, rms, oil))
+    surfaces = gaussian_pair(contact, rms, 0.1)
+    columns = ("gamma", "h_boundary nm", "nodes per b", "mu", "asperity share", "roughness share", "change of mu %")
+    rows = []
+    for gamma in (math.inf, 3.0, 1.0, 1.0 / 3.0):
+        for boundary in (10e-9, 30e-9, 60e-9):
+            scene = Scene(contact, oil, surfaces, boundary, gamma)
+            meshes = (100.0, 200.0, 400.0)
+            windows = family(scene, meshes, startup_of(scene), window)
+            last = float(friction(windows[-1].records).mean())
+            for mesh, member in zip(meshes, windows, strict=True):
+                mean = member.records.mean(axis=0)
+                mu = float(friction(member.records).mean())
+                rough = 1.0 - float(mean[MACRO_LOAD]) if math.isfinite(gamma) else math.nan
+                rows.append((gamma, boundary * 1e9, mesh, mu, float(mean[SHARE]), rough, 100 * (mu / last - 1.0)))
+            print_table("", columns, rows[-3:])
+            write_csv(out / "mixed_mesh.csv", columns, rows)
+    print_table("mesh convergence at lambda 0.3", columns, rows)
+
+
+def mesh_targets(out: Path, window: float) -> None:
+    """Sealed isothermal mu of the meshes of each accuracy against 4 times finer, from lambda 3 to the boundary."""
+    oil, rms, correlation = eyring_oil(), 0.4e-6, 0.1
+    columns = ("lambda", "nodes per b", "mu", "share", "mu 4 N", "error %", "paired noise %", "lagged", "lagged 4 N")
+    rows = []
+    for ratio in (3.0, 1.5, 0.8, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02):
+        contact = line(speed_of_film_ratio(ratio, rms, oil))
+        scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation))
+        mesh = (12.0 if ratio > 0.3 else 20.0) / correlation
+        standard, finest = family(scene, (mesh, 4.0 * mesh), startup_of(scene), window)
+        a, b = batch_series(standard), batch_series(finest)
+        k = min(a.size, b.size)
+        mu, best = float(friction(standard.records).mean()), float(friction(finest.records).mean())
+        noise = float(np.std((a[:k] - b[:k]), ddof=1)) / math.sqrt(k) / best
+        share = float(standard.records[:, SHARE].mean())
+        rows.append(
+            (
+                ratio,
+                mesh,
+                mu,
+                share,
+                best,
+                100 * (mu / best - 1.0),
+                100 * noise,
+                lagged_share(standard.records),
+                lagged_share(finest.records),
+            )
+        )
+        print_table("", columns, rows[-1:])
+        write_csv(out / "mixed_targets.csv", columns, rows)
+    print_table(f"mesh of accuracy standard against 4 times finer, window {window} b", columns, rows)
+
+
+def cost(out: Path) -> None:
+    """CPU time of a step over the number of nodes, and what drainage and heat add to it."""
+    oil, rms = eyring_oil(), 0.4e-6
+    rows = []
+    columns = ("lambda", "variant", "nodes", "us per step", "iterations", "us per iteration")
+    for ratio in (1.5, 0.3):
+        contact = line(speed_of_film_ratio(ratio, rms, oil))
+        base = Scene(contact, oil, gaussian_pair(contact, rms, 0.2))
+        variants = {
+            "sealed": base,
+            "gamma 1": base.with_(peklenik_number=1.0),
+            "sealed, heat": base.with_(thermal=True),
+        }
+        for nodes_per_b in (35.0, 70.0, 140.0, 280.0, 560.0):
+            runs = {}
+            for name, scene in variants.items():
+                if nodes_per_b > 300 and name != "sealed":
+                    continue
+                runs[name] = scene.run(nodes_per_b)
+                runs[name].advance(round(4.0 * nodes_per_b))
+            best: dict[str, tuple[float, float]] = {}
+            for _ in range(5):  # in turn, so that all see the same machine
+                for name, run in runs.items():
+                    steps = 200
+                    begun = time.process_time()
+                    records, _ = run.advance(steps)
+                    used = (time.process_time() - begun) / steps
+                    iterations = float(records[:, ITERATIONS].mean())
+                    old = best.get(name, (math.inf, math.inf, 0.0))
+                    best[name] = (min(old[0], used / iterations), old[1] + used if old[1] < math.inf else used, 0.0)
+                    best[name] = (best[name][0], best[name][1], iterations)
+            for name, (per_iteration, total, iterations) in best.items():
+                n = runs[name].problem.x.size
+                rows.append((ratio, name, n, 1e6 * total / 5, iterations, 1e6 * per_iteration))
+    print_table("cost", columns, rows)
+    write_csv(out / "mixed_cost.csv", columns, rows)
+    for ratio in (1.5, 0.3):
+        n, t = np.array([(r[2], r[5]) for r in rows if r[0] == ratio and r[1] == "sealed"], dtype=float).T
+        print(f"lambda {ratio}: exponent of time per iteration {np.polyfit(np.log(n), np.log(t), 1)[0]:.2f}")
+
+
+__all__ = ["cost", "film_estimate", "mesh_table", "mesh_targets", "reported_errors", "statistical_intervals"]

@@ -1,0 +1,390 @@
+"""Limits the deterministic solver must reproduce: smooth, dry, drained, waviness, heat."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from mixed_scenes import (
+    BOUNDARY_FRICTION,
+    STEEL,
+    Scene,
+    eyring_oil,
+    friction,
+    gaussian_pair,
+    line,
+    print_table,
+    speed_of_film_ratio,
+    startup_of,
+    write_csv,
+)
+from scipy.linalg import solve_banded
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import spsolve
+
+from ehl.contact import LineContact
+from ehl.dry import solve_dry
+from ehl.heat import FilmConductivity
+from ehl.lubricant import Lubricant
+from ehl.roughness import RoughProfile
+from ehl.steady import solve_steady
+from ehl.thermal_steady import solve_steady_thermal
+from ehl.transient import RoughSurfaces, solve_transient
+from ehl.transient._kernels.march import SHARE
+from ehl.transient._kernels.motion import move_surfaces
+from ehl.transient._kernels.newton import NEWTON, add_drainage, flow_along
+from ehl.transient._kernels.records import TRAVEL
+from ehl.transient.run import Run
+from ehl.transient.scaling import film_estimate
+
+FLOOR = 0.02  # gap of rigid surfaces where they would overlap, in roughness
+
+
+def smooth_limit(out: Path) -> None:
+    """Transient runs of smooth surfaces against the steady solvers, without and with heat."""
+    rows = []
+    oil = eyring_oil()
+    for speed, slip, p_h in (
+        (5.0, 0.5, 1e9),
+        (1.0, 0.1, 1e9),
+        (15.0, 1.0, 1e9),
+        (5.0, 0.5, 0.5e9),
+        (5.0, 0.3, 2e9),
+        (0.3, 0.05, 0.7e9),
+    ):
+        contact = line(speed, slip, p_h)
+        steady = solve_steady(contact, oil, accuracy="reference")
+        moving = solve_transient(contact, oil, nodes=940)
+        middle = np.abs(steady.x) < 0.8 * contact.half_width
+        film = np.trapezoid(steady.film[middle], steady.x[middle]) / np.ptp(steady.x[middle])
+        rows.append(
+            (
+                "isothermal",
+                speed,
+                slip,
+                p_h / 1e9,
+                moving.friction_coefficient,
+                100 * (moving.friction_coefficient / steady.friction_fluid - 1.0),
+                100 * (moving.film_mean / film - 1.0),
+                math.nan,
+            )
+        )
+    for speed, slip, p_h in ((5.0, 0.3, 1e9), (5.0, 1.0, 1e9), (15.0, 0.3, 1e9), (5.0, 0.3, 2e9), (15.0, 1.0, 2e9)):
+        contact = line(speed, slip, p_h)
+        hot = solve_steady_thermal(
+            contact,
+            oil,
+            (STEEL, STEEL),
+            thermal="on",
+            accuracy="standard",
+            conduction="one_dimensional",
+            conductivity=FilmConductivity(0.0, 0.0),
+            rolling_heat=False,
+        )
+        moving = solve_transient(contact, oil, nodes=500, thermal=True)
+        rows.append(
+            (
+                "thermal",
+                speed,
+                slip,
+                p_h / 1e9,
+                moving.friction_coefficient,
+                100 * (moving.friction_coefficient / hot.friction_fluid - 1.0),
+                math.nan,
+                moving.temperature_film_max - hot.temperature_film_max,
+            )
+        )
+    columns = ("heat", "u_r", "SR", "p_h GPa", "mu transient", "mu error %", "film error %", "film temperature error K")
+    print_table("smooth limit: transient against steady", columns, rows)
+    write_csv(out / "mixed_smooth.csv", columns, rows)
+
+
+def dry_error(run: Run, contact: LineContact) -> tuple[float, float, float]:
+    """L1 difference of the pressures, contact lengths of run and of `ehl.dry` over b, at the run's present geometry."""
+    problem = run.problem
+    units, surfaces = problem.units, problem.model.surfaces
+    gap = np.zeros(problem.x.size)
+    move_surfaces(gap, run.state.scalars[TRAVEL], surfaces)
+    x = problem.x * units.half_width
+    total = (run.state.fluid_pressure + run.state.contact_pressure) * units.pressure
+    dry = solve_dry(contact, x, -(gap - surfaces.parabola) * units.film, hardness=8e9)
+    length = np.count_nonzero(run.state.contact_pressure > 0.0) * units.spacing
+    difference = float(np.abs(dry.pressure - total).sum() / total.sum())
+    return difference, length / contact.half_width, dry.contact_length / contact.half_width
+
+
+def dry_limit(out: Path) -> None:
+    """Nearly no lubricant: pressures of the moving contact against the dry contact of the same geometry."""
+    rows = []
+    oil = eyring_oil(1e-6, 1e-11)
+    for rms, correlation, gamma in ((0.2e-6, 0.1, math.inf), (0.4e-6, 0.1, math.inf), (0.8e-6, 0.2, math.inf),
+                                    (0.4e-6, 0.1, 1.0), (0.2e-6, 0.2, 3.0)):  # fmt: skip
+        contact = line(1.0)
+        scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation), 20e-9, gamma)
+        run = scene.run(100.0)
+        records, _ = run.advance(round(startup_of(scene) * 100))
+        difference, touching, dry_touching = dry_error(run, contact)
+        mu = float(friction(records[-1:])[0])
+        rows.append(
+            (rms * 1e6, correlation, gamma, float(records[-1, SHARE]), mu, 100 * difference, touching, dry_touching)
+        )
+    columns = ("Rq um", "lc b", "gamma", "asperity share", "mu", "pressure difference %", "contact b", "contact b, dry")
+    print_table("dry limit", columns, rows)
+    write_csv(out / "mixed_dry.csv", columns, rows)
+
+
+def gaussian_plane(points: int, correlation: float, gamma: float, seed: int) -> np.ndarray:
+    """Periodic Gaussian heights of unit variance, ACF exp(-(x/lc)^2 - (y/(gamma lc))^2), lengths in cells."""
+    k = 2.0 * np.pi * np.fft.fftfreq(points)
+    envelope = np.exp(-((k[:, None] * correlation) ** 2 + (k[None, :] * gamma * correlation) ** 2) / 8.0)
+    white = np.fft.fft2(np.random.default_rng(seed).standard_normal((points, points)))
+    heights = np.fft.ifft2(white * envelope).real
+    return np.asarray((heights - heights.mean()) / heights.std())
+
+
+def flow_factor_direct(gap: np.ndarray) -> float:
+    """phi_x of a rigid gap by a direct solution of the 2-D Reynolds equation: p given at both ends, periodic in y."""
+    n, m = gap.shape
+    along = (0.5 * (gap[1:] + gap[:-1])) ** 3
+    across = (0.5 * (gap + np.roll(gap, -1, axis=1))) ** 3
+    node = np.arange(n * m).reshape(n, m)
+    i = np.concatenate([node[:-1].ravel(), node.ravel()])
+    j = np.concatenate([node[1:].ravel(), np.roll(node, -1, axis=1).ravel()])
+    f = np.concatenate([along.ravel(), across.ravel()])
+    ends = np.zeros((n, m))
+    ends[0], ends[-1] = 2.0 * gap[0] ** 3, 2.0 * gap[-1] ** 3
+    diagonal = np.bincount(i, f, n * m) + np.bincount(j, f, n * m) + ends.ravel()
+    matrix = coo_matrix((-f, (i, j)), (n * m, n * m))
+    matrix = (matrix + matrix.T).tocsc()
+    matrix.setdiag(diagonal)
+    load = np.zeros((n, m))
+    load[0] = ends[0]
+    p = spsolve(matrix.tocsc(), load.ravel()).reshape(n, m)
+    flow = float((ends[-1] * p[-1]).sum())
+    return flow / m * n / float(np.mean(gap) ** 3)
+
+
+def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed: int = 1) -> float:
+    """phi_x of the solver's exchange, its own kernels on a rigid slice: d/dx(f dp/dx) = k (p - P), P linear.
+
+    ``mean`` in units of the roughness, ``correlation`` in nodes.
+    """
+    contact = line(1.0, 0.0)
+    rms = 1e-6
+    thin = Lubricant(1e-3, 1e-13, density_law="incompressible", rheology="newtonian")
+    nodes_per_b = 2000.0
+    lc = correlation / nodes_per_b
+    scene = Scene(contact, thin, gaussian_pair(contact, rms, lc, seed, 8.0), 2e-8, gamma)
+    run = scene.run(nodes_per_b)
+    problem = run.problem
+    model = problem.model._replace(
+        drainage=problem.model.drainage._replace(first=0),
+        contact=problem.model.contact._replace(outlet=problem.x.size),
+    )
+    n = problem.x.size
+    rough = np.zeros(n)
+    move_surfaces(rough, 1e7, model.surfaces)
+    rough -= model.surfaces.parabola
+    rough *= problem.units.film
+    heights = mean * rms + (rough - rough.mean()) * rms / rough.std()
+    heights = np.maximum(heights, FLOOR * rms)
+    run.state.film[:] = heights / problem.units.film
+    linear = 1e-6 * np.linspace(2.0, 1.0, n)
+    run.state.fluid_pressure[:] = linear
+    run.macroscopic.pressure[:] = linear
+    work = run._work
+    flow_along(run.state, run._step, work, model, NEWTON, 1.0, True, False)
+    f = work.fluidity.copy()
+    exchange = np.zeros(n)
+    if math.isfinite(gamma):
+        for _ in range(2):  # the first pass finds the typical lateral fluidity
+            work.source[:] = 0.0
+            add_drainage(run.state, run._step, run.macroscopic, work, model, NEWTON)
+            run.macroscopic.typical[:] = math.exp(float(np.log(work.node.f).mean()))
+        exchange = work.exchange.copy()
+    matrix = np.zeros((3, n))
+    matrix[0, 1:] = -f[:-1]
+    matrix[2, :-1] = -f[:-1]
+    matrix[1] = exchange
+    matrix[1, :-1] += f[:-1]
+    matrix[1, 1:] += f[:-1]
+    right = exchange * linear
+    for end in (0, n - 1):
+        matrix[1, end] = 1.0
+        right[end] = linear[end]
+    matrix[0, 1] = matrix[2, n - 2] = 0.0
+    right[1] += f[0] * linear[0]
+    right[n - 2] += f[n - 2] * linear[n - 1]
+    p = solve_banded((1, 1), matrix, right)
+    flow = f[:-1] * (p[:-1] - p[1:])
+    inner = slice(n // 10, n - n // 10)
+    # a smooth gap of the same mean height carries this
+    smooth = model.fluid.flux * float(np.mean(heights) / problem.units.film) ** 3 * (linear[0] - linear[-1]) / (n - 1)
+    return float(flow[inner].mean() / smooth)
+
+
+def flow_factors(out: Path, points: int = 160, seeds: int = 3) -> None:
+    """phi_x of the side drainage against direct 2-D solutions of rigid Gaussian gaps, and Patir and Cheng."""
+    rows = []
+    for gamma in (3.0, 1.0, 1.0 / 3.0):
+        for mean in (3.0, 2.0, 1.0, 0.5):
+            direct = [
+                flow_factor_direct(np.maximum(mean + gaussian_plane(points, 5.0, gamma, s), FLOOR))
+                for s in range(seeds)
+            ]
+            model = [flow_factor_model(mean, gamma, seed=s) for s in range(seeds)]
+            sealed = flow_factor_model(mean, math.inf)
+            rows.append(
+                (
+                    gamma,
+                    mean,
+                    float(np.mean(direct)),
+                    float(np.std(direct)),
+                    float(np.mean(model)),
+                    sealed,
+                    float(np.mean(model) / np.mean(direct)),
+                )
+            )
+    columns = ("gamma", "h/sigma", "direct 2-D", "std over seeds", "this model", "sealed", "model/direct")
+    print_table("flow factor along x, rigid Gaussian roughness", columns, rows)
+    write_csv(out / "mixed_flow_factors.csv", columns, rows)
+
+
+def boundary_limit(out: Path) -> None:
+    """Asperity share and mu as eta0 u_r -> 0 at fixed roughness, for three lays."""
+    oil, rms = eyring_oil(), 0.4e-6
+    rows = []
+    for gamma in (math.inf, 3.0, 1.0):
+        for ratio in (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003):
+            contact = line(speed_of_film_ratio(ratio, rms, oil))
+            scene = Scene(contact, oil, gaussian_pair(contact, rms, 0.1), 30e-9, gamma)
+            run = scene.run(100.0)
+            run.advance(round(startup_of(scene) * 100))
+            records, _ = run.advance(400)
+            rows.append((gamma, ratio, float(records[:, SHARE].mean()), float(friction(records).mean())))
+    columns = ("gamma", "lambda", "asperity share", "mu")
+    print_table(f"boundary limit, mu_b = {BOUNDARY_FRICTION}, h_boundary 30 nm", columns, rows)
+    write_csv(out / "mixed_boundary_limit.csv", columns, rows)
+
+
+def wavy(contact: LineContact, wavelength: float, amplitude: float) -> RoughSurfaces:
+    """One surface with a cosine of the wavelength [b] and amplitude [m]."""
+    length = wavelength * contact.half_width
+    points = 64
+    heights = amplitude * np.cos(2.0 * np.pi * np.arange(4 * points) / points)
+    profile = RoughProfile.of(heights, length / points, cutoff=length, periodic=True)
+    return RoughSurfaces(profile, None)
+
+
+def attenuation(contact: LineContact, oil: Lubricant, wavelength: float, nodes_per_b: float) -> tuple[float, float]:
+    """Amplitude of the film over that of the rigid wave, in the middle of the contact, and the formula's g."""
+    film = film_estimate(contact, oil)
+    amplitude = 0.05 * film
+    scene = Scene(contact, oil, wavy(contact, wavelength, amplitude), 1e-9)
+    run = scene.run(nodes_per_b)
+    per_b = run.problem.units.steps_per_half_width
+    run.advance(round(max(4.0, 2.0 + 2.0 * wavelength) * per_b))
+    middle = int(np.argmin(np.abs(run.problem.x)))
+    steps = round(2.0 * wavelength * per_b)
+    history = np.zeros(steps)
+    for k in range(steps):
+        run.advance(1)
+        history[k] = run.state.film[middle]
+    phase = np.exp(-2j * np.pi * np.arange(steps) / (wavelength * per_b))
+    deformed = 2.0 * abs(np.mean(history * phase)) * run.problem.units.film
+    load, material = contact.moes_groups(oil)
+    return deformed / amplitude, wavelength * load**0.75 / math.sqrt(material)
+
+
+def waviness(out: Path) -> None:
+    """Attenuation of a small wave in pure rolling, Newtonian, against Venner and Lubrecht's curve."""
+    rows = []
+    oil = eyring_oil(0.04, 18e-9, rheology="newtonian")
+    for speed, p_h in ((5.0, 0.7e9), (5.0, 1.2e9), (1.0, 1.2e9)):
+        contact = line(speed, 0.0, p_h)
+        for wavelength in (0.0625, 0.125, 0.25, 0.5, 1.0):
+            mesh = max(200.0, 30.0 / wavelength)
+            value, g = attenuation(contact, oil, wavelength, mesh)
+            curve = 1.0 / (1.0 + 0.125 * g + 0.04 * g * g)
+            load, material = contact.moes_groups(oil)
+            rows.append((load, material, wavelength, g, value, curve, 100 * (value / curve - 1.0)))
+    columns = ("M", "L", "wavelength b", "g", "Ad/Ai", "1/(1 + 0.125 g + 0.04 g^2)", "difference %")
+    print_table("waviness in pure rolling", columns, rows)
+    write_csv(out / "mixed_waviness.csv", columns, rows)
+    figure, axes = plt.subplots(figsize=(5, 3.6))
+    g = np.geomspace(0.1, 60, 200)
+    axes.semilogx(g, 1.0 / (1.0 + 0.125 * g + 0.04 * g**2), "k-", label="1/(1 + 0.125 g + 0.04 g²)")
+    for load in sorted({r[0] for r in rows}):
+        part = [r for r in rows if r[0] == load]
+        axes.semilogx([r[3] for r in part], [r[4] for r in part], "o", label=f"M {load:.0f}, L {part[0][1]:.1f}")
+    axes.set(xlabel="g = (wavelength/b) M^0.75/L^0.5", ylabel="Ad/Ai")
+    axes.legend()
+    figure.tight_layout()
+    figure.savefig(out / "mixed_waviness.png", dpi=130)
+
+
+def slip_curves(out: Path) -> None:
+    """mu over slip with and without heat at the conditions of the prototype's table (smooth), and one rough set."""
+    slips = (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.5)
+    rows = []
+    curves = {}
+    for alpha, p_h, speed in (
+        (9.68e-9, 1e9, 5.0),
+        (9.68e-9, 2e9, 15.0),
+        (15e-9, 1e9, 5.0),
+        (15e-9, 1e9, 15.0),
+        (15e-9, 2e9, 5.0),
+        (15e-9, 2e9, 15.0),
+    ):
+        oil = eyring_oil(0.0106, alpha)
+        cold, hot = [], []
+        for slip in slips:
+            contact = line(speed, slip, p_h)
+            a = solve_transient(contact, oil, nodes=256)
+            b = solve_transient(contact, oil, nodes=256, thermal=True)
+            cold.append(a.friction_coefficient)
+            hot.append(b.friction_coefficient)
+            film, flash = b.temperature_film_max - 373.15, b.temperature_flash - 373.15
+            rows.append(
+                ("smooth", alpha * 1e9, p_h / 1e9, speed, slip, cold[-1], hot[-1], cold[-1] / hot[-1], film, flash)
+            )
+        curves[f"smooth, α {alpha * 1e9:.3g}/GPa, {p_h / 1e9:.0f} GPa, {speed:.0f} m/s"] = (cold, hot)
+    oil, rms = eyring_oil(0.0106), 0.1e-6
+    cold, hot = [], []
+    for slip in slips:
+        contact = line(5.0, slip)
+        pair = gaussian_pair(contact, rms, 0.15)
+        values = []
+        for thermal in (False, True):
+            scene = Scene(contact, oil, pair, 20e-9, 1.0, thermal)
+            run = scene.run(80.0)
+            run.advance(round((startup_of(scene) + 6.0) * 80))
+            values.append(float(friction(run.advance(12 * 80)[0]).mean()))
+        cold.append(values[0])
+        hot.append(values[1])
+        rows.append(("rough", 15.0, 1.0, 5.0, slip, *values, values[0] / values[1], math.nan, math.nan))
+    curves[f"rough, λ {scene.film_ratio:.2g}, α 15/GPa, 1 GPa, 5 m/s"] = (cold, hot)
+    columns = (
+        "surface",
+        "alpha 1/GPa",
+        "p_h GPa",
+        "u_r",
+        "SR",
+        "mu isothermal",
+        "mu thermal",
+        "ratio",
+        "film K",
+        "flash K",
+    )
+    print_table("friction over slip", columns, rows)
+    write_csv(out / "mixed_slip.csv", columns, rows)
+    figure, axes = plt.subplots(figsize=(7, 4.4))
+    for (name, (a, b)), colour in zip(curves.items(), plt.colormaps["tab10"].colors, strict=False):
+        axes.semilogx(slips, a, "--", color=colour, lw=1)
+        axes.semilogx(slips, b, "o-", color=colour, ms=3, label=name)
+    axes.set(xlabel="slide-to-roll ratio", ylabel="friction coefficient", title="dashed isothermal, solid with heat")
+    axes.legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(out / "mixed_slip.png", dpi=130)

@@ -1,0 +1,62 @@
+"""Physics of the deterministic rough solver against independent solutions, and its own error bars.
+
+    python benchmarks/mixed_validation.py STUDY --out benchmarks/out
+
+Every study prints its tables and writes CSV and, where it has one, a PNG; each runs alone on one core.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import mixed_errors
+import mixed_limits
+import mixed_stribeck
+
+LIMITS = {
+    "smooth": mixed_limits.smooth_limit,
+    "dry": mixed_limits.dry_limit,
+    "flow": mixed_limits.flow_factors,
+    "boundary": mixed_limits.boundary_limit,
+    "waviness": mixed_limits.waviness,
+    "slip": mixed_limits.slip_curves,
+}
+
+
+def main() -> None:
+    """Run one study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "study",
+        choices=[*LIMITS, "reported", "intervals", "mesh", "targets", "cost", "stribeck"],
+    )
+    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
+    parser.add_argument("--count", type=int, default=100, help="cases or seeds")
+    parser.add_argument("--seed", type=int, default=21)
+    parser.add_argument("--seconds", type=float, default=1800.0, help="time after which no further case is started")
+    parser.add_argument("--window", type=float, default=12.0, help="travel averaged [b]")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    if given.study in LIMITS:
+        LIMITS[given.study](given.out)
+    elif given.study == "reported":
+        mixed_errors.reported_errors(given.out, given.count, given.seed, given.seconds, given.window)
+    elif given.study == "intervals":
+        mixed_errors.statistical_intervals(given.out, given.count, given.window)
+    elif given.study == "mesh":
+        mixed_errors.mesh_table(given.out, given.window)
+    elif given.study == "targets":
+        mixed_errors.mesh_targets(given.out, given.window)
+    elif given.study == "stribeck":
+        mixed_stribeck.stribeck(given.out, given.window)
+    elif given.study == "cost":
+        mixed_errors.cost(given.out)
+
+
+if __name__ == "__main__":
+    main()
