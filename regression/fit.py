@@ -124,6 +124,7 @@ def fit_formula(dataset: Dataset, family_name: str = "xu", *, corners: bool = Fa
         oil=OilIdentity(name=dataset.oil or None, card_hash=dataset.oil_hash or None),
         fit=scores(frame, within),
         validation=scores(frame, held_out),
+        corners=None if corners else corner_scores(dataset, family, fitted.values, mu_b),
         folds=folds,
         bands=bands(frame, held_out),
         interval=interval_of(frame, error),
@@ -338,6 +339,18 @@ def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
         bias=float(np.mean(relative)),
         worst=WorstCase(key=str(frame["key"].iloc[worst]), relative_error=float(relative[worst]), conditions=case),
     )
+
+
+def corner_scores(
+    dataset: Dataset, family: Family, coefficients: Mapping[str, float], boundary_friction: float
+) -> Scores | None:
+    """Errors at the corners of the box, which were not fitted; None where the plan has none that can be used."""
+    frame = dataset.frame
+    usable = (frame["origin"] == "corner") & (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
+    frame = frame[usable & (frame["slide_to_roll_total"] > 0.0)].reset_index(drop=True)
+    if frame.empty:
+        return None
+    return scores(frame, np.exp(family.log_mu(columns(frame), coefficients, boundary_friction)))
 
 
 def _r2(observed: Array, predicted: Array) -> float:

@@ -148,6 +148,7 @@ class Formula(InputModel):
     oil: OilIdentity
     fit: Scores
     validation: Scores
+    corners: Scores | None
     folds: int
     bands: tuple[Band, ...]
     interval: Interval

@@ -90,6 +90,13 @@ def formula_report(formula: Formula) -> None:
         highlight=False,
         soft_wrap=True,
     )
+    if formula.corners is not None:
+        corners = formula.corners
+        console.print(
+            f"{corners.count} corners of the box, not fitted: MAPE {100.0 * corners.mape:.1f} %, "
+            f"95 % {100.0 * corners.p95:.1f} %, worst {100.0 * corners.largest:.1f} %",
+            highlight=False,
+        )
     data = formula.data
     console.print(
         f"{data.used} of {data.count} cases used, {formula.folds} folds, noise floor of the data "

@@ -97,6 +97,15 @@ def test_formula_states_ranges_identity_and_errors(dataset: Dataset) -> None:
     assert formula.interval.log_width <= formula.interval.largest
 
 
+def test_corners_are_checked_where_they_were_not_fitted(dataset: Dataset) -> None:
+    checked = fit_formula(dataset, "load_share").corners
+    assert checked is not None
+    corner = dataset.frame["origin"] == "corner"
+    assert checked.count == corner.sum() == 32
+    assert checked.worst.key in set(dataset.frame[corner]["key"])
+    assert fit_formula(dataset, "load_share", corners=True).corners is None
+
+
 def test_families_come_best_first(dataset: Dataset) -> None:
     formulas = list(fit_families(dataset).values())
     assert formulas[0].family == "load_share"

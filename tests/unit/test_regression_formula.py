@@ -54,6 +54,7 @@ def content(family: str, coefficients: dict[str, float]) -> dict[str, Any]:
         "oil": {"name": "fva3", "card_hash": "0"},
         "fit": SCORES,
         "validation": SCORES,
+        "corners": None,
         "folds": 10,
         "bands": [],
         "interval": {"level": 0.9, "log_width": 0.1, "largest": 0.25},
