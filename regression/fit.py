@@ -5,7 +5,6 @@ dataset -> usable rows -> coefficients and their errors -> held-out errors by fo
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,30 +18,11 @@ from regression import __version__
 from regression.conditions import UNITS, Array
 from regression.dataset import Dataset, columns
 from regression.families import FAMILIES, Family, family_named
-from regression.formula import (
-    FORMULA_SCHEMA,
-    Band,
-    DataIdentity,
-    Formula,
-    Interval,
-    OilIdentity,
-    Scores,
-    WidthBand,
-    WorstCase,
-)
+from regression.formula import FORMULA_SCHEMA, DataIdentity, Formula, OilIdentity, Scores
+from regression.scores import bands, computed_friction, interval_of, noise_floor, scores
 
-INTERVAL_LEVEL = 0.9
 FOLDS = 10
 _CELLS = 4  # cells per axis of the (p, R) groups
-_LEAST_IN_BAND = 20  # held-out cases a band needs for an interval of its own
-
-# edges of the bands errors are reported in; outer bands are open
-BANDS: dict[str, tuple[float, ...]] = {
-    "film_ratio": (0.5, 1.0, 2.0),
-    "slide_to_roll_total": (0.05, 0.2, 0.5, 1.0),
-    "pressure_hertz": (0.7e9, 1.0e9, 1.5e9),
-    "temperature_oil": (333.15, 353.15, 373.15),
-}
 
 
 @dataclass(frozen=True)
@@ -107,7 +87,7 @@ def fit_formula(dataset: Dataset, family_name: str = "xu", *, corners: bool = Fa
         held_out, folds = cross_validate(family, frame, mu_b)
     table = columns(frame)
     within = np.exp(family.log_mu(table, fitted.values, mu_b))
-    error = np.abs(np.log(held_out / _mu(frame)))
+    error = np.abs(np.log(held_out / computed_friction(frame)))
     return Formula(
         schema_version=FORMULA_SCHEMA,
         writer=f"mixed-ehl {__version__}",
@@ -163,10 +143,6 @@ def fit_families(dataset: Dataset, *, corners: bool = False) -> dict[str, Formul
     return dict(sorted(fitted.items(), key=lambda item: -item[1].validation.r2_log))
 
 
-def _mu(frame: pd.DataFrame) -> Array:
-    return frame["friction_coefficient"].to_numpy(dtype=float)
-
-
 def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
     """Rows ln mu can be fitted to, and how many were left out for which reason."""
     frame = dataset.frame
@@ -185,7 +161,7 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
 
 def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: float) -> Coefficients:
     """Coefficients of one family from the rows of a dataset."""
-    table, target = columns(frame), np.log(_mu(frame))
+    table, target = columns(frame), np.log(computed_friction(frame))
     if family.design is not None:
         return linear_fit(family.terms, family.design(table), target)
     return _nonlinear_fit(family, table, target, boundary_friction)
@@ -321,26 +297,6 @@ def cross_validate(family: Family, frame: pd.DataFrame, boundary_friction: float
     return predicted, int(np.unique(folds).size)
 
 
-def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
-    """Errors of predicted against computed friction over all rows."""
-    mu = _mu(frame)
-    relative = predicted / mu - 1.0
-    worst = int(np.argmax(np.abs(relative)))
-    names = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total", "temperature_oil")
-    case = {name: float(frame[name].iloc[worst]) for name in (*names, "roughness_rms", "friction_coefficient")}
-    return Scores(
-        count=len(mu),
-        r2=_r2(mu, predicted),
-        r2_log=_r2(np.log(mu), np.log(predicted)),
-        rmse=float(np.sqrt(np.mean((predicted - mu) ** 2))),
-        mape=float(np.mean(np.abs(relative))),
-        p95=float(np.quantile(np.abs(relative), 0.95)),
-        largest=float(np.abs(relative).max()),
-        bias=float(np.mean(relative)),
-        worst=WorstCase(key=str(frame["key"].iloc[worst]), relative_error=float(relative[worst]), conditions=case),
-    )
-
-
 def corner_scores(
     dataset: Dataset, family: Family, coefficients: Mapping[str, float], boundary_friction: float
 ) -> Scores | None:
@@ -351,67 +307,3 @@ def corner_scores(
     if frame.empty:
         return None
     return scores(frame, np.exp(family.log_mu(columns(frame), coefficients, boundary_friction)))
-
-
-def _r2(observed: Array, predicted: Array) -> float:
-    total = float(np.sum((observed - observed.mean()) ** 2))
-    return 1.0 - float(np.sum((observed - predicted) ** 2)) / total if total > 0.0 else 0.0
-
-
-def bands(frame: pd.DataFrame, predicted: Array) -> tuple[Band, ...]:
-    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out."""
-    relative = predicted / _mu(frame) - 1.0
-    result = []
-    for variable, edges in BANDS.items():
-        values = frame[variable].to_numpy(dtype=float)
-        finite = values[np.isfinite(values)]
-        if not finite.size:
-            continue
-        limits = (float(finite.min()), *(e for e in edges if finite.min() < e < finite.max()), float(finite.max()))
-        for low, high in itertools.pairwise(limits):
-            inside = (values >= low) & ((values < high) | ((high == limits[-1]) & (values <= high)))
-            if inside.any():
-                error = np.abs(relative[inside])
-                result.append(
-                    Band(
-                        variable=variable,
-                        low=low,
-                        high=high,
-                        count=int(inside.sum()),
-                        mape=float(error.mean()),
-                        p95=float(np.quantile(error, 0.95)),
-                        bias=float(relative[inside].mean()),
-                    )
-                )
-    return tuple(result)
-
-
-def interval_of(frame: pd.DataFrame, error: Array) -> Interval:
-    """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is."""
-    ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
-    widths = []
-    for low, high in itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)):
-        inside = (ratio >= low) & (ratio < high)
-        if np.count_nonzero(inside) >= _LEAST_IN_BAND:
-            width = conformal_width(error[inside], INTERVAL_LEVEL)
-            end = high if math.isfinite(high) else None
-            widths.append(WidthBand(low=low, high=end, count=int(np.count_nonzero(inside)), log_width=width))
-    return Interval(
-        level=INTERVAL_LEVEL,
-        log_width=conformal_width(error, INTERVAL_LEVEL),
-        largest=float(error.max()),
-        bands=tuple(widths),
-    )
-
-
-def conformal_width(error: Array, level: float) -> float:
-    """The smallest width that covers ceil((n + 1) level) of n held-out errors (split conformal)."""
-    rank = min(math.ceil((len(error) + 1) * level), len(error))
-    return float(np.sort(error)[rank - 1])
-
-
-def noise_floor(frame: pd.DataFrame) -> float:
-    """RMS of the solver's own relative friction error: what no formula can fall below; 0 where none is stated."""
-    stated = frame["friction_error"].to_numpy(dtype=float)
-    stated = stated[np.isfinite(stated)]
-    return float(np.sqrt(np.mean(stated**2))) if stated.size else 0.0

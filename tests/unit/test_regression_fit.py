@@ -13,20 +13,9 @@ from ehl.errors import InputError
 from ehl.validation import validate
 from regression.dataset import Dataset, export_table, load_dataset
 from regression.evaluators import published_outputs
-from regression.fit import (
-    bands,
-    cell_groups,
-    conformal_width,
-    fit_families,
-    fit_formula,
-    fold_numbers,
-    interval_of,
-    linear_fit,
-    noise_floor,
-    scores,
-    usable_rows,
-)
+from regression.fit import cell_groups, fit_families, fit_formula, fold_numbers, linear_fit, usable_rows
 from regression.plan import Plan
+from regression.scores import bands, conformal_width, interval_of, noise_floor, scores
 from regression.sweep import sweep
 
 PLAN = {

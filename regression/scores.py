@@ -1,0 +1,112 @@
+"""What a fit is worth: its errors over all cases, by region, and the interval they justify."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pandas as pd
+
+from regression.conditions import Array
+from regression.formula import Band, Interval, Scores, WidthBand, WorstCase
+
+INTERVAL_LEVEL = 0.9
+_LEAST_IN_BAND = 20  # held-out cases a band needs for an interval of its own
+
+# edges of the bands errors are reported in; outer bands are open
+BANDS: dict[str, tuple[float, ...]] = {
+    "film_ratio": (0.5, 1.0, 2.0),
+    "slide_to_roll_total": (0.05, 0.2, 0.5, 1.0),
+    "pressure_hertz": (0.7e9, 1.0e9, 1.5e9),
+    "temperature_oil": (333.15, 353.15, 373.15),
+}
+
+
+def computed_friction(frame: pd.DataFrame) -> Array:
+    """The friction coefficients of a dataset's rows."""
+    return frame["friction_coefficient"].to_numpy(dtype=float)
+
+
+def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
+    """Errors of predicted against computed friction over all rows."""
+    mu = computed_friction(frame)
+    relative = predicted / mu - 1.0
+    worst = int(np.argmax(np.abs(relative)))
+    names = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total", "temperature_oil")
+    case = {name: float(frame[name].iloc[worst]) for name in (*names, "roughness_rms", "friction_coefficient")}
+    return Scores(
+        count=len(mu),
+        r2=_r2(mu, predicted),
+        r2_log=_r2(np.log(mu), np.log(predicted)),
+        rmse=float(np.sqrt(np.mean((predicted - mu) ** 2))),
+        mape=float(np.mean(np.abs(relative))),
+        p95=float(np.quantile(np.abs(relative), 0.95)),
+        largest=float(np.abs(relative).max()),
+        bias=float(np.mean(relative)),
+        worst=WorstCase(key=str(frame["key"].iloc[worst]), relative_error=float(relative[worst]), conditions=case),
+    )
+
+
+def _r2(observed: Array, predicted: Array) -> float:
+    total = float(np.sum((observed - observed.mean()) ** 2))
+    return 1.0 - float(np.sum((observed - predicted) ** 2)) / total if total > 0.0 else 0.0
+
+
+def bands(frame: pd.DataFrame, predicted: Array) -> tuple[Band, ...]:
+    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out."""
+    relative = predicted / computed_friction(frame) - 1.0
+    result = []
+    for variable, edges in BANDS.items():
+        values = frame[variable].to_numpy(dtype=float)
+        finite = values[np.isfinite(values)]
+        if not finite.size:
+            continue
+        limits = (float(finite.min()), *(e for e in edges if finite.min() < e < finite.max()), float(finite.max()))
+        for low, high in itertools.pairwise(limits):
+            inside = (values >= low) & ((values < high) | ((high == limits[-1]) & (values <= high)))
+            if inside.any():
+                error = np.abs(relative[inside])
+                result.append(
+                    Band(
+                        variable=variable,
+                        low=low,
+                        high=high,
+                        count=int(inside.sum()),
+                        mape=float(error.mean()),
+                        p95=float(np.quantile(error, 0.95)),
+                        bias=float(relative[inside].mean()),
+                    )
+                )
+    return tuple(result)
+
+
+def interval_of(frame: pd.DataFrame, error: Array) -> Interval:
+    """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is."""
+    ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
+    widths = []
+    for low, high in itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)):
+        inside = (ratio >= low) & (ratio < high)
+        if np.count_nonzero(inside) >= _LEAST_IN_BAND:
+            width = conformal_width(error[inside], INTERVAL_LEVEL)
+            end = high if math.isfinite(high) else None
+            widths.append(WidthBand(low=low, high=end, count=int(np.count_nonzero(inside)), log_width=width))
+    return Interval(
+        level=INTERVAL_LEVEL,
+        log_width=conformal_width(error, INTERVAL_LEVEL),
+        largest=float(error.max()),
+        bands=tuple(widths),
+    )
+
+
+def conformal_width(error: Array, level: float) -> float:
+    """The smallest width that covers ceil((n + 1) level) of n held-out errors (split conformal)."""
+    rank = min(math.ceil((len(error) + 1) * level), len(error))
+    return float(np.sort(error)[rank - 1])
+
+
+def noise_floor(frame: pd.DataFrame) -> float:
+    """RMS of the solver's own relative friction error: what no formula can fall below; 0 where none is stated."""
+    stated = frame["friction_error"].to_numpy(dtype=float)
+    stated = stated[np.isfinite(stated)]
+    return float(np.sqrt(np.mean(stated**2))) if stated.size else 0.0
