@@ -22,6 +22,7 @@ from regression.formula import FORMULA_SCHEMA, DataIdentity, Formula, OilIdentit
 from regression.scores import bands, computed_friction, interval_of, noise_floor, scores
 
 FOLDS = 10
+LARGEST_ERROR = 0.1  # a case whose own relative error is larger says too little about mu to be fitted
 _CELLS = 4  # cells per axis of the (p, R) groups
 
 
@@ -150,6 +151,7 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
     reasons = pd.Series("", index=frame.index, dtype=object)
     reasons[frame["slide_to_roll_total"] <= 0.0] = "no sliding"
     reasons[~(mu > 0.0)] = "friction not positive"
+    reasons[frame["friction_error"] > LARGEST_ERROR] = f"friction error above {100.0 * LARGEST_ERROR:.0f} %"
     if not corners:
         reasons[frame["origin"] == "corner"] = "corner kept for checking"
     failed = frame["status"] == "failed"

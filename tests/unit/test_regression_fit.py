@@ -53,14 +53,20 @@ def test_rows_that_cannot_be_fitted_are_left_out_and_counted(dataset: Dataset) -
     worse = changed(dataset, sobol[:3], friction_coefficient=0.0)
     worse = changed(worse, sobol[3:5], friction_coefficient=-0.01)
     worse = changed(worse, sobol[5:6], status="failed", reason="time_cap")
+    worse = changed(worse, sobol[6:8], status="unsettled", friction_error=[0.09, 0.11])
     frame, excluded = usable_rows(worse, corners=False)
-    assert excluded == {"corner kept for checking": 32, "failed: time_cap": 1, "friction not positive": 5}
-    assert len(frame) == 58
+    assert excluded == {
+        "corner kept for checking": 32,
+        "failed: time_cap": 1,
+        "friction error above 10 %": 1,
+        "friction not positive": 5,
+    }
+    assert len(frame) == 57
     assert (frame["friction_coefficient"] > 0.0).all()
-    assert len(usable_rows(worse, corners=True)[0]) == 90
+    assert len(usable_rows(worse, corners=True)[0]) == 89
     formula = fit_formula(worse, "power_law")
     assert formula.data.excluded == excluded
-    assert (formula.data.count, formula.data.used) == (96, 58)
+    assert (formula.data.count, formula.data.used) == (96, 57)
 
 
 def test_terms_that_do_not_vary_are_dropped_with_their_reason(dataset: Dataset) -> None:
