@@ -11,7 +11,8 @@ import typer
 def solve(
     case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Input file of one contact.")],
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
-    plot: Annotated[Path | None, typer.Option(help="Write a figure of pressure and film (PNG, SVG, PDF).")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
+    animate: Annotated[Path | None, typer.Option(help="Write the moving roughness as a film (GIF, HTML).")] = None,
 ) -> None:
     """Solve one lubricated contact."""
     from ehl.inputs import load_case
@@ -19,15 +20,23 @@ def solve(
     from ehl.solve import solve_case
 
     case = load_case(case_file)
-    result = solve_case(case)
-    if plot is not None and result.status != "failed":
-        from ehl.plots import plot_contact, save_figure
+    if animate is not None:
+        from ehl.animation import check_animation
 
-        save_figure(plot_contact(case, result), plot)
+        check_animation(case, animate)
+    result = solve_case(case)
     if json_output:
         print_json(result.to_dict())
     else:
         result_table(case, result)
+    if plot is not None and result.status != "failed":
+        from ehl.plots import plot_contact, save_figure
+
+        save_figure(plot_contact(case, result), plot)
+    if animate is not None and result.status != "failed":
+        from ehl.animation import animate_contact
+
+        animate_contact(case, result, animate)
     if result.status != "converged":
         typer.echo(f"{result.status}: {result.reason}", err=True)
         raise typer.Exit(1)
