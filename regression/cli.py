@@ -22,7 +22,8 @@ class SweepGroup(typer.core.TyperGroup):
 sweep_app = typer.Typer(
     cls=SweepGroup,
     no_args_is_help=True,
-    help="Compute the contacts of a plan: mixed-ehl sweep PLAN.toml -o RUN. The same command resumes.",
+    help="Compute the contacts of a plan: mixed-ehl sweep PLAN.toml -o RUN. The same command resumes. "
+    "Its options: mixed-ehl sweep run --help.",
 )
 
 
