@@ -3,8 +3,9 @@
     python benchmarks/smooth_accuracy.py --count 128 --seed 14 --out benchmarks/out
 
 For each contact and accuracy the values are compared with the extrapolation over grids up to four times finer on the
-same grading. Single grids without extrapolation stand beside them. Times are CPU times (one thread). Prints tables, writes smooth_accuracy.csv and .png.
-The constants of the error estimate were chosen on seeds 11 to 13 of this sample; other seeds check them.
+same grading. Single grids without extrapolation stand beside them. Times are CPU times (one thread). Prints tables,
+writes smooth_accuracy.csv and .png. The constants of the error estimate were chosen on seeds 11 to 13 of this sample;
+other seeds check them.
 """
 
 from __future__ import annotations
