@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ehl.contact import LineContact
-from ehl.errors import InputError
+from ehl.errors import ConvergenceError, InputError
 from ehl.transient.scaling import solved_length
 from ehl.transient.surfaces import RoughSurfaces
 
@@ -19,6 +19,12 @@ DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
 SETTLING = 0.5  # after the change to the fine mesh [b]
 THERMAL_CAP = 8.0  # longest wait for the slower surface to be heated through the contact [b]
 NODES_MAX = 8192
+# most nodes by level, and nodes per correlation length below which the answer would mean nothing
+BUDGET: dict[str, int] = {"fast": 2048, "standard": 4096, "reference": NODES_MAX}
+FEWEST_PER_LENGTH = 3.0
+PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the companion of twice the spacing must carry it as well
+LONG_WAVES = 3.0  # correlation lengths a batch of the mean holds at least
+LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contact
 
 
 @dataclass(frozen=True)
@@ -39,6 +45,12 @@ class Plan:
         Travel of both before the window [b].
     boundary_study : bool
         Whether mu at twice and half the boundary film is computed.
+    nodes_max : int
+        Budget of nodes.
+    coarsest : float
+        Largest spacing that still shows the roughness [b]; infinity when smooth.
+    batch : float
+        Travel of the smallest batch of the mean [b].
     """
 
     spacing: float
@@ -48,6 +60,9 @@ class Plan:
     startup: float
     settling: float
     boundary_study: bool
+    nodes_max: int = NODES_MAX
+    coarsest: float = math.inf
+    batch: float = BATCH
 
 
 # nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, tolerance, windows [b]
@@ -82,11 +97,15 @@ def make_plan(
             raise InputError("accuracy", accuracy, "0.0001 to 0.5 as a relative tolerance on mu")
         level = "fast" if tolerance >= 0.04 else "standard" if tolerance >= 0.012 else "reference"
     high, low, smooth, _, window_min, window_max = LEVELS[level]
-    spacing = 2.0 / smooth
+    spacing, coarsest, batch = 2.0 / smooth, math.inf, BATCH
     if surfaces.profiles:
         per_length = high if film > 0.3 * surfaces.rms else low
-        lc = min(p.correlation_length for p in surfaces.profiles if math.isfinite(p.correlation_length))
-        spacing = min(spacing, lc / (per_length * contact.half_width))
+        lc = surfaces.shortest_correlation_length / contact.half_width
+        coarsest = min(lc / FEWEST_PER_LENGTH, surfaces.shortest_wavelength / (PER_WAVELENGTH * contact.half_width))
+        spacing = min(spacing, lc / per_length, coarsest)
+        # roughness longer than the contact: a batch must see some of it
+        longer = min(max(LONG_WAVES * surfaces.correlation_length / (BATCH * contact.half_width), 1.0), LONG_WINDOWS)
+        batch, window_min, window_max = BATCH * longer, window_min * longer, window_max * longer
     else:
         spacing = 1.0 / smooth
         window_min = window_max = 2.0 * BATCH
@@ -95,11 +114,20 @@ def make_plan(
     if thermal:
         slower = min(abs(contact.speed_1), abs(contact.speed_2)) / contact.speed_entrainment
         settling += min(2.5 / max(slower, 1e-3), THERMAL_CAP)
-    return Plan(spacing, tolerance, window_min, window_max, startup, settling, level != "fast")
+    study = level != "fast"
+    return Plan(spacing, tolerance, window_min, window_max, startup, settling, study, BUDGET[level], coarsest, batch)
 
 
 def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: float) -> Plan:
-    """The plan with a fixed number of nodes or a fixed window."""
+    """The plan with a fixed number of nodes or a fixed window, inside the budget of nodes.
+
+    Raises
+    ------
+    InputError
+        `nodes` or `travel` is out of range.
+    ConvergenceError
+        "mesh_budget": the nodes of this level cannot show the roughness.
+    """
     if nodes is not None:
         if not 64 <= nodes <= NODES_MAX:
             raise InputError("nodes", nodes, f"64 to {NODES_MAX}")
@@ -108,8 +136,11 @@ def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: 
         if not 1.0 <= travel <= 1e5:
             raise InputError("travel", travel, "1 to 100000 half-widths")
         plan = replace(plan, window_min=travel, window_max=travel)
-    if length / plan.spacing > NODES_MAX:
-        plan = replace(plan, spacing=length / NODES_MAX)
+    elif length / plan.spacing > plan.nodes_max:
+        plan = replace(plan, spacing=length / plan.nodes_max)
+        if plan.spacing > plan.coarsest:
+            needed = math.ceil(length / plan.coarsest)
+            raise ConvergenceError("mesh_budget", f"{needed} nodes needed, {plan.nodes_max} at this accuracy")
     return plan
 
 

@@ -25,7 +25,7 @@ class Fallbacks:
     plain : int
         By Newton.
     relaxed, slow : int
-        By relaxed Picard iteration on the fluidity, weight 0.5 and 0.2.
+        By Newton and relaxed Picard iteration on the fluidity in turns, and by Picard with weight 0.2.
     continued : int
         By continuation from the step before.
     lagged : int

@@ -122,10 +122,11 @@ class Run:
         self._step = _step_arrays(n)
         self._step.thermal[:] = 1.0 if model.fluid.law == 1 else 0.0
         self._saved = Saved(
-            predicted_fluid=np.zeros(n),
-            predicted_contact=np.zeros(n),
+            path_fluid=np.zeros(n),
+            path_contact=np.zeros(n),
             last_fluid=np.zeros(n),
             last_contact=np.zeros(n),
+            path=np.zeros(5),
             last_step=_step_arrays(n),
             target_step=_step_arrays(n),
         )

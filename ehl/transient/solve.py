@@ -43,6 +43,7 @@ from ehl.transient.surfaces import RoughSurfaces
 Array = NDArray[np.float64]
 
 BLOCK = 4.0  # travel between two looks at the interval [b]
+ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 UNCONVERGED_ALLOWED = 0.01  # share of the steps
 LAGGED_ALLOWED = 0.02
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
@@ -54,6 +55,7 @@ class Window:
     """What one run recorded: all steps, and the mean profiles since the start-up."""
 
     run: Run
+    batch: float = BATCH  # travel of a batch of the mean [b]
     started: list[Array] = field(default_factory=list)
     recorded: list[Array] = field(default_factory=list)
     profiles: Array = field(init=False)
@@ -86,8 +88,13 @@ class Window:
         return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
 
     def interval(self) -> tuple[float, float]:
-        """mu and the half width of its 90 % interval."""
-        return batch_means(self.friction(), round(BATCH * self.run.problem.units.steps_per_half_width))
+        """mu and the half width of its 90 % interval.
+
+        Of too few batches the whole window counts as one draw from a distribution of its own spread.
+        """
+        friction = self.friction()
+        mean, half_width = batch_means(friction, round(self.batch * self.run.problem.units.steps_per_half_width))
+        return mean, half_width if math.isfinite(half_width) else ONE_DRAW * float(np.std(friction))
 
 
 def solve_transient(
@@ -147,7 +154,9 @@ def solve_transient(
     Raises
     ------
     InputError
-        A value is out of range, or the mesh cannot carry the profiles.
+        A value is out of range, or the given nodes cannot carry the profiles.
+    ConvergenceError
+        "mesh_budget": the nodes of this accuracy cannot show the roughness.
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
@@ -166,10 +175,10 @@ def solve_transient(
     )
     coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))
 
-    coarse = Window(Run(build_problem(contact, lubricant, rough, bodies, coarse_settings)))
+    coarse = Window(Run(build_problem(contact, lubricant, rough, bodies, coarse_settings)), plan.batch)
     coarse.start(plan.startup)
     fine_settings = replace(settings, start_travel=coarse.run.travel)
-    fine = Window(Run(build_problem(contact, lubricant, rough, bodies, fine_settings)))
+    fine = Window(Run(build_problem(contact, lubricant, rough, bodies, fine_settings)), plan.batch)
     fine.run.start_from(coarse.run)
     for window in (coarse, fine):
         window.start(plan.settling)
@@ -229,9 +238,11 @@ def _check(contact: LineContact, film: float, friction: float, peklenik: float, 
 
 
 def _notes(
-    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: Problem
+    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: Problem, plan: Plan
 ) -> tuple[str, ...]:
     notes = []
+    if problem.settings.nodes == plan.nodes_max:
+        notes.append("mesh at the budget of nodes of this accuracy")
     if problem.settings.boundary_film < 10e-9 and problem.model.surfaces.profile_1.size:
         notes.append("boundary film below 10 nm: usual meshes do not resolve it")
     if problem.settings.thermal:
@@ -291,7 +302,7 @@ def _result(
     return TransientResult(
         status=status,
         reason=reason,
-        notes=_notes(contact, lubricant, materials, problem),
+        notes=_notes(contact, lubricant, materials, problem, plan),
         friction_coefficient=mu,
         friction_fluid=float(mean[MU_FLUID]),
         friction_asperity=float(model.contact.friction * mean[SHARE]),

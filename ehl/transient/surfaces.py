@@ -45,8 +45,13 @@ class RoughSurfaces:
     @property
     def correlation_length(self) -> float:
         """lc of both surfaces [m], averaged as the drainage needs it (mean of Rq^2/lc^2); inf when smooth."""
-        curvature = sum((p.rms / p.correlation_length) ** 2 for p in self.profiles)
+        curvature = sum((p.rms / _correlation_length(p)) ** 2 for p in self.profiles)
         return self.rms / math.sqrt(curvature) if curvature > 0.0 else math.inf
+
+    @property
+    def shortest_correlation_length(self) -> float:
+        """The smaller lc of both surfaces [m]; inf when smooth."""
+        return min((_correlation_length(p) for p in self.profiles), default=math.inf)
 
     @property
     def shortest_wavelength(self) -> float:
@@ -63,6 +68,11 @@ class RoughSurfaces:
     def common_length(self) -> float | None:
         """Period [m] the node spacing should divide: that of the first rough profile."""
         return self.profiles[0].length if self.profiles else None
+
+
+def _correlation_length(profile: RoughProfile) -> float:
+    """lc [m]; half the length of a profile whose autocorrelation never falls to 1/e."""
+    return profile.correlation_length if math.isfinite(profile.correlation_length) else 0.5 * profile.length
 
 
 def ring(profile: RoughProfile) -> tuple[Array, float]:

@@ -15,13 +15,13 @@ import math
 
 from numba import njit
 
-from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.elasticity import INTERNAL
 from ehl.transient._kernels.heat import log_or_floor
 
 STEP_MAX = 0.3  # largest change of P in one update, p_h
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def accumulate(state, macro, work, model):
     """Add the exchange of one converged step; True when the window is full."""
     first = model.drainage.first
@@ -41,7 +41,7 @@ def accumulate(state, macro, work, model):
     return macro.counts[0] >= model.drainage.window
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def update_pressure(macro, model):
     """One relaxed step of P from the window means."""
     rule = model.drainage

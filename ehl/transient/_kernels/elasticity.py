@@ -5,6 +5,14 @@ from __future__ import annotations
 from numba import njit
 
 FLAGS = {"reassoc", "contract", "arcp", "nsz"}
+# kernels called by kernels only: without the wrappers for Python they compile in half the time
+INTERNAL = {
+    "cache": True,
+    "error_model": "numpy",
+    "fastmath": FLAGS,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)

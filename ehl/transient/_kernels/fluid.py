@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.elasticity import FLAGS, INTERNAL
 from ehl.transient._kernels.elementary import exp, log
 
 BARUS, ROELANDS, MODULUS = range(3)
@@ -26,7 +26,7 @@ def thermal_factor(temperature, fluid):
     return -fluid.slope * (temperature - fluid.temperature)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def isothermal_exponent(p, fluid):
     """ln(eta/eta0) at the inlet temperature, p >= 0."""
     if fluid.law == ROELANDS:
@@ -36,14 +36,14 @@ def isothermal_exponent(p, fluid):
     return p / (fluid.c0 + fluid.c1 * p)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def with_temperature(exponent, thermal, fluid):
     """ln(eta/eta0) with the temperature factor, clamped."""
     value = (exponent + fluid.c0) * thermal - fluid.c0 if fluid.law == ROELANDS else exponent + thermal
     return min(value, LOG_VISCOSITY_MAX)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def viscosity_rows(rows, fluid):
     """Fill exponent ln(eta/eta0), its pressure slope and the mobility eta0/eta from pressure and temperature factor."""
     p = rows.pressure
@@ -76,7 +76,7 @@ def viscosity_rows(rows, fluid):
         mobility[i] = exp(-exponent[i])
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def sinh_ratio(x):
     """sinh(S)/S of S = asinh(x) > 0, and its derivative by x."""
     if x < 1e-2:
@@ -142,7 +142,7 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
             by_pressure[i] = -f[i] * slope[i] * (1.0 - log_slope)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def shear_stress(h, p, exponent, fluid):
     """Film shear stress over p_h and its derivative by ln eta, limited to Lambda p."""
     limit = fluid.limit * p

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.elasticity import INTERNAL
 from ehl.transient._kernels.elementary import log
 from ehl.transient._kernels.fluid import (
     heated_shear_stress,
@@ -19,14 +19,14 @@ from ehl.transient._kernels.fluid import (
 from ehl.transient._kernels.quasi_separable import FLUID
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def film_factors(state, step, model):
     """Temperature factors of the viscosity from the film temperatures of the last step."""
     for i in range(step.thermal.size):
         step.thermal[i] = thermal_factor(state.temperature[i], model.fluid)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def recall_surfaces(state, model):
     """Move both memory grids by one step and read the temperature rise the past fluxes leave at the nodes."""
     heat = model.heat
@@ -66,7 +66,7 @@ def recall_surfaces(state, model):
             ahead = acc
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def store_fluxes(state, model):
     """Add the fluxes of this step to the memory of the points they entered at."""
     heat = model.heat
@@ -84,7 +84,7 @@ def store_fluxes(state, model):
                     state.memory[s, slot, m] += heat.weights[s, m] * flux
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def instant_rise(model, s):
     """Temperature rise per unit flux of the current step, K m2/W."""
     total = 0.0
@@ -93,7 +93,7 @@ def instant_rise(model, s):
     return total
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def shear_and_temperature(state, step, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
@@ -149,7 +149,7 @@ def shear_and_temperature(state, step, work, model):
         state.surface_temperature[1, i] = rise_2 + a2 * q2
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def log_or_floor(value):
     """ln of a positive number, held above -69 so that averages of logarithms stay finite."""
     return log(min(max(value, 1e-30), 1e30))

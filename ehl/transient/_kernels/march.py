@@ -5,10 +5,18 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.transient._kernels.drainage import accumulate, update_pressure
-from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.elasticity import FLAGS, INTERNAL
 from ehl.transient._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
 from ehl.transient._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
-from ehl.transient._kernels.newton import CONTINUED, SLOW, UNCONVERGED, film_response, solve_step
+from ehl.transient._kernels.newton import (
+    CONTINUED,
+    PLAIN,
+    UNCONVERGED,
+    film_response,
+    keep_mean_film,
+    middle_film,
+    solve_step,
+)
 from ehl.transient._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
 
 # columns of the record of a step
@@ -29,11 +37,14 @@ from ehl.transient._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
     COLUMNS,
 ) = range(14)
 
+DONE, PART, SPENT, GOOD_LEVEL, STAGE_NOW = range(
+    5
+)  # of Saved.path: way done, next part, iterations, level of the last good point
 CONTINUATION_LIMIT = 200  # iterations of all partial steps together
 SMALLEST_PART = 1.0 / 64.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def copy_pressures(state, fluid, contact):
     """Keep a copy of both pressures."""
     for i in range(fluid.size):
@@ -41,7 +52,7 @@ def copy_pressures(state, fluid, contact):
         contact[i] = state.contact_pressure[i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def restore_pressures(state, fluid, contact, level):
     """Return to a copy."""
     for i in range(fluid.size):
@@ -50,7 +61,7 @@ def restore_pressures(state, fluid, contact, level):
     state.scalars[LEVEL] = level
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def copy_step(source, target):
     """Copy the known side of a step."""
     for i in range(source.gap.size):
@@ -60,77 +71,80 @@ def copy_step(source, target):
         target.thermal[i] = source.thermal[i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def continue_from_last(state, step, saved, macro, work, model, last_level, stage):
-    """Follow the solution from the last step's problem to this one in parts, each by full Newton.
-
-    Geometry, mass and temperature are blended linearly.  The last part is the step itself, so nothing is
-    approximated; only the way there differs.  Returns iterations and success.
-    """
-    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
-    copy_step(step, saved.target_step)
-    target = saved.target_step
+@njit(**INTERNAL)
+def blend_step(step, saved, here):
+    """The problem a fraction ``here`` of the way from the last step's problem to this one."""
     last = saved.last_step
-    done = 0.0
-    part = 0.25
-    total = 0
-    good_level = last_level
-    copy_pressures(state, saved.predicted_fluid, saved.predicted_contact)  # last good point of the path
-    while done < 1.0 and total < CONTINUATION_LIMIT:
-        here = min(done + part, 1.0)
-        for i in range(step.gap.size):
-            step.gap[i] = last.gap[i] + here * (target.gap[i] - last.gap[i])
-            step.foot[i] = last.foot[i] + here * (target.foot[i] - last.foot[i])
-            step.weight[i] = last.weight[i] + here * (target.weight[i] - last.weight[i])
-            step.thermal[i] = last.thermal[i] + here * (target.thermal[i] - last.thermal[i])
-        iterations, converged = solve_step(state, step, macro, work, model, stage)
-        total += iterations
-        if converged:
-            done = here
-            good_level = state.scalars[LEVEL]
-            copy_pressures(state, saved.predicted_fluid, saved.predicted_contact)
-            if iterations < 8:
-                part *= 2.0
-        else:
-            restore_pressures(state, saved.predicted_fluid, saved.predicted_contact, good_level)
-            part *= 0.5
-            if part < SMALLEST_PART:
-                break
-    copy_step(target, step)
-    return total, done >= 1.0
+    target = saved.target_step
+    for i in range(step.gap.size):
+        step.gap[i] = last.gap[i] + here * (target.gap[i] - last.gap[i])
+        step.foot[i] = last.foot[i] + here * (target.foot[i] - last.foot[i])
+        step.weight[i] = last.weight[i] + here * (target.weight[i] - last.weight[i])
+        step.thermal[i] = last.thermal[i] + here * (target.thermal[i] - last.thermal[i])
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
+def follow_path(state, step, saved, converged, iterations):
+    """One decision of the continuation after a partial solve; returns whether it goes on.
+
+    Geometry, mass and temperature are blended linearly from the last step to this one; the last part is the step
+    itself, so nothing is approximated, only the way there differs.
+    """
+    path = saved.path
+    if converged:
+        path[DONE] = min(path[DONE] + path[PART], 1.0)
+        path[GOOD_LEVEL] = state.scalars[LEVEL]
+        copy_pressures(state, saved.path_fluid, saved.path_contact)
+        if iterations < 8:
+            path[PART] *= 2.0
+    else:
+        restore_pressures(state, saved.path_fluid, saved.path_contact, path[GOOD_LEVEL])
+        path[PART] *= 0.5
+    path[SPENT] += iterations
+    if path[DONE] >= 1.0 or path[PART] < SMALLEST_PART or path[SPENT] > CONTINUATION_LIMIT:
+        copy_step(saved.target_step, step)
+        return False
+    blend_step(step, saved, min(path[DONE] + path[PART], 1.0))
+    return True
+
+
+@njit(**INTERNAL)
 def solve_with_fallbacks(state, step, saved, macro, work, model, last_level):
-    """Newton; failing that relaxed Picard, continuation, slow Picard, and last the fluidity of the prediction.
+    """Newton; then Picard and Newton in turns, continuation, slow Picard, and last the fluidity of the prediction.
 
     Returns iterations and the stage that succeeded.  Only the lagged stage changes the discrete problem.
     """
-    level = state.scalars[LEVEL]
-    copy_pressures(state, saved.predicted_fluid, saved.predicted_contact)
+    path = saved.path
     total = 0
-    for stage in range(UNCONVERGED):
-        if stage == CONTINUED:
-            if state.scalars[AGE] < 0.5:
-                continue
-            iterations, converged = continue_from_last(state, step, saved, macro, work, model, last_level, stage)
-        else:
-            if stage >= SLOW:  # the continuation has used the copy of the prediction
-                restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
-            elif stage > 0:
-                restore_pressures(state, saved.predicted_fluid, saved.predicted_contact, level)
-            iterations, converged = solve_step(state, step, macro, work, model, stage)
+    path[STAGE_NOW] = PLAIN
+    while path[STAGE_NOW] < UNCONVERGED:
+        stage = int(path[STAGE_NOW])  # not a literal, or the solver would be compiled once per value
+        iterations, converged = solve_step(state, step, macro, work, model, stage)
         total += iterations
+        if stage == CONTINUED:
+            if follow_path(state, step, saved, converged, iterations):
+                continue
+            converged = path[DONE] >= 1.0
         if converged:
             return total, stage
-    restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
+        stage += 1
+        if stage == CONTINUED and state.scalars[AGE] < 0.5:
+            stage += 1
+        path[STAGE_NOW] = stage
+        if stage >= CONTINUED:
+            restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
+        if stage == CONTINUED:
+            path[DONE], path[PART], path[SPENT], path[GOOD_LEVEL] = 0.0, 0.25, 0.0, last_level
+            copy_pressures(state, saved.path_fluid, saved.path_contact)
+            copy_step(step, saved.target_step)
+            blend_step(step, saved, path[PART])
     film_response(state, step, work, model)
     for i in range(step.gap.size):
         work.source[i] = 0.0
     return total, UNCONVERGED
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def write_record(record, state, macro, work, model):
     """Friction, films, pressures and temperatures of the step."""
     contact = model.contact
@@ -195,7 +209,10 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         carry_mass(state, step.foot, step.weight)
         if model.heat.on:
             film_factors(state, step, model)
+        mean = middle_film(state, model.contact)
         predict(state)
+        if scalars[AGE] > 0.5:
+            keep_mean_film(state, step, work, model, mean)
         iterations, stage = solve_with_fallbacks(state, step, saved, macro, work, model, last_level)
         if scalars[AGE] < 1.5:
             scalars[LEVEL_OLD] = scalars[LEVEL]

@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.elasticity import FLAGS, INTERNAL
 from ehl.transient._kernels.quasi_separable import FLUID
 from ehl.transient._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD
 
@@ -55,7 +55,7 @@ def move_surfaces(gap, travel, surfaces):
         gap[i] += surfaces.parabola[i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def carry_mass(state, foot, weight):
     """Mass at the foot of the characteristic: BDF2 along it, backward Euler at the start and where the film breaks."""
     mass = state.mass
@@ -77,7 +77,7 @@ def carry_mass(state, foot, weight):
         old[i] = mass[i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def predict(state):
     """Pressure of the new step: the mean stays, the ripple moves with u_r and is extrapolated."""
     fluid = state.fluid_pressure
@@ -116,7 +116,7 @@ def predict(state):
     scalars[LEVEL_OLD] = level
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def settle_mass(state, step, work, model):
     """Mass after the step: rho h in a full gap, the carried mass plus what flowed in elsewhere."""
     boundary = model.contact.boundary

@@ -10,23 +10,25 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.transient._kernels.elasticity import FLAGS, exponential_product
+from ehl.transient._kernels.elasticity import FLAGS, INTERNAL, exponential_product
 from ehl.transient._kernels.fluid import fluidity_rows
 from ehl.transient._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
 from ehl.transient._kernels.records import CAPPED, LEVEL
 
 NEWTON, PICARD, FROZEN = range(3)  # full derivatives; relaxed lagged fluidity; fluidity of the start
-# how a step was solved, in the order tried, and what each stage does: mode, relaxation, iterations allowed
+# how a step was solved, in the order tried, and what each stage starts with: mode, relaxation, iterations allowed;
+# the relaxed stage goes on from where Newton stalled and alternates between the two
 PLAIN, RELAXED, CONTINUED, SLOW, LAGGED, UNCONVERGED = range(6)
 STAGE_MODE = (NEWTON, PICARD, NEWTON, PICARD, FROZEN)
 STAGE_RELAXATION = (1.0, 0.5, 1.0, 0.2, 1.0)
-STAGE_LIMIT = (30, 60, 30, 150, 60)
+STAGE_LIMIT = (30, 90, 30, 150, 60)
 PRESSURE_STEP = (0.4, 0.8)  # an iteration changes p by at most 0.4 + 0.8 p
-PATIENCE = 12  # iterations after which a stalling residual cuts the step
+PICARD_TURN = 16  # Picard iterations before Newton is tried again
+STALL = 6  # Newton has stalled after so many iterations without a residual 30 % below its best
 LOAD_TOLERANCE = 1e-6
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def film_response(state, step, work, model):
     """Gap under the present pressures; returns their sum."""
     total = work.total
@@ -42,7 +44,7 @@ def film_response(state, step, work, model):
     return load
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def flow_along(state, step, work, model, mode, relaxation, start, repeat):
     """Fluidity between the nodes and the flow it carries.
 
@@ -81,7 +83,7 @@ def flow_along(state, step, work, model, mode, relaxation, start, repeat):
     half.by_pressure[n - 1] = 0.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def add_drainage(state, step, macro, work, model, mode):
     """Exchange with the macroscopic pressure, and its entries in the bands.
 
@@ -177,7 +179,7 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
         work.unit[i] = film_left[i] + film_here[i] + film_right[i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def update_sets(state, work, model, compliance):
     """Let nodes enter and leave the three sets; returns the number of changes and the largest residual."""
     contact = model.contact
@@ -221,7 +223,7 @@ def update_sets(state, work, model, compliance):
     return changes, largest
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def hand_over(state, work, model):
     """Make pressures agree with the sets; returns the number of nodes touched.
 
@@ -255,7 +257,23 @@ def hand_over(state, work, model):
     return touched
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
+def keep_mean_film(state, step, work, model, mean):
+    """Shift the approach of the bodies so that the predicted pressures leave the mean film where it was."""
+    film_response(state, step, work, model)
+    state.scalars[LEVEL] += mean - middle_film(state, model.contact)
+
+
+@njit(**INTERNAL)
+def middle_film(state, contact):
+    """Mean gap over the middle of the contact."""
+    total = 0.0
+    for i in range(contact.middle_first, contact.middle_last):
+        total += state.film[i]
+    return total / (contact.middle_last - contact.middle_first)
+
+
+@njit(**INTERNAL)
 def start_sets(state, work, model):
     """Node kinds of the predicted pressures; the inlet node is given and the outlet carries no fluid pressure."""
     p = state.fluid_pressure
@@ -271,8 +289,8 @@ def start_sets(state, work, model):
         work.kind[i] = kind
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def apply_increment(state, work, model, load_error, damping, limit_step):
+@njit(**INTERNAL)
+def apply_increment(state, work, model, load_error, limit_step):
     """Border the two solutions with the load condition and move the unknowns."""
     sol = work.solution
     kind = work.kind
@@ -299,7 +317,7 @@ def apply_increment(state, work, model, load_error, damping, limit_step):
             excess = max(excess, size)
         if kind[i] & CONTACT:
             sol[1, i] -= rise * sol[3, i]
-    step = damping / excess if limit_step else damping
+    step = 1.0 / excess if limit_step else 1.0
     state.scalars[LEVEL] += step * rise
     for i in range(1, last):
         if kind[i] & FLUID:
@@ -308,7 +326,7 @@ def apply_increment(state, work, model, load_error, damping, limit_step):
             state.contact_pressure[i] += step * sol[1, i]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def solve_step(state, step, macro, work, model, stage):
     """Solve one step from the pressures in ``state``; returns iterations and success.
 
@@ -324,8 +342,9 @@ def solve_step(state, step, macro, work, model, stage):
         diagonal += elastic.weights_newton[m]
     compliance = 0.1 / diagonal
     start_sets(state, work, model)
-    damping = 1.0
-    previous = 1e30
+    best = 1e30
+    best_at = 0
+    turn_at = 0
     load = 0.0
     largest = 0.0
     changes = 0
@@ -363,10 +382,19 @@ def solve_step(state, step, macro, work, model, stage):
             work.solution,
             work.block,
         )
-        if iterations > PATIENCE and mode == NEWTON:
-            damping = max(0.5 * damping, 0.08) if largest > 0.8 * previous else min(1.0, 1.8 * damping)
-        previous = largest
-        apply_increment(state, work, model, load_error, damping, mode == NEWTON)
+        if largest < 0.7 * best:
+            best = largest
+            best_at = iterations
+        elif mode == NEWTON and iterations - best_at >= STALL:
+            if stage != RELAXED:
+                break
+            mode = PICARD
+            turn_at = iterations
+        if mode == PICARD and stage == RELAXED and iterations - turn_at >= PICARD_TURN:
+            mode = NEWTON
+            best = largest
+            best_at = iterations
+        apply_increment(state, work, model, load_error, mode == NEWTON)
     if not converged:
         for i in range(n):
             state.fluid_pressure[i] = max(state.fluid_pressure[i], 0.0)

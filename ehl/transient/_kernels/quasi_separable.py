@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ehl.transient._kernels.elasticity import FLAGS
+from ehl.transient._kernels.elasticity import FLAGS, INTERNAL
 
 FLUID = 1
 CONTACT = 2
@@ -181,7 +181,7 @@ def factor_and_solve(first, last, kind, band, weights, ratios, rhs_f, rhs_c, uni
     back_substitute(first, last, kind, right, ratios, sol, work, state)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**INTERNAL)
 def back_substitute(first, last, kind, right, ratios, sol, work, state):
     """The backward sweep: ``state`` now gathers the later unknowns."""
     for m in range(MODES):

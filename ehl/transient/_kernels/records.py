@@ -195,9 +195,10 @@ class Work(NamedTuple):
 class Saved(NamedTuple):
     """Copies a fallback returns to."""
 
-    predicted_fluid: np.ndarray
-    predicted_contact: np.ndarray
+    path_fluid: np.ndarray  # last good point of the continuation
+    path_contact: np.ndarray
     last_fluid: np.ndarray
     last_contact: np.ndarray
+    path: np.ndarray  # progress of the continuation
     last_step: Step
     target_step: Step
