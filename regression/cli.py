@@ -29,7 +29,9 @@ sweep_app = typer.Typer(
 
 @sweep_app.command("run")
 def sweep_run(
-    plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: demo, gear_range.")],
+    plan: Annotated[
+        str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: demo, gear_range, gear_range_75w90.")
+    ],
     run: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder of the results.")],
     jobs: Annotated[int | None, typer.Option(help="Worker processes; all processors if not given.")] = None,
     shard: Annotated[str, typer.Option(help="i/n: only every n-th case, beginning with the i-th.")] = "1/1",

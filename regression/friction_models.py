@@ -110,14 +110,17 @@ class FormulaFriction:
     name: str
 
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        """Friction with the cross-validated interval of the fit; outside its range the widest error seen."""
+        """Friction with the interval of the fit; outside its range and with another oil the widest error seen."""
         value = self.formula.evaluate(conditions_of(state, oil))
         known = self.formula.oil.name
         other = known is not None and known != oil.name
+        width = self.formula.interval.largest
+        lower = value.mu * np.exp(-width) if other else value.lower
+        upper = value.mu * np.exp(width) if other else value.upper
         flag = np.full(np.shape(value.mu), FrictionFlag.OTHER_OIL if other else FrictionFlag.OK)
         flag = np.where(value.outside, FrictionFlag.OUTSIDE_RANGE, flag)
         flag = np.where(value.undefined, FrictionFlag.UNDEFINED, flag)
-        return FrictionEstimate(value.mu, value.lower, value.upper, flag.astype(np.int8))
+        return FrictionEstimate(value.mu, lower, upper, flag.astype(np.int8))
 
 
 def friction_model(spec: str) -> FrictionModel:
@@ -150,9 +153,12 @@ def friction_model(spec: str) -> FrictionModel:
     raise InputError("friction model", spec, friction_model_choices(), "Check the name or the path.")
 
 
-def shipped_formulas() -> tuple[str, ...]:
-    """Names of the fitted formulas that come with the program."""
-    return data_names("formulas", ".json") if data_path("formulas").is_dir() else ()
+def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
+    """Names of the fitted formulas that come with the program: all, or those fitted to one oil."""
+    names = data_names("formulas", ".json")
+    if oil is None:
+        return names
+    return tuple(name for name in names if load_formula(data_path("formulas", f"{name}.json")).oil.name == oil)
 
 
 def friction_model_choices() -> str:

@@ -125,6 +125,7 @@ def test_points_outside_are_flagged_and_get_the_widest_error() -> None:
     assert estimate.flag.tolist() == [FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK]
     assert estimate.upper[1] / estimate.mu[1] == pytest.approx(np.exp(0.25), rel=1e-12)
     other = FormulaFriction(FORMULAS["xu"], "f").evaluate(points, Oil.load("75w90"))
+    assert other.upper[0] / other.mu[0] == pytest.approx(np.exp(0.25), rel=1e-12)
     assert other.flag.tolist() == [FrictionFlag.OTHER_OIL, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OTHER_OIL]
 
 
