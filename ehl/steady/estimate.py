@@ -25,13 +25,13 @@ class Extrapolation:
 
 # An error of order h^3 left in the extrapolated value is 1/7 of its last change: the factor 2 on it, and the share of
 # the last raw change that guards against accidental zeros, were chosen on one Sobol set of contacts and checked on
-# others (benchmarks/smooth_accuracy.py). The share falls with the fourth power of the mesh size from its value on the
+# others (benchmarks/smooth_accuracy.py). The share falls with the sixth power of the mesh size from its value on the
 # grids 49, 97, 193.
 CHANGE_SHARE = 2.0 / 7.0
 RAW_SHARE = 0.03
 RAW_INTERVALS = 48
 RAW_BOUNDS = (0.002, 0.1)
-FLOOR = 2e-6  # what ending the mesh in an open parabolic inlet leaves (measured against four times the length)
+FLOOR = 5e-7  # what ending the mesh in an open parabolic inlet leaves (measured against four times the length)
 
 
 def extrapolate(levels: list[Array], coarsest: int) -> Extrapolation:
@@ -52,6 +52,6 @@ def extrapolate(levels: list[Array], coarsest: int) -> Extrapolation:
     before = middle + (middle - coarse) / 3.0
     with np.errstate(divide="ignore", invalid="ignore"):
         orders = np.log2(np.abs((middle - coarse) / (fine - middle)))
-    share = float(np.clip(RAW_SHARE * (RAW_INTERVALS / (coarsest - 1)) ** 4, *RAW_BOUNDS))
+    share = float(np.clip(RAW_SHARE * (RAW_INTERVALS / (coarsest - 1)) ** 6, *RAW_BOUNDS))
     errors = CHANGE_SHARE * np.abs(value - before) + share * np.abs(fine - middle) + FLOOR * np.abs(value)
     return Extrapolation(value, errors, orders)

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 TIP = 1e-3  # least spike length resolved, in half-widths
 BLUNT_TIP = 5e-2  # the same where the spike of a Newtonian fluid is a near singularity
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
-INLET_MARGIN = 24.0  # inlet length over the length of the loaded zone; beyond it an open parabola
+INLET_MARGIN = 40.0  # inlet length over the length of the loaded zone; beyond it an open parabola
 
 
 @dataclass(frozen=True)

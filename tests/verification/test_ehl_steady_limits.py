@@ -114,7 +114,7 @@ def test_hertz_pressure_flattens_the_gap():
         flatness.append(np.ptp(gap[inside]))
         assert np.median(gap[inside]) == pytest.approx(0.25 * (1.0 + 2.0 * math.log(2.0)), abs=4.0 * flatness[-1])
     assert flatness[1] < 2e-5
-    assert flatness[1] < 0.15 * flatness[0]
+    assert flatness[1] < 0.3 * flatness[0]
 
 
 def test_film_and_flow_re_evaluated_in_si():
