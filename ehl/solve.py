@@ -125,7 +125,7 @@ def solve_contact(
     bulk: tuple[float, float],
     start: ContactResult | None = None,
 ) -> ContactResult:
-    """Solve one contact; a failure is a status, never an exception.
+    """Solve one contact; a failure to solve it is a status, never an exception.
 
     Parameters
     ----------
@@ -137,6 +137,11 @@ def solve_contact(
         Their bulk temperatures [K].
     start : ContactResult, optional
         Solution of a similar contact, as a warm start.
+
+    Raises
+    ------
+    InputError
+        A profile or a number of the surfaces cannot be used.
     """
     clock = time.perf_counter()
     smooth = _smooth_film(contact, lubricant, model, bodies, bulk, start)
@@ -215,7 +220,10 @@ def _rough(
             effect = roughness_effect(film_ratio)
             skipped.append(f"roughness and time: estimated change of friction {100.0 * effect:.2g} %")
             return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
-    run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=smooth.heat is not None)
+    try:
+        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=smooth.heat is not None)
+    except ConvergenceError as error:
+        return _failed(error.reason, smooth.iterations, 0.0)
     if run.status == "failed":
         return replace(_failed(run.reason, smooth.iterations, 0.0), transient=run)
     rms = rough_surfaces(surface, contact.half_width).rms if surface.measured else surface.roughness_rms
