@@ -1,0 +1,71 @@
+"""The fitted formulas that come with the program: they belong to today's oil cards and say what they said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ehl.oil import Oil
+from ehl.state import ContactState
+from regression.formula import Formula
+from regression.friction_models import FormulaFriction, FrictionFlag, friction_model, shipped_formulas
+from regression.sweep import oil_hash
+
+
+def shipped(name: str) -> Formula:
+    model = friction_model(name)
+    assert isinstance(model, FormulaFriction)
+    assert model.name == name
+    return model.formula
+
+
+@pytest.mark.parametrize("name", shipped_formulas())
+def test_formula_belongs_to_the_oil_card(name: str) -> None:
+    formula = shipped(name)
+    assert formula.oil.name is not None
+    assert formula.oil.card_hash == oil_hash(formula.oil.name), "the card changed: sweep and fit again"
+    assert formula.data.plan.startswith("gear_range")
+    assert formula.data.used > 1000
+    # what docs/friction_formula.md says of it
+    assert formula.validation.mape < 0.03
+    assert formula.validation.p95 < 0.11
+
+
+# pressure [Pa], radius [m], entrainment speed [m/s], SR, temperature [K], roughness [m]
+POINTS = np.array(
+    [
+        [0.6e9, 0.010, 8.0, 0.05, 333.15, 0.2e-6],
+        [1.2e9, 0.020, 3.0, 0.30, 363.15, 0.5e-6],
+        [2.0e9, 0.050, 1.0, 1.00, 383.15, 0.9e-6],
+    ]
+)
+
+
+def test_values_are_those_of_the_release() -> None:
+    p, r, u, sr, t, rq = POINTS.T
+    state = ContactState.of(
+        pressure_hertz=p,
+        radius_equivalent=r,
+        effective_modulus=226.37e9,
+        speed_entrainment=u,
+        slide_to_roll=sr,
+        temperature_oil=t,
+        roughness_rms_1=rq / np.sqrt(2.0),
+        roughness_rms_2=rq / np.sqrt(2.0),
+    )
+    found = {}
+    for name in shipped_formulas():
+        formula = shipped(name)
+        estimate = friction_model(name).evaluate(state, Oil.load(formula.oil.name or ""))
+        assert (estimate.flag == FrictionFlag.OK).all()
+        found[name] = estimate.mu
+    assert set(found) == set(EXPECTED)
+    for name, values in EXPECTED.items():
+        # printed to six decimals
+        np.testing.assert_allclose(found[name], values, rtol=0.0, atol=0.6e-6)
+
+
+EXPECTED: dict[str, list[float]] = {
+    "75w90_load_share": [0.001103, 0.059038, 0.091456],
+    "fva3_load_share": [0.018972, 0.059681, 0.090610],
+}
