@@ -25,7 +25,7 @@ from mixed_scenes import (
 from scipy.stats import qmc
 
 from ehl.transient._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
-from ehl.transient.scaling import film_estimate
+from ehl.transient.batches import batch_means
 from ehl.transient.solve import Window
 
 BATCH = 2.0  # [b]
@@ -137,11 +137,12 @@ INTERVAL_CONDITIONS = {
 }
 
 
-def statistical_intervals(out: Path, seeds: int, window: float) -> None:
-    """mu step by step over seeds at four conditions on one mesh: data for the coverage of the 90 % interval."""
-    oil, rms, mesh = eyring_oil(), 0.4e-6, 60.0
-    series: dict[str, np.ndarray] = {}
-    for name, (ratio, gamma, slip) in INTERVAL_CONDITIONS.items():
+def statistical_intervals(out: Path, seeds: int, window: float, only: int | None = None) -> None:
+    """mu step by step over seeds at four conditions on one mesh, and the coverage of the 90 % interval."""
+    oil, rms, mesh = eyring_oil(), 0.4e-6, 40.0
+    for number, (name, (ratio, gamma, slip)) in enumerate(INTERVAL_CONDITIONS.items()):
+        if only is not None and number != only:
+            continue
         contact = line(speed_of_film_ratio(ratio, rms, oil, slide_to_roll=slip), slip)
         collected = []
         for seed in range(seeds):
@@ -149,28 +150,24 @@ def statistical_intervals(out: Path, seeds: int, window: float) -> None:
             (member,) = family(scene, (mesh,), startup_of(scene), window)
             collected.append(friction(member.records))
         shortest = min(s.size for s in collected)
-        series[name] = np.array([s[:shortest] for s in collected])
-        out.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(out / "mixed_intervals.npz", **series)  # type: ignore[arg-type]
-        print(name, "done", flush=True)
-    summarise_intervals(out, mesh)
+        series = np.array([s[:shortest] for s in collected])
+        np.savez_compressed(out / f"mixed_intervals_{number}.npz", name=name, mesh=mesh, series=series)
+    summarise_intervals(out)
 
 
-def summarise_intervals(out: Path, mesh: float) -> None:
+def summarise_intervals(out: Path) -> None:
     """Coverage of the interval of `ehl.transient.batches` against the mean over all seeds."""
-    from ehl.transient.batches import batch_means
-
-    data = np.load(out / "mixed_intervals.npz")
     rows = []
     inside_all: list[bool] = []
-    for name in data.files:
-        series = data[name]
+    for path in sorted(out.glob("mixed_intervals_?.npz")):
+        data = np.load(path)
+        series, mesh, name = data["series"], float(data["mesh"]), str(data["name"])
+        truth = float(series.mean())
         for travel in (12.0, 24.0, 48.0):
             steps = round(travel * mesh)
             if steps > series.shape[1] + mesh:
                 continue
             part = series[:, :steps]
-            truth = float(series.mean())
             found = [batch_means(s, round(BATCH * mesh)) for s in part]
             inside = [abs(m - truth) <= w for m, w in found]
             inside_all += inside
@@ -280,6 +277,3 @@ def cost(out: Path) -> None:
     for ratio in (1.5, 0.3):
         n, t = np.array([(r[2], r[5]) for r in rows if r[0] == ratio and r[1] == "sealed"], dtype=float).T
         print(f"lambda {ratio}: exponent of time per iteration {np.polyfit(np.log(n), np.log(t), 1)[0]:.2f}")
-
-
-__all__ = ["cost", "film_estimate", "mesh_table", "mesh_targets", "reported_errors", "statistical_intervals"]

@@ -20,9 +20,6 @@ from mixed_scenes import (
     startup_of,
     write_csv,
 )
-from scipy.linalg import solve_banded
-from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import spsolve
 
 from ehl.contact import LineContact
 from ehl.dry import solve_dry
@@ -34,12 +31,9 @@ from ehl.thermal_steady import solve_steady_thermal
 from ehl.transient import RoughSurfaces, solve_transient
 from ehl.transient._kernels.march import SHARE
 from ehl.transient._kernels.motion import move_surfaces
-from ehl.transient._kernels.newton import NEWTON, add_drainage, flow_along
 from ehl.transient._kernels.records import TRAVEL
 from ehl.transient.run import Run
 from ehl.transient.scaling import film_estimate
-
-FLOOR = 0.02  # gap of rigid surfaces where they would overlap, in roughness
 
 
 def smooth_limit(out: Path) -> None:
@@ -121,7 +115,7 @@ def dry_limit(out: Path) -> None:
     oil = eyring_oil(1e-6, 1e-11)
     for rms, correlation, gamma in ((0.2e-6, 0.1, math.inf), (0.4e-6, 0.1, math.inf), (0.8e-6, 0.2, math.inf),
                                     (0.4e-6, 0.1, 1.0), (0.2e-6, 0.2, 3.0)):  # fmt: skip
-        contact = line(1.0)
+        contact = line(0.02)
         scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation), 20e-9, gamma)
         run = scene.run(100.0)
         records, _ = run.advance(round(startup_of(scene) * 100))
@@ -133,123 +127,6 @@ def dry_limit(out: Path) -> None:
     columns = ("Rq um", "lc b", "gamma", "asperity share", "mu", "pressure difference %", "contact b", "contact b, dry")
     print_table("dry limit", columns, rows)
     write_csv(out / "mixed_dry.csv", columns, rows)
-
-
-def gaussian_plane(points: int, correlation: float, gamma: float, seed: int) -> np.ndarray:
-    """Periodic Gaussian heights of unit variance, ACF exp(-(x/lc)^2 - (y/(gamma lc))^2), lengths in cells."""
-    k = 2.0 * np.pi * np.fft.fftfreq(points)
-    envelope = np.exp(-((k[:, None] * correlation) ** 2 + (k[None, :] * gamma * correlation) ** 2) / 8.0)
-    white = np.fft.fft2(np.random.default_rng(seed).standard_normal((points, points)))
-    heights = np.fft.ifft2(white * envelope).real
-    return np.asarray((heights - heights.mean()) / heights.std())
-
-
-def flow_factor_direct(gap: np.ndarray) -> float:
-    """phi_x of a rigid gap by a direct solution of the 2-D Reynolds equation: p given at both ends, periodic in y."""
-    n, m = gap.shape
-    along = (0.5 * (gap[1:] + gap[:-1])) ** 3
-    across = (0.5 * (gap + np.roll(gap, -1, axis=1))) ** 3
-    node = np.arange(n * m).reshape(n, m)
-    i = np.concatenate([node[:-1].ravel(), node.ravel()])
-    j = np.concatenate([node[1:].ravel(), np.roll(node, -1, axis=1).ravel()])
-    f = np.concatenate([along.ravel(), across.ravel()])
-    ends = np.zeros((n, m))
-    ends[0], ends[-1] = 2.0 * gap[0] ** 3, 2.0 * gap[-1] ** 3
-    diagonal = np.bincount(i, f, n * m) + np.bincount(j, f, n * m) + ends.ravel()
-    matrix = coo_matrix((-f, (i, j)), (n * m, n * m))
-    matrix = (matrix + matrix.T).tocsc()
-    matrix.setdiag(diagonal)
-    load = np.zeros((n, m))
-    load[0] = ends[0]
-    p = spsolve(matrix.tocsc(), load.ravel()).reshape(n, m)
-    flow = float((ends[-1] * p[-1]).sum())
-    return flow / m * n / float(np.mean(gap) ** 3)
-
-
-def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed: int = 1) -> float:
-    """phi_x of the solver's exchange, its own kernels on a rigid slice: d/dx(f dp/dx) = k (p - P), P linear.
-
-    ``mean`` in units of the roughness, ``correlation`` in nodes.
-    """
-    contact = line(1.0, 0.0)
-    rms = 1e-6
-    thin = Lubricant(1e-3, 1e-13, density_law="incompressible", rheology="newtonian")
-    nodes_per_b = 2000.0
-    lc = correlation / nodes_per_b
-    scene = Scene(contact, thin, gaussian_pair(contact, rms, lc, seed, 8.0), 2e-8, gamma)
-    run = scene.run(nodes_per_b)
-    problem = run.problem
-    model = problem.model._replace(
-        drainage=problem.model.drainage._replace(first=0),
-        contact=problem.model.contact._replace(outlet=problem.x.size),
-    )
-    n = problem.x.size
-    rough = np.zeros(n)
-    move_surfaces(rough, 1e7, model.surfaces)
-    rough -= model.surfaces.parabola
-    rough *= problem.units.film
-    heights = mean * rms + (rough - rough.mean()) * rms / rough.std()
-    heights = np.maximum(heights, FLOOR * rms)
-    run.state.film[:] = heights / problem.units.film
-    linear = 1e-6 * np.linspace(2.0, 1.0, n)
-    run.state.fluid_pressure[:] = linear
-    run.macroscopic.pressure[:] = linear
-    work = run._work
-    flow_along(run.state, run._step, work, model, NEWTON, 1.0, True, False)
-    f = work.fluidity.copy()
-    exchange = np.zeros(n)
-    if math.isfinite(gamma):
-        for _ in range(2):  # the first pass finds the typical lateral fluidity
-            work.source[:] = 0.0
-            add_drainage(run.state, run._step, run.macroscopic, work, model, NEWTON)
-            run.macroscopic.typical[:] = math.exp(float(np.log(work.node.f).mean()))
-        exchange = work.exchange.copy()
-    matrix = np.zeros((3, n))
-    matrix[0, 1:] = -f[:-1]
-    matrix[2, :-1] = -f[:-1]
-    matrix[1] = exchange
-    matrix[1, :-1] += f[:-1]
-    matrix[1, 1:] += f[:-1]
-    right = exchange * linear
-    for end in (0, n - 1):
-        matrix[1, end] = 1.0
-        right[end] = linear[end]
-    matrix[0, 1] = matrix[2, n - 2] = 0.0
-    right[1] += f[0] * linear[0]
-    right[n - 2] += f[n - 2] * linear[n - 1]
-    p = solve_banded((1, 1), matrix, right)
-    flow = f[:-1] * (p[:-1] - p[1:])
-    inner = slice(n // 10, n - n // 10)
-    # a smooth gap of the same mean height carries this
-    smooth = model.fluid.flux * float(np.mean(heights) / problem.units.film) ** 3 * (linear[0] - linear[-1]) / (n - 1)
-    return float(flow[inner].mean() / smooth)
-
-
-def flow_factors(out: Path, points: int = 160, seeds: int = 3) -> None:
-    """phi_x of the side drainage against direct 2-D solutions of rigid Gaussian gaps, and Patir and Cheng."""
-    rows = []
-    for gamma in (3.0, 1.0, 1.0 / 3.0):
-        for mean in (3.0, 2.0, 1.0, 0.5):
-            direct = [
-                flow_factor_direct(np.maximum(mean + gaussian_plane(points, 5.0, gamma, s), FLOOR))
-                for s in range(seeds)
-            ]
-            model = [flow_factor_model(mean, gamma, seed=s) for s in range(seeds)]
-            sealed = flow_factor_model(mean, math.inf)
-            rows.append(
-                (
-                    gamma,
-                    mean,
-                    float(np.mean(direct)),
-                    float(np.std(direct)),
-                    float(np.mean(model)),
-                    sealed,
-                    float(np.mean(model) / np.mean(direct)),
-                )
-            )
-    columns = ("gamma", "h/sigma", "direct 2-D", "std over seeds", "this model", "sealed", "model/direct")
-    print_table("flow factor along x, rigid Gaussian roughness", columns, rows)
-    write_csv(out / "mixed_flow_factors.csv", columns, rows)
 
 
 def boundary_limit(out: Path) -> None:
@@ -292,8 +169,11 @@ def attenuation(contact: LineContact, oil: Lubricant, wavelength: float, nodes_p
     for k in range(steps):
         run.advance(1)
         history[k] = run.state.film[middle]
-    phase = np.exp(-2j * np.pi * np.arange(steps) / (wavelength * per_b))
-    deformed = 2.0 * abs(np.mean(history * phase)) * run.problem.units.film
+    phase = 2.0 * np.pi * np.arange(steps) / (wavelength * per_b)
+    # least squares: the steps need not divide the wave, and the mean film is 20 times the wave
+    basis = np.column_stack([np.ones(steps), np.cos(phase), np.sin(phase)])
+    _, cosine, sine = np.linalg.lstsq(basis, history)[0]
+    deformed = math.hypot(cosine, sine) * run.problem.units.film
     load, material = contact.moes_groups(oil)
     return deformed / amplitude, wavelength * load**0.75 / math.sqrt(material)
 
@@ -304,8 +184,8 @@ def waviness(out: Path) -> None:
     oil = eyring_oil(0.04, 18e-9, rheology="newtonian")
     for speed, p_h in ((5.0, 0.7e9), (5.0, 1.2e9), (1.0, 1.2e9)):
         contact = line(speed, 0.0, p_h)
-        for wavelength in (0.0625, 0.125, 0.25, 0.5, 1.0):
-            mesh = max(200.0, 30.0 / wavelength)
+        for wavelength in (0.125, 0.25, 0.5, 1.0, 2.0):
+            mesh = max(60.0, 30.0 / wavelength)
             value, g = attenuation(contact, oil, wavelength, mesh)
             curve = 1.0 / (1.0 + 0.125 * g + 0.04 * g * g)
             load, material = contact.moes_groups(oil)

@@ -15,13 +15,14 @@ import matplotlib
 matplotlib.use("Agg")
 
 import mixed_errors
+import mixed_flow
 import mixed_limits
 import mixed_stribeck
 
 LIMITS = {
     "smooth": mixed_limits.smooth_limit,
     "dry": mixed_limits.dry_limit,
-    "flow": mixed_limits.flow_factors,
+    "flow": mixed_flow.flow_factors,
     "boundary": mixed_limits.boundary_limit,
     "waviness": mixed_limits.waviness,
     "slip": mixed_limits.slip_curves,
@@ -40,6 +41,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=21)
     parser.add_argument("--seconds", type=float, default=1800.0, help="time after which no further case is started")
     parser.add_argument("--window", type=float, default=12.0, help="travel averaged [b]")
+    parser.add_argument("--only", type=int, help="number of the one condition of the intervals to run")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     if given.study in LIMITS:
@@ -47,7 +49,7 @@ def main() -> None:
     elif given.study == "reported":
         mixed_errors.reported_errors(given.out, given.count, given.seed, given.seconds, given.window)
     elif given.study == "intervals":
-        mixed_errors.statistical_intervals(given.out, given.count, given.window)
+        mixed_errors.statistical_intervals(given.out, given.count, given.window, given.only)
     elif given.study == "mesh":
         mixed_errors.mesh_table(given.out, given.window)
     elif given.study == "targets":
