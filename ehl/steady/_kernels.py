@@ -231,7 +231,6 @@ def jacobian(
     Rows are divided by ``scale`` (filled here) so that the pivots of the inlet do not swamp those of the contact.
     """
     n = x.size
-    m = n + 1
     jac[:, :] = 0.0
     base, base_x = open_inlet(x, size)
     base_face, base_face_x = open_inlet(x_face, size)
@@ -261,7 +260,7 @@ def jacobian(
             t_0 = d_mass * w_0 * rho_p[i] * h[i] + 0.5 * d_density * rho_p[i] + d_mean * mean_0 * f_p[i] - eps / dx
             t_1 = d_mass * w_1 * rho_p[i + 1] * h[i + 1] + 0.5 * d_density * rho_p[i + 1]
             t_1 += d_mean * mean_1 * f_p[i + 1] + eps / dx
-            row[n - 1] = 1.0
+            flow_sign = 1.0
             d_a = c_up * h_a[up] + c_0 * h_a[i] + c_1 * h_a[i + 1]
             d_a += d_mean * (mean_0 * f_x[i] + mean_1 * f_x[i + 1])
             d_a -= (
@@ -283,14 +282,11 @@ def jacobian(
             t_0 = rho_p[i] * h[i]
             c_1 = 0.0
             t_1 = 0.0
-            row[n - 1] = -1.0
+            flow_sign = -1.0
             d_a = c_0 * h_a[i]
             scale[i] = 1.0 / abs(flow)
         sc = scale[i]
-        if i == n - 1:
-            row[n - 1] = -sc
-        else:
-            row[n - 1] = sc
+        row[n - 1] = flow_sign * sc
         row[n - 2] = (c_up + c_0 + c_1) * sc
         row[n] = d_a * sc
         nxt = i + 1 if i < n - 1 else i
@@ -313,4 +309,3 @@ def jacobian(
         jac[n, j - 1] = stretch * weights[j]
     jac[n, n] = load
     scale[n] = 1.0
-    return m

@@ -16,7 +16,6 @@ class Extrapolation:
 
     values: Array
     errors: Array
-    orders: Array
 
     def relative(self) -> Array:
         """Errors over the size of the values; zero where both vanish."""
@@ -50,8 +49,6 @@ def extrapolate(levels: list[Array], coarsest: int) -> Extrapolation:
     coarse, middle, fine = levels[-3:]
     value = fine + (fine - middle) / 3.0
     before = middle + (middle - coarse) / 3.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        orders = np.log2(np.abs((middle - coarse) / (fine - middle)))
     share = float(np.clip(RAW_SHARE * (RAW_INTERVALS / (coarsest - 1)) ** 6, *RAW_BOUNDS))
     errors = CHANGE_SHARE * np.abs(value - before) + share * np.abs(fine - middle) + FLOOR * np.abs(value)
-    return Extrapolation(value, errors, orders)
+    return Extrapolation(value, errors)

@@ -98,8 +98,11 @@ class Level:
 
 
 def tail(scene: Scene, x_in: float) -> tuple[float, float]:
-    """Pressure at ``x_in`` and load upstream of it: lam x 4/(3 x^3) of the open parabolic inlet."""
-    return 4.0 * scene.lam / (3.0 * abs(x_in) ** 3), 2.0 * scene.lam / (3.0 * x_in * x_in)
+    """Pressure at ``x_in`` and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
+    lam = scene.lam
+    if scene.offset is not None:
+        lam *= math.exp(float(scene.offset(np.array([x_in]))[0]))
+    return 4.0 * lam / (3.0 * abs(x_in) ** 3), 2.0 * lam / (3.0 * x_in * x_in)
 
 
 def evaluate(grid: Grid, scene: Scene, u: Unknowns) -> Evaluation | None:

@@ -27,8 +27,6 @@ class PathReport:
     """Work spent on the way."""
 
     iterations: int = 0
-    steps: int = 0
-    grids: int = 0
 
 
 def grid_for(features: Features, nodes: int) -> Grid:
@@ -72,7 +70,6 @@ def easy_start(scene: Scene, nodes: int, tip: float, report: PathReport) -> tupl
         report.iterations += failure.iterations
         raise
     report.iterations += level.iterations
-    report.grids += 1
     return level, easy
 
 
@@ -106,7 +103,7 @@ def cold_path(scene: Scene, nodes: int, tip: float, report: PathReport) -> Level
     Raises
     ------
     NewtonFailure
-        "path_stalled" where the step shrinks to nothing, "path_limit" after too many steps.
+        "path_stalled" where the step shrinks to nothing, "path_limit" after too many iterations.
     """
     spent = report.iterations
     level, easy = easy_start(scene, nodes, tip, report)
@@ -119,7 +116,6 @@ def cold_path(scene: Scene, nodes: int, tip: float, report: PathReport) -> Level
         grid = level.grid
         if not features.close_to(level.features):
             grid = grid_for(features, nodes)
-            report.grids += 1
         goal = min(1.0, t + step)
         if goal > 0.97:
             goal = 1.0
@@ -127,7 +123,6 @@ def cold_path(scene: Scene, nodes: int, tip: float, report: PathReport) -> Level
         if before is not None:
             old = transfer(before, grid) if grid is not before.grid else before.unknowns
             start = _predicted(start, old, (goal - t) / (t - t_before))
-        report.steps += 1
         try:
             new = solve_level(grid, between(easy, scene, goal), start, tolerance=1e-4, max_iterations=14)
         except NewtonFailure as failure:

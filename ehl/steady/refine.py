@@ -36,7 +36,6 @@ def settled(scene: Scene, level: Level, report: PathReport) -> Level:
         if features.close_to(level.features):
             break
         grid = grid_for(features, level.x.size)
-        report.grids += 1
         level = solve_level(grid, scene, transfer(level, grid), tolerance=1e-4)
         report.iterations += level.iterations
     return level
@@ -69,7 +68,6 @@ def nested(
             fallbacks.append("coarse_grid_dropped")
             continue
         report.iterations += level.iterations
-        report.grids += 1
         levels.append(level)
         if len(levels) >= 3:
             limit = extrapolate([numbers_of(level, shear).as_array() for level in levels[-3:]], levels[-3].x.size)
