@@ -119,7 +119,8 @@ def load_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arra
     A film as thick as the Hertz depth b^2/R spreads the load and relieves the viscosity of pressure (`relief`). The
     film heats and its stress falls: tau = tau_iso - tau0 beta dT with dT proportional to tau itself gives
     tau = tau_iso/(1 + heat groups); the solver's results follow it with the power `HEAT_POWER`. The cap
-    mu_f <= Lambda is a smooth minimum.
+    mu_f <= Lambda is a smooth minimum. Roughness that the pressure flattens carries less (`share_flattening`): the
+    deterministic solver shows it, the load-sharing model does not know it.
     """
     pressure = 0.25 * np.pi * c["pressure_hertz"]
     speed, sliding, stress = c["speed_entrainment"], c["speed_sliding"], c["eyring_stress"]
@@ -134,7 +135,9 @@ def load_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arra
     heat_flash = beta * stress * sliding * np.sqrt(c["half_width"] / speed) / EFFUSIVITY
     fluid = isothermal / (1.0 + k["heat_film"] * heat_film + k["heat_flash"] * heat_flash) ** HEAT_POWER
     capped = fluid * (1.0 + (fluid / c["limiting_shear_coefficient"]) ** _CAP_ORDER) ** (-1.0 / _CAP_ORDER)
-    share = erfc((k["share_scale"] * c["film_ratio_formula"]) ** k["share_power"])
+    flattening = c["pressure_hertz"] / 1e9 * 0.5e-6 / np.maximum(c["roughness_rms"], 1e-12)
+    ratio = k["share_scale"] * c["film_ratio_formula"] * flattening ** k["share_flattening"]
+    share = erfc(ratio ** k["share_power"])
     return np.asarray(share), np.asarray(capped)
 
 
@@ -171,7 +174,8 @@ POWER_LAW = Family(
 LOAD_SHARE = Family(
     "load_share",
     "load sharing of a heated Ree-Eyring film and asperities (ours)",
-    "mu = X mu_b + (1 - X) F; X = erfc((share_scale h0/Rq)^share_power);"
+    "mu = X mu_b + (1 - X) F; X = erfc((share_scale (h0/Rq) g^share_flattening)^share_power);"
+    " g = (p_h/1 GPa) (0.5 um/Rq);"
     " F = f (1 + (f/Lam)^8)^(-1/8); f = stress (tau0/p) asinh(strain eta v_s/(tau0 h))"
     " / (1 + heat_film beta tau0 v_s h/(8 k) + heat_flash beta tau0 v_s sqrt(b/u_r)/e)^0.75;"
     " eta = eta0 (eta_p/eta0)^(1/(1 + relief h0 R/b^2));"
@@ -179,13 +183,23 @@ LOAD_SHARE = Family(
     " with h0 the film of Moes (1992) over the density ratio of Dowson & Higginson at p_h, p = pi p_h/4,"
     " eta_p the viscosity at p, SR = |v_s|/u_r, b the Hertz half-width, e = 12941.4 W s^0.5/(m2 K);"
     " tau0, Lam, beta, k of the oil at inlet temperature; SI units",
-    ("stress", "strain", "relief", "heat_film", "heat_flash", "inlet", "share_scale", "share_power"),
+    (
+        "stress",
+        "strain",
+        "relief",
+        "heat_film",
+        "heat_flash",
+        "inlet",
+        "share_scale",
+        "share_power",
+        "share_flattening",
+    ),
     _BOX,
     _load_share_log,
     None,
-    (1.0, 1.0, 0.05, 1.0, 1.0, 0.05, 1.0, 1.0),
-    (0.2, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.1, 0.3),
-    (5.0, 1e3, 3.0, 20.0, 20.0, 1.0, 10.0, 3.0),
+    (1.0, 1.0, 0.05, 1.0, 1.0, 0.05, 1.0, 1.0, 0.0),
+    (0.2, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.1, 0.3, -2.0),
+    (5.0, 1e3, 3.0, 20.0, 20.0, 1.0, 10.0, 3.0, 2.0),
 )
 
 FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, LOAD_SHARE)}
