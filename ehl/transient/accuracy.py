@@ -136,7 +136,7 @@ def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: 
         if not 1.0 <= travel <= 1e5:
             raise InputError("travel", travel, "1 to 100000 half-widths")
         plan = replace(plan, window_min=travel, window_max=travel)
-    elif length / plan.spacing > plan.nodes_max:
+    if nodes is None and length / plan.spacing > plan.nodes_max:
         plan = replace(plan, spacing=length / plan.nodes_max)
         if plan.spacing > plan.coarsest:
             needed = math.ceil(length / plan.coarsest)

@@ -56,7 +56,7 @@ def test_profile_without_correlation_length_is_planned_for() -> None:
 def test_budget_of_nodes(accuracy: str, nodes: int) -> None:
     line = contact()
     fine = generate_profile(1e-7, LENGTH * line.half_width / nodes * 4.0, 1e-3, 1e-7, 1)
-    plan = with_overrides(plan_of(line, fine, accuracy), None, None, LENGTH)
+    plan = with_overrides(plan_of(line, fine, accuracy), None, 20.0, LENGTH)
     assert LENGTH / plan.spacing == pytest.approx(nodes)
     finer = generate_profile(1e-7, LENGTH * line.half_width / nodes * 2.0, 1e-3, 1e-7, 1)
     with pytest.raises(ConvergenceError, match="mesh_budget"):
