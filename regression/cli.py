@@ -132,6 +132,7 @@ def fit(
 ) -> None:
     """Fit a friction formula to the results of a sweep, and say what it is worth."""
     from regression.dataset import load_dataset
+    from regression.families import FAMILIES
     from regression.fit import fit_families, fit_formula
     from regression.report import families_table, formula_report
 
@@ -149,7 +150,7 @@ def fit(
     if json_output:
         typer.echo(formulas[0].to_json(), nl=False)
         return
-    families_table(formulas)
+    families_table(formulas, FAMILIES if family == "best" else [family])
     formula_report(formulas[0])
     typer.echo(f"written: {output}")
 

@@ -236,10 +236,10 @@ def _nonlinear_fit(family: Family, table: Mapping[str, Array], target: Array, bo
         loss="soft_l1",
         f_scale=0.1,
         x_scale=np.maximum(np.abs(start), 0.05),
-        ftol=1e-12,
-        xtol=1e-12,
-        gtol=1e-12,
-        max_nfev=500,
+        ftol=1e-10,
+        xtol=1e-10,
+        gtol=1e-10,
+        max_nfev=2000,
     )
     if solution.status <= 0:
         raise ConvergenceError("fit", f"family {family.name} after {solution.nfev} evaluations")

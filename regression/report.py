@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -57,8 +57,8 @@ def status_table(status: RunStatus) -> None:
     Console().print(table)
 
 
-def families_table(formulas: Iterable[Formula]) -> None:
-    """Held-out errors of all fitted families, best first."""
+def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
+    """Held-out errors of all fitted families, best first, and which of those tried could not be fitted."""
     table = Table(title="errors of held-out cases, whole (p, R) cells left out at a time")
     for name in ("family", "terms", "R2 ln mu", "R2 mu", "MAPE", "95 %", "worst", "bias"):
         table.add_column(name, justify="left" if name == "family" else "right")
@@ -67,7 +67,10 @@ def families_table(formulas: Iterable[Formula]) -> None:
         terms = str(len(formula.coefficients) - len(formula.dropped))
         relative = (f"{100.0 * x:.1f} %" for x in (v.mape, v.p95, v.largest, v.bias))
         table.add_row(formula.family, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *relative)
-    Console().print(table)
+    console = Console()
+    console.print(table)
+    for name in sorted(set(tried) - {formula.family for formula in formulas}):
+        console.print(f"{name} could not be fitted to these data; --family {name} says why", highlight=False)
 
 
 def formula_report(formula: Formula) -> None:

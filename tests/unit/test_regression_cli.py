@@ -98,6 +98,20 @@ def test_fit_of_one_family(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     assert content["coefficients"]["roughness"] == pytest.approx(0.25, abs=1e-9)
 
 
+def test_families_that_cannot_be_fitted_are_named(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    plan.write_text(PLAN.replace("size = 32", "size = 16"))
+    run = tmp_path / "run"
+    assert mixed_ehl("sweep", plan, "-o", run, "--with", "arana_2019", "--jobs", "1").code == 0
+    fitted = mixed_ehl("fit", run, "-o", tmp_path / "f.json")
+    assert fitted.code == 0
+    # 16 cases: enough for the seven terms of the power law alone
+    assert "xu could not be fitted to these data" in fitted.out
+    assert "load_share could not be fitted to these data" in fitted.out
+    alone = mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "xu")
+    assert alone.code == 2
+    assert "at least 18 usable cases" in alone.err
+
+
 def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
     inside = mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3")
     assert inside.out.startswith("mu = 0.0")
