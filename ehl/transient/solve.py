@@ -129,7 +129,7 @@ def solve_transient(
     boundary_film : float, optional
         h_boundary [m], 1 to 200 nm; by `ehl.roughness.boundary_film` when not given.
     boundary_friction : float
-        mu_b of the asperity pressure [-].
+        mu_b of the asperity pressure [-]; without sliding there is no friction.
     peklenik_number : float
         gamma of the side drainage, at least 1/3; infinity seals the valleys.
     thermal : bool
@@ -170,8 +170,9 @@ def solve_transient(
     plan = with_overrides(plan, nodes, travel, length)
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
+    sliding_friction = boundary_friction if contact.speed_sliding > 0.0 else 0.0
     settings = Settings(
-        round(length / plan.spacing), film, boundary_friction, peklenik_number, thermal, hardness, conductivity_rise
+        round(length / plan.spacing), film, sliding_friction, peklenik_number, thermal, hardness, conductivity_rise
     )
     coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))
 

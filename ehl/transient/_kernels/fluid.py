@@ -15,7 +15,8 @@ from ehl.transient._kernels.elementary import exp, log
 BARUS, ROELANDS, MODULUS = range(3)
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
 ROELANDS_ZERO = 138.0  # [K]
-LOG_2 = 0.6931471805599453
+BALANCE_LIMIT = 16
+BALANCE_TOLERANCE = 0.02  # K; Newton's next change would be far smaller
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -34,13 +35,6 @@ def isothermal_exponent(p, fluid):
     if fluid.law == BARUS:
         return fluid.c0 * p
     return p / (fluid.c0 + fluid.c1 * p)
-
-
-@njit(**INTERNAL)
-def with_temperature(exponent, thermal, fluid):
-    """ln(eta/eta0) with the temperature factor, clamped."""
-    value = (exponent + fluid.c0) * thermal - fluid.c0 if fluid.law == ROELANDS else exponent + thermal
-    return min(value, LOG_VISCOSITY_MAX)
 
 
 @njit(**INTERNAL)
@@ -142,27 +136,6 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
             by_pressure[i] = -f[i] * slope[i] * (1.0 - log_slope)
 
 
-@njit(**INTERNAL)
-def shear_stress(h, p, exponent, fluid):
-    """Film shear stress over p_h and its derivative by ln eta, limited to Lambda p."""
-    limit = fluid.limit * p
-    log_x = exponent + log(max(fluid.sliding, 1e-300) / h)
-    if not fluid.eyring:
-        tau = exp(min(log_x, 60.0))
-        slope = tau
-    elif log_x > 30.0:
-        tau = fluid.stress * (log_x + LOG_2)
-        slope = fluid.stress
-    else:
-        x = exp(log_x)
-        root = math.sqrt(1.0 + x * x)
-        tau = fluid.stress * (log(x + root) if x > 1e-4 else x)
-        slope = fluid.stress * x / root
-    if tau > limit:
-        return limit, 0.0
-    return tau, slope
-
-
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def isothermal_shear_row(film, p, boundary, fluid, tau):
     """Film shear stress over p_h at the inlet temperature wherever the fluid carries pressure."""
@@ -188,22 +161,70 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def heated_shear_stress(h, p, base, resistance, start, fluid):
-    """Shear stress and film temperature of T = base + resistance tau(p, h, T); resistance in K per p_h of stress.
+def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
+    """Shear stress and film temperature of T = base + resistance tau(p, h, T) at every node.
 
-    The balance is increasing in T, so Newton from below or above converges; an explicit lag would oscillate.
+    ``rows.base`` in K, ``rows.resistance`` in K per p_h of stress; ``temperature`` holds the start and the result.
+    Newton inside a bracket that closes with every evaluation; an explicit lag would oscillate.
     """
-    temperature = max(start, base)
-    isothermal = isothermal_exponent(p, fluid)
-    tau = 0.0
-    for _ in range(8):
-        exponent = with_temperature(isothermal, thermal_factor(temperature, fluid), fluid)
-        tau, by_log = shear_stress(h, p, exponent, fluid)
-        log_slope = -fluid.slope
+    n = p.size
+    cold = rows.cold
+    rate = rows.rate
+    slope = rows.slope
+    base = rows.base
+    resistance = rows.resistance
+    low = rows.low
+    high = rows.high
+    sliding = max(fluid.sliding, 1e-300)
+    for i in range(n):
+        cold[i] = isothermal_exponent(p[i], fluid)
+    for i in range(n):
+        rate[i] = log(sliding / max(film[i], boundary))
+    for i in range(n):
+        temperature[i] = max(temperature[i], base[i])
+    for i in range(n):
+        low[i] = base[i]
+        high[i] = 1e6
+    for _ in range(BALANCE_LIMIT):
         if fluid.law == ROELANDS:
-            log_slope *= (exponent + fluid.c0) / (temperature - ROELANDS_ZERO)
-        change = -(temperature - base - resistance * tau) / (1.0 - resistance * by_log * log_slope)
-        temperature = max(temperature + change, base)
-        if abs(change) < 0.01:
+            for i in range(n):
+                tau[i] = (cold[i] + fluid.c0) * thermal_factor(temperature[i], fluid) - fluid.c0
+            for i in range(n):
+                slope[i] = -(tau[i] + fluid.c0) * fluid.slope / (temperature[i] - ROELANDS_ZERO)
+        else:
+            for i in range(n):
+                tau[i] = cold[i] - fluid.slope * (temperature[i] - fluid.temperature)
+            for i in range(n):
+                slope[i] = -fluid.slope
+        for i in range(n):
+            tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + rate[i]
+        if fluid.eyring:
+            for i in range(n):
+                x = exp(min(tau[i], 30.0))
+                root = math.sqrt(1.0 + x * x)
+                slope[i] *= fluid.stress * x / root
+                tau[i] = fluid.stress * (max(tau[i] - 30.0, 0.0) + log(x + root))
+        else:
+            for i in range(n):
+                tau[i] = exp(min(tau[i], 60.0))
+            for i in range(n):
+                slope[i] *= tau[i]
+        for i in range(n):
+            limit = fluid.limit * max(p[i], 0.0)
+            slope[i] = slope[i] if tau[i] < limit else 0.0
+            tau[i] = min(tau[i], limit)
+        for i in range(n):
+            # stress falls with temperature: what it would heat to lies on the other side of the solution
+            opposite = base[i] + resistance[i] * tau[i]
+            low[i] = max(low[i], min(temperature[i], opposite))
+            high[i] = min(high[i], max(temperature[i], opposite))
+        largest = 0.0
+        for i in range(n):
+            change = (base[i] + resistance[i] * tau[i] - temperature[i]) / (1.0 - resistance[i] * slope[i])
+            # a step across the bracket would come back the same way
+            across = abs(change) > 0.9 * (high[i] - low[i]) and high[i] - low[i] > BALANCE_TOLERANCE
+            new = 0.5 * (low[i] + high[i]) if across else temperature[i] + change
+            largest = max(largest, abs(new - temperature[i]))
+            temperature[i] = new
+        if largest < BALANCE_TOLERANCE:
             break
-    return tau, temperature

@@ -11,12 +11,7 @@ from numba import njit
 
 from ehl.transient._kernels.elasticity import INTERNAL
 from ehl.transient._kernels.elementary import log
-from ehl.transient._kernels.fluid import (
-    heated_shear_stress,
-    isothermal_shear_row,
-    thermal_factor,
-)
-from ehl.transient._kernels.quasi_separable import FLUID
+from ehl.transient._kernels.fluid import balanced_shear_row, isothermal_shear_row, thermal_factor
 
 
 @njit(**INTERNAL)
@@ -27,12 +22,13 @@ def film_factors(state, step, model):
 
 
 @njit(**INTERNAL)
-def recall_surfaces(state, model):
+def recall_surfaces(state, work, model):
     """Move both memory grids by one step and read the temperature rise the past fluxes leave at the nodes."""
     heat = model.heat
     modes = heat.ratios.size
-    slots = state.memory.shape[1]
+    slots = state.memory.shape[2]
     n = state.film.size
+    sums = work.heat.entering
     for s in range(2):
         memory = state.memory[s]
         base = state.memory_base[s]
@@ -41,47 +37,53 @@ def recall_surfaces(state, model):
             offset -= 1.0
             base = (base - 1) % slots
             for m in range(modes):
-                memory[base, m] = 0.0
+                memory[m, base] = 0.0
         while offset < 0.0:
             offset += 1.0
             for m in range(modes):
-                memory[base, m] = 0.0
+                memory[m, base] = 0.0
             base = (base + 1) % slots
         state.memory_base[s] = base
         state.memory_offset[s] = offset
-        rise = state.surface_temperature[s]
-        ahead = 0.0
         for k in range(slots):
-            slot = k + base
-            if slot >= slots:
-                slot -= slots
-            acc = 0.0
-            for m in range(modes):
-                value = memory[slot, m] * heat.ratios[m]
-                memory[slot, m] = value
-                acc += value
-            # slot k sits at node k - 1 + offset; node i lies between slots i and i + 1
-            if 0 < k <= n:
-                rise[k - 1] = offset * ahead + (1.0 - offset) * acc
-            ahead = acc
+            sums[k] = 0.0
+        for m in range(modes):
+            row = memory[m]
+            ratio = heat.ratios[m]
+            for k in range(slots):
+                row[k] *= ratio
+            for k in range(slots):
+                sums[k] += row[k]
+        # slot k of the ring sits at node k - 1 + offset; node i lies between slots i and i + 1
+        rise = state.surface_temperature[s]
+        slot = base
+        for i in range(n):
+            ahead = slot + 1 if slot + 1 < slots else 0
+            rise[i] = offset * sums[slot] + (1.0 - offset) * sums[ahead]
+            slot = ahead
 
 
 @njit(**INTERNAL)
-def store_fluxes(state, model):
+def store_fluxes(state, work, model):
     """Add the fluxes of this step to the memory of the points they entered at."""
     heat = model.heat
-    slots = state.memory.shape[1]
+    slots = state.memory.shape[2]
     n = state.film.size
+    entering = work.heat.entering
     for s in range(2):
+        flux = state.flux_into[s]
         offset = state.memory_offset[s]
-        for k in range(1, min(n, slots)):
-            flux = (1.0 - offset) * state.flux_into[s, k - 1] + offset * state.flux_into[s, k]
-            if flux != 0.0:
-                slot = k + state.memory_base[s]
-                if slot >= slots:
-                    slot -= slots
-                for m in range(heat.ratios.size):
-                    state.memory[s, slot, m] += heat.weights[s, m] * flux
+        for k in range(slots):
+            entering[k] = 0.0
+        slot = state.memory_base[s]
+        for i in range(n - 1):
+            slot = slot + 1 if slot + 1 < slots else 0
+            entering[slot] = (1.0 - offset) * flux[i] + offset * flux[i + 1]
+        for m in range(heat.ratios.size):
+            row = state.memory[s, m]
+            weight = heat.weights[s, m]
+            for k in range(slots):
+                row[k] += weight * entering[k]
 
 
 @njit(**INTERNAL)
@@ -94,7 +96,7 @@ def instant_rise(model, s):
 
 
 @njit(**INTERNAL)
-def shear_and_temperature(state, step, work, model):
+def shear_and_temperature(state, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
     Partition by the conductance k_f/h of the film: q1 = q/2 + (k_f/h)(T2 - T1).  The mid-layer is warmer than the
@@ -103,50 +105,56 @@ def shear_and_temperature(state, step, work, model):
     heat = model.heat
     fluid = model.fluid
     contact = model.contact
-    n = state.film.size
-    unit = heat.pressure_unit
+    film = state.film
+    p = state.fluid_pressure
+    c = state.contact_pressure
     if not heat.on:
-        isothermal_shear_row(state.film, state.fluid_pressure, contact.boundary, fluid, state.shear)
+        isothermal_shear_row(film, p, contact.boundary, fluid, state.shear)
         return
+    rows = work.heat
+    n = film.size
+    power = heat.pressure_unit * heat.speed
     a1 = instant_rise(model, 0)
     a2 = instant_rise(model, 1)
+    rise_1, rise_2 = state.surface_temperature[0], state.surface_temperature[1]
+    conductance, jump, rub, base, resistance = rows.conductance, rows.jump, rows.rub, rows.base, rows.resistance
     for i in range(n):
-        p = state.fluid_pressure[i]
-        c = state.contact_pressure[i]
-        h = max(state.film[i], contact.boundary)
-        loaded = i > 0 and p + c > 0.0
-        tau = 0.0
-        rise_1 = state.surface_temperature[0, i]
-        rise_2 = state.surface_temperature[1, i]
-        conductance = heat.conductivity * (1.0 + heat.conductivity_rise * p) / (h * heat.film_unit)
-        share = 1.0 / (1.0 + conductance * (a1 + a2))
-        if loaded:
-            rub = contact.friction * c * unit * heat.speed
-            # T1 = rise_1 + a1 q1, T2 = rise_2 + a2 q2, q1 + q2 = q, q1 - q2 = 2 conductance (T2 - T1)
-            by_flux = 0.5 * (0.5 * (a1 + a2) + share * conductance * (a2 - a1) * 0.5 * (a1 - a2))
-            jump = share * (rise_2 - rise_1)
-            base = fluid.temperature + 0.5 * (rise_1 + rise_2) + 0.5 * (a1 - a2) * conductance * jump + by_flux * rub
-            if p > 0.0:
-                per_flux = by_flux + 1.0 / (8.0 * conductance)
-                tau, state.temperature[i] = heated_shear_stress(
-                    h, p, base, per_flux * heat.speed * unit, state.temperature[i], fluid
-                )
-            else:
-                state.temperature[i] = base
-            flux = tau * unit * heat.speed + rub
-            difference = jump + share * 0.5 * (a2 - a1) * flux
-            q1 = 0.5 * flux + conductance * difference
-            q2 = 0.5 * flux - conductance * difference
-        else:
-            state.temperature[i] = fluid.temperature + 0.5 * (rise_1 + rise_2)
-            full = work.kind[i] & FLUID or state.mass[i] > 0.5 * h
-            q1 = conductance * share * (rise_2 - rise_1) if full else 0.0
-            q2 = -q1
-        state.shear[i] = tau
-        state.flux_into[0, i] = q1
-        state.flux_into[1, i] = q2
-        state.surface_temperature[0, i] = rise_1 + a1 * q1
-        state.surface_temperature[1, i] = rise_2 + a2 * q2
+        h = max(film[i], contact.boundary)
+        full = p[i] + c[i] > 0.0 or state.mass[i] > 0.5 * h
+        k = heat.conductivity * (1.0 + heat.conductivity_rise * p[i]) / (h * heat.film_unit)
+        conductance[i] = k if full else 0.0
+    for i in range(n):
+        jump[i] = (rise_2[i] - rise_1[i]) / (1.0 + conductance[i] * (a1 + a2))
+    for i in range(n):
+        rub[i] = contact.friction * c[i] * power
+    for i in range(n):
+        # rise of the surfaces' mean per unit of heat: T_s = rise_s + a_s q_s
+        share = conductance[i] / (1.0 + conductance[i] * (a1 + a2))
+        resistance[i] = 0.25 * (a1 + a2) - 0.25 * share * (a1 - a2) * (a1 - a2)
+    for i in range(n):
+        mean = fluid.temperature + 0.5 * (rise_1[i] + rise_2[i])
+        base[i] = mean + 0.5 * (a1 - a2) * conductance[i] * jump[i] + resistance[i] * rub[i]
+    for i in range(n):
+        resistance[i] = (resistance[i] + 0.125 / conductance[i]) * power if p[i] > 0.0 else 0.0
+    balanced_shear_row(rows, film, p, contact.boundary, fluid, state.temperature, state.shear)
+    share_heat(state, rows, power, a1, a2)
+
+
+@njit(**INTERNAL)
+def share_heat(state, rows, power, a1, a2):
+    """Split the heat between the surfaces and add its instant rise."""
+    into_1, into_2 = state.flux_into[0], state.flux_into[1]
+    rise_1, rise_2 = state.surface_temperature[0], state.surface_temperature[1]
+    for i in range(into_1.size):
+        heat = state.shear[i] * power + rows.rub[i]
+        k = rows.conductance[i]
+        crossing = k * (rows.jump[i] + 0.5 * (a2 - a1) * heat / (1.0 + k * (a1 + a2)))
+        into_1[i] = 0.5 * heat + crossing
+        into_2[i] = 0.5 * heat - crossing
+    for i in range(into_1.size):
+        rise_1[i] += a1 * into_1[i]
+    for i in range(into_2.size):
+        rise_2[i] += a2 * into_2[i]
 
 
 @njit(**INTERNAL)

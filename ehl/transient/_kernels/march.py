@@ -222,10 +222,10 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         scalars[AGE] += 1.0
         settle_mass(state, step, work, model)
         if model.heat.on:
-            recall_surfaces(state, model)
-        shear_and_temperature(state, step, work, model)
+            recall_surfaces(state, work, model)
+        shear_and_temperature(state, work, model)
         if model.heat.on:
-            store_fluxes(state, model)
+            store_fluxes(state, work, model)
         if model.drainage.on and stage != UNCONVERGED and accumulate(state, macro, work, model):
             update_pressure(macro, model)
         write_record(records[k], state, macro, work, model)

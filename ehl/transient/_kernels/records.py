@@ -120,7 +120,7 @@ class State(NamedTuple):
     temperature: np.ndarray  # film mid-layer [K]
     surface_temperature: np.ndarray  # (2, n) rise [K]
     flux_into: np.ndarray  # (2, n) heat flux into the surfaces [W/m2]
-    memory: np.ndarray  # (2, n + 3, modes) thermal memory on surface-fixed grids
+    memory: np.ndarray  # (2, modes, n + 3) thermal memory on surface-fixed grids
     memory_base: np.ndarray  # (2,) ring-buffer start
     memory_offset: np.ndarray  # (2,) grid position between nodes
     shear: np.ndarray  # film shear stress, p_h
@@ -172,6 +172,22 @@ class FluidityRows(NamedTuple):
     by_pressure: np.ndarray
 
 
+class HeatRows(NamedTuple):
+    """Rows of the balance of shear stress and temperature."""
+
+    conductance: np.ndarray  # of the film [W/(m2 K)]; zero where it is broken
+    jump: np.ndarray  # temperature difference the past leaves between the surfaces [K]
+    rub: np.ndarray  # heat of the asperity friction [W/m2]
+    base: np.ndarray  # film temperature without shear heat [K]
+    resistance: np.ndarray  # K per p_h of shear stress
+    cold: np.ndarray  # ln(eta/eta0) at the inlet temperature
+    rate: np.ndarray  # ln of the scaled shear rate
+    slope: np.ndarray  # d tau/dT
+    low: np.ndarray  # bracket of the film temperature
+    high: np.ndarray
+    entering: np.ndarray  # (n + 3,) flux by slot of the memory
+
+
 class Work(NamedTuple):
     """Scratch of the Newton iteration."""
 
@@ -186,6 +202,7 @@ class Work(NamedTuple):
     fluidity: np.ndarray  # along x as used: relaxed or kept in the fallbacks
     flow: np.ndarray
     exchange: np.ndarray  # conductance to the macroscopic pressure
+    heat: HeatRows
     band: np.ndarray
     unit: np.ndarray
     solution: np.ndarray
