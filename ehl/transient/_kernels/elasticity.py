@@ -5,7 +5,8 @@ from __future__ import annotations
 from numba import njit
 
 FLAGS = {"reassoc", "contract", "arcp", "nsz"}
-# kernels called by kernels only: without the wrappers for Python they compile a third faster; never call them from Python
+# for kernels that only kernels call: without the wrappers for Python they compile a third faster, and a call
+# from Python would crash
 INTERNAL = {
     "cache": True,
     "error_model": "numpy",
