@@ -7,7 +7,8 @@ that dies loses at most the rows since the last flush; whatever it tore is cut o
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -89,17 +90,18 @@ class ResultStore:
         self.path = path
         if not path.exists():
             _create(path, meta)
-        self._file = _open(path, "r+")
-        try:
-            _check_schema(self._file, path)
-            for name, what in _SAME.items():
-                if _attribute(self._file, name) != meta[name]:
-                    hint = f"It holds results of {what}; give another output folder."
-                    raise InputError("run", str(path), "a folder of this plan's own results", hint)
-            self.torn = self._cut_torn_rows()
-        except BaseException:
-            self._file.close()
-            raise
+        with _undamaged(path):
+            self._file = _open(path, "r+")
+            try:
+                _check_schema(self._file, path)
+                for name, what in _SAME.items():
+                    if _attribute(self._file, name) != meta[name]:
+                        hint = f"It holds results of {what}; give another output folder."
+                        raise InputError("run", str(path), "a folder of this plan's own results", hint)
+                self.torn = self._cut_torn_rows()
+            except BaseException:
+                self._file.close()
+                raise
 
     def _cut_torn_rows(self) -> int:
         """Cut every column back to the rows whose key is on disk; returns how many rows were cut."""
@@ -119,8 +121,9 @@ class ResultStore:
 
     def keys(self, *, converged_only: bool = False) -> set[str]:
         """Keys of the cases on disk: all of them, or those that converged."""
-        keys, status = self._file["key"][:], self._file["status"][:]
-        return {k.decode() for k, s in zip(keys, status, strict=True) if s == b"converged" or not converged_only}
+        with _undamaged(self.path):
+            keys, status = self._file["key"][:], self._file["status"][:]
+            return {k.decode() for k, s in zip(keys, status, strict=True) if s == b"converged" or not converged_only}
 
     def append(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows and put them on disk; the keys go last.
@@ -196,14 +199,28 @@ def _open(path: Path, mode: str, locking: bool = True) -> h5py.File:
     try:
         # some network file systems cannot lock; there one writer per file is the user's care
         return h5py.File(path, mode, libver=_LIBVER, locking="best-effort" if locking else False)
-    except BlockingIOError:
-        raise InputError("run", str(path), "a file no other process writes to", "Is the same shard running?") from None
     except OSError as error:
-        if "lock" in str(error):
+        # HDF5 speaks of blocks too: only these words mean a lock
+        if isinstance(error, BlockingIOError) or "unable to lock file" in str(error):
             hint = "Is the same shard running?"
             raise InputError("run", str(path), "a file no other process writes to", hint) from None
-        hint = f"It is damaged or no result file ({error}); move it away and sweep again to compute its cases."
-        raise InputError("run", str(path), "a readable result file", hint) from None
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: Path, error: Exception) -> InputError:
+    hint = f"It is damaged or no result file ({error}); move it away and sweep again to compute its cases."
+    return InputError("run", str(path), "a readable result file", hint)
+
+
+@contextmanager
+def _undamaged(path: Path) -> Iterator[None]:
+    """Whatever reading a damaged file raises in the block becomes one sentence that names the file."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
+        raise _damaged(path, error) from None
 
 
 def _attribute(file: h5py.File, name: str) -> Any:
@@ -236,17 +253,13 @@ def read_file(path: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.D
     InputError
         The file is being written, damaged, foreign, or has a newer schema.
     """
-    with _open(path, "r", locking) as file:
+    with _undamaged(path), _open(path, "r", locking) as file:
         _check_schema(file, path)
-        try:
-            whole = min(len(file[name]) for name in ("key", *NUMBER_UNITS, *TEXT_WIDTHS))
-            table: dict[str, Any] = {"key": [key.decode() for key in file["key"][:whole]]}
-            table |= {name: [text.decode() for text in file[name][:whole]] for name in TEXT_WIDTHS}
-            table |= {name: file[name][:whole] for name in NUMBER_UNITS}
-            meta = {name: _attribute(file, name) for name in file.attrs}
-        except (OSError, RuntimeError) as error:
-            hint = f"It is damaged ({error}); move it away and sweep again to compute its cases."
-            raise InputError("run", str(path), "a readable result file", hint) from None
+        whole = min(len(file[name]) for name in ("key", *NUMBER_UNITS, *TEXT_WIDTHS))
+        table: dict[str, Any] = {"key": [key.decode() for key in file["key"][:whole]]}
+        table |= {name: [text.decode() for text in file[name][:whole]] for name in TEXT_WIDTHS}
+        table |= {name: file[name][:whole] for name in NUMBER_UNITS}
+        meta = {name: _attribute(file, name) for name in file.attrs}
     frame = pd.DataFrame(table)
     # a failed case that was tried again stands there twice; the last counts
     frame = frame[frame["key"] != ""].drop_duplicates("key", keep="last")

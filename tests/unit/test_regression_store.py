@@ -182,3 +182,31 @@ def test_runs_that_are_not_there(tmp_path: Path) -> None:
     for run in (tmp_path, tmp_path / "none"):
         with pytest.raises(InputError, match="Run `mixed-ehl sweep"):
             read_run(run)
+
+
+def test_a_truncated_file_is_called_damaged_not_locked(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:4000])
+    for read in (lambda: ResultStore(path, META), lambda: read_file(path), lambda: read_run(path.parent)):
+        with pytest.raises(InputError, match=r"shard-0001-of-0001\.h5.*damaged.*sweep again") as caught:
+            read()
+        assert "running" not in str(caught.value)
+
+
+@pytest.mark.parametrize("offset", range(500, 20_000, 1500))
+def test_a_file_overwritten_anywhere_is_read_whole_or_called_damaged(path: Path, offset: int) -> None:
+    noise = np.random.default_rng(offset).integers(0, 256, 3000, dtype=np.uint8).tobytes()
+    whole = path.read_bytes()
+    path.write_bytes(whole[:offset] + noise + whole[offset + len(noise) :])
+
+    def resume() -> None:
+        with ResultStore(path, META) as store:
+            store.keys()
+
+    messages = []
+    for use in (lambda: read_file(path), resume):
+        try:
+            use()
+        except InputError as error:
+            messages.append(str(error))
+    assert all(path.name in message and "damaged" in message for message in messages)
+    assert messages or offset > 2000
