@@ -168,6 +168,9 @@ def _result(
 ) -> SteadyResult:
     values, relative = limit.values, limit.relative()
     fine = levels[-1]
+    friction, friction_error = float(values[2]), float(relative[2])
+    if friction < 0.0:  # the shear of an unresolved Newtonian spike, extrapolated
+        friction, friction_error = shear.friction(fine), 1.0
     b, p_h = contact.half_width, contact.pressure_hertz
     height = b * b / contact.radius_equivalent
     skipped = ["heat: isothermal"] if scene.offset is None else []
@@ -180,13 +183,13 @@ def _result(
         shear_stress=p_h * shear.stress_at(fine.log_eta, fine.film, fine.unknowns.pressure),
         film_central=height * float(values[0]),
         film_min=height * float(values[1]),
-        friction_fluid=float(values[2]),
+        friction_fluid=friction,
         pressure_max=p_h * float(values[3]),
         flow=height * float(values[4]),
         rolling_traction=b / contact.radius_equivalent * float(values[6]),
         film_central_error=float(relative[0]),
         film_min_error=float(relative[1]),
-        friction_error=float(relative[2]),
+        friction_error=friction_error,
         pressure_max_error=float(relative[3]),
         iterations=report.iterations,
         nodes=fine.x.size,

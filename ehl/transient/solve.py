@@ -33,7 +33,7 @@ from ehl.transient._kernels.march import (
 )
 from ehl.transient._kernels.newton import UNCONVERGED
 from ehl.transient.accuracy import BATCH, Accuracy, Plan, make_plan, mesh_length, with_overrides
-from ehl.transient.batches import batch_means
+from ehl.transient.batches import batch_means, paired_error
 from ehl.transient.result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.transient.run import PROFILES, Run
 from ehl.transient.scaling import Problem, Settings, build_problem, film_estimate
@@ -316,7 +316,7 @@ def _result(
         temperature_film_max=float(mean[TEMPERATURE_MAX]) if hot else inlet,
         temperature_flash=inlet + float(mean[FLASH_MAX]) if hot else inlet,
         statistical_error=half_width / scale,
-        mesh_error=0.5 * abs(mu - mu_coarse) / scale,
+        mesh_error=_mesh_error(coarse, fine) / scale,
         friction_boundary_half=half * ratio,
         friction_boundary_double=double * ratio,
         boundary_film=problem.settings.boundary_film,
@@ -343,6 +343,12 @@ def _result(
         snapshot=snapshot(run),
         run=run,
     )
+
+
+def _mesh_error(coarse: Window, fine: Window) -> float:
+    """Error of mu by the companion run; a smooth contact settles and has no spread."""
+    batches = round(len(fine.records) / (fine.batch * fine.run.problem.units.steps_per_half_width))
+    return paired_error(coarse.friction(), fine.friction(), batches)
 
 
 def snapshot(run: Run) -> Snapshot:
