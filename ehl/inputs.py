@@ -25,7 +25,7 @@ Speed = Annotated[
     Quantity("m/s", ge=1e-4, le=200.0, hint="Point x the way the lubricant is drawn in, and give SR its sign."),
 ]
 SlideToRoll = Annotated[float, Quantity("", ge=-200.0, le=200.0)]
-SlidingSpeed = Annotated[float, Quantity("m/s", ge=-500.0, le=500.0)]
+SlidingSpeed = Annotated[float, Quantity("m/s", ge=-200.0, le=200.0)]
 Viscosity = Annotated[float, Quantity("Pa*s", ge=1e-4, le=100.0)]
 PressureViscosity = Annotated[float, Quantity("1/Pa", ge=1e-10, le=5e-8)]
 Stress = Annotated[float, Quantity("Pa", ge=1e5, le=1e9)]
@@ -195,6 +195,9 @@ class SurfaceInput(InputModel):
         return math.hypot(self.roughness_rms_1, self.roughness_rms_2)
 
 
+MOST_PRESSURE_OVER_MODULUS = 1.0 / 16.0  # half-width a quarter of the radius
+MOST_SLIDING = 200.0  # [m/s]
+
 Thermal = Literal["off", "auto", "on"]
 Accuracy = Literal["fast", "standard", "reference"]
 
@@ -229,6 +232,25 @@ class Case(InputModel):
                 "contact.effective_modulus",
                 self.contact.effective_modulus,
                 "either effective_modulus or the elastic figures of [solid_1] and [solid_2]",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _within_the_theory(self) -> Self:
+        contact = self.line_contact()
+        if contact.pressure_hertz > MOST_PRESSURE_OVER_MODULUS * contact.effective_modulus:
+            raise InputError(
+                "contact.pressure_hertz",
+                f"{contact.pressure_hertz:.4g} Pa",
+                f"at most {MOST_PRESSURE_OVER_MODULUS * contact.effective_modulus:.4g} Pa for this effective modulus",
+                "The contact would be wider than a quarter of its radius, and bodies are half-spaces here.",
+            )
+        if contact.speed_sliding > MOST_SLIDING:
+            raise InputError(
+                "contact.slide_to_roll",
+                self.contact.slide_to_roll,
+                f"a sliding speed of at most {MOST_SLIDING:g} m/s",
+                f"It is {contact.speed_sliding:.4g} m/s.",
             )
         return self
 
@@ -275,6 +297,24 @@ class Case(InputModel):
             )
         assert c.load_per_length is not None
         return LineContact(c.radius_equivalent, self.modulus, c.load_per_length, **motion)
+
+    def without_effect(self) -> tuple[str, ...]:
+        """Inputs the chosen models do not use, in words."""
+        idle: list[tuple[str, str]] = []
+        given, oil = self.surface.model_fields_set, self.lubricant
+        if oil.rheology == "newtonian" and oil.eyring_stress is not None and "eyring_stress" in oil.model_fields_set:
+            idle.append(("lubricant.eyring_stress", "rheology is newtonian"))
+        incompressible = isinstance(oil, DirectLubricant) and oil.density_law == "incompressible"
+        if incompressible and "density_coefficients" in oil.model_fields_set:
+            idle.append(("lubricant.density_coefficients", "density_law is incompressible"))
+        if self.model.thermal == "off":
+            for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
+                if solid.temperature_bulk is not None:
+                    idle.append((f"{name}.temperature_bulk", "thermal is off"))
+        if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
+            shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
+            idle += [(f"surface.{name}", "load sharing knows Rq alone") for name in shape if name in given]
+        return tuple(f"{name} has no effect: {why}" for name, why in idle)
 
     def bulk_temperatures(self) -> tuple[float, float]:
         """Bulk temperatures of both bodies [K]; the oil's where none is given."""

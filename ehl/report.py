@@ -61,3 +61,5 @@ def result_table(case: Case, result: ContactResult) -> None:
     console.print(f"{status}, {result.iterations} Newton iterations, {result.seconds:.3g} s")
     for item in result.skipped:
         console.print(f"skipped  {item}")
+    for item in result.notes:
+        console.print(f"note     {item}")

@@ -19,10 +19,11 @@ from ehl.inputs import Case, ModelInput, SurfaceInput
 from ehl.load_sharing import load_sharing
 from ehl.lubricant import Lubricant
 from ehl.material import Material
-from ehl.mixed import rough_surfaces, roughness_effect, roughness_matters, solve_mixed
+from ehl.mixed import TOLERANCE, rough_surfaces, roughness_effect, roughness_matters, solve_mixed
 from ehl.steady import SteadyResult, solve_steady
 from ehl.thermal_steady import ThermalSteadyResult, solve_steady_thermal
 from ehl.transient import TransientResult
+from ehl.verdict import disbelief, notes_of, unresolved
 
 _PROFILES = ("film", "isothermal", "heat", "transient")
 
@@ -37,7 +38,10 @@ class ContactResult:
         "converged"; "unsettled" where the time mean is usable but its interval wider than asked for; "failed", all
         figures nan. `reason` says why.
     reason : str
-        One word of the solver's list of reasons; empty when converged.
+        Empty when converged; else a reason of the solver that ended it, "mesh_budget" (no mesh in budget shows the
+        roughness), "shear_strength" (a film shear stress beyond 1 GPa: the shear law needs a limit), "too_hot" (beyond
+        1800 K, the melting point of steel), or "mesh_error" (unsettled: the mesh error of mu is four times the
+        tolerance or more).
     friction_coefficient, friction_fluid, friction_asperity : float
         mu = fluid + asperity part [-]; rolling traction is not in it.
     film_central, film_min : float
@@ -62,6 +66,8 @@ class ContactResult:
         mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-].
     skipped : tuple of str
         What was left out, and the estimate that allowed it.
+    notes : tuple of str
+        Limits of the model this case touches, and inputs without effect.
     iterations : int
         Newton iterations, all grids and paths together.
     seconds : float
@@ -95,6 +101,7 @@ class ContactResult:
     friction_boundary_half: float = math.nan
     friction_boundary_double: float = math.nan
     skipped: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     iterations: int = 0
     seconds: float = math.nan
     film: SteadyResult | None = field(default=None, repr=False, compare=False)
@@ -105,7 +112,7 @@ class ContactResult:
     def to_dict(self) -> dict[str, Any]:
         """Scalars for JSON; not-a-number and infinity become None."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in _PROFILES}
-        values["skipped"] = list(self.skipped)
+        values |= {"skipped": list(self.skipped), "notes": list(self.notes)}
         return {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
             for name, value in values.items()
@@ -147,7 +154,9 @@ def solve_contact(
     smooth = _smooth_film(contact, lubricant, model, bodies, bulk, start)
     if smooth.status != "converged":
         return _failed(smooth.reason, smooth.iterations, time.perf_counter() - clock)
-    film, skipped = smooth.film, list(smooth.skipped)
+    film, skipped = smooth.film, _without_repeats(smooth.skipped)
+    # what an estimate left out is part of the error
+    left_out = smooth.estimate if isinstance(smooth, ThermalSteadyResult) and smooth.heat is None else None
 
     result = ContactResult(
         status="converged",
@@ -164,15 +173,12 @@ def solve_contact(
         rolling_traction=film.rolling_traction,
         temperature_film_max=smooth.temperature_film_max,
         temperature_flash=smooth.temperature_flash,
-        film_error=smooth.film_error,
-        friction_error=smooth.friction_error,
+        film_error=smooth.film_error + (left_out.film_change if left_out else 0.0),
+        friction_error=smooth.friction_error + (left_out.friction_change if left_out else 0.0),
         mesh_error=smooth.friction_error,
         statistical_error=0.0,
-        friction_boundary_half=math.nan,
-        friction_boundary_double=math.nan,
-        skipped=(),
+        notes=smooth.notes,
         iterations=smooth.iterations,
-        seconds=0.0,
         film=film,
         isothermal=smooth.isothermal,
         heat=smooth.heat,
@@ -184,7 +190,22 @@ def solve_contact(
         result = _shared(result, surface, model)
     else:
         result = _rough(result, contact, lubricant, surface, model, bodies, skipped)
-    return replace(result, skipped=tuple(skipped), seconds=time.perf_counter() - clock)
+    seconds = time.perf_counter() - clock
+    if result.status == "failed":
+        return replace(result, seconds=seconds)
+    reason = disbelief(result)
+    if reason:
+        return _failed(reason, result.iterations, seconds)
+    if result.status == "converged" and unresolved(result, model.friction_tolerance or TOLERANCE[model.accuracy]):
+        result = replace(result, status="unsettled", reason="mesh_error")
+    hardness = min(body.hardness for body in bodies)
+    notes = tuple(dict.fromkeys((*result.notes, *notes_of(result, lubricant, hardness))))
+    return replace(result, notes=notes, skipped=tuple(skipped), seconds=seconds)
+
+
+def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
+    """One entry per thing left out: the last, which knows most."""
+    return list({text.partition(":")[0]: text for text in skipped}.values())
 
 
 def _shared(smooth: ContactResult, surface: SurfaceInput, model: ModelInput) -> ContactResult:
@@ -269,6 +290,7 @@ class _SmoothFilm:
     temperature_flash: float
     iterations: int
     skipped: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def _smooth_film(
@@ -292,7 +314,7 @@ def _smooth_film(
             film.film_error,
             film.friction_error,
             lubricant.temperature,
-            max(bulk),
+            lubricant.temperature,
             film.iterations,
             film.skipped,
         )
@@ -309,8 +331,8 @@ def _smooth_film(
 
 
 def solve_case(case: Case, start: ContactResult | None = None) -> ContactResult:
-    """Solve the contact of one input file; a failure is a status (`require_converged` makes it an error)."""
-    return solve_contact(
+    """Solve the contact of one input file; a failure is a status."""
+    result = solve_contact(
         case.line_contact(),
         case.lubricant.lubricant(),
         case.surface,
@@ -319,10 +341,4 @@ def solve_case(case: Case, start: ContactResult | None = None) -> ContactResult:
         case.bulk_temperatures(),
         start,
     )
-
-
-def require_converged(result: ContactResult) -> ContactResult:
-    """The result, or a `ConvergenceError` where there is none."""
-    if result.status == "failed":
-        raise ConvergenceError(result.reason, f"after {result.iterations} iterations")
-    return result
+    return replace(result, notes=(*result.notes, *case.without_effect()))

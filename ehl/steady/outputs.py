@@ -46,16 +46,19 @@ class ShearLaw:
         """mu = (2/pi) integral of the shear stress from the friction inlet to the exit."""
         pressure, step = np.maximum(level.unknowns.pressure, 0.0), np.diff(level.x)
         free = self.unlimited(level.log_eta, level.film)
-        total = float(step @ (free[1:] + free[:-1])) / 2.0
-        if not math.isinf(self.limit):
-            # min of two piecewise linear functions, exactly: take off the positive part of their difference.
-            excess = free - self.limit * pressure
-            positive = np.maximum(excess, 0.0)
-            left, right = positive[:-1], positive[1:]
-            span = np.abs(excess[1:] - excess[:-1])
+        if math.isinf(self.limit):
+            total = float(step @ (free[1:] + free[:-1])) / 2.0
+        else:
+            # min of two piecewise linear functions, exactly: where they cross it exceeds the chord of its end values.
+            # Never the difference of both integrals: a stiff oil's free stress is many orders above the limit.
+            limit = self.limit * pressure
+            lower = np.minimum(free, limit)
+            total = float(step @ (lower[1:] + lower[:-1])) / 2.0
+            excess = free - limit
+            left, right = np.abs(excess[:-1]), np.abs(excess[1:])
             crossing = (excess[:-1] > 0.0) != (excess[1:] > 0.0)
-            part = np.where(crossing, (left + right) ** 2 / np.where(span > 0.0, span, 1.0), left + right)
-            total -= float(step @ part) / 2.0
+            chord = np.where(crossing, left * (right / np.where(crossing, left + right, 1.0)), 0.0)
+            total += float(step @ chord) / 2.0
         # Shear is far below the Eyring stress in the open inlet: linear in the rate.
         total += self.stress * self.rate * math.exp(level.log_eta[0]) * _open_inlet(level)[0]
         return 2.0 / math.pi * total

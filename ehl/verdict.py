@@ -1,0 +1,67 @@
+"""Whether a result may be believed, and what a reader must know of it beside its numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from ehl.lubricant import KELVIN, Lubricant
+
+if TYPE_CHECKING:
+    from ehl.solve import ContactResult
+
+# what may not stand as converged, whatever a solver's residuals say
+REASONS = ("not_finite", "negative", "shear_strength", "too_hot", "inaccurate")
+
+SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
+TOO_HOT = 1000.0  # no law of the oil means anything there [K]
+HOT = 300.0 + KELVIN  # oils decompose [K]
+LEAST_ACCURATE = 0.1  # relative discretisation error from which a smooth result is no result [-]
+MESH_ERROR_ALLOWED = 4.0  # times the tolerance asked for; above, a rough result is not called converged
+MOLECULES = 1e-9  # films below this are thinner than a few molecules [m]
+
+
+def disbelief(result: ContactResult) -> str:
+    """Reason why a result cannot stand, one of `REASONS`; empty where it can."""
+    numbers = (result.friction_coefficient, result.film_central, result.film_min, result.pressure_max)
+    if not all(math.isfinite(value) for value in (*numbers, result.friction_error, result.film_error)):
+        return "not_finite"
+    if min(numbers) < 0.0 or not 0.0 <= result.asperity_load_share <= 1.0 + 1e-9:
+        return "negative"
+    if largest_shear(result) > SHEAR_STRENGTH:
+        return "shear_strength"
+    if max(result.temperature_film_max, result.temperature_flash) > TOO_HOT:
+        return "too_hot"
+    if result.transient is None and max(result.mesh_error, result.film_error) > LEAST_ACCURATE:
+        return "inaccurate"
+    return ""
+
+
+def unresolved(result: ContactResult, tolerance: float) -> bool:
+    """Whether the mesh of a rough run leaves an error far above the tolerance asked for."""
+    return result.transient is not None and result.mesh_error > MESH_ERROR_ALLOWED * tolerance
+
+
+def largest_shear(result: ContactResult) -> float:
+    """Largest shear stress of the film [Pa]; with roughness in the last step."""
+    if result.transient is not None:
+        run = result.transient.run
+        return float(run.state.shear.max()) * run.problem.units.pressure
+    assert result.film is not None
+    return float(result.film.shear_stress.max())
+
+
+def notes_of(result: ContactResult, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
+    """Limits of the model that a result touches."""
+    notes = []
+    if lubricant.extrapolated:
+        notes.append("oil card read outside the temperatures it was measured at")
+    if result.film_min < MOLECULES:
+        notes.append(f"smallest film {result.film_min * 1e9:.2g} nm: thinner than a few molecules of oil")
+    if result.temperature_film_max > HOT:
+        notes.append(f"film at {result.temperature_film_max - KELVIN:.0f} degC: oils decompose there")
+    if result.pressure_max > hardness:
+        notes.append(
+            f"pressure {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: bodies yield"
+        )
+    return tuple(notes)

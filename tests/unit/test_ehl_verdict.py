@@ -1,0 +1,122 @@
+"""What may not pass as converged, and what is said beside the numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ehl.contact import LineContact
+from ehl.errors import InputError
+from ehl.inputs import Case
+from ehl.lubricant import Lubricant
+from ehl.solve import ContactResult, solve_case
+from ehl.steady import solve_steady
+from ehl.validation import validate
+from ehl.verdict import disbelief
+
+CONTACT = {
+    "radius_equivalent": 0.015,
+    "pressure_hertz": 1e9,
+    "speed_entrainment": 5.0,
+    "slide_to_roll": 0.3,
+}
+OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
+
+
+def case(**tables: object) -> Case:
+    return validate(Case, {"contact": CONTACT, "lubricant": OIL, **tables})
+
+
+@pytest.fixture(scope="module")
+def good() -> ContactResult:
+    return solve_case(case(model={"thermal": "off"}))
+
+
+def test_a_good_result_stands(good: ContactResult) -> None:
+    assert disbelief(good) == ""
+    assert good.status == "converged"
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"friction_coefficient": math.nan}, "not_finite"),
+        ({"friction_error": math.inf}, "not_finite"),
+        ({"film_min": -1e-9}, "negative"),
+        ({"asperity_load_share": 1.5}, "negative"),
+        ({"temperature_film_max": 2000.0}, "too_hot"),
+        ({"mesh_error": 0.5}, "inaccurate"),
+        ({"film_error": 0.5}, "inaccurate"),
+    ],
+)
+def test_what_cannot_stand(good: ContactResult, change: dict[str, float], reason: str) -> None:
+    assert disbelief(replace(good, **change)) == reason
+
+
+def test_newtonian_film_beyond_any_shear_strength_fails() -> None:
+    """A Newtonian law without limit gives any stress; a friction coefficient above one is no answer."""
+    stiff = {**OIL, "viscosity_inlet": 0.1, "pressure_viscosity": 25e-9, "rheology": "newtonian"}
+    result = solve_case(case(lubricant=stiff, model={"thermal": "off"}))
+    assert (result.status, result.reason) == ("failed", "shear_strength")
+    assert math.isnan(result.friction_coefficient)
+
+
+@pytest.mark.parametrize("pressure", [0.837e9, 1.0e9, 1.3e9])
+def test_limiting_stress_far_below_the_newtonian_stress(pressure: float) -> None:
+    """mu is the integral of the limited stress, to the accuracy of the trapezoid, however large the free stress."""
+    lubricant = Lubricant(
+        0.02344, 25e-9, density_law="incompressible", rheology="newtonian", limiting_shear_coefficient=0.08
+    )
+    contact = LineContact.from_pressure(
+        radius_equivalent=0.08,
+        effective_modulus=226.4e9,
+        pressure_hertz=pressure,
+        speed_entrainment=1.54,
+        slide_to_roll=0.0196,
+    )
+    for accuracy in ("standard", "reference"):
+        result = solve_steady(contact, lubricant, accuracy=accuracy)
+        limited = np.trapezoid(result.shear_stress, result.x) / contact.load_per_length
+        assert 0.0 < result.friction_fluid <= 0.08
+        assert result.friction_fluid == pytest.approx(limited, rel=5e-3)
+
+
+def test_heat_left_out_is_counted_in_the_errors() -> None:
+    slow = {**CONTACT, "speed_entrainment": 0.3, "slide_to_roll": 0.02, "pressure_hertz": 6e8}
+    left_out = solve_case(case(contact=slow, model={"thermal": "auto"}))
+    assert sum(text.startswith("heat") for text in left_out.skipped) == 1
+    computed = solve_case(case(contact=slow, model={"thermal": "on"}))
+    change = abs(left_out.friction_coefficient / computed.friction_coefficient - 1.0)
+    assert change <= left_out.friction_error
+    assert abs(left_out.film_central / computed.film_central - 1.0) <= left_out.film_error
+
+
+def test_inputs_without_effect_are_named() -> None:
+    result = solve_case(
+        case(
+            lubricant={**OIL, "rheology": "newtonian", "eyring_stress": 5e6},
+            contact={**CONTACT, "slide_to_roll": 0.0},
+            solid_1={"temperature_bulk": 363.15},
+            surface={"roughness_rms_1": 1e-7, "skewness": 1.0},
+            model={"thermal": "off"},
+        )
+    )
+    text = " ".join(result.notes)
+    for name in ("eyring_stress", "solid_1.temperature_bulk", "skewness"):
+        assert name in text
+    assert result.temperature_flash == 353.15
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"effective_modulus": 1e9, "pressure_hertz": 2e9}, "half-spaces"),
+        ({"speed_entrainment": 100.0, "slide_to_roll": 150.0}, "sliding speed"),
+    ],
+)
+def test_outside_the_theory(change: dict[str, float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        case(contact={**CONTACT, **change})
