@@ -38,7 +38,8 @@ def plot_profile(profile: RoughProfile, title: str = "") -> Figure:
     z = np.linspace(-4.0 * rq, 4.0 * rq, 161)
     panels[0].plot(z, np.exp(-0.5 * (z / rq) ** 2) / (rq * math.sqrt(2.0 * math.pi)), color=GREY)
     panels[0].set(xlabel="height [um]", ylabel="density [1/um]")
-    panels[0].set_title(f"Rq {profile.rms * scale:.3g} um, skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}", fontsize=8)
+    moments = f"skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}"
+    panels[0].set_title(f"Rq {profile.rms * scale:.3g} um, {moments}", fontsize=8)
 
     lc = profile.correlation_length
     reach = 4.0 * lc if math.isfinite(lc) else 0.1 * profile.length
