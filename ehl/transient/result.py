@@ -132,8 +132,8 @@ class TransientResult:
     statistical_error : float
         Half width of the 90 % interval of mu by batch means, over mu; nan without enough batches.
     mesh_error : float
-        Estimated error of mesh and time step, over mu: half the difference to a run with twice the spacing over the
-        same roughness.
+        Estimated error of mesh and time step, over mu: difference to a run with twice the spacing over the same
+        roughness, with its spread over the window (`ehl.transient.batches.paired_error`).
     friction_boundary_half, friction_boundary_double : float
         mu at half and twice the boundary film; nan where not computed (share below 0.01, or accuracy "fast").
     boundary_film : float

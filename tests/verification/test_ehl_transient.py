@@ -257,7 +257,7 @@ def test_whole_solution_reports_its_errors() -> None:
     assert result.friction_coefficient == pytest.approx(result.friction_fluid + result.friction_asperity)
     assert result.friction_coefficient == pytest.approx(float(result.history_friction.mean()))
     assert 0.0 < result.asperity_load_share < result.roughness_load_share < 1.0
-    assert 0.0 < result.mesh_error < 0.15
+    assert 0.0 < result.mesh_error < 0.25
     assert 0.0 < result.statistical_error < 0.2
     assert result.friction_boundary_half < result.friction_coefficient < result.friction_boundary_double
     assert result.fallbacks.total == result.steps
