@@ -231,7 +231,7 @@ def slip_curves(out: Path) -> None:
                 ("smooth", alpha * 1e9, p_h / 1e9, speed, slip, cold[-1], hot[-1], cold[-1] / hot[-1], film, flash)
             )
         curves[f"smooth, α {alpha * 1e9:.3g}/GPa, {p_h / 1e9:.0f} GPa, {speed:.0f} m/s"] = (cold, hot)
-    oil, rms = eyring_oil(0.0106), 0.1e-6
+    oil, rms = eyring_oil(0.0106), 0.4e-6
     cold, hot = [], []
     for slip in slips:
         contact = line(5.0, slip)

@@ -80,7 +80,7 @@ def stribeck(out: Path, window: float) -> None:
 
 def draw(out: Path, rows: list[tuple[float, ...]]) -> None:
     """Friction left, shares right."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3.9))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.9))
     for gamma, colour in ((math.inf, "C0"), (3.0, "C1"), (1.0, "C2")):
         part = np.array([r for r in rows if r[0] == gamma])
         name = "sealed (γ = ∞)" if math.isinf(gamma) else f"γ = {gamma:.0f}"
@@ -95,6 +95,6 @@ def draw(out: Path, rows: list[tuple[float, ...]]) -> None:
     left.set(xscale="log", xlabel="λ", ylabel="friction coefficient", ylim=(0.0, None))
     right.set(xlabel="λ", ylabel="share of the load", ylim=(-0.02, 1.05))
     left.legend(fontsize=7)
-    right.legend(fontsize=6.5)
+    right.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.tight_layout()
     figure.savefig(out / "mixed_stribeck.png", dpi=130)
