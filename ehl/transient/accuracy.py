@@ -91,7 +91,7 @@ def make_plan(
     """Plan of a run; ``accuracy`` is a level or the relative tolerance on mu.
 
     The mesh resolves the correlation length, more finely where the film ratio is below 0.3 and again near the boundary
-    regime (docs/validation_mixed.md: mu sealed within 0.5, 1.5 and 3 % for "standard"), and never leaves the smooth contact and its inlet unresolved.
+    regime (measured in docs/validation_mixed.md), and never leaves the smooth contact and its inlet unresolved.
     """
     if isinstance(accuracy, str):
         if accuracy not in LEVELS:
