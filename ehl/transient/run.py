@@ -193,9 +193,14 @@ class Run:
         take(self.macroscopic.pressure, other.macroscopic.pressure)
         if other.macroscopic.counts[1] > 0:
             scale = self.problem.units.spacing / other.problem.units.spacing  # of dt in the exchange, dt/dx^2 along x
-            take(self.macroscopic.typical, scale * other.macroscopic.typical)
-            take(self.macroscopic.conductance, scale * other.macroscopic.conductance)
-            take(self.macroscopic.log_flux, other.macroscopic.log_flux - np.log(scale))
+            # from the exchanging nodes only: the averages of the others are empty, and zeros would have no logarithm
+            known = slice(other.problem.model.drainage.first, other.problem.model.contact.outlet)
+            for target, source in (
+                (self.macroscopic.typical, scale * other.macroscopic.typical),
+                (self.macroscopic.conductance, scale * other.macroscopic.conductance),
+                (self.macroscopic.log_flux, other.macroscopic.log_flux - np.log(scale)),
+            ):
+                target[:] = np.interp(x, x_other[known], source[known])
             self.macroscopic.counts[1] = round(1.0 / self.problem.model.drainage.memory)
 
     def _level_of_film(self) -> float:

@@ -12,10 +12,13 @@ from ehl.contact import LineContact
 from ehl.errors import ConvergenceError, InputError
 from ehl.inputs import Case
 from ehl.lubricant import Lubricant
+from ehl.material import load_material
 from ehl.roughness import RoughProfile, generate_profile
 from ehl.solve import solve_case
 from ehl.transient import RoughSurfaces, solve_transient
 from ehl.transient.accuracy import BATCH, make_plan, with_overrides
+from ehl.transient.run import Run
+from ehl.transient.scaling import Settings, build_problem
 from ehl.validation import validate
 
 LENGTH = 4.0  # of the mesh [b]
@@ -81,6 +84,23 @@ def test_window_too_short_for_batches_has_a_finite_and_wide_interval() -> None:
     spread = np.std(run.history_friction) / run.friction_coefficient
     assert run.statistical_error == pytest.approx(1.645 * spread)
     assert (run.status, run.reason) == ("unsettled", "statistical_interval")
+
+
+def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
+    line = contact(pressure=2e8, radius=0.002)
+    rough = RoughSurfaces(generate_profile(2e-7, 5e-6, 3e-4, 2.5e-7, 1))
+    oil = Lubricant(0.003, 15e-9)
+    steel = load_material("steel")
+    for nodes in (60, 61, 62, 63):
+        settings = Settings(nodes, 20e-9, 0.1, 1.0, False, 8e9)
+        coarse = Run(build_problem(line, oil, rough, (steel, steel), settings))
+        coarse.advance(8)
+        fine = Run(build_problem(line, oil, rough, (steel, steel), replace(settings, nodes=2 * nodes)))
+        fine.start_from(coarse)
+        model = fine.problem.model
+        exchanging = slice(model.drainage.first, model.contact.outlet)
+        assert np.all(fine.macroscopic.typical[exchanging] > 0.0)
+        assert np.all(fine.macroscopic.conductance[exchanging] > 0.0)
 
 
 def case(**surface: object) -> Case:
