@@ -41,7 +41,7 @@ class RoughProfile:
     periodic : bool
         Whether the last sample joins the first.
     peklenik_number : float
-        Correlation length along x over that along y, as stated [-]; a line profile cannot show it.
+        Correlation length along y over that along x, as stated [-]; a line profile cannot show it.
     seed : int or None
         Of a generated profile.
     source : str
