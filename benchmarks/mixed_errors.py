@@ -214,7 +214,8 @@ def mesh_targets(out: Path, window: float) -> None:
     for ratio in (3.0, 1.5, 0.8, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02):
         contact = line(speed_of_film_ratio(ratio, rms, oil))
         scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation))
-        mesh = (12.0 if ratio > 0.3 else 20.0) / correlation
+        film = film_estimate(contact, oil)
+        mesh = 1.0 / make_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
         standard, finest = family(scene, (mesh, 4.0 * mesh), startup_of(scene), window)
         a, b = batch_series(standard), batch_series(finest)
         k = min(a.size, b.size)
