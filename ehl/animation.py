@@ -93,10 +93,12 @@ def check_animation(case: Case, path: Path) -> None:
     Raises
     ------
     InputError
-        Another suffix than .gif and .html, or a contact in which nothing moves.
+        Another suffix than .gif and .html, no such folder, or a contact in which nothing moves.
     """
     if path.suffix.lower() not in WRITERS:
         raise InputError("animate", str(path), "a file name ending in .gif or .html")
+    if not path.parent.is_dir():
+        raise InputError("animate", str(path), "a file in an existing folder")
     if case.model.roughness != "deterministic":
         raise InputError(
             "animate",
