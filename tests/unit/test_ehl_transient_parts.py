@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from ehl.lubricant import Lubricant
 from ehl.material import load_material
 from ehl.roughness import RoughProfile, generate_profile
 from ehl.transient import RoughSurfaces
+from ehl.transient._kernels import drop_outdated_cache
 from ehl.transient.batches import batch_means, neighbour_correlation
 from ehl.transient.run import Run
 from ehl.transient.scaling import Settings, build_problem
@@ -103,3 +106,13 @@ def test_finer_run_takes_over_the_coarse_state() -> None:
         run.advance(round(0.5 * per_width))
         means.append(float(run.advance(round(1.0 * per_width))[0][:, 0].mean()))
     assert means[1] == pytest.approx(means[0], rel=0.02)
+
+
+def test_compiled_kernels_older_than_a_source_are_dropped(tmp_path: Path) -> None:
+    cache = tmp_path / "__pycache__"
+    cache.mkdir()
+    for path, age in ((tmp_path / "one.py", 100.0), (cache / "one.old.nbi", 50.0), (cache / "one.new.nbi", 200.0)):
+        path.write_text("")
+        os.utime(path, (age, age))
+    assert drop_outdated_cache(tmp_path) == 1
+    assert [p.name for p in cache.iterdir()] == ["one.new.nbi"]
