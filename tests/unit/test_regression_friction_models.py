@@ -51,7 +51,7 @@ def test_published_are_plausible_and_keep_the_shape(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(PUBLISHED))
 def test_points_of_a_gear_give_numbers_or_a_flag(name: str) -> None:
-    """Pitch point, unloaded end of a line, smooth flanks, both bodies rough: a number, or a flag at the unloaded end."""
+    """Pitch point, unloaded end of a line, smooth flanks, both bodies rough: a number, or a flag where unloaded."""
     points = state(
         slide_to_roll=np.array([0.0, 0.3, 0.3, -0.3]),
         pressure_hertz=np.array([1e9, 0.0, 1e9, 1e9]),
