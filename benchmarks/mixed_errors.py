@@ -240,11 +240,14 @@ def mesh_targets(out: Path, window: float) -> None:
     print_table(f"mesh of accuracy standard against 4 times finer, window {window} b", columns, rows)
 
 
-def cost(out: Path) -> None:
-    """CPU time of a step over the number of nodes, and what drainage and heat add to it."""
+def cost(out: Path, repeats: int = 9) -> None:
+    """CPU time of a step over the number of nodes, and what drainage and heat add to it.
+
+    The variants take turns over the same travel; medians over the turns, ratios within a turn.
+    """
     oil, rms = eyring_oil(), 0.4e-6
     rows = []
-    columns = ("lambda", "variant", "nodes", "us per step", "iterations", "us per iteration")
+    columns = ("lambda", "variant", "nodes", "us per step", "iterations", "us per iteration", "added to sealed %")
     for ratio in (1.5, 0.3):
         contact = line(speed_of_film_ratio(ratio, rms, oil))
         base = Scene(contact, oil, gaussian_pair(contact, rms, 0.2))
@@ -253,27 +256,25 @@ def cost(out: Path) -> None:
             "gamma 1": base.with_(peklenik_number=1.0),
             "sealed, heat": base.with_(thermal=True),
         }
-        for nodes_per_b in (35.0, 70.0, 140.0, 280.0, 560.0):
-            runs = {}
-            for name, scene in variants.items():
-                if nodes_per_b > 300 and name != "sealed":
-                    continue
-                runs[name] = scene.run(nodes_per_b)
-                runs[name].advance(round(4.0 * nodes_per_b))
-            best: dict[str, tuple[float, float]] = {}
-            for _ in range(5):  # in turn, so that all see the same machine
+        for mesh in (35.0, 70.0, 140.0, 280.0, 560.0):
+            runs = {k: v.run(mesh) for k, v in variants.items() if k == "sealed" or mesh < 300.0}
+            for run in runs.values():
+                run.advance(round(4.0 * mesh))
+            steps = round(0.7 * mesh)
+            used: dict[str, list[float]] = {name: [] for name in runs}
+            iterations: dict[str, list[float]] = {name: [] for name in runs}
+            for _ in range(repeats):
                 for name, run in runs.items():
-                    steps = 200
                     begun = time.process_time()
                     records, _ = run.advance(steps)
-                    used = (time.process_time() - begun) / steps
-                    iterations = float(records[:, ITERATIONS].mean())
-                    old = best.get(name, (math.inf, math.inf, 0.0))
-                    best[name] = (min(old[0], used / iterations), old[1] + used if old[1] < math.inf else used, 0.0)
-                    best[name] = (best[name][0], best[name][1], iterations)
-            for name, (per_iteration, total, iterations) in best.items():
+                    used[name].append((time.process_time() - begun) / steps)
+                    iterations[name].append(float(records[:, ITERATIONS].mean()))
+            for name, times in used.items():
+                per_iteration = float(np.median(np.divide(times, iterations[name])))
+                added = float(np.median(np.divide(times, used["sealed"]))) - 1.0
                 n = runs[name].problem.x.size
-                rows.append((ratio, name, n, 1e6 * total / 5, iterations, 1e6 * per_iteration))
+                per_step, mean = 1e6 * float(np.median(times)), float(np.mean(iterations[name]))
+                rows.append((ratio, name, n, per_step, mean, 1e6 * per_iteration, 100 * added))
     print_table("cost", columns, rows)
     write_csv(out / "mixed_cost.csv", columns, rows)
     for ratio in (1.5, 0.3):

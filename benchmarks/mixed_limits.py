@@ -32,6 +32,7 @@ from ehl.transient import RoughSurfaces, solve_transient
 from ehl.transient._kernels.march import SHARE
 from ehl.transient._kernels.motion import move_surfaces
 from ehl.transient._kernels.records import TRAVEL
+from ehl.transient.accuracy import inlet_sweep
 from ehl.transient.run import Run
 from ehl.transient.scaling import film_estimate
 
@@ -182,10 +183,10 @@ def waviness(out: Path) -> None:
     """Attenuation of a small wave in pure rolling, Newtonian, against Venner and Lubrecht's curve."""
     rows = []
     oil = eyring_oil(0.04, 18e-9, rheology="newtonian")
-    for speed, p_h in ((5.0, 0.7e9), (5.0, 1.2e9), (1.0, 1.2e9)):
+    for speed, p_h in ((5.0, 0.7e9), (5.0, 1.2e9), (1.0, 1.2e9), (0.3, 1.5e9)):
         contact = line(speed, 0.0, p_h)
         for wavelength in (0.125, 0.25, 0.5, 1.0, 2.0):
-            mesh = max(60.0, 30.0 / wavelength)
+            mesh = max(60.0, 30.0 / wavelength, 5.0 / inlet_sweep(contact, film_estimate(contact, oil)))
             value, g = attenuation(contact, oil, wavelength, mesh)
             curve = 1.0 / (1.0 + 0.125 * g + 0.04 * g * g)
             load, material = contact.moes_groups(oil)
