@@ -11,6 +11,7 @@ from ehl.material import Material
 from ehl.measured_profile import load_profile
 from ehl.roughness import RoughProfile, generate_profile
 from ehl.transient import RoughSurfaces, TransientResult, solve_transient
+from ehl.transient.accuracy import refuse_unresolvable
 
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 SHORTEST = 60  # correlation lengths a generated profile holds at least
@@ -86,6 +87,10 @@ def solve_mixed(
     thermal : bool
         Whether heat matters.
     """
+    for rms, path in ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)):
+        if rms > 0.0 and path is None:
+            accuracy = model.friction_tolerance or model.accuracy
+            refuse_unresolvable(accuracy, surface.correlation_length / contact.half_width)
     return solve_transient(
         contact,
         lubricant,

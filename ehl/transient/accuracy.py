@@ -22,6 +22,7 @@ NODES_MAX = 8192
 # most nodes by level, and nodes per correlation length below which the answer would mean nothing
 BUDGET: dict[str, int] = {"fast": 2048, "standard": 4096, "reference": NODES_MAX}
 FEWEST_PER_LENGTH = 3.0
+SHORTEST_MESH = 3.7  # inlet and outlet of the thinnest film [b]
 PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the companion of twice the spacing must carry it as well
 LONG_WAVES = 3.0  # correlation lengths a batch of the mean holds at least
 LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contact
@@ -79,6 +80,23 @@ LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
 }
 
 
+def level_of(accuracy: Accuracy | float) -> str:
+    """Name of the level that serves an accuracy.
+
+    Raises
+    ------
+    InputError
+        Neither a level nor a tolerance from 0.0001 to 0.5.
+    """
+    if isinstance(accuracy, str):
+        if accuracy not in LEVELS:
+            raise InputError("accuracy", accuracy, "fast, standard, reference or a relative tolerance on mu")
+        return accuracy
+    if not 1e-4 <= accuracy <= 0.5:
+        raise InputError("accuracy", accuracy, "0.0001 to 0.5 as a relative tolerance on mu")
+    return "fast" if accuracy >= 0.04 else "standard" if accuracy >= 0.012 else "reference"
+
+
 def make_plan(
     accuracy: Accuracy | float,
     contact: LineContact,
@@ -93,15 +111,8 @@ def make_plan(
     The mesh resolves the correlation length, more finely where the film ratio is below 0.3 and again near the boundary
     regime (measured in docs/validation_mixed.md), and never leaves the smooth contact and its inlet unresolved.
     """
-    if isinstance(accuracy, str):
-        if accuracy not in LEVELS:
-            raise InputError("accuracy", accuracy, "fast, standard, reference or a relative tolerance on mu")
-        level, tolerance = accuracy, LEVELS[accuracy][3]
-    else:
-        tolerance = float(accuracy)
-        if not 1e-4 <= tolerance <= 0.5:
-            raise InputError("accuracy", accuracy, "0.0001 to 0.5 as a relative tolerance on mu")
-        level = "fast" if tolerance >= 0.04 else "standard" if tolerance >= 0.012 else "reference"
+    level = level_of(accuracy)
+    tolerance = LEVELS[level][3] if isinstance(accuracy, str) else float(accuracy)
     high, low, smooth, _, window_min, window_max = LEVELS[level]
     sweep = PER_SWEEP[level] * inlet_sweep(contact, max(film, SWEEP_FILM_MIN * surfaces.rms))
     spacing, coarsest, batch = min(2.0 / smooth, sweep), math.inf, BATCH
@@ -132,6 +143,19 @@ def inlet_sweep(contact: LineContact, film: float) -> float:
     There the gap of a Hertz contact, about (b^2/R) s^(3/2) at s half-widths ahead of it, equals the film.
     """
     return float((film * contact.radius_equivalent / contact.half_width**2) ** (2.0 / 3.0))
+
+
+def refuse_unresolvable(accuracy: Accuracy | float, correlation_length: float) -> None:
+    """Refuse, before profiles are made, what no mesh of this accuracy can show; ``correlation_length`` in b.
+
+    Raises
+    ------
+    ConvergenceError
+        "mesh_budget".
+    """
+    most, needed = BUDGET[level_of(accuracy)], FEWEST_PER_LENGTH * SHORTEST_MESH / correlation_length
+    if needed > most:
+        raise ConvergenceError("mesh_budget", f"{math.ceil(needed)} nodes needed, {most} at this accuracy")
 
 
 def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: float) -> Plan:

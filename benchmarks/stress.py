@@ -1,0 +1,356 @@
+"""Stability campaign of the deterministic rough solver: random contacts far outside the gear range, checked one by one.
+
+    python benchmarks/stress.py --range wide --count 2000 --shard 1/2
+    python benchmarks/stress.py --range wide --report
+    python benchmarks/stress.py --memory 1000
+
+Every contact goes through `ehl.solve.solve_case` in a worker process that is killed when a case takes more processor
+time than `--cap`. Rows are appended to a CSV as they come; the same command again goes on where it stopped. `--travel`
+fixes a shorter averaging window than the accuracy takes, which saves time; the interval of mu then counts for nothing.
+`--nodes-max` lowers the budget of nodes.
+
+Outcomes: "converged"; "with fallback" (more than 1 % of the steps needed another method than Newton, or the smooth
+solver's list of fallbacks is not empty); "unsettled" (a result, its interval or its lagged steps beyond the limits);
+"refused" (no result, and why); "wrong" (an exception, or a result that breaks one of the invariants: must not occur).
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import functools
+import math
+import multiprocessing
+import os
+import resource
+import signal
+import tempfile
+import threading
+import time
+from collections import Counter
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from stress_cases import MODULUS, Scene, scenes
+
+import ehl.mixed
+from ehl.errors import InputError
+from ehl.solve import ContactResult, solve_case
+from ehl.transient import solve_transient
+from ehl.transient.accuracy import BUDGET
+
+matplotlib.use("Agg")
+
+OUT = Path("benchmarks/out")
+FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
+LOAD_TOLERANCE = 2e-3
+NUMBERS = (
+    "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "pressure_max",
+    "asperity_load_share", "rolling_traction", "temperature_film_max", "temperature_flash", "film_error",
+    "friction_error", "mesh_error", "statistical_error",
+)  # fmt: skip
+STEPS = ("plain", "relaxed", "continued", "slow", "lagged", "unconverged")
+COLUMNS = (
+    "index", "range", *scenes("gear", 2, 0)[0].row, "outcome", "reason", "detail", *NUMBERS, "film_ratio",
+    "roughness_load_share", *(f"steps_{name}" for name in STEPS), "nodes", "steps", "travel", "net_exchange",
+    "iterations_per_step", "boundary_film", "capped_share", "elastic_error", "case_seconds", "memory_mb",
+)  # fmt: skip
+MEASURES = (
+    "case_seconds", "memory_mb", "nodes", "steps", "iterations_per_step", "steps_relaxed", "steps_continued",
+    "steps_slow", "steps_lagged", "steps_unconverged", "net_exchange", "mesh_error", "statistical_error",
+    "elastic_error",
+)  # fmt: skip
+COLORS = {
+    "converged": "tab:green", "with fallback": "tab:olive", "unsettled": "tab:orange", "refused": "tab:red",
+    "wrong": "black",
+}  # fmt: skip
+
+
+def broken(result: ContactResult, row: dict[str, Any]) -> list[str]:
+    """Invariants the result breaks."""
+    if result.status == "failed":
+        return [] if result.reason else ["failure without a reason"]
+    found = []
+    for name in NUMBERS:
+        value = getattr(result, name)
+        if not math.isfinite(value):
+            found.append(f"{name} is {value}")
+    if found:
+        return found
+    if result.status not in ("converged", "unsettled") or (result.status == "unsettled") != bool(result.reason):
+        found.append(f"status {result.status} with reason {result.reason!r}")
+    if not -1e-9 <= result.asperity_load_share <= 1.0 + 1e-6:
+        found.append(f"share {result.asperity_load_share}")
+    if not 0.0 < result.film_min <= 1.001 * max(result.film_central, result.film_min):
+        found.append("films")
+    limit = row["limiting_shear_coefficient"]
+    if not 0.0 <= result.friction_coefficient <= (1.02 * max(0.1, limit) + 0.01 if limit else math.inf):
+        found.append(f"mu {result.friction_coefficient:.3g}")
+    if not row["temperature_celsius"] + 273.1 <= result.temperature_film_max < 5000.0:
+        found.append(f"film temperature {result.temperature_film_max:.4g} K")
+    run = result.transient
+    if run is None:
+        film = result.film
+        assert film is not None
+        if not (abs(film.load_residual) < 1e-4 and abs(film.mass_residual) < 1e-3):
+            found.append(f"residuals {film.load_residual:.2g} {film.mass_residual:.2g}")
+        return found
+    if result.film_min < run.boundary_film * (1.0 - 1e-6):
+        found.append("film below the boundary film")
+    if not -0.1 <= (0.0 if math.isnan(run.roughness_load_share) else run.roughness_load_share) <= 1.0 + 1e-6:
+        found.append(f"roughness share {run.roughness_load_share:.3g}")
+    if not (math.isfinite(run.net_exchange) and np.all(np.isfinite(run.history_friction))):
+        found.append("history or exchange not finite")
+    arrays = [getattr(run.snapshot, name) for name in run.snapshot.__dataclass_fields__]
+    arrays += [getattr(run.profiles, name) for name in run.profiles.__dataclass_fields__]
+    if not all(np.all(np.isfinite(a)) for a in arrays):
+        found.append("profiles not finite")
+        return found
+    if run.snapshot.film.min() <= 0.0 or run.snapshot.pressure_fluid.min() < 0.0:
+        found.append("negative film or pressure")
+    contact = run.run.problem.model.contact
+    carried = float((run.snapshot.pressure_fluid + run.snapshot.pressure_asperity).sum())
+    units = run.run.problem.units
+    if abs(carried / (contact.load * units.pressure) - 1.0) > LOAD_TOLERANCE and run.fallbacks.unconverged == 0:
+        found.append(f"load {carried / (contact.load * units.pressure):.4g}")
+    if result.status == "converged" and run.fallbacks.unconverged > 0.01 * run.fallbacks.total:
+        found.append("converged with unconverged steps")
+    return found
+
+
+def solved(scene: Scene, accuracy: str, travel: float | None, nodes_max: int | None = None) -> dict[str, Any]:
+    """The row of one scene."""
+    started = time.perf_counter()
+    row = dict(scene.row)
+    solve = functools.partial(solve_transient, travel=travel)
+    with (
+        mock.patch.object(ehl.mixed, "solve_transient", solve),
+        mock.patch.dict(BUDGET, {accuracy: nodes_max or BUDGET[accuracy]}),
+        tempfile.TemporaryDirectory() as folder,
+    ):
+        try:
+            result = solve_case(scene.case(Path(folder), accuracy))
+        except InputError as error:
+            return row | _ended("refused", f"input:{error.field}", str(error), started)
+        except Exception as error:  # the campaign is there to find these
+            return row | _ended("wrong", type(error).__name__, str(error), started)
+    faults = broken(result, row)
+    run = result.transient
+    steps = run.fallbacks if run is not None else None
+    other = 1.0 - steps.plain / steps.total if steps is not None else 0.0
+    smooth = " ".join(result.film.fallbacks) if result.film is not None else ""
+    if faults:
+        outcome, reason = "wrong", "invariant"
+    elif result.status == "failed":
+        outcome, reason = "refused", result.reason
+    elif result.status == "unsettled" and not (travel and result.reason == "statistical_interval"):
+        outcome, reason = "unsettled", result.reason
+    else:
+        outcome = "with fallback" if other > FALLBACK_STEPS or smooth else "converged"
+        reason = smooth
+    row |= _ended(outcome, reason, "; ".join(faults), started)
+    row |= {name: getattr(result, name) for name in NUMBERS}
+    row |= {"film_ratio": result.film_ratio, "roughness_load_share": result.roughness_load_share}
+    if run is not None and steps is not None:
+        row |= {f"steps_{name}": getattr(steps, name) / steps.total for name in STEPS}
+        row |= {"nodes": run.nodes, "steps": run.steps, "travel": run.travel, "net_exchange": run.net_exchange}
+        row |= {"iterations_per_step": run.iterations_per_step, "boundary_film": run.boundary_film}
+        row |= {"capped_share": run.capped_share, "elastic_error": run.elastic_error}
+    return row
+
+
+def _ended(outcome: str, reason: str, detail: str, started: float) -> dict[str, Any]:
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    seconds = time.perf_counter() - started
+    return {"outcome": outcome, "reason": reason, "detail": detail, "case_seconds": seconds, "memory_mb": memory}
+
+
+def _serve(pipe: Connection, accuracy: str, travel: float | None, nodes_max: int | None) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)  # a killed parent says no good-bye
+
+    threading.Thread(target=watch, daemon=True).start()
+    while True:
+        scene = pipe.recv()
+        if scene is None:
+            return
+        pipe.send(solved(scene, accuracy, travel, nodes_max))
+
+
+class Worker:
+    """A process that solves one scene at a time and is replaced when it takes too long or dies."""
+
+    def __init__(self, accuracy: str, travel: float | None, nodes_max: int | None, cap: float) -> None:
+        self._arguments, self._cap = (accuracy, travel, nodes_max), cap
+        self._context = multiprocessing.get_context("spawn")
+        self._start()
+
+    def _start(self) -> None:
+        self._pipe, other = self._context.Pipe()
+        self._process = self._context.Process(target=_serve, args=(other, *self._arguments), daemon=True)
+        self._process.start()
+        other.close()
+
+    def solve(self, scene: Scene, cap: float | None = None) -> dict[str, Any]:
+        """The row of a scene; refused for its time where the cap is reached."""
+        started, used = time.perf_counter(), self._processor_time()
+        self._pipe.send(scene)
+        try:
+            while self._processor_time() - used < (cap or self._cap):
+                if self._pipe.poll(0.5):
+                    return dict(self._pipe.recv())
+            outcome, reason = "refused", "time_cap"
+        except EOFError:
+            outcome, reason = "wrong", "worker died"
+        self._process.kill()
+        self._process.join()
+        self._start()
+        return scene.row | _ended(outcome, reason, "", started)
+
+    def _processor_time(self) -> float:
+        """Of the worker [s]."""
+        stat = Path(f"/proc/{self._process.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+        return (int(stat[11]) + int(stat[12])) / os.sysconf("SC_CLK_TCK")
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.join()
+
+
+def campaign(options: argparse.Namespace) -> None:
+    """Solve the scenes of this shard that are not in its file yet."""
+    number, shards = (int(part) for part in options.shard.split("/"))
+    path = options.out / f"stress_{options.range}_seed{options.seed}_{number}of{shards}.csv"
+    done = set(pd.read_csv(path)["index"]) if path.exists() and path.stat().st_size else set()
+    worker = Worker(options.accuracy, options.travel, options.nodes_max, options.cap)
+    for scene in scenes("gear", 4, 0):  # compiles
+        worker.solve(scene, cap=600.0)
+    until = time.perf_counter() + options.minutes * 60.0
+    with path.open("a", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, COLUMNS, restval="")
+        if not done:
+            writer.writeheader()
+        for scene in scenes(options.range, options.count, options.seed)[number - 1 :: shards]:
+            if time.perf_counter() > until:
+                break
+            if scene.index not in done:
+                writer.writerow({"index": scene.index, "range": options.range, **worker.solve(scene)})
+                stream.flush()
+    worker.close()
+
+
+def report(options: argparse.Namespace) -> None:
+    """Table and figure of all files of this range."""
+    files = sorted(options.out.glob(f"stress_{options.range}_seed*.csv"))
+    data = pd.concat([pd.read_csv(file) for file in files], ignore_index=True)
+    data["reason"] = data["reason"].fillna("")
+    text = table(data)
+    print(text)
+    (options.out / f"stress_{options.range}.txt").write_text(text + "\n", encoding="utf-8")
+    plot(data, options.out / f"stress_{options.range}.png")
+
+
+def table(data: pd.DataFrame) -> str:
+    """Counts by outcome and reason, and what a case cost."""
+    total = len(data)
+    lines = [f"{total} contacts"]
+    for outcome in COLORS:
+        part = data[data.outcome == outcome]
+        lines.append(f"{len(part):6d} {len(part) / total:7.1%}  {outcome}")
+        lines += [f"       {n:6d}  {name}" for name, n in Counter(part.reason).most_common() if name]
+    solved_share = data.outcome.isin(["converged", "with fallback"]).mean()
+    interval = ((data.outcome == "unsettled") & (data.reason == "statistical_interval")).mean()
+    lines.append(
+        f"converged {solved_share:.1%}; {interval:.1%} more solved with an interval of mu beyond the tolerance"
+    )
+    rough = data[data.steps.notna()] if "steps" in data else data
+    for name in MEASURES:
+        values = rough[name].dropna()
+        if len(values):
+            low, high = np.quantile(values, [0.5, 0.95])
+            lines.append(f"{name:>20s}: median {low:9.3g}, 95 % {high:9.3g}, max {values.max():9.3g}")
+    return "\n".join(lines)
+
+
+def plot(data: pd.DataFrame, path: Path) -> None:
+    """Where the outcomes lie."""
+    half_width = 4.0 * data.radius_equivalent * data.pressure_hertz / MODULUS
+    planes = (
+        ("pressure_hertz", data.pressure_hertz, "viscosity_inlet x speed_entrainment [N/m]",
+         data.viscosity_inlet * data.speed_entrainment),
+        ("half_width / correlation_length", half_width / data.correlation_length, "film_ratio", data.film_ratio),
+        ("slide_to_roll", data.slide_to_roll, "pressure_viscosity x pressure_hertz",
+         data.pressure_viscosity * data.pressure_hertz),
+    )  # fmt: skip
+    figure, axes = plt.subplots(1, 3, figsize=(15, 4.5), layout="constrained")
+    for axis, (name_x, x, name_y, y) in zip(axes, planes, strict=True):
+        for outcome, color in COLORS.items():
+            mask = (data.outcome == outcome) & np.isfinite(y)
+            axis.plot(x[mask], y[mask], ".", color=color, ms=4, label=f"{outcome} ({(data.outcome == outcome).sum()})")
+        axis.set(xlabel=name_x, ylabel=name_y, yscale="log", xscale="linear" if "slide" in name_x else "log")
+    axes[0].legend(fontsize=8)
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+
+
+def memory(options: argparse.Namespace) -> None:
+    """Resident memory of one process over many small cases."""
+    picked = [scene for scene in scenes("gear", 8 * options.memory, options.seed) if scene.row["kind"] == "gaussian"]
+    rows = []
+    for number, scene in enumerate(picked[: options.memory]):
+        small = scene.row | {"radius_equivalent": 5e-3, "correlation_length": 4e-5}
+        solved(Scene(scene.index % 8, small), options.accuracy, 1.0)
+        rows.append({"case": number, "resident_mb": _resident()})
+    data = pd.DataFrame(rows)
+    data.to_csv(options.out / "stress_memory.csv", index=False)
+    for at in (0, *(round(share * (len(data) - 1)) for share in (0.1, 0.25, 0.5, 0.75, 1.0))):
+        print(f"case {at:5d}: {data.resident_mb[at]:7.1f} MB resident")
+    print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0:.1f} MB")
+
+
+def _resident() -> float:
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def main() -> None:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--range", choices=("wide", "gear"), default="wide")
+    parser.add_argument("--count", type=int, default=64, help="scenes of the sample")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--cap", type=float, default=60.0, help="processor time of a case [s]")
+    parser.add_argument("--shard", default="1/1", help="i/n: every n-th scene, from the i-th")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="stop after this time")
+    parser.add_argument("--accuracy", choices=("fast", "standard", "reference"), default="fast")
+    parser.add_argument("--travel", type=float, default=None, help="fixed window [b]")
+    parser.add_argument("--nodes-max", type=int, default=None, help="budget of nodes instead of the accuracy's own")
+    parser.add_argument("--report", action="store_true", help="table and figure of what is there")
+    parser.add_argument("--memory", type=int, default=0, help="resident memory over so many small cases")
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args()
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        os.environ.setdefault(name, "1")  # for the workers
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.memory:
+        memory(options)
+        return
+    if not options.report:
+        campaign(options)
+    report(options)
+
+
+if __name__ == "__main__":
+    main()

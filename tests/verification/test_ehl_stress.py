@@ -1,0 +1,65 @@
+"""Nasty contacts far outside the gear range: every answer is either sound or a refusal with its reason."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from stress import solved
+from stress_cases import SEALED, Scene, scenes
+
+BASE: dict[str, Any] = scenes("gear", 2, 0)[0].row | {
+    "pressure_hertz": 8e8,
+    "radius_equivalent": 0.01,
+    "speed_entrainment": 2.0,
+    "slide_to_roll": 0.4,
+    "speed_sliding_lengthwise": 0.0,
+    "viscosity_inlet": 0.02,
+    "pressure_viscosity": 15e-9,
+    "temperature_celsius": 80.0,
+    "roughness_rms_1": 0.2e-6,
+    "roughness_rms_2": 0.2e-6,
+    "correlation_length": 3e-5,
+    "peklenik_number": 1.0,
+    "kind": "gaussian",
+    "thermal": "off",
+    "rheology": "eyring",
+    "limiting_shear_coefficient": 0.08,
+}
+RESOLVED = {
+    "pure rolling": {"slide_to_roll": 0.0},
+    "a surface at rest": {"slide_to_roll": -2.0},
+    "only lengthwise sliding": {"slide_to_roll": 0.0, "speed_sliding_lengthwise": 4.0},
+    "nearly dry": {"speed_entrainment": 0.005, "viscosity_inlet": 0.001},
+    "sealed valleys": {"peklenik_number": SEALED, "speed_entrainment": 0.3},
+    "along the lay": {"peklenik_number": 1.0 / 3.0, "speed_entrainment": 0.1},
+    "waves longer than the contact": {"correlation_length": 2e-4, "pressure_hertz": 2e8},
+    "cliffs": {"kind": "sharp", "correlation_length": 8e-5},
+    "a scratch": {"kind": "scratch", "correlation_length": 5e-5, "roughness_rms_2": 0.0},
+    "hot and fast": {"thermal": "on", "speed_entrainment": 10.0, "slide_to_roll": 1.5, "pressure_hertz": 1.5e9},
+    "lightly loaded, far inlet": {
+        "pressure_hertz": 1.7e8, "radius_equivalent": 1.5e-3, "viscosity_inlet": 0.003, "pressure_viscosity": 2.5e-8,
+        "correlation_length": 5e-6,
+    },
+}  # fmt: skip
+REFUSED = {
+    "mesh_budget": {"radius_equivalent": 0.5, "correlation_length": 3e-6, "pressure_hertz": 2e9},
+    "shear_strength": {
+        "rheology": "newtonian", "limiting_shear_coefficient": 0.0, "pressure_viscosity": 3e-8, "pressure_hertz": 2e9,
+        "viscosity_inlet": 0.1,
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RESOLVED)
+def test_extreme_contacts_are_solved_within_the_invariants(name: str) -> None:
+    row = solved(Scene(3, BASE | RESOLVED[name]), "fast", travel=1.5, nodes_max=512)
+    assert row["outcome"] in ("converged", "with fallback"), (row["outcome"], row["reason"], row["detail"])
+    assert row["steps_unconverged"] == 0.0
+    assert row["steps_lagged"] < 0.02
+
+
+@pytest.mark.parametrize("reason", REFUSED)
+def test_contacts_beyond_mesh_or_physics_are_refused(reason: str) -> None:
+    row = solved(Scene(3, BASE | REFUSED[reason]), "fast", travel=1.5, nodes_max=512)
+    assert (row["outcome"], row["reason"]) == ("refused", reason)
