@@ -15,8 +15,8 @@ from ehl.transient.accuracy import refuse_unresolvable
 
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 SHORTEST = 60  # correlation lengths a generated profile holds at least
-# relative change of mu by roughness at a film ratio of 2.8, and how fast it falls with the film ratio: the largest of our
-# runs (three seeds, sealed and drained: 3.1 % at 2.8, 1.2 % at 4.0, 0.3 % at 5.9 and 8.9)
+# relative change of mu by roughness at a film ratio of 2.8, and how fast it falls with the film ratio: the largest of
+# our runs (three seeds, sealed and drained: 3.1 % at 2.8, 1.2 % at 4.0, 0.3 % at 5.9 and 8.9)
 ROUGHNESS_EFFECT, ROUGHNESS_RATIO, ROUGHNESS_POWER = 0.031, 2.8, 1.8
 TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 
