@@ -34,12 +34,16 @@ def _side(side: str) -> Side:
 
 
 def _lists(torque: str | None, speed: str | None, temperature: str | None) -> Lists:
-    from ehl.units import parse_quantities
+    from efficiency.design import OPERATION_LIMITS
 
-    def parse(text: str | None, unit: str, field: str) -> list[float]:
-        return [] if text is None else parse_quantities(text, unit, field=field)
+    def check(text: str | None, name: str, option: str) -> list[float]:
+        return [] if text is None else OPERATION_LIMITS[name].check_list(text, option)
 
-    return parse(torque, "N*m", "--torque"), parse(speed, "rad/s", "--speed"), parse(temperature, "K", "--temperature")
+    return (
+        check(torque, "torque", "--torque"),
+        check(speed, "speed", "--speed"),
+        check(temperature, "temperature_oil", "--temperature"),
+    )
 
 
 def _conditions(lists: Lists, oil: str | None) -> Conditions:
@@ -77,7 +81,7 @@ def gear(
         if plot is not None:
             save_map_figure(grid, plot)
         print_json(grid.to_dict()) if json_output else map_table(grid)
-        status, reason = grid.status, "at least one point of the map"
+        status, reason = grid.status, grid.reason
     else:
         result = run_gear(design, friction, _conditions(lists, oil), side=chosen)
         if plot is not None:

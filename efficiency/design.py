@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import tan
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -14,6 +15,7 @@ from efficiency.flank import Flank
 from efficiency.machine import MachineSettings
 from ehl._data import data_names, data_path
 from ehl.errors import InputError
+from ehl.expectation import quantity_of
 from ehl.material import Material, load_material
 from ehl.oil import Oil, Temperature
 from ehl.units import Quantity
@@ -47,10 +49,15 @@ class BlankInput(InputModel):
 
     @model_validator(mode="after")
     def _face_fits(self) -> Self:
-        if self.face_width >= 2.0 * self.mean_cone_distance:
-            raise InputError(
-                "face_width", self.face_width, f"below twice the mean cone distance {self.mean_cone_distance:.6g} m"
+        limits = {"twice the mean cone distance": 2.0 * self.mean_cone_distance}
+        depth, taper = self.mean_addendum + self.mean_dedendum, tan(self.addendum_angle) + tan(self.dedendum_angle)
+        if taper != 0.0:
+            limits[f"where the tooth depth falls to 0 at the {'toe' if taper > 0.0 else 'heel'}"] = abs(
+                2.0 * depth / taper
             )
+        what, limit = min(limits.items(), key=lambda item: item[1])
+        if self.face_width >= limit:
+            raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", f"below {limit * 1e3:.6g} mm, {what}")
         return self
 
     def blank(self) -> Blank:
@@ -207,6 +214,12 @@ class OperatingPoint(InputModel):
     def _known(self) -> Self:
         Oil.load(self.oil)
         return self
+
+
+# units and ranges of an operating point that does not come from the design file
+OPERATION_LIMITS: dict[str, Quantity] = {
+    name: quantity_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
+}
 
 
 class Design(InputModel):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -49,6 +50,12 @@ class EfficiencyMap:
     def status(self) -> Literal["converged", "failed"]:
         """``failed`` if any point failed."""
         return "failed" if any(result.status == "failed" for result in self.results) else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many points failed for which reason."""
+        reasons = Counter(result.reason for result in self.results if result.status == "failed")
+        return ", ".join(f"{count} of {len(self.results)} points {reason}" for reason, count in reasons.items())
 
     def to_dict(self) -> dict[str, Any]:
         """Lists, status and one object per point, for JSON."""

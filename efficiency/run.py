@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from efficiency.compare import Comparison, compare_models
-from efficiency.design import Design, load_design
+from efficiency.design import OPERATION_LIMITS, Design, load_design
 from efficiency.efficiency import load_mesh, mesh_efficiency
 from efficiency.friction_equilibrium import load_mesh_with_friction
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.kinematics import Operation
-from efficiency.load_distribution import require_torque
 from efficiency.map import EfficiencyMap, efficiency_map
 from efficiency.pair import Side
 from efficiency.result import EfficiencyResult
@@ -39,7 +38,7 @@ class Conditions:
     Parameters
     ----------
     torque : float, optional
-        Of the pinion, in its driving direction [N m].
+        Of the pinion, in its driving direction [N m]; here and below, within the range of the design file.
     speed : float, optional
         Of the pinion [rad/s].
     temperature_oil : float, optional
@@ -152,17 +151,19 @@ def run_map(
     design = resolve_design(design)
     model = resolve_friction(friction, design)
     default = design.operation
-    for torque in torques:
-        require_torque(torque)
+    operations = [
+        [OPERATION_LIMITS[name].check(value, name) for value in values] or [getattr(default, name)]
+        for name, values in (("torque", torques), ("speed", speeds), ("temperature_oil", temperatures))
+    ]
     geared: GearMesh = gear_mesh(design, side, positions, points_per_line)
     return efficiency_map(
         geared.mesh,
         model,
         Oil.load(oil or default.oil),
-        list(torques) or [default.torque],
+        operations[0],
         lambda speed, temperature: _operation(design, speed, temperature),
-        list(speeds) or [default.speed],
-        list(temperatures) or [default.temperature_oil],
+        operations[1],
+        operations[2],
         report,
     )
 
@@ -173,8 +174,10 @@ def _operation(design: Design, speed: float, temperature: float) -> Operation:
 
 def _operating_point(design: Design, conditions: Conditions) -> tuple[float, Operation, Oil]:
     default = design.operation
-    torque = default.torque if conditions.torque is None else conditions.torque
-    require_torque(torque)
-    speed = default.speed if conditions.speed is None else conditions.speed
-    temperature = default.temperature_oil if conditions.temperature_oil is None else conditions.temperature_oil
+
+    def chosen(name: str) -> float:
+        value = getattr(conditions, name)
+        return float(getattr(default, name)) if value is None else OPERATION_LIMITS[name].check(value, name)
+
+    torque, speed, temperature = (chosen(name) for name in OPERATION_LIMITS)
     return torque, _operation(design, speed, temperature), Oil.load(conditions.oil or default.oil)

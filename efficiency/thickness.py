@@ -13,7 +13,7 @@ from efficiency.blank import ToothShape
 from efficiency.design import Design
 from efficiency.ease_off import conjugate_points, pinion_phase
 from efficiency.flank import Flank, FlankPoints
-from ehl.errors import ConvergenceError
+from ehl.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 
@@ -62,16 +62,40 @@ def pinion_thickness(design: Design, u: FloatArray, h: FloatArray) -> FloatArray
     return np.asarray(width - design.assembly.normal_backlash)
 
 
+def _require_thickness(member: str, place: str, values: FloatArray, face: FloatArray) -> None:
+    if np.all(values > 0.0):
+        return
+    thinnest = int(np.argmin(values))
+    raise InputError(
+        f"{member}: tooth thickness at the {place}",
+        f"{values[thinnest] * 1e3:.3g} mm at {face[thinnest] * 1e3:.3g} mm from the toe",
+        "above 0 mm",
+        f"The concave and the convex flank of the {member} cross: check point_radius and blade_angle of both cutters, "
+        "both machine settings, the addendum and the pitch angle.",
+    )
+
+
 def tooth_shapes(design: Design, stations: int = 7) -> tuple[ToothShape, ToothShape]:
-    """Depth and thickness of one tooth of the pinion and of the gear, toe to heel."""
+    """Depth and thickness of one tooth of the pinion and of the gear, toe to heel.
+
+    Raises
+    ------
+    InputError
+        The flanks of a member cross: its tooth has no thickness left at the tip or at the root.
+    """
     shapes = []
-    for member, thickness in ((design.pinion, pinion_thickness), (design.gear, gear_thickness)):
+    for name, member, thickness in (
+        ("pinion", design.pinion, pinion_thickness),
+        ("gear", design.gear, gear_thickness),
+    ):
         blank = member.blank.blank()
         u = np.linspace(-0.5, 0.5, stations) * blank.face_width
         across = np.repeat(np.array(_FRACTIONS), stations)
         along = np.tile(u, len(_FRACTIONS))
         width = thickness(design, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
         root = np.array([np.polyval(np.polyfit(_FRACTIONS, column, 2), 0.0) for column in width.T])
+        for place, values in (("tip", width[-1]), ("root", root)):
+            _require_thickness(name, place, values, u + 0.5 * blank.face_width)
         shapes.append(
             ToothShape(blank.teeth, u + 0.5 * blank.face_width, blank.tip(u) - blank.root(u), root, width[-1])
         )

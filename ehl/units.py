@@ -158,12 +158,21 @@ class Quantity:
             bounds.append(f"at most {_format(self.le, self.unit)}")
         return " and ".join(bounds) if bounds else "any finite value"
 
+    @property
+    def expected(self) -> str:
+        """The allowed range and an example with its unit."""
+        return f"{self.allowed} ({_expectation(self.unit)})"
+
     def check(self, value: object, field: str, *, bare: bool = True) -> float:
         """Parse and check one value outside a pydantic model (the command line)."""
         number = parse_quantity(value, self.unit, field=field, bare=bare)
         if not self._inside(number):
-            raise InputError(field, value, f"{self.allowed} ({_expectation(self.unit)})", self.hint)
+            raise InputError(field, value, self.expected, self.hint)
         return number
+
+    def check_list(self, text: str, field: str) -> list[float]:
+        """Parse and check a comma-separated list; the last unit holds for entries without one."""
+        return [self.check(entry, field, bare=False) for entry in _entries(text)]
 
     def _inside(self, number: float) -> bool:
         return not (
@@ -184,7 +193,7 @@ class Quantity:
             raise PydanticCustomError(
                 "quantity_range",
                 "allowed: {allowed}. {hint}",
-                {"allowed": f"{self.allowed} ({_expectation(self.unit)})", "hint": self.hint},
+                {"allowed": self.expected, "hint": self.hint},
             )
         return number
 
@@ -192,18 +201,9 @@ class Quantity:
         return core_schema.no_info_plain_validator_function(self._validate)
 
 
-def parse_quantities(text: str, unit: str, *, field: str) -> list[float]:
-    """A comma-separated list such as ``"100, 200, 300 N m"``; the last unit holds for entries without one.
-
-    Raises
-    ------
-    InputError
-        As `parse_quantity`; a bare number is refused, the last entry must carry its unit.
-    """
+def _entries(text: str) -> list[str]:
+    """Entries of a list such as ``"100, 200, 300 N m"``, each with its unit."""
     entries = [entry.strip() for entry in text.split(",")]
     last = _NUMBER_AND_UNIT.fullmatch(entries[-1])
     default = f" {last[2]}" if last else ""
-    return [
-        parse_quantity(entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + default, unit, field=field, bare=False)
-        for entry in entries
-    ]
+    return [entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + default for entry in entries]

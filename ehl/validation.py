@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ehl.errors import InputError
+from ehl.expectation import expectation, find_place
 
 
 class InputModel(BaseModel):
@@ -18,13 +19,6 @@ class InputModel(BaseModel):
 
 
 Model = TypeVar("Model", bound=BaseModel)
-
-_UNION_TAGS = {"card", "direct", "table", "gold", "modulus", "roelands", "barus", "face_milling", "generated"}
-
-_WORDS = {
-    "missing": "this key is required",
-    "extra_forbidden": "only the documented keys of this table",
-}
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -68,34 +62,40 @@ def input_error(error: ValidationError, model: type[BaseModel], where: str = "")
     """The `InputError` that says the same as pydantic's first complaint."""
     complaints = error.errors(include_url=False)
     first = complaints[0]
-    # pydantic puts the tag of a union into the path; the user never wrote it
-    parts = [str(part) for part in first["loc"] if str(part) not in _UNION_TAGS]
-    field = ".".join(([where] if where else []) + parts) or model.__name__
+    place = find_place(model, first["loc"])
+    parts = ([where] if where else []) + list(place.path)
+    field = ".".join(parts) or model.__name__
     kind = first["type"]
     value = None if kind == "missing" else first["input"]
     if isinstance(value, dict):
         value = "table with " + ", ".join(sorted(map(str, value))[:8])
-    hint = f"({len(complaints) - 1} more problem(s) in this input.)" if len(complaints) > 1 else ""
+    more = f"({len(complaints) - 1} more problem(s) in this input.)" if len(complaints) > 1 else ""
     context = first.get("ctx") or {}
     if kind.startswith("quantity"):
-        return InputError(field, value, str(context["allowed"]), " ".join(filter(None, [context["hint"], hint])))
+        return InputError(field, value, str(context["allowed"]), _join(context["hint"], more))
     if kind == "value_error" and isinstance(context.get("error"), InputError):
         inner: InputError = context["error"]
-        inner_field = ".".join([*([where] if where else []), *parts, inner.field])
-        return InputError(inner_field, inner.value, inner.allowed, " ".join(filter(None, [inner.hint, hint])))
+        return InputError(".".join([*parts, inner.field]), inner.value, inner.allowed, _join(inner.hint, more))
     if kind == "extra_forbidden":
-        known = ", ".join(sorted(_known_keys(model, parts[:-1])))
-        hint = " ".join(filter(None, [f"Known keys: {known}." if known else "", hint]))
-    if kind == "literal_error":
-        return InputError(field, value, str(context.get("expected", first["msg"])), hint)
-    return InputError(field, value, _WORDS.get(kind, first["msg"]), hint)
+        known = ", ".join(sorted(_keys(place.owner)))
+        return InputError(field, value, "only the documented keys of this table", _join(f"Known keys: {known}.", more))
+    if kind.startswith("union_tag"):
+        key = str(context["discriminator"]).strip("'")
+        return InputError(".".join([*parts, key]), context.get("tag"), _tags(place.annotation, key), more)
+    return InputError(field, value, expectation(place, ".".join(place.path)) or first["msg"], more)
 
 
-def _known_keys(model: type[BaseModel], path: list[str]) -> set[str]:
-    current: Any = model
-    for part in path:
-        info = getattr(current, "model_fields", {}).get(part)
-        current = getattr(info, "annotation", None)
-        if not (isinstance(current, type) and issubclass(current, BaseModel)):
-            return set()
-    return set(current.model_fields)
+def _join(*texts: str) -> str:
+    return " ".join(filter(None, texts))
+
+
+def _keys(owner: type[BaseModel]) -> set[str]:
+    return {info.alias or name for name, info in owner.model_fields.items()}
+
+
+def _tags(annotation: Any, key: str) -> str:
+    """Values of the key that chooses between the members of a union."""
+    members = (part for part in get_args(annotation) if isinstance(part, type) and issubclass(part, BaseModel))
+    return "one of " + ", ".join(
+        repr(tag) for member in members for tag in get_args(member.model_fields[key].annotation)
+    )

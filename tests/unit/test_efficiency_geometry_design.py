@@ -39,14 +39,18 @@ def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
         ('point_radius = "114.47823644967657 mm"', 'point_radius = "-114 mm"', "point_radius", "above 0 m"),
         ('point_radius = "114.47823644967657 mm"', "point_radius = nan", "point_radius", "finite"),
         ('point_radius = "114.47823644967657 mm"', 'point_radius = "114 deg"', "point_radius", "10 mm"),
-        ('face_width = "25.4 mm"', 'face_width = "170 mm"', "face_width", "below twice the mean cone distance"),
+        ('face_width = "25.4 mm"', 'face_width = "180 mm"', "face_width", "180 mm"),
+        ('face_width = "25.4 mm"', 'face_width = "100 mm"', "pinion.blank.face_width", "falls to 0 at the toe"),
         ("teeth = 14", "teeth = 1", "teeth", "3"),
         ("teeth = 14", "teeth = 41", "pinion.blank.teeth", "at most the 39 teeth of the gear"),
         ('hand = "left"', 'hand = "right"', "cradle_angle", "positive for a right-hand member"),
         ('hand = "left"', 'hand = "up"', "hand", "'left'"),
-        ('process = "generated"', 'process = "formate"', "process", "'generated'"),
-        ('process = "generated"', 'process = "hand filed"', "machine", "'generated'"),
-        ('type = "face_milling"', 'type = "face_hobbing"', "type", "'face_milling'"),
+        ('process = "generated"', 'process = "formate"', "pinion.concave.machine.process", "'generated'"),
+        ('process = "generated"', 'process = "hand filed"', "pinion.concave.machine.process", "'generated'"),
+        ('type = "face_milling"', 'type = "face_hobbing"', "pinion.concave.cutter.type", "'face_milling'"),
+        ('type = "face_milling"', "", "pinion.concave.cutter.type", "one of 'face_milling'"),
+        ('type = "face_milling"', 'type = "face_milling"\nradius = 1', "pinion.concave.cutter.radius", "point_radius"),
+        ("teeth = 14", "", "pinion.blank.teeth", "a whole number of at least 3"),
         ('torque = "300 N m"', 'torque = "-300 N m"', "torque", "above 0 N*m"),
         ('torque = "300 N m"', 'torque = "300 N"', "torque", "250 N m"),
         ('oil = "75w90"', 'oil = "olive"', "oil", "75w90"),
@@ -54,7 +58,7 @@ def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
         ("[operation]", "[operation]\ncolour = 3", "colour", "documented keys"),
         ("E = 0.0", 'E = "5 mm"', "E", "at most 0.002 m"),
         ("alpha = 0.0", "beta = 0.0", "beta", "documented keys"),
-        ('shaft_angle = "90 deg"\n', "", "shaft_angle", "required"),
+        ('shaft_angle = "90 deg"\n', "", "assembly.shaft_angle", "at least 0.5 rad and at most 2.6 rad"),
     ],
 )
 def test_bad_input_names_field_value_and_range(tmp_path: Path, old: str, new: str, field: str, allowed: str) -> None:
@@ -126,3 +130,11 @@ def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) ->
     path = changed(tmp_path, 'radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"')
     with pytest.raises(ConvergenceError, match=r"concave|pinion|flank"):
         gear_pair(load_design(path), "drive")
+
+
+@pytest.mark.parametrize(("old", "new"), [("115.40012999999999 mm", "121 mm"), ("113.19987 mm", "107.5 mm")])
+def test_flanks_that_cross_are_told_by_member_and_place(tmp_path: Path, old: str, new: str) -> None:
+    told = r"(pinion|gear): tooth thickness at the (tip|root) = '-.* mm at .* mm from the toe"
+    with pytest.raises(InputError, match=told) as caught:
+        gear_pair(load_design(changed(tmp_path, old, new)), "drive")
+    assert "[" not in str(caught.value)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehl.errors import InputError
-from ehl.units import Quantity, parse_quantities, parse_quantity
+from ehl.units import Quantity, parse_quantity
 
 
 @pytest.mark.parametrize(
@@ -59,9 +59,14 @@ def test_range_is_named_with_its_unit() -> None:
     assert Quantity("m", gt=0.0, le=10.0).check("1 cm", "radius") == pytest.approx(0.01)
 
 
+TORQUE = Quantity("N*m", gt=0.0, le=1000.0)
+
+
 def test_list_takes_its_unit_from_the_last_entry() -> None:
-    assert parse_quantities("100, 200,300 N m", "N*m", field="--torque") == [100.0, 200.0, 300.0]
-    assert parse_quantities("1 kN m, 200 N m", "N*m", field="--torque") == [1000.0, 200.0]
+    assert TORQUE.check_list("100, 200,300 N m", "--torque") == [100.0, 200.0, 300.0]
+    assert TORQUE.check_list("1 kN m, 200 N m", "--torque") == [1000.0, 200.0]
     for text in ("100", "100, 200", "100 N m, 200", "", ","):
         with pytest.raises(InputError, match="--torque"):
-            parse_quantities(text, "N*m", field="--torque")
+            TORQUE.check_list(text, "--torque")
+    with pytest.raises(InputError, match=r"--torque = '2000 N m' .*at most 1000 N\*m"):
+        TORQUE.check_list("100, 2000 N m", "--torque")
