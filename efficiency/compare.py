@@ -78,6 +78,11 @@ class Comparison:
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes of all results, each once."""
+        return tuple(dict.fromkeys(note for result in self.results for note in result.notes))
+
+    @property
     def status(self) -> Literal["converged", "failed"]:
         """``failed`` if any row failed."""
         return "failed" if any(row.status == "failed" for row in self.rows) else "converged"
@@ -88,7 +93,7 @@ class Comparison:
             name: getattr(self, name)
             for name in ("design", "side", "oil", "torque_pinion", "speed_pinion", "temperature_oil", "status")
         }
-        return head | {"rows": [_plain(asdict(row)) for row in self.rows]}
+        return head | {"notes": list(self.notes), "rows": [_plain(asdict(row)) for row in self.rows]}
 
 
 def compare_models(

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact_lines import MeshPosition
 from efficiency.kinematics import Axis, LoadedPoints, Operation, join_states, loaded_points
+from efficiency.limits import limit_notes, points_above_hardness
 from efficiency.load_distribution import LoadDistribution, TeethElasticity, distribute_load
 from efficiency.loss import efficiency_of, position_losses
 from efficiency.result import EfficiencyResult, Reason
@@ -134,7 +135,8 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     Returns
     -------
     EfficiencyResult
-        Friction that did not converge at a point makes the status ``failed`` and the efficiency nan.
+        Status ``failed`` where the load did not converge, where the pressure exceeds the hardness of the softer member,
+        and where the friction model has no value at a loaded point; in that case the efficiency is nan.
     """
     clock = time.perf_counter()
     mesh, count = loaded.mesh, len(loaded.mesh.fine)
@@ -188,6 +190,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         status="failed" if reason else "converged",
         reason=reason,
         skipped=SKIPPED if loaded.friction_in_equilibrium else (*SKIPPED, FRICTIONLESS),
+        notes=_notes(loaded, friction.name, estimate),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
         power_loss_positions=losses,
@@ -215,8 +218,23 @@ def _reason(loaded: LoadedMesh, friction: FrictionEstimate) -> Reason:
             return "load_newton_limit"
         if load.reason == "active_set_limit":
             return "load_active_set_limit"
-    missing = np.any(friction.flag == FrictionFlag.NOT_CONVERGED) or not np.all(np.isfinite(friction.mu))
-    return "friction_not_converged" if missing else ""
+    if any(points_above_hardness(load, loaded.mesh.teeth)[0] for load in (loaded.fine, loaded.coarse)):
+        return "pressure_above_hardness"
+    if np.any(friction.flag == FrictionFlag.NOT_CONVERGED):
+        return "friction_not_converged"
+    return "friction_undefined" if np.any(_missing(friction)) else ""
+
+
+def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
+    return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
+
+
+def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[str, ...]:
+    notes = limit_notes(loaded.fine, loaded.mesh.teeth)
+    missing = int(np.count_nonzero(_missing(friction)))
+    if missing:
+        notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)
+    return notes
 
 
 def _ranges(points: LoadedPoints, oil: Oil) -> dict[str, tuple[float, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,6 +73,8 @@ def efficiency_table(result: EfficiencyResult) -> None:
     console = Console()
     console.print(table)
     console.print(f"{result.status}{f' ({result.reason})' if result.reason else ''}, {result.points_loaded} points")
+    for item in result.notes:
+        console.print(f"note     {item}", highlight=False)
     for item in result.skipped:
         console.print(f"skipped  {item}")
 
@@ -111,7 +114,10 @@ def comparison_table(comparison: Comparison) -> None:
         table.add_column("\n".join(name.rsplit(" ", 1)), justify="right")
     for row in comparison_rows(comparison):
         table.add_row(*row)
-    Console().print(table)
+    console = Console()
+    console.print(table)
+    for item in comparison.notes:
+        console.print(f"note     {item}", highlight=False)
 
 
 def map_table(grid: EfficiencyMap) -> None:
@@ -129,6 +135,8 @@ def map_table(grid: EfficiencyMap) -> None:
         for torque, row in zip(grid.torque_pinion, values[:, :, number], strict=True):
             table.add_row(f"{torque:.4g} N m", *(percent(float(value)) for value in np.asarray(row)))
         console.print(table)
+    for item, count in Counter(note for result in grid.results for note in result.notes).items():
+        console.print(f"note     {count} of {len(grid.results)} points: {item}", highlight=False)
 
 
 def _folder(folder: Path) -> Path:

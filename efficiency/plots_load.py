@@ -111,10 +111,13 @@ def plot_friction_and_loss(result: EfficiencyResult) -> Figure:
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel="friction coefficient [-]", ylim=(0.0, None))
     loss = axes.twinx()
     loss.plot(angle, result.power_loss_positions, color=ORANGE, marker=".", label="power loss")
-    loss.set(ylabel="power loss [W]", ylim=(0.0, 1.3 * float(result.power_loss_positions.max())))
+    finite = result.power_loss_positions[np.isfinite(result.power_loss_positions)]
+    loss.set(ylabel="power loss [W]", ylim=(0.0, 1.3 * float(finite.max()) if finite.size else 1.0))
     handles = [*axes.get_legend_handles_labels()[0], *loss.get_lines()]
     axes.legend(handles, [str(h.get_label()) for h in handles], frameon=False, loc="lower left")
-    axes.set_title(f"{result.friction_model}: efficiency {100.0 * result.efficiency:.3f} %")
+    found = result.status == "converged"
+    outcome = f"efficiency {100.0 * result.efficiency:.3f} %" if found else f"failed ({result.reason})"
+    axes.set_title(f"{result.friction_model}: {outcome}")
     return figure
 
 
@@ -135,7 +138,9 @@ def plot_comparison(comparison: Comparison) -> Figure:
         text = f"{100.0 * row.efficiency:.3f} %" if np.isfinite(row.efficiency) else row.reason
         axes.annotate(text, (right, at), xytext=(5, 0), textcoords="offset points", fontsize=9, va="center")
     axes.set_yticks(place, [row.name for row in rows])
-    axes.set(xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.2 * float(end.max())))
+    axes.set(
+        xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.2 * float(end.max()) or 1.0)
+    )
     axes.set_title(
         f"{comparison.design}: {comparison.torque_pinion:g} N m, {comparison.speed_pinion * RPM:.0f} rpm, "
         f"{comparison.temperature_oil - KELVIN:.0f} degC"

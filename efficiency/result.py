@@ -15,7 +15,14 @@ from regression.friction_models import FrictionEstimate
 
 FloatArray = NDArray[np.float64]
 
-Reason = Literal["", "load_newton_limit", "load_active_set_limit", "friction_not_converged"]
+Reason = Literal[
+    "",
+    "load_newton_limit",
+    "load_active_set_limit",
+    "pressure_above_hardness",
+    "friction_not_converged",
+    "friction_undefined",
+]
 _ARRAYS_KEPT_OUT = ("load", "points", "friction")
 
 
@@ -63,6 +70,8 @@ class EfficiencyResult:
         ``converged`` or ``failed``, and why.
     skipped : tuple of str
         What the model leaves out.
+    notes : tuple of str
+        Limits of the model this case touches, and where.
     seconds : float
         Wall time of loss and friction; geometry and load are shared between results.
     pinion_angle, power_loss_positions, transmission_error_positions : arrays
@@ -104,6 +113,7 @@ class EfficiencyResult:
     status: Literal["converged", "failed"]
     reason: Reason
     skipped: tuple[str, ...]
+    notes: tuple[str, ...]
     seconds: float
     pinion_angle: FloatArray = field(repr=False)
     power_loss_positions: FloatArray = field(repr=False)

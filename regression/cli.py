@@ -195,6 +195,8 @@ def mu(
         friction_line(content)
     if content["flag"] != "ok":
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
+    if content["friction_coefficient"] is None:
+        raise typer.Exit(1)
 
 
 def _shard(text: str) -> tuple[int, int]:

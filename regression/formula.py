@@ -120,7 +120,7 @@ class FormulaValue:
     outside : array of bool
         At least one variable lies outside the range of the data.
     undefined : array of bool
-        No finite value; mu is 0.
+        No finite positive value; mu and its interval are nan.
     """
 
     mu: Array
@@ -199,9 +199,10 @@ class Formula(InputModel):
         shape = np.shape(outside)
         flat = {name: np.ravel(values) for name, values in table.items()}
         with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-            mu = np.exp(self.form.log_mu(flat, self.coefficients, self.boundary_friction)).reshape(shape) * ramp
-        undefined = ~np.isfinite(mu)
-        mu = np.where(undefined, 0.0, mu)
+            mu = np.exp(self.form.log_mu(flat, self.coefficients, self.boundary_friction)).reshape(shape)
+        # 0 is an exponential that fell below the range of numbers
+        undefined = ~(np.isfinite(mu) & (mu > 0.0))
+        mu = np.where(undefined, np.nan, mu * ramp)
         width = np.where(outside, self.interval.largest, self.interval.width(conditions))
         return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, undefined)
 

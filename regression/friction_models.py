@@ -27,7 +27,7 @@ class FrictionFlag(IntEnum):
     OTHER_OIL = 1  # the formula was fitted to another oil
     OUTSIDE_RANGE = 2  # at least one variable lies outside the stated range
     NOT_CONVERGED = 3  # a solver was asked and did not converge
-    UNDEFINED = 4  # the formula has no positive value here; mu is 0
+    UNDEFINED = 4  # the formula has no positive value here; mu is nan
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class FrictionEstimate:
     Parameters
     ----------
     mu : array
-        Friction coefficient [-], in the shape of the state.
+        Friction coefficient [-], in the shape of the state; nan where there is none.
     lower, upper : array
         Interval of the model's own error [-]; NaN where the model states none.
     flag : array of int

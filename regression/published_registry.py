@@ -301,7 +301,7 @@ def evaluate_published(formula: PublishedFormula, conditions: Conditions, base: 
     Returns
     -------
     mu : array
-        Friction coefficient [-]; 0 where the formula gives no positive value.
+        Friction coefficient [-]; nan where the formula gives no positive value.
     outside : array of bool
         Outside the stated range of at least one variable.
     undefined : array of bool
@@ -317,4 +317,4 @@ def evaluate_published(formula: PublishedFormula, conditions: Conditions, base: 
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mu = formula.local(table, base)
     undefined = ~(np.isfinite(mu) & (mu >= 0.0))
-    return np.asarray(np.where(undefined, 0.0, mu)), outside, np.asarray(undefined)
+    return np.asarray(np.where(undefined, np.nan, mu)), outside, np.asarray(undefined)

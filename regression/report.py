@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -119,11 +120,10 @@ def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[st
     from regression.friction_models import FrictionFlag
 
     mu, lower, upper = (float(x) for x in (estimate.mu, estimate.lower, estimate.upper))
-    stated = lower == lower
     return {
-        "friction_coefficient": mu,
-        "friction_lower": lower if stated else None,
-        "friction_upper": upper if stated else None,
+        "friction_coefficient": mu if math.isfinite(mu) else None,
+        "friction_lower": lower if math.isfinite(lower) else None,
+        "friction_upper": upper if math.isfinite(upper) else None,
         "flag": FrictionFlag(int(estimate.flag)).name.lower(),
         "friction_model": name,
         "oil": oil,
@@ -132,7 +132,8 @@ def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[st
 
 def friction_line(content: dict[str, Any]) -> None:
     """One friction value as a sentence."""
-    line = f"mu = {content['friction_coefficient']:.5f}"
+    value = content["friction_coefficient"]
+    line = "mu = none" if value is None else f"mu = {value:.5f}"
     if content["friction_lower"] is not None:
         line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
     Console().print(f"{line}  {content['friction_model']}, {content['oil']}", highlight=False)

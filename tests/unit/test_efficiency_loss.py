@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from efficiency.design import load_design
 from efficiency.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
 from efficiency.gear_mesh import gear_mesh
 from efficiency.kinematics import LoadedPoints, Operation, join_states
+from efficiency.limits import limit_notes, pressure_peak
 from efficiency.load_distribution import distribute_load
 from efficiency.loss import efficiency_of, position_losses
 from efficiency.map import efficiency_map
@@ -26,10 +27,12 @@ from efficiency.plots_load import (
     plot_transmission_error,
 )
 from efficiency.run import Conditions, run_compare, run_gear, run_map
+from ehl._data import data_path
 from ehl.errors import InputError
 from ehl.oil import Oil
 from ehl.state import ContactState
-from regression.friction_models import ConstantFriction, FrictionEstimate, FrictionFlag
+from regression.formula import load_formula
+from regression.friction_models import ConstantFriction, FormulaFriction, FrictionEstimate, FrictionFlag
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 OIL = Oil.load("75w90")
@@ -47,7 +50,7 @@ class FromPressure:
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         mu = 0.05 * state.pressure_hertz / 1e9
         beyond = state.pressure_hertz > self.limit
-        if self.worse is FrictionFlag.NOT_CONVERGED:
+        if self.worse >= FrictionFlag.NOT_CONVERGED:
             mu = np.where(beyond, np.nan, mu)
         return FrictionEstimate(mu, 0.9 * mu, 1.1 * mu, np.where(beyond, self.worse, 0).astype(np.int8))
 
@@ -89,11 +92,73 @@ def test_points_outside_the_range_are_told(loaded: LoadedMesh) -> None:
     assert result.status == "converged"
 
 
-def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedMesh) -> None:
-    result = mesh_efficiency(loaded, FromPressure(worse=FrictionFlag.NOT_CONVERGED), OIL, OPERATION)
-    assert (result.status, result.reason) == ("failed", "friction_not_converged")
+@pytest.mark.parametrize(
+    ("flag", "reason"),
+    [
+        (FrictionFlag.NOT_CONVERGED, "friction_not_converged"),
+        (FrictionFlag.UNDEFINED, "friction_undefined"),
+    ],
+)
+def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedMesh, flag: FrictionFlag, reason: str) -> None:
+    result = mesh_efficiency(loaded, FromPressure(worse=flag), OIL, OPERATION)
+    assert (result.status, result.reason) == ("failed", reason)
     assert math.isnan(result.efficiency)
     assert result.to_dict()["efficiency"] is None
+    beyond = np.count_nonzero(result.points.state.pressure_hertz > 1e9)
+    assert f"friction model test has no value at {beyond} of {result.points_loaded} loaded points" in result.notes
+    assert plot_friction_and_loss(result).axes[0].get_title().endswith(f"failed ({reason})")
+
+
+def test_a_formula_without_a_value_fails_the_run() -> None:
+    formula = load_formula(data_path("formulas", "75w90_load_share.json"))
+    huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
+    result = run_gear(DESIGN, FormulaFriction(huge, "huge"), positions=4, points_per_line=9)
+    assert (result.status, result.reason) == ("failed", "friction_undefined")
+    assert result.flags["undefined"] == result.points_loaded
+
+
+def test_pressure_above_the_hardness_fails_and_says_where(mesh: Mesh) -> None:
+    soft = mesh.teeth.material_gear.model_copy(update={"hardness": 1.2e9})
+    weak = replace(mesh, teeth=replace(mesh.teeth, material_gear=soft))
+    result = mesh_efficiency(load_mesh(weak, 200.0), ConstantFriction(0.05), OIL, OPERATION)
+    pressure = result.points.state.pressure_hertz
+    above = np.count_nonzero(pressure > 1.2e9)
+    assert 0 < above < pressure.size
+    assert (result.status, result.reason) == ("failed", "pressure_above_hardness")
+    assert f"above the 1.2 GPa hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
+    assert f"up to {pressure.max() / 1e9:.4g} GPa" in result.notes[0]
+    assert "mm from the toe" in result.notes[0]
+    assert result.to_dict()["notes"] == list(result.notes)
+    # a torque at which no point reaches it
+    light = mesh_efficiency(load_mesh(weak, 5.0), ConstantFriction(0.05), OIL, OPERATION)
+    assert light.status == "converged"
+    assert not any("hardness" in note for note in light.notes)
+
+
+def test_a_peak_at_the_tip_edge_is_told(loaded: LoadedMesh) -> None:
+    peak = pressure_peak(loaded.fine, loaded.mesh.teeth)
+    assert peak.pressure == loaded.fine.pressure_max
+    position = next(p for p in loaded.fine.positions if p.pressure_hertz.max() == peak.pressure)
+    point = int(np.argmax(position.pressure_hertz))
+    # the last point of its line, half a part of the line from the tip of the gear
+    tooth, at = loaded.mesh.teeth.gear, position.position
+    depth = tooth.plate.local_height(at.face_gear[point] / tooth.cos_spiral)
+    assert 0.0 < depth - at.height_gear[point] < at.length[point]
+    assert peak.edge == "tip edge of the gear"
+    assert peak.place.startswith("midway toe to heel, near the tip of the gear flank")
+    (note,) = limit_notes(loaded.fine, loaded.mesh.teeth)
+    assert "tip edge of the gear" in note
+
+
+def test_a_peak_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
+    positions = []
+    for position in loaded.fine.positions:
+        pressure = np.zeros_like(position.pressure_hertz)
+        pressure[4] = 1e9  # the middle of the first line of nine points
+        positions.append(replace(position, pressure_hertz=pressure))
+    inner = replace(loaded.fine, positions=tuple(positions))
+    assert pressure_peak(inner, loaded.mesh.teeth).edge == ""
+    assert limit_notes(inner, loaded.mesh.teeth) == ()
 
 
 def test_failed_load_is_a_failure(mesh: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,6 +182,23 @@ def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedMe
     )
     assert fast.efficiency == pytest.approx(slow.efficiency, rel=1e-13)
     assert fast.power_loss == pytest.approx(40.0 * slow.power_loss, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "allowed"),
+    [
+        ({"torque": 1e300}, r"torque = 1e\+300 .*at most 1e\+06 N\*m"),
+        ({"torque": -250.0}, r"torque = -250\.0 .*above 0 N\*m"),
+        ({"speed": 5001.0}, r"speed = 5001\.0 .*at most 5000 rad/s"),
+        ({"temperature_oil": 80.0}, r"temperature_oil = 80\.0 .*80 degC"),
+    ],
+)
+def test_operating_points_are_held_to_the_ranges_of_the_design_file(changes: dict[str, float], allowed: str) -> None:
+    with pytest.raises(InputError, match=allowed):
+        run_gear(DESIGN, conditions=Conditions(**changes))
+    names = ("torque", "speed", "temperature_oil")
+    with pytest.raises(InputError, match=allowed):
+        run_map(DESIGN, "constant:0.05", *([changes[name]] if name in changes else [] for name in names))
 
 
 @pytest.mark.parametrize("torque", [0.0, -300.0, float("nan"), float("inf")])

@@ -112,6 +112,18 @@ def test_families_that_cannot_be_fitted_are_named(mixed_ehl: Call, plan: Path, t
     assert "at least 18 usable cases" in alone.err
 
 
+def test_a_formula_without_a_value_gives_none_and_exit_code_1(mixed_ehl: Call) -> None:
+    options = point(pressure="50 MPa", radius="1 mm", speed="200 m/s", temperature="0 degC")
+    as_json = mixed_ehl("mu", "benedict_kelley_1961", *options, "--oil", "fva3", "--json")
+    assert as_json.code == 1
+    content = json.loads(as_json.out)
+    assert content["flag"] == "undefined"
+    assert content["friction_coefficient"] is content["friction_lower"] is content["friction_upper"] is None
+    as_text = mixed_ehl("mu", "benedict_kelley_1961", *options, "--oil", "fva3")
+    assert as_text.code == 1
+    assert "mu = none" in as_text.out
+
+
 def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
     inside = mixed_ehl("mu", "xu_kahraman_2007", *point(), "--oil", "fva3")
     assert inside.out.startswith("mu = 0.0")
