@@ -50,7 +50,7 @@ def flow_factor_direct(gap: np.ndarray) -> float:
     return flow / m * n / float(np.mean(gap) ** 3)
 
 
-@njit(cache=True)
+@njit  # not cached: it compiles kernels of other files in
 def conductances(state, step, macro, work, model):  # type: ignore[no-untyped-def]
     """Fluidity along x and exchange of the solver at its present films and pressures."""
     flow_along(state, step, work, model, NEWTON, 1.0, True, False)

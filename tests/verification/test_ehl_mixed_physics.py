@@ -21,8 +21,8 @@ RMS = 0.4e-6
 @pytest.mark.parametrize(
     ("gamma", "gap", "low", "high"),
     [
-        # measured model/direct over three seeds, widened by 10 %: the mean field is 20 to 30 % too conductive where
-        # the lay is along the flow, and 2 to 3 times too tight in deep contact across it
+        # docs/validation_mixed.md, widened for three seeds: the mean field is up to a third too conductive where the
+        # lay is along the flow, and two times too tight in deep contact across it
         (3.0, 3.0, 0.85, 1.20),
         (3.0, 2.0, 0.80, 1.20),
         (3.0, 1.0, 0.30, 0.70),
