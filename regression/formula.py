@@ -23,6 +23,7 @@ FORMULA_SCHEMA = 1
 _RANGE_TOLERANCE = 1e-6
 
 Finite = Annotated[float, Quantity("")]
+Width = Annotated[float, Quantity("", ge=0.0)]
 
 
 class OilIdentity(InputModel):
@@ -72,7 +73,13 @@ class WidthBand(InputModel):
     low: Finite
     high: Finite | None
     count: int
-    log_width: Finite
+    log_width: Width
+
+    @model_validator(mode="after")
+    def _ordered(self) -> WidthBand:
+        if self.high is not None and self.high <= self.low:
+            raise InputError("high", self.high, f"above the low end {self.low:.6g}")
+        return self
 
 
 class Interval(InputModel):
@@ -82,9 +89,9 @@ class Interval(InputModel):
     `largest` is the greatest error of all and is used outside the range.
     """
 
-    level: Finite
-    log_width: Finite
-    largest: Finite
+    level: Annotated[float, Quantity("", gt=0.0, lt=1.0)]
+    log_width: Width
+    largest: Width
     bands: tuple[WidthBand, ...] = ()
 
     def width(self, conditions: Conditions) -> Array:
@@ -142,7 +149,7 @@ class Formula(InputModel):
     dropped: dict[str, str]
     variance_inflation: dict[str, Finite]
     condition_number: Finite
-    boundary_friction: Finite
+    boundary_friction: Annotated[float, Quantity("", ge=0.0, le=1.0)]
     ranges: dict[str, tuple[Finite, Finite]]
     units: dict[str, str]
     oil: OilIdentity
@@ -161,9 +168,22 @@ class Formula(InputModel):
         for term in family.terms:
             if term not in self.coefficients:
                 raise InputError(f"coefficients.{term}", None, "a number")
-        for name in self.ranges:
+        for term in self.coefficients:
+            if term not in family.terms:
+                raise InputError(f"coefficients.{term}", term, "one of " + ", ".join(family.terms))
+        if self.equation != family.equation:
+            hint = "The program computes its own equation whatever the file says: fit the formula again."
+            raise InputError("equation", self.equation, f"that of family {family.name}: {family.equation}", hint)
+        for name, (low, high) in self.ranges.items():
             if name not in UNITS:
                 raise InputError(f"ranges.{name}", name, "one of " + ", ".join(UNITS))
+            if low > high:
+                unit = UNITS[name] or "1"
+                raise InputError(f"ranges.{name}", [low, high], f"the lower end first, then the upper one, in {unit}")
+        for name, unit in self.units.items():
+            if unit != UNITS.get(name):
+                allowed = repr(UNITS[name]) if name in UNITS else "a unit of one of " + ", ".join(UNITS)
+                raise InputError(f"units.{name}", unit, allowed, "The numbers of the file are in SI units.")
         return self
 
     @property

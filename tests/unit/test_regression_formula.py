@@ -189,6 +189,38 @@ def _damaged(change: dict[str, Any] | None, remove: str = "") -> dict[str, Any]:
         (json.dumps(_damaged({"ranges": {"nonsense": [0, 1]}})), ["ranges.nonsense", "pressure_hertz"]),
         (json.dumps(_damaged(None, "interval")), ["interval", "missing"]),
         (json.dumps(_damaged({"boundary_friction": "x"})), ["boundary_friction", "'x'"]),
+        (json.dumps(_damaged({"boundary_friction": -3})), ["boundary_friction = -3", "at least 0 and at most 1"]),
+        (
+            json.dumps(_damaged({"ranges": {"pressure_hertz": [2e9, 5e8]}})),
+            ["ranges.pressure_hertz", "[2000000000.0, 500000000.0]", "the lower end first", "in Pa"],
+        ),
+        (json.dumps(_damaged({"units": {"pressure_hertz": "GPa"}})), ["units.pressure_hertz", "'GPa'", "'Pa'"]),
+        (json.dumps(_damaged({"units": {"pressure": "Pa"}})), ["units.pressure", "pressure_hertz"]),
+        (
+            json.dumps(_damaged({"equation": "mu = 42"})),
+            ["equation = 'mu = 42'", "P^b2 |SR|^b3", "fit the formula again"],
+        ),
+        (json.dumps(_damaged({"coefficients": XU["coefficients"] | {"b10": 1.0}})), ["coefficients.b10", "b9"]),
+        (json.dumps(_damaged({"comment": "mine"})), ["comment", "Known keys:", " schema, "]),
+        *(
+            (
+                json.dumps(_damaged({"interval": XU["interval"] | {name: value}})),
+                [f"interval.{name} = {value}", allowed],
+            )
+            for name, value, allowed in (
+                ("log_width", -1, "at least 0"),
+                ("largest", -0.1, "at least 0"),
+                ("level", 1.5, "below 1"),
+            )
+        ),
+        (
+            json.dumps(
+                _damaged(
+                    {"interval": XU["interval"] | {"bands": [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]}}
+                )
+            ),
+            ["interval.bands.0.high = 0.5", "above the low end 1"],
+        ),
     ],
 )
 def test_files_that_are_no_formula(tmp_path: Path, text: str, words: list[str]) -> None:
