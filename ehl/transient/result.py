@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-REASONS = ("", "statistical_interval", "unconverged_steps", "lagged_steps", "not_finite")
+REASONS = ("", "statistical_interval", "unconverged_steps", "lagged_steps", "film_jump", "not_finite")
 
 
 @dataclass(frozen=True)

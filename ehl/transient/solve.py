@@ -46,6 +46,7 @@ BLOCK = 4.0  # travel between two looks at the interval [b]
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 UNCONVERGED_ALLOWED = 0.01  # share of the steps
 LAGGED_ALLOWED = 0.02
+FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
 PECLET_WARNING = 2.0
 
@@ -261,6 +262,9 @@ def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
     stages = records[:, STAGE]
     if not math.isfinite(mean):
         return "failed", "not_finite"
+    films = records[:, FILM_MEAN]
+    if films.max() > FILM_JUMP * float(np.median(films)):
+        return "failed", "film_jump"
     if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED:
         return "failed", "unconverged_steps"
     if np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
