@@ -90,12 +90,15 @@ class DirectLubricant(InputModel):
 
 
 class OilLubricant(InputModel):
-    """An oil card at a temperature; the shear law may be overridden."""
+    """An oil card at a temperature; shear law and thermal figures may be overridden."""
 
     oil: str
     temperature_oil: Temperature
     rheology: Rheology = "eyring"
     eyring_stress: Stress | None = None
+    limiting_shear_coefficient: Annotated[float, Quantity("", gt=0.0, le=1.0)] | None = None
+    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] | None = None
+    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] | None = None
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -106,8 +109,9 @@ class OilLubricant(InputModel):
         """The numbers the solvers take."""
         from dataclasses import replace
 
-        lubricant = replace(Oil.load(self.oil).at(self.temperature_oil), rheology=self.rheology)
-        return lubricant if self.eyring_stress is None else replace(lubricant, eyring_stress=self.eyring_stress)
+        names = ("eyring_stress", "limiting_shear_coefficient", "thermal_conductivity", "heat_capacity")
+        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return replace(Oil.load(self.oil).at(self.temperature_oil), rheology=self.rheology, **given)
 
 
 def _lubricant_kind(value: Any) -> str:

@@ -143,3 +143,10 @@ def test_missing_file_and_folder(tmp_path: Path) -> None:
         load_case(tmp_path / "none.toml")
     with pytest.raises(InputError, match="readable"):
         load_case(tmp_path)
+
+
+def test_oil_card_takes_figures_of_its_own() -> None:
+    oil = {"oil": "fva3", "temperature_oil": "80 degC", "thermal_conductivity": 0.2, "limiting_shear_coefficient": 0.06}
+    lubricant = validate(Case, changed(lambda c: c.update(lubricant=oil))).lubricant.lubricant()
+    assert (lubricant.thermal_conductivity, lubricant.limiting_shear_coefficient) == (0.2, 0.06)
+    assert lubricant.heat_capacity == 2000.0
