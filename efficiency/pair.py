@@ -56,11 +56,6 @@ class GearPair:
         """Number of teeth of the gear."""
         return self.design.gear.blank.teeth
 
-    @property
-    def ease_off_error(self) -> float:
-        """Estimated interpolation error of the ease-off [m]."""
-        return self.surface.interpolation_error
-
 
 def gear_pair(design: Design, side: Side = "drive") -> GearPair:
     """Compute the geometry of a pair.

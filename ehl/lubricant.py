@@ -7,7 +7,7 @@ card of `data/oils/` that gives a `Lubricant` at any temperature.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -80,18 +80,6 @@ def gold_2001(viscosity_kinematic: float, base: str) -> float:
     """
     scale, exponent = GOLD_COEFFICIENTS[base]
     return float(scale * (viscosity_kinematic * 1e6) ** exponent * 1e-9)
-
-
-def barus_1893(pressure: Array, pressure_viscosity: float) -> Array:
-    """ln(eta/eta0) = alpha p (Barus 1893)."""
-    return pressure_viscosity * pressure
-
-
-def roelands_1966(pressure: Array, viscosity_inlet: float, pressure_viscosity: float) -> Array:
-    """ln(eta/eta0) = A ((1 + p/p0)^z - 1), A = ln eta0 + 9.67, z = alpha p0/A, p0 = 1.96e8 Pa (Roelands 1966)."""
-    scale = math.log(viscosity_inlet) + ROELANDS_LOG_VISCOSITY
-    exponent = pressure_viscosity * ROELANDS_PRESSURE / scale
-    return np.asarray(scale * ((1.0 + pressure / ROELANDS_PRESSURE) ** exponent - 1.0))
 
 
 def dowson_higginson_1966(pressure: Array, a: float = 0.6e-9, b: float = 1.7e-9) -> Array:
@@ -184,7 +172,11 @@ class Lubricant:
         return np.array([a1 + a2 * celsius, b1 + b2 * celsius, 0.0])
 
     def log_viscosity_ratio(self, pressure: Array) -> Array:
-        """ln(eta/eta0) at the inlet temperature, elementwise."""
+        """ln(eta/eta0) at the inlet temperature, elementwise.
+
+        Barus (1893) alpha p; Roelands (1966) A ((1 + p/p0)^z - 1), A = ln eta0 + 9.67, z = alpha p0/A, p0 = 1.96e8 Pa;
+        modulus law p/(c0 + c1 p).
+        """
         c0, c1, c2 = self.law_constants
         if self.viscosity_law == "barus":
             return np.asarray(c0 * pressure)
@@ -288,7 +280,3 @@ class Lubricant:
         if math.isfinite(self.limiting_shear_coefficient):
             stress = np.minimum(stress, self.limiting_shear_coefficient * pressure)
         return np.asarray(stress)
-
-    def with_viscosity(self, viscosity_inlet: float) -> Lubricant:
-        """The same lubricant with another inlet viscosity."""
-        return replace(self, viscosity_inlet=viscosity_inlet)

@@ -301,28 +301,6 @@ def murch_wilson_1975(thermal_loading: ArrayLike, slide_to_roll: ArrayLike) -> A
     return np.asarray(1.0 / (1.0 + 0.1 * sliding * np.asarray(thermal_loading) ** 0.64))
 
 
-def zhu_cheng_1989(
-    thermal_loading: ArrayLike, slide_to_roll: ArrayLike, pressure_hertz: ArrayLike, effective_modulus: ArrayLike
-) -> Array:
-    """Inlet-heating film factor of Zhu & Cheng, found.
-
-    (1 - 13.2 (p_h/E') L^0.42)/(1 + 0.213 (1 + 2.23 |SR|^0.83) L^0.64).
-
-    Parameters
-    ----------
-    thermal_loading : array
-        L = eta0 beta u_e^2/k [-].
-    slide_to_roll : array
-        SR [-].
-    pressure_hertz, effective_modulus : array
-        p_h and E' [Pa].
-    """
-    loading = np.asarray(thermal_loading, dtype=float)
-    sliding = 1.0 + 2.23 * np.abs(np.asarray(slide_to_roll, dtype=float)) ** 0.83
-    ratio = np.asarray(pressure_hertz, dtype=float) / np.asarray(effective_modulus, dtype=float)
-    return np.asarray((1.0 - 13.2 * ratio * loading**0.42) / (1.0 + 0.213 * sliding * loading**0.64))
-
-
 def share_arana_2019(film_ratio: ArrayLike) -> Array:
     """Asperity load share 1 - erf(lambda); found (Arana, Larranaga & Ulacia 2019)."""
     from scipy.special import erfc

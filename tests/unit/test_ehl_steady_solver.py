@@ -100,7 +100,7 @@ def test_offset_of_the_log_viscosity():
     assert nothing.skipped == ()
     # a constant offset is another inlet viscosity for Barus
     cooler = solve_steady(contact(), barus, film_log_viscosity_offset=lambda x: np.full_like(x, 0.4))
-    same = solve_steady(contact(), barus.with_viscosity(0.02 * math.exp(0.4)))
+    same = solve_steady(contact(), dataclasses.replace(barus, viscosity_inlet=0.02 * math.exp(0.4)))
     assert cooler.film_central == pytest.approx(same.film_central, rel=cooler.film_error + same.film_error)
     assert cooler.friction_fluid == pytest.approx(same.friction_fluid, rel=2e-4)
     # heat that thins the oil behind the inlet changes friction, hardly the film
