@@ -133,14 +133,15 @@ def fit_families(dataset: Dataset, *, corners: bool = False) -> dict[str, Formul
         As `fit_formula`, where no family can be fitted.
     """
     fitted: dict[str, Formula] = {}
-    first: MixedEhlError | None = None
+    refused: dict[str, MixedEhlError] = {}
     for name in FAMILIES:
         try:
             fitted[name] = fit_formula(dataset, name, corners=corners)
         except (InputError, ConvergenceError) as error:
-            first = first or error
-    if not fitted and first is not None:
-        raise first
+            refused[name] = error
+    if not fitted:
+        # the family that asks for the least says best what the data lack
+        raise refused[min(refused, key=lambda name: len(FAMILIES[name].terms))]
     return dict(sorted(fitted.items(), key=lambda item: -item[1].validation.r2_log))
 
 
