@@ -109,7 +109,7 @@ def compare(
     """Compare friction models, constant mu and closed forms on one gear pair."""
     from efficiency.gear_report import comparison_table
     from efficiency.plots_load import plot_comparison
-    from efficiency.run import DEFAULT_MODELS, run_compare
+    from efficiency.run import run_compare
     from ehl.errors import InputError
     from ehl.plots import save_figure
     from ehl.report import print_json
@@ -118,7 +118,7 @@ def compare(
     for values, name in zip(lists, ("--torque", "--speed", "--temperature"), strict=True):
         if len(values) > 1:
             raise InputError(name, values, "one value; lists make a map with `mixed-ehl gear`")
-    comparison = run_compare(design, friction or DEFAULT_MODELS, _conditions(lists, oil), side=_side(side))
+    comparison = run_compare(design, friction, _conditions(lists, oil), side=_side(side))
     if plot is not None:
         save_figure(plot_comparison(comparison), plot)
     print_json(comparison.to_dict()) if json_output else comparison_table(comparison)

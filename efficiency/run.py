@@ -19,9 +19,9 @@ from ehl.oil import Oil
 from regression.friction_models import FrictionModel, friction_model, shipped_formulas
 
 POSITIONS, POINTS_PER_LINE = 24, 31
+# beside the formulas shipped for the oil in use
 DEFAULT_MODELS = (
     "constant:0.05",
-    *shipped_formulas(),
     "xu_kahraman_2007",
     "benedict_kelley_1961",
     "schlenk_1994",
@@ -114,7 +114,7 @@ def run_gear(
 
 def run_compare(
     design: Design | str | Path,
-    frictions: Sequence[FrictionModel | str] = DEFAULT_MODELS,
+    frictions: Sequence[FrictionModel | str] | None = None,
     conditions: Conditions = Conditions(),
     *,
     side: Side = "drive",
@@ -124,9 +124,12 @@ def run_compare(
 ) -> Comparison:
     """The same pair at the same point with several friction models, and the closed forms; as `run_gear`.
 
-    `geared` is the mesh of that design where it is known already.
+    Without `frictions` it is the formulas shipped for the oil and `DEFAULT_MODELS`. `geared` is the mesh of that design
+    where it is known already.
     """
     design = resolve_design(design)
+    if frictions is None:
+        frictions = (*shipped_formulas(conditions.oil or design.operation.oil), *DEFAULT_MODELS)
     models = [resolve_friction(friction, design) for friction in frictions]
     torque, operation, oil = _operating_point(design, conditions)
     if geared is None:
