@@ -13,7 +13,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-REASONS = ("", "statistical_interval", "unconverged_steps", "lagged_steps", "film_jump", "not_finite")
+REASONS = (
+    "",
+    "statistical_interval",
+    "macroscopic_pressure",
+    "unconverged_steps",
+    "lagged_steps",
+    "film_jump",
+    "not_finite",
+)
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,7 @@ BLOCK = 4.0  # travel between two looks at the interval [b]
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 UNCONVERGED_ALLOWED = 0.01  # share of the steps
 LAGGED_ALLOWED = 0.02
+MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry more than there is
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
 PECLET_WARNING = 2.0
@@ -84,8 +85,10 @@ class Window:
         return np.concatenate(self.recorded)
 
     def friction(self) -> Array:
-        """mu of every step of the window."""
+        """mu of every step of the window; zero without sliding."""
         records = self.records
+        if self.run.problem.model.fluid.sliding == 0.0:
+            return np.zeros(len(records))
         return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
 
     def interval(self) -> tuple[float, float]:
@@ -269,6 +272,8 @@ def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
         return "failed", "unconverged_steps"
     if np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
         return "unsettled", "lagged_steps"
+    if records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
+        return "unsettled", "macroscopic_pressure"
     if half_width > plan.tolerance * abs(mean):
         return "unsettled", "statistical_interval"
     return "converged", ""
@@ -309,7 +314,7 @@ def _result(
         reason=reason,
         notes=_notes(contact, lubricant, materials, problem, plan),
         friction_coefficient=mu,
-        friction_fluid=float(mean[MU_FLUID]),
+        friction_fluid=float(mean[MU_FLUID]) if model.fluid.sliding > 0.0 else 0.0,
         friction_asperity=float(model.contact.friction * mean[SHARE]),
         asperity_load_share=float(mean[SHARE]),
         roughness_load_share=float(1.0 - mean[MACRO_LOAD]) if model.drainage.on else math.nan,
