@@ -30,13 +30,10 @@ import time
 from collections import Counter
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from unittest import mock
 
-import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 from stress_cases import MODULUS, Scene, scenes
 
 import ehl.mixed
@@ -45,7 +42,8 @@ from ehl.solve import ContactResult, solve_case
 from ehl.transient import solve_transient
 from ehl.transient.accuracy import BUDGET
 
-matplotlib.use("Agg")
+if TYPE_CHECKING:
+    import pandas as pd  # not in the workers: their memory is measured
 
 OUT = Path("benchmarks/out")
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
@@ -233,7 +231,10 @@ def campaign(options: argparse.Namespace) -> None:
     """Solve the scenes of this shard that are not in its file yet."""
     number, shards = (int(part) for part in options.shard.split("/"))
     path = options.out / f"stress_{options.range}_seed{options.seed}_{number}of{shards}.csv"
-    done = set(pd.read_csv(path)["index"]) if path.exists() and path.stat().st_size else set()
+    done: set[int] = set()
+    if path.exists():
+        with path.open(newline="", encoding="utf-8") as stream:
+            done = {int(row["index"]) for row in csv.DictReader(stream)}
     worker = Worker(options.accuracy, options.travel, options.nodes_max, options.cap)
     for scene in scenes("gear", 4, 0):  # compiles
         worker.solve(scene, cap=600.0)
@@ -253,6 +254,8 @@ def campaign(options: argparse.Namespace) -> None:
 
 def report(options: argparse.Namespace) -> None:
     """Table and figure of all files of this range."""
+    import pandas as pd
+
     files = sorted(options.out.glob(f"stress_{options.range}_seed*.csv"))
     data = pd.concat([pd.read_csv(file) for file in files], ignore_index=True)
     data["reason"] = data["reason"].fillna("")
@@ -286,6 +289,11 @@ def table(data: pd.DataFrame) -> str:
 
 def plot(data: pd.DataFrame, path: Path) -> None:
     """Where the outcomes lie."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
     half_width = 4.0 * data.radius_equivalent * data.pressure_hertz / MODULUS
     planes = (
         ("pressure_hertz", data.pressure_hertz, "viscosity_inlet x speed_entrainment [N/m]",
@@ -313,10 +321,12 @@ def memory(options: argparse.Namespace) -> None:
         small = scene.row | {"radius_equivalent": 5e-3, "correlation_length": 4e-5}
         solved(Scene(scene.index % 8, small), options.accuracy, 1.0)
         rows.append({"case": number, "resident_mb": _resident()})
-    data = pd.DataFrame(rows)
-    data.to_csv(options.out / "stress_memory.csv", index=False)
-    for at in (0, *(round(share * (len(data) - 1)) for share in (0.1, 0.25, 0.5, 0.75, 1.0))):
-        print(f"case {at:5d}: {data.resident_mb[at]:7.1f} MB resident")
+    with (options.out / "stress_memory.csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    for at in (0, *(round(share * (len(rows) - 1)) for share in (0.1, 0.25, 0.5, 0.75, 1.0))):
+        print(f"case {at:5d}: {rows[at]['resident_mb']:7.1f} MB resident")
     print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0:.1f} MB")
 
 
