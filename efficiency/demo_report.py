@@ -201,6 +201,7 @@ def _provenance(result: DemoResult) -> Section:
         [
             Table(("what", "value"), rows, text_columns=2),
             Text("Left out of the gear model: " + "; ".join(left_out) + "."),
+            *(Text(f"Note on the pair: {note}.") for note in result.comparison.notes),
             Text("Files beside this page: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
         ],
     )

@@ -15,7 +15,7 @@ from efficiency.kinematics import Axis, Operation, join_states, loaded_points
 from efficiency.load_distribution import LoadDistribution, distribute_load
 from ehl.errors import ConvergenceError, InputError
 from ehl.oil import Oil
-from regression.friction_models import FrictionModel
+from regression.friction_models import FrictionFlag, FrictionModel
 
 FloatArray = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def load_mesh_with_friction(
         The torque is not above 0, or the mesh has no axes.
     ConvergenceError
         ``self_locking`` where friction takes the whole torque, ``friction_rounds`` where the torques do not settle,
-        ``friction_not_converged`` where the friction model fails.
+        ``friction_not_converged`` and ``friction_undefined`` where the friction model fails.
     """
     if mesh.axes is None:
         raise InputError("mesh.axes", None, "the axes of both members, for the arms of the friction forces")
@@ -90,9 +90,12 @@ def load_mesh_with_friction(
             for cycle, values in zip(grids, torques, strict=True)
         ]
         points = [loaded_points(load, modulus, operation) for load in loads]
-        mu = friction.evaluate(join_states(*(p.state for p in points)), oil).mu
+        estimate = friction.evaluate(join_states(*(p.state for p in points)), oil)
+        mu = estimate.mu
         if not np.all(np.isfinite(mu)):
-            raise ConvergenceError("friction_not_converged", f"{friction.name} in the load equilibrium")
+            failed = np.any(estimate.flag == FrictionFlag.NOT_CONVERGED)
+            reason = "friction_not_converged" if failed else "friction_undefined"
+            raise ConvergenceError(reason, f"{friction.name} in the load equilibrium")
         off = 0.0
         for k, part in enumerate(np.split(mu, [points[0].force.size])):
             carried = _carried(loads[k], points[k].position, points[k].index, part, arms[k])

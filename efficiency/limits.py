@@ -73,9 +73,9 @@ def limit_notes(load: LoadDistribution, teeth: TeethElasticity) -> tuple[str, ..
             f"{loaded} loaded points, up to {peak.pressure / 1e9:.4g} GPa, {peak.place}; the teeth would yield"
         )
     if peak.edge:
+        figures = "" if above else f", {peak.pressure / 1e9:.4g} GPa {peak.place},"
         notes.append(
-            f"the greatest pressure, {peak.pressure / 1e9:.4g} GPa, lies at the {peak.edge}: {peak.place}; contact of "
-            "the edge itself is not modelled"
+            f"the greatest pressure{figures} lies at the {peak.edge}; contact of the edge itself is not modelled"
         )
     return tuple(notes)
 

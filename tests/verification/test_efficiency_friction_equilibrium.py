@@ -135,3 +135,8 @@ def test_axes_are_needed() -> None:
     mesh = replace(pitch_point(0.8, 0.4, 0.35), axes=None)
     with pytest.raises(InputError, match=r"mesh\.axes"):
         load_mesh_with_friction(mesh, 50.0, ConstantFriction(0.05), OIL, OPERATION)
+
+
+def test_friction_without_a_value_is_said() -> None:
+    with pytest.raises(ConvergenceError, match="friction_undefined"):
+        load_mesh_with_friction(pitch_point(0.8, 0.4, 0.35), 50.0, ConstantFriction(math.nan), OIL, OPERATION)
