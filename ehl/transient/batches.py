@@ -11,13 +11,17 @@ from scipy.stats import t as student
 Array = NDArray[np.float64]
 
 FEWEST = 5  # batches below which no interval is given
+MOST_CORRELATED = 0.8  # correlation of neighbours that the correction still trusts
 
 
 def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[float, float]:
     """Mean and half width of its confidence interval.
 
-    Neighbouring batches are merged while their correlation stays above 0.2 and enough of them remain, so that the
-    batches may be treated as independent.
+    Half batches are merged while their correlation stays above 0.2 and 10 of them remain. What correlation r is left
+    is corrected for its bias, r + (1 + 3 r)/n (Kendall 1954), and taken as that of a first-order autoregression: the
+    variance of the mean grows by (1 + r)/(1 - r), and the freedom of Student's t falls by as much. Runs that stop when
+    their interval is narrow enough favour intervals that came out narrow by chance; without the correction they
+    covered 83 to 86 % instead of 88 to 90 (docs/validation_mixed.md).
 
     Parameters
     ----------
@@ -39,11 +43,17 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
     count = series.size // max(batch, 1)
     if count < FEWEST:
         return mean, math.nan
-    means = series[series.size - count * batch :].reshape(count, batch).mean(axis=1)
-    while means.size >= 2 * FEWEST and neighbour_correlation(means) > 0.2:
+    size = max(batch // 2, 1)
+    count = series.size // size
+    means = series[series.size - count * size :].reshape(count, size).mean(axis=1)
+    while means.size >= 4 * FEWEST and neighbour_correlation(means) > 0.2:
         means = means[means.size % 2 :].reshape(-1, 2).mean(axis=1)
-    spread = float(np.std(means, ddof=1)) / math.sqrt(means.size)
-    return mean, float(student.ppf(0.5 + 0.5 * confidence, means.size - 1)) * spread
+    found = max(neighbour_correlation(means), 0.0)
+    correlation = min(found + (1.0 + 3.0 * found) / means.size, MOST_CORRELATED)
+    inflation = (1.0 + correlation) / (1.0 - correlation)
+    spread = float(np.std(means, ddof=1)) * math.sqrt(inflation / means.size)
+    freedom = max(means.size / inflation - 1.0, 2.0)
+    return mean, float(student.ppf(0.5 + 0.5 * confidence, freedom)) * spread
 
 
 def paired_error(coarse: Array, fine: Array, batches: int) -> float:
