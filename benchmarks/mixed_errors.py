@@ -177,10 +177,21 @@ def summarise_intervals(out: Path) -> None:
             rows.append(
                 (name, travel, truth, std / truth, float(np.median(half)) / truth, float(np.mean(inside)), len(inside))
             )
-    columns = ("condition", "window b", "mu", "std of means", "median half width", "coverage", "seeds")
-    print_table("nominal 90 % interval of mu", columns, rows)
+        stopped = [abs(m - truth) <= w for m, w in stopped_runs(series, mesh)]
+        rows.append((name, math.nan, truth, math.nan, math.nan, float(np.mean(stopped)), len(stopped)))
+    columns = ("condition", "window b", "mu", "std of means", "median half width", "coverage", "intervals")
+    print_table("nominal 90 % interval of mu; without a window: runs that stop by it", columns, rows)
     print(f"all together: {np.mean(inside_all):.3f} of {len(inside_all)}")
     write_csv(out / "mixed_intervals.csv", columns, rows)
+
+
+def stopped_runs(series: np.ndarray, mesh: float) -> Iterator[tuple[float, float]]:
+    """mu and interval of runs that look every 4 b from 12 to 24 b and stop inside one of four tolerances."""
+    looks = [[batch_means(s[: round(t * mesh)], round(BATCH * mesh)) for t in (12, 16, 20, 24)] for s in series]
+    last = np.array([found[-1] for found in looks])
+    for tolerance in np.quantile(last[:, 1] / last[:, 0], (0.15, 0.3, 0.6, 0.85)):
+        for found in looks:
+            yield next(((m, w) for m, w in found if w <= tolerance * m), found[-1])
 
 
 def mesh_table(out: Path, window: float) -> None:
