@@ -15,6 +15,9 @@ FloatArray = NDArray[np.float64]
 
 # points within this share of the face width or tooth height from the middle belong to no side
 _MIDDLE = 1.0 / 6.0
+ARCSEC = np.pi / (180.0 * 3600.0)
+# matched flanks stay well below (ours): more is a design whose flanks do not belong together
+_LARGE_ERROR = 100.0 * ARCSEC
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
 
 
 def limit_notes(load: LoadDistribution, teeth: TeethElasticity) -> tuple[str, ...]:
-    """What a user has to know about the load: pressure above the hardness, and a peak at an edge of a tooth."""
+    """What a user has to know of the load: pressure above the hardness, a peak at an edge, flanks that do not match."""
     peak = pressure_peak(load, teeth)
     notes = []
     above, loaded = points_above_hardness(load, teeth)
@@ -76,6 +79,12 @@ def limit_notes(load: LoadDistribution, teeth: TeethElasticity) -> tuple[str, ..
         figures = "" if above else f", {peak.pressure / 1e9:.4g} GPa {peak.place},"
         notes.append(
             f"the greatest pressure{figures} lies at the {peak.edge}; contact of the edge itself is not modelled"
+        )
+    unloaded = float(np.ptp([p.position.transmission_error for p in load.positions]))
+    if unloaded > _LARGE_ERROR:
+        notes.append(
+            f"the unloaded transmission error, {unloaded / ARCSEC:.0f} arcsec peak to peak, is above "
+            f"{_LARGE_ERROR / ARCSEC:.0f} arcsec: the two flanks do not match, check the machine settings"
         )
     return tuple(notes)
 

@@ -150,6 +150,16 @@ def test_a_peak_at_the_tip_edge_is_told(loaded: LoadedMesh) -> None:
     assert "tip edge of the gear" in note
 
 
+def test_flanks_that_do_not_match_are_told() -> None:
+    """The shipped bevel pair with the axes moved apart as if it were a hypoid pair."""
+    apart = DESIGN.model_copy(update={"assembly": DESIGN.assembly.model_copy(update={"hypoid_offset": 0.01})})
+    result = run_gear(apart, positions=4, points_per_line=9)
+    assert (result.status, result.reason) == ("failed", "pressure_above_hardness")
+    arcsec = math.degrees(result.transmission_error_unloaded) * 3600.0
+    assert arcsec > 100.0
+    assert f"transmission error, {arcsec:.0f} arcsec peak to peak" in result.notes[-1]
+
+
 def test_a_peak_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
     positions = []
     for position in loaded.fine.positions:
