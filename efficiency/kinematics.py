@@ -57,8 +57,8 @@ class Operation:
             raise InputError("temperature", self.temperature_oil, f"{low:g} to {high:g} K", "80 degC is 353.15 K.")
         for name in ("roughness_rms_pinion", "roughness_rms_gear"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and 0.0 <= value <= 1e-5):
-                raise InputError(name, value, "0 to 10 um (1e-5 m)")
+            if not (math.isfinite(value) and 0.0 <= value <= 2e-5):
+                raise InputError(name, value, "0 to 20 um (2e-5 m), as in the design file")
 
 
 @dataclass(frozen=True)

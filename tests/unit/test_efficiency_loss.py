@@ -234,6 +234,10 @@ def test_impossible_temperature_is_refused(temperature: float) -> None:
 def test_impossible_roughness_is_refused() -> None:
     with pytest.raises(InputError, match="roughness_rms_gear"):
         Operation(100.0, 363.15, 0.0, -1e-7)
+    # the design file allows 20 um
+    assert Operation(100.0, 363.15, 2e-5, 2e-5).roughness_rms_pinion == 2e-5
+    with pytest.raises(InputError, match="roughness_rms_pinion.* 20 um"):
+        Operation(100.0, 363.15, 2.1e-5)
 
 
 @pytest.mark.parametrize(("positions", "points"), [(5, 9), (2, 9), (4, 3)])
