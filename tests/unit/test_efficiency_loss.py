@@ -236,7 +236,7 @@ def test_impossible_roughness_is_refused() -> None:
         Operation(100.0, 363.15, 0.0, -1e-7)
     # the design file allows 20 um
     assert Operation(100.0, 363.15, 2e-5, 2e-5).roughness_rms_pinion == 2e-5
-    with pytest.raises(InputError, match="roughness_rms_pinion.* 20 um"):
+    with pytest.raises(InputError, match=r"roughness_rms_pinion.* 20 um"):
         Operation(100.0, 363.15, 2.1e-5)
 
 
