@@ -187,7 +187,7 @@ def solve_contact(
         skipped.append("roughness and time: both surfaces are smooth")
     elif model.roughness == "load_sharing":
         skipped.append("time: the load-sharing model has no transient")
-        result = _shared(result, surface, model)
+        result = _shared(result, contact, surface, model)
     else:
         result = _rough(result, contact, lubricant, surface, model, bodies, skipped)
     seconds = time.perf_counter() - clock
@@ -208,11 +208,12 @@ def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
     return list({text.partition(":")[0]: text for text in skipped}.values())
 
 
-def _shared(smooth: ContactResult, surface: SurfaceInput, model: ModelInput) -> ContactResult:
-    """The smooth contact with a share of its load on asperities."""
+def _shared(smooth: ContactResult, contact: LineContact, surface: SurfaceInput, model: ModelInput) -> ContactResult:
+    """The smooth contact with a share of its load on asperities, which rub only where there is sliding."""
     assert smooth.isothermal is not None
     film_ratio = smooth.isothermal.film_central / surface.roughness_rms
-    sharing = load_sharing(film_ratio, smooth.friction_fluid, surface.boundary_friction, model.load_sharing)
+    boundary = surface.boundary_friction if contact.speed_sliding > 0.0 else 0.0
+    sharing = load_sharing(film_ratio, smooth.friction_fluid, boundary, model.load_sharing)
     return replace(
         smooth,
         friction_coefficient=sharing.friction_fluid + sharing.friction_asperity,

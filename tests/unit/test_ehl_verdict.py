@@ -120,3 +120,12 @@ def test_inputs_without_effect_are_named() -> None:
 def test_outside_the_theory(change: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words):
         case(contact={**CONTACT, **change})
+
+
+def test_no_friction_of_asperities_without_sliding() -> None:
+    rough = {"roughness_rms_1": 3e-7, "roughness_rms_2": 3e-7}
+    rolling = solve_case(case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough))
+    assert rolling.asperity_load_share > 0.01
+    assert rolling.friction_coefficient == 0.0
+    lengthwise = {**CONTACT, "slide_to_roll": 0.0, "speed_sliding_lengthwise": 1.0}
+    assert solve_case(case(contact=lengthwise, surface=rough)).friction_asperity > 0.0
