@@ -85,7 +85,7 @@ def _contacts(result: DemoResult) -> Section:
                 f"pair see, each solved as a smooth film with heat where an estimate says it matters ({heated} of "
                 f"{len(frame)}), and mixed friction by load sharing. {report.failed} failed. The solver's own error of "
                 f"mu is {100 * friction_error.median():.2g} % in the median and {100 * friction_error.max():.2g} % at "
-                "worst; it covers the discretisation, not the physics of the load-sharing model or the oil data."
+                "worst; it covers the discretisation and the heat left out, not the load-sharing model or the oil data."
             ),
             Pictures(
                 [
