@@ -25,7 +25,8 @@ from ehl.transient.surfaces import RoughSurfaces, ring
 Array = NDArray[np.float64]
 
 FRONT, RAMP = -1.3, 0.3  # where the roughness starts and how softly [b]
-ITERATIONS = 30
+# iterations, share of the derivatives of the conductance, relaxation
+TURNS = ((25, 1.0, 1.0), (16, 0.0, 0.5), (20, 1.0, 1.0), (30, 0.0, 0.3), (20, 1.0, 1.0))
 SMALLEST_PART = 1.0 / 300.0
 SMALL = 1e-5  # pressure change of the last iteration [p_h]
 
@@ -170,12 +171,7 @@ class PlainTwin:
         while done < 1.0:
             here = min(done + part, 1.0)
             blend = [a + here * (b - a) for a, b in zip(self.last, problem, strict=True)] if here < 1.0 else problem
-            self.converged = False
-            for _ in range(ITERATIONS):
-                self.iterations += 1
-                if self._newton(*blend):
-                    self.converged = True
-                    break
+            self.converged = self._converge(blend)
             if self.converged:
                 start, done = (self.p, self.c, self.level), here
                 continue
@@ -188,16 +184,26 @@ class PlainTwin:
             self.p, self.c, self.level = start
         self.last, self.solved = problem, (self.p, self.c, self.level)
 
+    def _converge(self, problem: list[Array] | tuple[Array, ...]) -> bool:
+        """Newton and, where it stalls, turns of relaxed iterations with the present conductance and Newton."""
+        for count, slopes, relaxation in TURNS:
+            for _ in range(count):
+                self.iterations += 1
+                if self._newton(*problem, slopes, relaxation):
+                    return True
+        return False
+
     def _inflow(self, h: Array, weight: Array) -> Array:
         flow = np.append(self.conductance(h)[0] * np.diff(self.p), 0.0)
         return weight * np.diff(flow, prepend=0.0)
 
-    def _newton(self, rigid: Array, foot: Array, weight: Array) -> bool:
+    def _newton(self, rigid: Array, foot: Array, weight: Array, slopes: float, relaxation: float) -> bool:
         """One iteration on the present active sets; True when it changed nothing that matters."""
         n = self.x.size
         h = self.level + rigid + self.deflection()
         k, by_film, by_p = self.conductance(h)
         slope = np.diff(self.p)
+        by_film, by_p = slopes * by_film, slopes * by_p
         rho = self.density(self.p)
         mass = foot + weight * np.diff(np.append(k * slope, 0.0), prepend=0.0) - rho * h
         # derivatives of the flow between i and i + 1 by p and h of both ends
@@ -251,7 +257,7 @@ class PlainTwin:
         change = solve(system, scale * rhs, check_finite=False)
         step_p, step_c = fixed_p, fixed_c
         step_p[f], step_c[s] = change[a], change[e]
-        damping = 1.0 / max(1.0, float(np.max(np.abs(step_p) / (0.4 + 0.8 * np.maximum(self.p, 0.0)))))
+        damping = relaxation / max(1.0, float(np.max(np.abs(step_p) / (0.4 + 0.8 * np.maximum(self.p, 0.0)))))
         self.p = self.p + damping * step_p
         self.c = self.c + damping * step_c
         self.level += damping * float(change[-1]) * local
