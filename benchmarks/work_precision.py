@@ -170,6 +170,7 @@ def twin(cases: dict[str, tuple[float, Scene]], short: pd.DataFrame) -> pd.DataF
     """The plain twin and the engine on one and the same mesh and window."""
     rows = []
     travel = STARTUP + TWIN_WINDOW
+    march(next(iter(cases.values()))[1], 16, 0.1)  # compiled before anything is timed
     for name in TWIN_CASES:
         ratio, scene = cases[name]
         exact = (float(short.mu[name]), float(short.film[name]))
@@ -269,7 +270,7 @@ def dry(folder: Path) -> pd.DataFrame:
 
 def plot(folder: Path) -> None:
     """Everything that was computed, in one log-log figure."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 5.4), layout="constrained")
     path = folder / "engine.csv"
     if path.exists():
         data = pd.read_csv(path)
@@ -297,7 +298,7 @@ def plot(folder: Path) -> None:
         axes.set(xlabel="CPU time per half-width of travel [s], one core", ylabel="relative error of μ")
         axes.grid(True, which="both", alpha=0.25)
         if axes.get_lines():
-            axes.legend(fontsize=7)
+            axes.legend(fontsize=7, ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     figure.savefig(folder / "work_precision.png", dpi=140)
     plt.close(figure)
 
