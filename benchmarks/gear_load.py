@@ -14,11 +14,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from efficiency.compliance import Tooth
 from efficiency.design import load_design
-from efficiency.efficiency import Mesh, load_mesh, mesh_efficiency
 from efficiency.gear_mesh import gear_mesh
-from efficiency.kinematics import Operation
+from efficiency.load.compliance import Tooth
+from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
 from ehl.oil import Oil
 from regression.friction_models import friction_model
 

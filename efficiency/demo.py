@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from efficiency.compare import Comparison
 from efficiency.gear_mesh import GearMesh
+from efficiency.loss.compare import Comparison
 from efficiency.run import Conditions, resolve_design, run_compare
 from ehl._data import data_path
 from ehl.errors import ConvergenceError, InputError

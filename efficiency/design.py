@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from efficiency.assembly import Assembly
-from efficiency.blank import Blank
-from efficiency.cutter import Blade, FlankSide
-from efficiency.flank import Flank
-from efficiency.machine import MachineSettings
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly
+from efficiency.cutting.cutter import Blade, FlankSide
+from efficiency.cutting.flank import Flank
+from efficiency.cutting.machine import MachineSettings
 from ehl._data import data_names, data_path
 from ehl.errors import InputError
 from ehl.expectation import quantity_of

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from efficiency.closed_form import PitchGeometry
-from efficiency.compliance import Tooth
-from efficiency.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.pair import GearPair, Side, gear_pair
+from efficiency.cutting.flank import Flank
 from efficiency.design import BlankInput, Design
-from efficiency.efficiency import Mesh
-from efficiency.flank import Flank
-from efficiency.kinematics import Axis
-from efficiency.load_distribution import TeethElasticity
-from efficiency.pair import GearPair, Side, gear_pair
+from efficiency.load.compliance import Tooth
+from efficiency.load.load_distribution import TeethElasticity
+from efficiency.loss.closed_form import PitchGeometry
+from efficiency.loss.efficiency import Mesh
+from efficiency.loss.kinematics import Axis
 from ehl.errors import ConvergenceError
 
 

@@ -13,9 +13,9 @@ from ehl.errors import InputError
 from ehl.plots import save_figure
 
 if TYPE_CHECKING:
-    from efficiency.compare import Comparison
-    from efficiency.map import EfficiencyMap
-    from efficiency.result import EfficiencyResult
+    from efficiency.loss.compare import Comparison
+    from efficiency.loss.map import EfficiencyMap
+    from efficiency.loss.result import EfficiencyResult
 
 RPM = 30.0 / math.pi
 KELVIN = 273.15

@@ -8,8 +8,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from efficiency.contact_lines import MeshPosition
-from efficiency.pair import GearPair
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.contact.pair import GearPair
 
 _MM, _UM, _ARCSEC = 1e3, 1e6, 180.0 * 3600.0 / np.pi
 

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from efficiency.compare import Comparison
-    from efficiency.map import EfficiencyMap
-    from efficiency.result import EfficiencyResult
+    from efficiency.loss.compare import Comparison
+    from efficiency.loss.map import EfficiencyMap
+    from efficiency.loss.result import EfficiencyResult
 
 ARCSEC = np.degrees(1.0) * 3600.0
 RPM = 30.0 / np.pi

@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from efficiency.compare import Comparison, compare_models
+from efficiency.contact.pair import Side
 from efficiency.design import OPERATION_LIMITS, Design, load_design
-from efficiency.efficiency import load_mesh, mesh_efficiency
-from efficiency.friction_equilibrium import load_mesh_with_friction
 from efficiency.gear_mesh import GearMesh, gear_mesh
-from efficiency.kinematics import Operation
-from efficiency.map import EfficiencyMap, efficiency_map
-from efficiency.pair import Side
-from efficiency.result import EfficiencyResult
+from efficiency.loss.compare import Comparison, compare_models
+from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.friction_equilibrium import load_mesh_with_friction
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.map import EfficiencyMap, efficiency_map
+from efficiency.loss.result import EfficiencyResult
 from ehl.oil import Oil
 from regression.friction_models import FrictionModel, friction_model, shipped_formulas
 
@@ -63,7 +63,7 @@ def resolve_friction(friction: FrictionModel | str, design: Design) -> FrictionM
     if not isinstance(friction, str):
         return friction
     if friction.partition(":")[0] == "ehl":
-        from efficiency.ehl_friction import ehl_friction
+        from efficiency.loss.ehl_friction import ehl_friction
 
         return ehl_friction(friction, (design.pinion.body(), design.gear.body()))
     return friction_model(friction)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from efficiency.closed_form import PitchGeometry, buckingham_type, coleman_type
+from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
 from ehl.errors import InputError
 
 # a_n, b1, b2, d1, d2 [deg], dm1, dm2, m_mn [mm] of the printed blanks; profile contact ratio of the rating

@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 from scipy.interpolate import griddata
 
-from efficiency.assembly import turn
-from efficiency.blank import Blank
-from efficiency.contact_lines import mesh_cycle
-from efficiency.curvature import flank_curvature
-from efficiency.cutter import Blade
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import turn
+from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.curvature import flank_curvature
+from efficiency.contact.ease_off import conjugate_points, ease_off
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.pair import gear_pair
+from efficiency.contact.thickness import gear_thickness, pinion_thickness
+from efficiency.contact.transmission import contact_path
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.flank import Flank
+from efficiency.cutting.machine import MachineSettings
 from efficiency.design import Design, load_design
-from efficiency.ease_off import conjugate_points, ease_off
-from efficiency.flank import Flank
-from efficiency.machine import MachineSettings
-from efficiency.mesh_surface import MeshSurface, mesh_surface
-from efficiency.pair import gear_pair
-from efficiency.thickness import gear_thickness, pinion_thickness
-from efficiency.transmission import contact_path
 from ehl._data import data_path
 
 MM, ARCSEC = 1e-3, np.pi / (180.0 * 3600.0)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency import ehl_friction as module
-from efficiency.ehl_friction import EhlFriction, ehl_friction
+from efficiency.loss import ehl_friction as module
+from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from ehl.contact import LineContact
 from ehl.errors import InputError
 from ehl.oil import Oil

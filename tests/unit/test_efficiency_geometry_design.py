@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from efficiency.contact.pair import gear_pair
 from efficiency.design import Design, load_design
-from efficiency.pair import gear_pair
 from ehl._data import data_path
 from ehl.errors import ConvergenceError, InputError
 

@@ -10,16 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from efficiency import newton
-from efficiency.assembly import Assembly, turn
-from efficiency.blank import Blank
-from efficiency.contact_lines import mesh_cycle
-from efficiency.curvature import flank_curvature
-from efficiency.cutter import Blade
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.curvature import flank_curvature
+from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.patch import Patch
+from efficiency.cutting import newton
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.machine import MachineSettings
 from efficiency.design import load_design
-from efficiency.machine import MachineSettings
-from efficiency.pair import GearPair, gear_pair
-from efficiency.patch import Patch
 from efficiency.plots import contact_lines_figure, ease_off_figure, transmission_figure
 from ehl.errors import InputError
 

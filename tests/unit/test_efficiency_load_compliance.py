@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from efficiency.blank import ToothShape
-from efficiency.compliance import CantileverPlate, LocalCompliance, Tooth, weber_local
+from efficiency.blank.cones import ToothShape
+from efficiency.load.compliance import CantileverPlate, LocalCompliance, Tooth, weber_local
 from ehl.errors import InputError
 from ehl.material import effective_modulus, load_material
 

@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from efficiency import efficiency as stage
 from efficiency.design import load_design
-from efficiency.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
 from efficiency.gear_mesh import gear_mesh
-from efficiency.kinematics import LoadedPoints, Operation, join_states
-from efficiency.limits import limit_notes, pressure_peak
-from efficiency.load_distribution import distribute_load
-from efficiency.loss import efficiency_of, position_losses
-from efficiency.map import efficiency_map
+from efficiency.load.limits import limit_notes, pressure_peak
+from efficiency.load.load_distribution import distribute_load
+from efficiency.loss import efficiency as stage
+from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
+from efficiency.loss.map import efficiency_map
+from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.plots_load import (
     plot_comparison,
     plot_flank_pressure,
@@ -172,7 +172,7 @@ def test_a_peak_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
 
 
 def test_failed_load_is_a_failure(mesh: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("efficiency.equilibrium.NEWTON_LIMIT", 1)
+    monkeypatch.setattr("efficiency.load.equilibrium.NEWTON_LIMIT", 1)
     result = mesh_efficiency(load_mesh(mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION)
     assert (result.status, result.reason) == ("failed", "load_newton_limit")
 

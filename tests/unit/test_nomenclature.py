@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from efficiency.compare import Comparison, ComparisonRow
 from efficiency.design import Design
-from efficiency.result import EfficiencyResult
+from efficiency.loss.compare import Comparison, ComparisonRow
+from efficiency.loss.result import EfficiencyResult
 from ehl.inputs import Case
 from ehl.material import Material
 from ehl.oil import Oil

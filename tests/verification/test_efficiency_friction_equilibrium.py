@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blank import ToothShape
-from efficiency.compliance import Tooth
-from efficiency.contact_lines import MeshPosition
+from efficiency.blank.cones import ToothShape
+from efficiency.contact.contact_lines import MeshPosition
 from efficiency.design import load_design
-from efficiency.efficiency import Mesh, load_mesh, mesh_efficiency
-from efficiency.friction_equilibrium import friction_arm, load_mesh_with_friction
 from efficiency.gear_mesh import gear_mesh
-from efficiency.kinematics import Axis, Operation
-from efficiency.load_distribution import TeethElasticity
+from efficiency.load.compliance import Tooth
+from efficiency.load.load_distribution import TeethElasticity
+from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.friction_equilibrium import friction_arm, load_mesh_with_friction
+from efficiency.loss.kinematics import Axis, Operation
 from ehl.errors import ConvergenceError, InputError
 from ehl.material import load_material
 from ehl.oil import Oil

@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.assembly import Assembly, turn
-from efficiency.blank import Blank
-from efficiency.contact_lines import MeshPosition, mesh_cycle
-from efficiency.curvature import flank_curvature
-from efficiency.cutter import Blade
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.curvature import flank_curvature
+from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.patch import Patch
+from efficiency.contact.path_check import check_path
+from efficiency.contact.transmission import contact_path
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.flank import Flank
+from efficiency.cutting.machine import MachineSettings
 from efficiency.design import Design, load_design
-from efficiency.ease_off import ConjugatePoints, conjugate_points, ease_off
-from efficiency.flank import Flank
-from efficiency.machine import MachineSettings
-from efficiency.mesh_surface import MeshSurface, mesh_surface
-from efficiency.pair import GearPair, gear_pair
-from efficiency.patch import Patch
-from efficiency.path_check import check_path
-from efficiency.transmission import contact_path
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 SIDES = ("drive", "coast")

@@ -9,14 +9,14 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from efficiency.closed_form import coleman_type
-from efficiency.compare import compare_models
 from efficiency.design import load_design
-from efficiency.efficiency import LoadedMesh, load_mesh, mesh_efficiency
 from efficiency.gear_mesh import GearMesh, gear_mesh, profile_contact_ratio
-from efficiency.kinematics import Operation
-from efficiency.load_distribution import distribute_load
-from efficiency.result import EfficiencyResult
+from efficiency.load.load_distribution import distribute_load
+from efficiency.loss.closed_form import coleman_type
+from efficiency.loss.compare import compare_models
+from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.result import EfficiencyResult
 from ehl.oil import Oil
 from regression.friction_models import ConstantFriction, friction_model
 

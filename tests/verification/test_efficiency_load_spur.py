@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from efficiency.blank import ToothShape
-from efficiency.compliance import Tooth
-from efficiency.contact_lines import MeshPosition
-from efficiency.kinematics import LoadedPoints, Operation, loaded_points
-from efficiency.load_distribution import LoadDistribution, TeethElasticity, distribute_load
-from efficiency.loss import efficiency_of, position_losses
+from efficiency.blank.cones import ToothShape
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.load.compliance import Tooth
+from efficiency.load.load_distribution import LoadDistribution, TeethElasticity, distribute_load
+from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
+from efficiency.loss.power_loss import efficiency_of, position_losses
 from ehl.material import load_material
 
 STEEL = load_material("steel")

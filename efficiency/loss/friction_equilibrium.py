@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact_lines import MeshPosition
-from efficiency.efficiency import LoadedMesh, Mesh
-from efficiency.kinematics import Axis, Operation, join_states, loaded_points
-from efficiency.load_distribution import LoadDistribution, distribute_load
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.load.load_distribution import LoadDistribution, distribute_load
+from efficiency.loss.efficiency import LoadedMesh, Mesh
+from efficiency.loss.kinematics import Axis, Operation, join_states, loaded_points
 from ehl.errors import ConvergenceError, InputError
 from ehl.oil import Oil
 from regression.friction_models import FrictionFlag, FrictionModel

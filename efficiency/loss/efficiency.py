@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact_lines import MeshPosition
-from efficiency.kinematics import Axis, LoadedPoints, Operation, join_states, loaded_points
-from efficiency.limits import limit_notes, points_above_hardness
-from efficiency.load_distribution import LoadDistribution, TeethElasticity, distribute_load
-from efficiency.loss import efficiency_of, position_losses
-from efficiency.result import EfficiencyResult, Reason
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.load.limits import limit_notes, points_above_hardness
+from efficiency.load.load_distribution import LoadDistribution, TeethElasticity, distribute_load
+from efficiency.loss.kinematics import Axis, LoadedPoints, Operation, join_states, loaded_points
+from efficiency.loss.power_loss import efficiency_of, position_losses
+from efficiency.loss.result import EfficiencyResult, Reason
 from ehl.errors import InputError
 from ehl.oil import Oil
 from regression.conditions import conditions_of

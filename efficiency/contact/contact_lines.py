@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.assembly import cross, dot, turn
-from efficiency.mesh_surface import NORMAL, POSITION, MeshSurface, line_frame
-from efficiency.pair import GearPair
+from efficiency.contact.assembly import cross, dot, turn
+from efficiency.contact.mesh_surface import NORMAL, POSITION, MeshSurface, line_frame
+from efficiency.contact.pair import GearPair
 from ehl.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]

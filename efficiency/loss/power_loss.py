@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.kinematics import LoadedPoints
+from efficiency.loss.kinematics import LoadedPoints
 
 FloatArray = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from efficiency.blank import ToothShape
+from efficiency.blank.cones import ToothShape
 from ehl.errors import InputError
 from ehl.material import Material
 

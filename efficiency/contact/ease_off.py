@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency import newton
-from efficiency.assembly import Assembly, turn
-from efficiency.flank import Flank, FlankPoints
-from efficiency.newton import Array
+from efficiency.contact.assembly import Assembly, turn
+from efficiency.cutting import newton
+from efficiency.cutting.flank import Flank, FlankPoints
+from efficiency.cutting.newton import Array
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.load_distribution import LoadDistribution
+from efficiency.load.load_distribution import LoadDistribution
 from ehl.errors import InputError
 from ehl.oil import TEMPERATURE_RANGE
 from ehl.state import ContactState

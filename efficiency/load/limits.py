@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.compliance import Tooth
-from efficiency.contact_lines import MeshPosition
-from efficiency.load_distribution import LoadDistribution, TeethElasticity
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.load.compliance import Tooth
+from efficiency.load.load_distribution import LoadDistribution, TeethElasticity
 
 FloatArray = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.efficiency import Mesh, load_mesh, mesh_efficiency
-from efficiency.kinematics import Operation
-from efficiency.result import EfficiencyResult
+from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.result import EfficiencyResult
 from ehl.errors import InputError
 from ehl.oil import Oil
 from regression.friction_models import FrictionModel

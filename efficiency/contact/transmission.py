@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.assembly import dot, turn
-from efficiency.mesh_surface import POSITION, MeshSurface
+from efficiency.contact.assembly import dot, turn
+from efficiency.contact.mesh_surface import POSITION, MeshSurface
 
 FloatArray = NDArray[np.float64]
 

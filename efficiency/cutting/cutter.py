@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from efficiency.newton import Array
+from efficiency.cutting.newton import Array
 
 FlankSide = Literal["concave", "convex"]
 

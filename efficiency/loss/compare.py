@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
-from efficiency.closed_form import PitchGeometry, buckingham_type, coleman_type
-from efficiency.efficiency import LoadedMesh, mesh_efficiency
-from efficiency.kinematics import Operation
-from efficiency.result import EfficiencyResult
+from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
+from efficiency.loss.efficiency import LoadedMesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.result import EfficiencyResult
 from ehl.oil import Oil
 from regression.friction_models import FrictionModel
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from efficiency.ease_off import conjugate_points, ease_off
-from efficiency.mesh_surface import MeshSurface
-from efficiency.tca import tangency
-from efficiency.transmission import contact_path
+from efficiency.contact.ease_off import conjugate_points, ease_off
+from efficiency.contact.mesh_surface import MeshSurface
+from efficiency.contact.tca import tangency
+from efficiency.contact.transmission import contact_path
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.kinematics import LoadedPoints
-from efficiency.load_distribution import LoadDistribution
+from efficiency.load.load_distribution import LoadDistribution
+from efficiency.loss.kinematics import LoadedPoints
 from regression.friction_models import FrictionEstimate
 
 FloatArray = NDArray[np.float64]

@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from efficiency.blank import ToothShape
+from efficiency.blank.cones import ToothShape
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.thickness import tooth_shapes
+from efficiency.contact.transmission import ContactPath, contact_path
 from efficiency.design import Design
-from efficiency.mesh_surface import MeshSurface, mesh_surface
-from efficiency.thickness import tooth_shapes
-from efficiency.transmission import ContactPath, contact_path
 
 Side = Literal["drive", "coast"]
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blank import ToothShape
+from efficiency.blank.cones import ToothShape
+from efficiency.contact.ease_off import conjugate_points, pinion_phase
+from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.design import Design
-from efficiency.ease_off import conjugate_points, pinion_phase
-from efficiency.flank import Flank, FlankPoints
 from ehl.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]

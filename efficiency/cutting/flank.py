@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency import newton
-from efficiency.blank import Blank
-from efficiency.cutter import Blade
-from efficiency.machine import MachineSettings
-from efficiency.newton import Array
+from efficiency.blank.cones import Blank
+from efficiency.cutting import newton
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.newton import Array
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.newton import Array
+from efficiency.cutting.newton import Array
 
 FloatArray = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.assembly import Assembly, dot, turn
-from efficiency.ease_off import conjugate_points, ease_off, pinion_phase
-from efficiency.flank import Flank
-from efficiency.patch import Patch
+from efficiency.contact.assembly import Assembly, dot, turn
+from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
+from efficiency.contact.patch import Patch
+from efficiency.cutting.flank import Flank
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.assembly import cross, dot
-from efficiency.flank import Flank
-from efficiency.newton import Array, complex_jacobian
+from efficiency.contact.assembly import cross, dot
+from efficiency.cutting.flank import Flank
+from efficiency.cutting.newton import Array, complex_jacobian
 
 FloatArray = NDArray[np.float64]
 

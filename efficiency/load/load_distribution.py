@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.compliance import LocalCompliance, Tooth
-from efficiency.contact_lines import MeshPosition
-from efficiency.equilibrium import Equilibrium, solve_equilibrium
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.load.compliance import LocalCompliance, Tooth
+from efficiency.load.equilibrium import Equilibrium, solve_equilibrium
 from ehl.errors import InputError
 from ehl.material import Material, effective_modulus
 

@@ -1,0 +1,1 @@
+"""Blank of a member: cones, face, tooth height (ISO 23509)."""

@@ -1,0 +1,1 @@
+"""Unloaded contact: ease-off, contact lines, transmission error."""

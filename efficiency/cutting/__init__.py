@@ -1,0 +1,1 @@
+"""Cutting simulation: cutter, machine, flank."""

@@ -1,0 +1,1 @@
+"""Loaded contact: compliance, equilibrium, load distribution."""

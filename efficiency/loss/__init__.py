@@ -1,0 +1,1 @@
+"""Friction power loss: kinematics at the contact points, friction, efficiency, maps."""
