@@ -70,7 +70,7 @@ def gear(
 
     A comma-separated list of torques, speeds or temperatures ('100, 200, 300 N m') makes a map.
     """
-    from efficiency.gear_report import efficiency_table, map_table, save_gear_figures, save_map_figure
+    from efficiency.output.tables import efficiency_table, map_table, save_gear_figures, save_map_figure
     from efficiency.run import run_gear, run_map
     from ehl.report import print_json
 
@@ -107,8 +107,8 @@ def compare(
     plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).")] = None,
 ) -> None:
     """Compare friction models, constant mu and closed forms on one gear pair."""
-    from efficiency.gear_report import comparison_table
-    from efficiency.plots_load import plot_comparison
+    from efficiency.output.plots_load import plot_comparison
+    from efficiency.output.tables import comparison_table
     from efficiency.run import run_compare
     from ehl.errors import InputError
     from ehl.plots import save_figure
@@ -137,7 +137,7 @@ def demo(
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from efficiency.demo import run_demo
-    from efficiency.gear_report import comparison_table
+    from efficiency.output.tables import comparison_table
     from regression.sweep import available_jobs
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())

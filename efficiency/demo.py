@@ -75,8 +75,8 @@ def run_demo(folder: Path, jobs: int, notify: Notify = lambda step, done, total:
     ConvergenceError
         No formula could be fitted.
     """
-    from efficiency.demo_report import write_demo_report
     from efficiency.gear_mesh import gear_mesh
+    from efficiency.output.demo_report import write_demo_report
 
     try:
         folder.mkdir(parents=True, exist_ok=True)

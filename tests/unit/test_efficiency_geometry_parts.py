@@ -20,7 +20,7 @@ from efficiency.cutting import newton
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design import load_design
-from efficiency.plots import contact_lines_figure, ease_off_figure, transmission_figure
+from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure, transmission_figure
 from ehl.errors import InputError
 
 BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))

@@ -18,7 +18,7 @@ from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficie
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
 from efficiency.loss.map import efficiency_map
 from efficiency.loss.power_loss import efficiency_of, position_losses
-from efficiency.plots_load import (
+from efficiency.output.plots_load import (
     plot_comparison,
     plot_flank_pressure,
     plot_friction_and_loss,

@@ -6,21 +6,21 @@ import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.gear_report import (
+from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
+from efficiency.output.plots_load import (
+    plot_comparison,
+    plot_flank_pressure,
+    plot_friction_and_loss,
+    plot_load_sharing,
+    plot_transmission_error,
+)
+from efficiency.output.tables import (
     COMPARISON_HEADER,
     RPM,
     comparison_rows,
     efficiency_rows,
     operating_point,
     percent,
-)
-from efficiency.plots import contact_lines_figure, ease_off_figure
-from efficiency.plots_load import (
-    plot_comparison,
-    plot_flank_pressure,
-    plot_friction_and_loss,
-    plot_load_sharing,
-    plot_transmission_error,
 )
 from ehl import __version__
 from ehl.html_report import Formula as FormulaBlock

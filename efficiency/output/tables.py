@@ -149,7 +149,7 @@ def _folder(folder: Path) -> Path:
 
 def save_gear_figures(result: EfficiencyResult, folder: Path) -> None:
     """Pressure on the flank, load sharing, transmission error, friction and loss, as PNG files."""
-    from efficiency.plots_load import (
+    from efficiency.output.plots_load import (
         plot_flank_pressure,
         plot_friction_and_loss,
         plot_load_sharing,
@@ -168,6 +168,6 @@ def save_gear_figures(result: EfficiencyResult, folder: Path) -> None:
 
 def save_map_figure(grid: EfficiencyMap, folder: Path) -> None:
     """The map as a PNG file."""
-    from efficiency.plots_load import plot_map
+    from efficiency.output.plots_load import plot_map
 
     save_figure(plot_map(grid), _folder(folder) / "efficiency_map.png")

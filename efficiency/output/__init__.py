@@ -1,0 +1,1 @@
+"""What a gear pair looks like on paper: tables, figures, reports and files for other programs."""
