@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.cutter import Blade, FlankSide
-from efficiency.cutting.flank import Flank
+from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.cutting.machine import MachineSettings
 from ehl._data import data_names, data_path
 from ehl.errors import InputError
@@ -145,7 +145,7 @@ class FlankInput(InputModel):
         """The flank of one member."""
         assert isinstance(self.cutter, FaceMillingCutter)
         assert isinstance(self.machine, GeneratedMachine)
-        return Flank(self.cutter.blade(side), self.machine.settings(), blank)
+        return CutFlank(self.cutter.blade(side), self.machine.settings(), blank)
 
 
 class MemberInput(InputModel):

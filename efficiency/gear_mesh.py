@@ -109,7 +109,7 @@ def _mean_angles(flank: Flank) -> tuple[float, float]:
     """Spiral and normal pressure angle of a flank at its mean point [rad]."""
     points, found = flank.solve(np.zeros(1), np.zeros(1))
     if not found.all():
-        raise ConvergenceError("undercut", f"the {flank.blade.side} flank does not reach the mean point")
+        raise ConvergenceError("undercut", f"the {flank.side} flank does not reach the mean point")
     spiral, pressure = points.angles(flank.blank.pitch_angle)
     return float(spiral[0]), float(pressure[0])
 

@@ -268,6 +268,6 @@ def _require(found: NDArray[np.bool_], member: str, flank: Flank, u: FloatArray,
     worst = int(np.argmin(found))
     raise ConvergenceError(
         "undercut",
-        f"the {flank.blade.side} {member} flank does not exist at {np.sum(~found)} of {found.size} points, "
+        f"the {flank.side} {member} flank does not exist at {np.sum(~found)} of {found.size} points, "
         f"for one at u = {u[worst] * 1e3:.3g} mm, depth fraction {v[worst]:.3g} of the gear",
     )

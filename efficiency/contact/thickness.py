@@ -24,7 +24,7 @@ _FRACTIONS = (0.2, 0.6, 1.0)
 def _points(flank: Flank, u: FloatArray, h: FloatArray, member: str) -> FlankPoints:
     points, found = flank.solve(u, h)
     if not found.all():
-        raise ConvergenceError("undercut", f"the {flank.blade.side} {member} flank does not span its blank")
+        raise ConvergenceError("undercut", f"the {flank.side} {member} flank does not span its blank")
     return points
 
 

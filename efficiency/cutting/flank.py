@@ -1,15 +1,16 @@
-"""Generated flank: the envelope of the cutter surface, found point by point from the equation of meshing."""
+"""Flanks: the interface all of them share, and the flank that a cutter leaves on a blank."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.blank.cones import Blank
 from efficiency.cutting import newton
-from efficiency.cutting.cutter import Blade
+from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.machine import MachineSettings
 from efficiency.cutting.newton import Array
 from ehl.errors import ConvergenceError
@@ -51,18 +52,42 @@ class FlankPoints:
         return np.arctan2(np.abs(along), np.abs(around)), np.arcsin(np.abs(out))
 
 
-@dataclass(frozen=True)
-class Flank:
-    """One generated flank of one member: blade, machine settings, blank."""
+class Flank(ABC):
+    """One flank of one member in its work frame: a surface of three parameters bound by one condition.
 
-    blade: Blade
-    machine: MachineSettings
+    Attributes
+    ----------
+    side : str
+        ``"concave"`` or ``"convex"``.
+    blank : Blank
+        Blank of the member.
+    """
+
+    side: FlankSide
     blank: Blank
 
+    @abstractmethod
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
-        """Point, normal and equation of meshing at cutting parameters (s, th, phi), each (3, n), (3, n), (n,)."""
-        point, normal = self.blade.surface(x[0], x[1])
-        return self.machine.carry(point, normal, x[2])
+        """Point, unit normal out of the tooth, and the condition that vanishes on the flank.
+
+        The arithmetic is holomorphic: complex parameters give exact derivatives by complex step.
+
+        Parameters
+        ----------
+        x : (3, n) array
+            Surface parameters, real or complex. A surface of two parameters keeps the third as its condition.
+
+        Returns
+        -------
+        point, normal : (3, n) arrays
+            In the work frame [m], [-].
+        condition : (n,) array
+            Equation of meshing of a generated flank, else the third parameter.
+        """
+
+    @abstractmethod
+    def guess(self) -> FloatArray:
+        """Parameters (3, 1) near the mean point."""
 
     def points(self, x: FloatArray) -> FlankPoints:
         """Flank points at solved cutting parameters."""
@@ -74,10 +99,10 @@ class Flank:
 
         All points start from the mean point of the blank and are led to their places together.
         """
-        start, found = self._to(np.zeros((1, 2)), self._guess())
+        start, found = self._to(np.zeros((1, 2)), self.guess())
         if not found.all():
             raise ConvergenceError(
-                "flank", f"the {self.blade.side} flank does not reach the mean point of its blank; check the settings"
+                "flank", f"the {self.side} flank does not reach the mean point of its blank; check the settings"
             )
         x = np.repeat(start, u.size, axis=1)
         target = np.stack([u, h], axis=1)
@@ -101,7 +126,25 @@ class Flank:
         radius, z = self.blank.axial(target[:, 0], target[:, 1])
         return self.refine(radius, z, x)
 
-    def _guess(self) -> FloatArray:
+
+@dataclass(frozen=True)
+class CutFlank(Flank):
+    """Flank cut by one blade on one machine setting."""
+
+    blade: Blade
+    machine: MachineSettings
+    blank: Blank
+    side: FlankSide = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "side", self.blade.side)
+
+    def sweep(self, x: Array) -> tuple[Array, Array, Array]:
+        """Point, normal and equation of meshing at cutting parameters (s, th, phi)."""
+        point, normal = self.blade.surface(x[0], x[1])
+        return self.machine.carry(point, normal, x[2])
+
+    def guess(self) -> FloatArray:
         """Cutting parameters near the mean point: the blank's mean point seen from the cutter, nothing turned."""
         m = self.machine
         radius, z = self.blank.axial(np.zeros(1), np.zeros(1))

@@ -20,7 +20,7 @@ from efficiency.contact.pair import gear_pair
 from efficiency.contact.thickness import gear_thickness, pinion_thickness
 from efficiency.contact.transmission import contact_path
 from efficiency.cutting.cutter import Blade
-from efficiency.cutting.flank import Flank
+from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design import Design, load_design
 from ehl._data import data_path
@@ -156,7 +156,7 @@ def test_equivalent_radius_of_the_mesh_cycle_at_the_mean_point(design: Design, s
 
 def generated_gear(
     blank: Blank, spiral: float, cutter_radius: float, point_width: float, pressure: float, side: str, apex: bool = True
-) -> Flank:
+) -> CutFlank:
     """Gear flank from classic starting settings: cradle axis through the pitch apex (or, wrongly, the root apex)."""
     root_angle = blank.pitch_angle - blank.dedendum_angle
     along = blank.mean_cone_distance * np.cos(blank.dedendum_angle)
@@ -177,7 +177,7 @@ def generated_gear(
         machine = replace(machine, sliding_base=0.0, machine_centre_to_back=sink / float(np.sin(root_angle)))
     angle = pressure - sign * blank.dedendum_angle * np.sin(spiral)
     blade = Blade(cutter_radius + sign * 0.5 * point_width, float(angle), side)  # type: ignore[arg-type]
-    return Flank(blade, machine, blank)
+    return CutFlank(blade, machine, blank)
 
 
 def agma_blank() -> Blank:
@@ -194,7 +194,7 @@ def agma_blank() -> Blank:
     )
 
 
-def agma_gear(side: str, apex: bool = True) -> Flank:
+def agma_gear(side: str, apex: bool = True) -> CutFlank:
     values = REFERENCE["agma929_c"]
     return generated_gear(
         agma_blank(),
@@ -284,7 +284,7 @@ def test_generated_gear_38x51() -> None:
     points = {}
     for side, name in (("concave", "OB"), ("convex", "IB")):
         blade = Blade(g[name]["Rc"] * MM, np.radians(g[name]["alpha"]), side)  # type: ignore[arg-type]
-        points[side], found = Flank(blade, machine, blank).solve(u, np.zeros(2))
+        points[side], found = CutFlank(blade, machine, blank).solve(u, np.zeros(2))
         assert found.all()
     check = values["independent_check"]
     angles = {side: np.degrees(np.stack(p.angles(blank.pitch_angle)))[:, 0] for side, p in points.items()}

@@ -18,7 +18,7 @@ from efficiency.contact.patch import Patch
 from efficiency.contact.path_check import check_path
 from efficiency.contact.transmission import contact_path
 from efficiency.cutting.cutter import Blade
-from efficiency.cutting.flank import Flank
+from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design import Design, load_design
 
@@ -36,7 +36,7 @@ def pair(request: pytest.FixtureRequest, design: Design) -> GearPair:
     return gear_pair(design, request.param)
 
 
-def crown_pinion(gear: Flank, pinion: Flank) -> Flank:
+def crown_pinion(gear: CutFlank, pinion: CutFlank) -> CutFlank:
     """Pinion cut by the gear's own cutter surface on the gear's own cradle: exactly conjugate.
 
     Cradle and both members share one instantaneous axis (the common pitch line) when the machine centre is the common
@@ -54,7 +54,7 @@ def crown_pinion(gear: Flank, pinion: Flank) -> Flank:
         roll_ratio=machine.roll_ratio * gear.blank.teeth / pinion.blank.teeth,
         sliding_base=-(machine.sliding_base + depth),
     )
-    return Flank(Blade(float(radius), blade.blade_angle, other), settings, pinion.blank)
+    return CutFlank(Blade(float(radius), blade.blade_angle, other), settings, pinion.blank)
 
 
 @pytest.fixture(scope="module", params=SIDES)
@@ -134,8 +134,8 @@ def test_zero_ease_off_for_other_bevel_pairs(
         sliding_base=distance * np.sin(angle) - dedendum * np.cos(angle),
     )
     blade = Blade(radius + sign * 0.35 * module, np.radians(pressure) - sign * angle * np.sin(beta), side)  # type: ignore[arg-type]
-    gear = Flank(blade, machine, blank)
-    surface = mesh_surface(gear, crown_pinion(gear, Flank(blade, machine, mate)), Assembly(*teeth, 0.5 * np.pi))
+    gear = CutFlank(blade, machine, blank)
+    surface = mesh_surface(gear, crown_pinion(gear, CutFlank(blade, machine, mate)), Assembly(*teeth, 0.5 * np.pi))
     u, v = points_inside(surface, 30)
     assert np.abs(surface.patch(u, v, ("ease_off",))).max() < 1e-13
 
@@ -252,11 +252,11 @@ def test_misalignments_are_what_they_are_called(design: Design) -> None:
     nominal = design.placement()
     amount, angle = 8e-5, 4e-4
 
-    def moved(flank: Flank, along: float) -> Flank:
+    def moved(flank: CutFlank, along: float) -> CutFlank:
         back = flank.machine.machine_centre_to_back - along
         return replace(flank, machine=replace(flank.machine, machine_centre_to_back=back))
 
-    def path(gear: Flank, pinion: Flank, assembly: Assembly) -> np.ndarray:
+    def path(gear: CutFlank, pinion: CutFlank, assembly: Assembly) -> np.ndarray:
         # the blank limits move with the member they belong to and do not enter the path; the design point does
         surface = mesh_surface(gear, pinion, assembly, overhang_root=0.1)
         found = contact_path(surface, surface.crest_roll + np.array([-0.2, 0.0, 0.2]) * surface.pitch)
