@@ -1,0 +1,138 @@
+"""Flanks as grids of points in the manner of flank inspection, and the CSV file that carries them.
+
+Row 1 lies at the root, the last row at the tip; column 1 at the heel, the last column at the toe. Points are those of
+the work frame of the member: z along its axis from the apex to the heel, origin at the crossing point of the axes (at
+the foot of their common normal for a hypoid pair). Normals are unit vectors out of the tooth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.errors import ConvergenceError, InputError
+
+if TYPE_CHECKING:
+    from efficiency.cutting.cutter import FlankSide
+    from efficiency.cutting.flank import Flank
+    from efficiency.design import Design
+
+FloatArray = NDArray[np.float64]
+Member = Literal["pinion", "gear"]
+
+FORMAT = "mixed-ehl flank grid v1"
+COLUMNS = "row,column,x,y,z,nx,ny,nz"
+_PROBES = 81
+
+
+@dataclass(frozen=True)
+class FlankGrid:
+    """One flank on a regular grid of its blank.
+
+    Attributes
+    ----------
+    u, height : (rows, columns) arrays
+        Distance from the mean point along the pitch cone to the heel, height over that cone [m].
+    position, normal : (3, rows, columns) arrays
+        Points [m] and unit normals out of the tooth, work frame of the member.
+    lowest : float
+        Depth fraction of the first row, 0 at the root cone; above 0 where the flank ends over the root.
+    """
+
+    u: FloatArray
+    height: FloatArray
+    position: FloatArray
+    normal: FloatArray
+    lowest: float
+
+    @property
+    def azimuth(self) -> FloatArray:
+        """Angle of the points about the axis of the member [rad], (rows, columns)."""
+        return np.asarray(np.arctan2(self.position[1], self.position[0]))
+
+
+def lowest_fraction(flank: Flank, top: float = 1.0) -> float:
+    """Smallest fraction of the whole depth above which the flank exists over the whole face width [-].
+
+    Raises
+    ------
+    ConvergenceError
+        Nothing of the flank spans the face.
+    """
+    fractions = np.linspace(0.0, top, _PROBES)
+    u = np.linspace(0.5, -0.5, 9) * flank.blank.face_width
+    along, depth = (grid.ravel() for grid in np.meshgrid(u, fractions))
+    _, exists = flank.solve(along, flank.blank.height(along, depth))
+    found = np.asarray(exists.reshape(_PROBES, u.size).all(axis=1))
+    if not found[-1]:
+        raise ConvergenceError("undercut", f"the {flank.side} flank does not reach its tip over the whole face")
+    missing = np.flatnonzero(~found)
+    return float(fractions[missing[-1] + 1]) if missing.size else 0.0
+
+
+def flank_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: float = 0.0) -> FlankGrid:
+    """Points of a flank from root to tip (rows) and from heel to toe (columns).
+
+    Parameters
+    ----------
+    flank : Flank
+        Any flank.
+    rows, columns : int
+        Size of the grid.
+    margin : float
+        Distance kept from root, tip, toe and heel, as a fraction of the face width and of the depth [-].
+
+    Raises
+    ------
+    ConvergenceError
+        The flank does not span its blank.
+    """
+    blank = flank.blank
+    along = np.linspace(0.5 - margin, -0.5 + margin, columns) * blank.face_width
+    lowest = margin
+    for _ in range(2):
+        u, v = np.meshgrid(along, np.linspace(lowest, 1.0 - margin, rows))
+        h = blank.height(u, v)
+        points, found = flank.solve(u.ravel(), h.ravel())
+        if found.all():
+            shape = (3, rows, columns)
+            return FlankGrid(u, h, points.position.reshape(shape), points.normal.reshape(shape), lowest)
+        lowest = max(margin, lowest_fraction(flank, 1.0 - margin))
+    raise ConvergenceError("undercut", f"the {flank.side} flank does not span its blank")
+
+
+def write_flank_grid(path: Path, design: Design, member: Member, side: FlankSide, grid: FlankGrid) -> None:
+    """Write one flank as CSV: two header lines, a line of column names, one line per point in mm.
+
+    The first line, ``# mixed-ehl flank grid v1; member=pinion; flank=concave; units=mm``, says all that is needed to
+    read the file; the second names the design and how the grid lies on the blank.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    blank = (design.pinion if member == "pinion" else design.gear).blank
+    rows, columns = grid.u.shape
+    number_row, number_column = np.meshgrid(np.arange(1, rows + 1), np.arange(1, columns + 1), indexing="ij")
+    table = np.column_stack(
+        [number_row.ravel(), number_column.ravel(), *grid.position.reshape(3, -1) * 1e3, *grid.normal.reshape(3, -1)]
+    )
+    header = (
+        f"# {FORMAT}; member={member}; flank={side}; units=mm\n"
+        f"# design={design.name}; teeth={blank.teeth}; hand={blank.hand}; rows={rows} from root to tip; "
+        f"columns={columns} from heel to toe; first row at {grid.lowest:.4g} of the whole depth over the root; "
+        "z along the axis from apex to heel; origin at the crossing point; normals out of the tooth\n"
+        f"{COLUMNS}"
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savetxt(
+            path, table, fmt=["%d", "%d"] + ["%.9f"] * 3 + ["%.12f"] * 3, delimiter=",", header=header, comments=""
+        )
+    except OSError as error:
+        raise InputError("--csv", str(path), "a writable file", f"{error}.") from None
