@@ -1,0 +1,189 @@
+"""The blank file of a bevel or hypoid pair: what a designer types, in the terms of ISO 23509.
+
+Where the standard recommends a value it is the default, and `PairBlankInput.defaults` says which were taken.
+"""
+
+from __future__ import annotations
+
+from math import pi, radians
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from ehl._data import data_names, data_path
+from ehl.errors import InputError
+from ehl.units import Quantity
+from ehl.validation import InputModel, read_toml, validate
+
+Hand = Literal["left", "right"]
+Process = Literal["face_milling", "face_hobbing"]
+
+Length = Annotated[float, Quantity("m", gt=0.0, le=3.0)]
+Offset = Annotated[
+    float,
+    Quantity(
+        "m",
+        ge=0.0,
+        le=0.5,
+        hint="A positive offset raises the spiral angle of the pinion; offsets the other way are not designed here.",
+    ),
+]
+SpiralAngle = Annotated[
+    float,
+    Quantity("rad", ge=0.0, le=radians(65.0), hint="Spiral angles up to 65 deg can be cut; usual are 25 to 50 deg."),
+]
+PressureAngle = Annotated[float, Quantity("rad", ge=radians(8.0), le=radians(35.0))]
+TaperAngle = Annotated[float, Quantity("rad", ge=0.0, le=radians(15.0))]
+Teeth = Annotated[int, Field(ge=4, le=300)]
+
+
+class PressureAngles(InputModel):
+    """Design pressure angles of both sides and how far the limit pressure angle shifts the generated ones."""
+
+    drive: PressureAngle = radians(20.0)
+    coast: PressureAngle = radians(20.0)
+    limit_influence: Annotated[float, Quantity("", ge=0.0, le=1.0)] = 1.0
+
+
+class DepthTypeOne(InputModel):
+    """Data type I: factors of the basic crown gear, in mean normal modules."""
+
+    data_type: Literal["I"]
+    profile_shift: Annotated[float, Quantity("", ge=-1.0, le=1.0)] = 0.0
+    addendum_factor: Annotated[float, Quantity("", ge=0.5, le=1.5)] = 1.0
+    dedendum_factor: Annotated[float, Quantity("", ge=0.5, le=2.0)] = 1.25
+    thickness_modification: Annotated[float, Quantity("", ge=-0.3, le=0.3)] = 0.0
+
+
+class DepthTypeTwo(InputModel):
+    """Data type II: addendum, depth, clearance and thickness factors; what is missing is recommended by the standard."""
+
+    data_type: Literal["II"] = "II"
+    gear_addendum_factor: Annotated[float, Quantity("", gt=0.0, lt=1.0)] | None = None
+    depth_factor: Annotated[float, Quantity("", ge=1.0, le=3.0)] | None = None
+    clearance_factor: Annotated[
+        float, Quantity("", ge=0.0, le=0.5, hint="A negative clearance makes tip and root collide.")
+    ] = 0.125
+    thickness_factor: Annotated[float, Quantity("", ge=-0.6, le=0.6)] | None = None
+
+
+class DepthTaper(InputModel):
+    """How the tooth depth changes along the face: by a rule, or by the two angles of the gear."""
+
+    type: Literal["uniform", "standard", "duplex", "tilted_root", "given"] = "tilted_root"
+    addendum_angle_gear: TaperAngle | None = None
+    dedendum_angle_gear: TaperAngle | None = None
+
+    @model_validator(mode="after")
+    def _angles_belong_to_given(self) -> Self:
+        for name in ("addendum_angle_gear", "dedendum_angle_gear"):
+            value = getattr(self, name)
+            if (value is not None) != (self.type == "given"):
+                allowed = "an angle, as type is 'given'" if self.type == "given" else "no value unless type is 'given'"
+                raise InputError(name, value, allowed)
+        return self
+
+
+class Backlash(InputModel):
+    """Backlash at the heel or at the mean point, normal to the flank or along the pitch circle."""
+
+    type: Literal["none", "outer_normal", "outer_transverse", "mean_normal", "mean_transverse"] = "none"
+    value: Annotated[float, Quantity("m", ge=0.0, le=5e-3)] = 0.0
+
+    @model_validator(mode="after")
+    def _value_belongs_to_type(self) -> Self:
+        if self.type == "none" and self.value > 0.0:
+            raise InputError("type", self.type, "where the backlash is measured, as a value is given")
+        return self
+
+
+class PairBlankInput(InputModel):
+    """Blank of a pair: the content of a blank file.
+
+    `pitch_cones` says how far the iteration of Methods 1 to 3 goes: "converged" to rounding and with cones that touch
+    exactly, "tangent" to the tolerance of the standard and then exact contact of the cones, "standard" as printed there.
+    """
+
+    name: str
+    source: str = ""
+    method: Literal[0, 1, 2, 3]
+    process: Process
+    pitch_cones: Literal["converged", "tangent", "standard"] = "converged"
+    teeth_pinion: Teeth
+    teeth_gear: Teeth
+    hand_pinion: Hand = "left"
+    hand_gear: Hand | None = None
+    shaft_angle: Annotated[float, Quantity("rad", ge=radians(30.0), le=radians(150.0))] = pi / 2.0
+    hypoid_offset: Offset = 0.0
+    outer_pitch_diameter_gear: Length | None = None
+    mean_pitch_diameter_gear: Length | None = None
+    face_width_gear: Length
+    mean_spiral_angle_gear: SpiralAngle | None = None
+    mean_spiral_angle_pinion: SpiralAngle | None = None
+    cutter_radius: Length
+    blade_groups: Annotated[int, Field(ge=1, le=50)] | None = None
+    pressure_angle: PressureAngles = PressureAngles()
+    depth: Annotated[DepthTypeOne | DepthTypeTwo, Field(discriminator="data_type")] = DepthTypeTwo()
+    taper: DepthTaper | None = None
+    backlash: Backlash = Backlash()
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Self:
+        given = [name for name in ("outer_pitch_diameter_gear", "mean_pitch_diameter_gear") if getattr(self, name)]
+        if len(given) != 1:
+            missing = None if not given else "both diameters"
+            raise InputError("outer_pitch_diameter_gear", missing, "this or mean_pitch_diameter_gear, one of both")
+        member, other = ("pinion", "gear") if self.method == 1 else ("gear", "pinion")
+        if getattr(self, f"mean_spiral_angle_{member}") is None:
+            raise InputError(f"mean_spiral_angle_{member}", None, f"an angle: Method {self.method} starts from it")
+        surplus = getattr(self, f"mean_spiral_angle_{other}")
+        if surplus is not None:
+            raise InputError(
+                f"mean_spiral_angle_{other}",
+                surplus,
+                f"no value: Method {self.method} takes mean_spiral_angle_{member}",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _process(self) -> Self:
+        if self.process == "face_hobbing" and self.blade_groups is None:
+            raise InputError("blade_groups", None, "the number of blade groups of the face-hobbing head")
+        if self.process == "face_milling" and self.blade_groups is not None:
+            raise InputError("blade_groups", self.blade_groups, "no value: a face mill has no blade groups")
+        return self
+
+    @model_validator(mode="after")
+    def _pair(self) -> Self:
+        if self.hand_gear == self.hand_pinion:
+            raise InputError(
+                "hand_gear", self.hand_gear, "the opposite of the pinion's hand", "Two equal hands do not mesh."
+            )
+        if self.teeth_gear < self.teeth_pinion:
+            raise InputError("teeth_gear", self.teeth_gear, f"at least the {self.teeth_pinion} teeth of the pinion")
+        if self.method == 0 and self.hypoid_offset > 0.0:
+            raise InputError(
+                "hypoid_offset",
+                self.hypoid_offset,
+                "0 in Method 0 (bevel pairs)",
+                "Hypoid pairs take Method 1, 2 or 3.",
+            )
+        return self
+
+
+def load_blank(name: str | Path) -> PairBlankInput:
+    """Read and check a blank file, or a shipped blank by its name.
+
+    Raises
+    ------
+    InputError
+        Naming field, value and allowed range.
+    """
+    path = Path(name)
+    if not path.suffix and not path.exists():
+        names = data_names("blanks")
+        if str(name) not in names:
+            raise InputError("blank", str(name), "a TOML file or one of " + ", ".join(names))
+        path = data_path("blanks", f"{name}.toml")
+    return validate(PairBlankInput, read_toml(path))
