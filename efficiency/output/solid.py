@@ -1,0 +1,241 @@
+"""Closed triangle meshes of a tooth space and of whole members.
+
+The toothed surface runs from toe to heel; the root between two flanks and the top land are parts of the root and the
+face cone. The end faces are the cones square to the pitch cone at toe and heel; below the root they go on by the rim
+and close the body with plane faces and a bore.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.output.tooth_grid import ToothGrid
+from ehl.errors import ConvergenceError, InputError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_ACROSS = 5  # points across a top land and a root
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A closed surface of triangles, wound so that normals point out of the material.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Corners [m].
+    triangles : (m, 3) int array
+        Corner numbers.
+    """
+
+    points: FloatArray
+    triangles: IntArray
+
+    @property
+    def volume(self) -> float:
+        """Volume from the divergence theorem [m3]."""
+        a, b, c = (self.points[self.triangles[:, k]] for k in range(3))
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+    @property
+    def closed(self) -> bool:
+        """Whether every edge belongs to two triangles that run along it in opposite senses."""
+        ends = np.concatenate([self.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+        size = len(self.points)
+        forward = np.sort(ends[:, 0] * size + ends[:, 1])
+        backward = np.sort(ends[:, 1] * size + ends[:, 0])
+        return bool(np.array_equal(forward, backward) and np.all(np.diff(forward) > 0))
+
+    @property
+    def euler_characteristic(self) -> int:
+        """Corners minus edges plus triangles: 2 for a ball, 0 for a body with a bore."""
+        used = np.unique(self.triangles).size
+        return int(used - 3 * len(self.triangles) // 2 + len(self.triangles))
+
+
+class _Mesh:
+    """Points and triangles as they come together."""
+
+    def __init__(self) -> None:
+        self.points: list[FloatArray] = []
+        self.triangles: list[IntArray] = []
+        self.count = 0
+
+    def add(self, points: FloatArray) -> IntArray:
+        """Numbers of new points (..., 3), shape (...)."""
+        flat = points.reshape(-1, 3)
+        self.points.append(flat)
+        numbers = np.arange(self.count, self.count + len(flat)).reshape(points.shape[:-1])
+        self.count += len(flat)
+        return numbers
+
+    def sheet(self, numbers: IntArray) -> None:
+        """Triangles of grids of points (..., a, b); the normal is that of the step in a times the step in b."""
+        p, q = numbers[..., :-1, :-1], numbers[..., 1:, :-1]
+        r, s = numbers[..., 1:, 1:], numbers[..., :-1, 1:]
+        for corners in ((p, q, r), (p, r, s)):
+            self.triangles.append(np.stack(corners, axis=-1).reshape(-1, 3))
+
+    def band(self, start: IntArray, stop: IntArray) -> None:
+        """Triangles between two closed rings; the normal is that of the step between them times the step along."""
+        self.sheet(np.stack([np.append(ring, ring[:1]) for ring in (start, stop)]))
+
+    def solid(self) -> Solid:
+        """The closed surface."""
+        return Solid(np.concatenate(self.points), np.concatenate(self.triangles))
+
+
+@dataclass(frozen=True)
+class _Rim:
+    """Where the toothed surface ends: numbers of its points at toe and heel, their azimuths in all columns."""
+
+    toe: IntArray
+    heel: IntArray
+    azimuth: FloatArray
+    first_flank: IntArray
+    last_flank: IntArray
+
+
+def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
+    """Points strictly between values (cells, ...), (cells, across, ...)."""
+    share = np.arange(1, _ACROSS + 1) / (_ACROSS + 1)
+    return start[:, None] + share.reshape(-1, *(1,) * (start.ndim - 1)) * (stop - start)[:, None]
+
+
+def _toothed_surface(mesh: _Mesh, grid: ToothGrid, left: FloatArray, right: FloatArray, closed: bool) -> _Rim:
+    """Teeth between left and right flank azimuths (cells, rows, columns), their ends, and the roots between them.
+
+    Steps of azimuth, u and h follow each other like x, y, z: (u, h, azimuth) is right-handed.
+    """
+    u, h = grid.u, grid.height
+    low, high = mesh.add(grid.point(left, u, h)), mesh.add(grid.point(right, u, h))
+    mesh.sheet(low)
+    mesh.sheet(high.swapaxes(1, 2))
+    land = mesh.add(grid.point(_between(left[:, -1], right[:, -1]), u[-1], h[-1]))
+    land = np.concatenate([low[:, -1:], land, high[:, -1:]], axis=1)
+    mesh.sheet(land)
+    following = np.roll(left[:, 0], -1, axis=0)
+    following[-1] += 2.0 * np.pi
+    gaps = len(left) if closed else len(left) - 1
+    bottom = _between(right[:gaps, 0], following[:gaps])
+    root = mesh.add(grid.point(bottom, u[0], h[0]))
+    mesh.sheet(np.concatenate([high[:gaps, :1], root, np.roll(low[:, :1], -1, axis=0)[:gaps]], axis=1))
+
+    ends = []
+    for column in (0, -1):
+        inner = np.moveaxis(_between(left[:, :-1, column], right[:, :-1, column]), 1, 2)
+        points = grid.point(inner, u[:-1, column, None], h[:-1, column, None])
+        face = np.concatenate([mesh.add(points), land[:, None, 1:-1, column]], axis=1)
+        face = np.concatenate([low[:, :, column, None], face, high[:, :, column, None]], axis=2)
+        mesh.sheet(face.swapaxes(1, 2) if column == 0 else face)
+        ends.append(_in_turn(face[:, 0], root[:, :, column]))
+    base = np.concatenate([left[:, :1], _between(left[:, 0], right[:, 0]), right[:, :1]], axis=1)
+    return _Rim(ends[0], ends[1], _in_turn(base, bottom), low[0], high[-1])
+
+
+def _in_turn(cells: NDArray[Any], gaps: NDArray[Any]) -> NDArray[Any]:
+    """Entries of cells (n, a, ...) and of the gaps behind them (n or n - 1, b, ...) one after the other."""
+    parts = [part for k in range(len(cells)) for part in (cells[k], *gaps[k : k + 1])]
+    return np.concatenate(parts)
+
+
+def tooth_space_solid(grid: ToothGrid, rim: float | None = None) -> Solid:
+    """One tooth space between two half teeth, on a slab of the rim.
+
+    Parameters
+    ----------
+    grid : ToothGrid
+        Flanks of the member.
+    rim : float, optional
+        Thickness left below the root [m]; the mean whole depth if not given.
+    """
+    rim = _rim_thickness(grid, rim)
+    centre = np.broadcast_to(0.5 * (grid.lower[-1] + grid.upper[-1]), grid.lower.shape)
+    left = np.stack([centre, grid.lower + grid.pitch])
+    right = np.stack([grid.upper, centre + grid.pitch])
+    for half, name in ((right[0] - left[0], "first"), (right[1] - left[1], "second")):
+        if np.any(half <= 0.0):
+            raise ConvergenceError("flanks_cross", f"the {name} half tooth overhangs the middle of its top land")
+    mesh = _Mesh()
+    edge = _toothed_surface(mesh, grid, left, right, closed=False)
+    floor = mesh.add(grid.point(edge.azimuth, grid.u[0], grid.height[0] - rim))
+    mesh.sheet(np.stack([edge.toe, floor[:, 0]]))
+    mesh.sheet(floor.T)
+    mesh.sheet(np.stack([floor[:, -1], edge.heel]))
+    mesh.sheet(np.stack([floor[0], edge.first_flank[0]]))
+    mesh.sheet(np.stack([floor[-1], edge.last_flank[0]]).T)
+    return mesh.solid()
+
+
+def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None = None) -> Solid:
+    """A whole member: all teeth, toe and heel cones, plane faces, bore.
+
+    Parameters
+    ----------
+    grid : ToothGrid
+        Flanks of the member.
+    rim : float, optional
+        Thickness of the body below the root along toe and heel cone [m]; the mean whole depth if not given.
+    bore : float, optional
+        Diameter of the bore [m], 0 for a solid body. If not given, none where the pitch angle is below 45 deg, and
+        0.6 of the body's smaller face diameter otherwise.
+
+    Raises
+    ------
+    InputError
+        Rim or bore do not fit into the member.
+    """
+    rim = _rim_thickness(grid, rim)
+    blank = grid.blank
+    radii, planes = blank.axial(grid.u[0, [0, -1]], grid.height[0, [0, -1]] - rim)
+    smallest = float(radii.min())
+    if bore is None:
+        bore = 1.2 * smallest if blank.pitch_angle > np.pi / 4.0 else 0.0
+    if not 0.0 <= 0.5 * bore < smallest:
+        raise InputError(
+            "--bore", f"{bore * 1e3:.6g} mm", f"from 0 to below {2e3 * smallest:.6g} mm, where the body ends"
+        )
+    turns = np.arange(blank.teeth)[:, None, None] * grid.pitch
+    mesh = _Mesh()
+    edge = _toothed_surface(mesh, grid, grid.lower + turns, grid.upper + turns, closed=True)
+
+    def ring(azimuth: FloatArray, radius: float, z: float) -> IntArray:
+        return mesh.add(
+            np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), np.full_like(azimuth, z)], axis=-1)
+        )
+
+    at_toe, at_heel = edge.azimuth[:, 0], edge.azimuth[:, -1]
+    front, back = ring(at_toe, radii[0], planes[0]), ring(at_heel, radii[1], planes[1])
+    mesh.band(edge.toe, front)
+    mesh.band(back, edge.heel)
+    if bore == 0.0:
+        for circle, z, face in ((front, planes[0], -1.0), (back, planes[1], 1.0)):
+            (centre,) = mesh.add(np.array([[0.0, 0.0, z]]))
+            ahead, middle = np.roll(circle, -1), np.full_like(circle, centre)
+            corners = (circle, ahead, middle) if face > 0.0 else (ahead, circle, middle)
+            mesh.triangles.append(np.stack(corners, axis=-1))
+        return mesh.solid()
+    inner = [ring(at_toe, 0.5 * bore, z) for z in planes]
+    mesh.band(front, inner[0])
+    mesh.band(inner[0], inner[1])
+    # teeth are alike: the ring at the heel may be counted from any tooth, and is from the one nearest in azimuth
+    offset = np.angle(np.exp(1j * (at_heel - at_toe[0])))
+    mesh.band(inner[1], np.roll(back, -int(np.argmin(np.abs(offset)))))
+    return mesh.solid()
+
+
+def _rim_thickness(grid: ToothGrid, rim: float | None) -> float:
+    blank = grid.blank
+    radius, _ = blank.axial(grid.u[0, :1], grid.height[0, :1])
+    most = float(0.9 * radius[0] / np.cos(blank.pitch_angle))
+    if rim is None:
+        return min(blank.mean_addendum + blank.mean_dedendum, 0.5 * most)
+    if not 0.0 < rim <= most:
+        raise InputError("--rim", f"{rim * 1e3:.6g} mm", f"above 0 and at most {most * 1e3:.6g} mm, close to the axis")
+    return rim

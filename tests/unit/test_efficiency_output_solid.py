@@ -1,0 +1,132 @@
+"""Closed solids: manifold, of the right topology, and of the volume an independent integral gives."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.polynomial.legendre import leggauss
+
+from efficiency.design import Design, load_design
+from efficiency.output.solid import Solid, member_solid, tooth_space_solid
+from efficiency.output.stl import read_stl, write_stl
+from efficiency.output.tooth_grid import Member, ToothGrid, tooth_grid
+from ehl.errors import InputError
+
+MEMBERS: tuple[Member, ...] = ("pinion", "gear")
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return load_design("fm_spiral_bevel_14x39")
+
+
+@pytest.fixture(scope="module")
+def grids(design: Design) -> dict[str, ToothGrid]:
+    return {member: tooth_grid(design, member, 11, 41) for member in MEMBERS}
+
+
+def tooth_volume(grid: ToothGrid) -> float:
+    """Volume of one tooth above its root cone: r dtheta du dh over the blank, Gauss points along the face."""
+    blank = grid.blank
+    thickness = grid.upper - grid.lower
+    node, weight = leggauss(8)
+    u = 0.5 * node * blank.face_width
+    fractions = np.linspace(0.0, 1.0, len(thickness))
+    total = 0.0
+    for at, share in zip(u, 0.5 * weight * blank.face_width, strict=True):
+        column = np.array([np.interp(at, grid.u[0], row) for row in thickness])
+        levels = blank.height(np.full_like(fractions, at), fractions)
+        radius, _ = blank.axial(np.full_like(fractions, at), levels)
+        total += share * float(np.trapezoid(radius * column, levels))
+    return total
+
+
+def body_volume(grid: ToothGrid, rim: float, bore: float) -> float:
+    """Volume of the body of revolution below the root, by discs through its corner points."""
+    u, h = grid.u[0, [0, -1]], grid.height[0, [0, -1]]
+    (r1, r2), (z1, z2) = grid.blank.axial(u, h)
+    (r0, r3), (z0, z3) = grid.blank.axial(u, h - rim)
+    corners = [(r0, z0), (r1, z1), (r2, z2), (r3, z3)]
+    total = 0.0
+    for (a, za), (b, zb) in zip(corners[:-1], corners[1:], strict=True):
+        total += np.pi / 3.0 * (zb - za) * (a * a + a * b + b * b)
+    return total - 0.25 * np.pi * bore**2 * (z3 - z0)
+
+
+@pytest.mark.parametrize("member", MEMBERS)
+@pytest.mark.parametrize(("bore", "euler"), [(0.0, 2), (0.018, 0)])
+def test_member_is_closed_and_has_its_volume(
+    grids: dict[str, ToothGrid], member: Member, bore: float, euler: int
+) -> None:
+    grid = grids[member]
+    solid = member_solid(grid, rim=0.003, bore=bore)
+    assert solid.closed
+    assert solid.euler_characteristic == euler
+    expected = grid.blank.teeth * tooth_volume(grid) + body_volume(grid, 0.003, bore)
+    # chords for arcs across roots, lands and bore: pi^2/6 of the squared angular step
+    assert solid.volume == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("member", MEMBERS)
+def test_tooth_space_is_a_pitch_of_the_member(grids: dict[str, ToothGrid], member: Member) -> None:
+    grid = grids[member]
+    rim = 0.002
+    solid = tooth_space_solid(grid, rim)
+    assert solid.closed
+    assert solid.euler_characteristic == 2
+    # under the root a slab of the rim over one pitch: area swept by the mid-level of the slab (Pappus)
+    node, weight = leggauss(8)
+    u = 0.5 * node * grid.blank.face_width
+    radius, _ = grid.blank.axial(u, grid.blank.root(u) - 0.5 * rim)
+    slab = float(np.sum(0.5 * weight * radius)) * grid.blank.face_width * rim * grid.pitch
+    assert solid.volume == pytest.approx(tooth_volume(grid) + slab, rel=2e-3)
+
+
+@pytest.mark.parametrize("member", MEMBERS)
+def test_flank_points_lie_on_the_solid(design: Design, grids: dict[str, ToothGrid], member: Member) -> None:
+    grid = grids[member]
+    tooth = getattr(design, member)
+    for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
+        points, _ = tooth.flank(side).solve(grid.u[5], grid.height[5])
+        turned = azimuth[5] - points.azimuth
+        # the flank as computed, turned as a whole
+        assert np.ptp(np.angle(np.exp(1j * turned))) < 1e-9
+
+
+def test_teeth_and_backlash_fill_the_pitch(design: Design, grids: dict[str, ToothGrid]) -> None:
+    """On the pitch cones, which roll on each other, both teeth and the backlash share the pitch."""
+    filled = pitch = 0.0
+    for grid in grids.values():
+        lower, upper = (np.interp(0.0, grid.height[:, 20], side[:, 20]) for side in (grid.lower, grid.upper))
+        radius = float(grid.blank.axial(np.zeros(1), np.zeros(1))[0][0])
+        filled += radius * float(upper - lower)
+        pitch = radius * grid.pitch
+    left = (pitch - filled) * np.cos(np.radians(35.0))
+    # profiles are curved between the pitch point and the depth where the flanks were brought to touch
+    assert left == pytest.approx(design.assembly.normal_backlash, abs=2e-5)
+
+
+def test_stl_round_trip(tmp_path: Path, grids: dict[str, ToothGrid]) -> None:
+    solid = tooth_space_solid(grids["gear"])
+    path = tmp_path / "space.stl"
+    write_stl(path, solid, "solid name")
+    corners = read_stl(path)
+    assert path.stat().st_size == 84 + 50 * len(solid.triangles)
+    assert not path.read_bytes().startswith(b"solid")
+    assert np.abs(corners - 1e3 * solid.points[solid.triangles]).max() < 1e-5
+    # the same points stay the same in single precision: the file is as closed as the solid
+    flat, number = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    again = Solid(flat * 1e-3, number.reshape(-1, 3))
+    assert again.closed
+    assert again.volume == pytest.approx(solid.volume, rel=1e-5)
+
+
+def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
+    with pytest.raises(InputError, match="--bore"):
+        member_solid(grids["pinion"], bore=0.2)
+    with pytest.raises(InputError, match="--rim"):
+        member_solid(grids["pinion"], rim=0.5)
+    with pytest.raises(InputError, match="file"):
+        read_stl(Path("does_not_exist.stl"))
