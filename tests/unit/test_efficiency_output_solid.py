@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +51,7 @@ def body_volume(grid: ToothGrid, rim: float, bore: float) -> float:
     (r0, r3), (z0, z3) = grid.blank.axial(u, h - rim)
     corners = [(r0, z0), (r1, z1), (r2, z2), (r3, z3)]
     total = 0.0
-    for (a, za), (b, zb) in zip(corners[:-1], corners[1:], strict=True):
+    for (a, za), (b, zb) in pairwise(corners):
         total += np.pi / 3.0 * (zb - za) * (a * a + a * b + b * b)
     return total - 0.25 * np.pi * bore**2 * (z3 - z0)
 

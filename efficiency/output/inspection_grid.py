@@ -30,7 +30,7 @@ _PROBES = 81
 
 
 @dataclass(frozen=True)
-class FlankGrid:
+class InspectionGrid:
     """One flank on a regular grid of its blank.
 
     Attributes
@@ -74,7 +74,7 @@ def lowest_fraction(flank: Flank, top: float = 1.0) -> float:
     return float(fractions[missing[-1] + 1]) if missing.size else 0.0
 
 
-def flank_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: float = 0.0) -> FlankGrid:
+def inspection_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: float = 0.0) -> InspectionGrid:
     """Points of a flank from root to tip (rows) and from heel to toe (columns).
 
     Parameters
@@ -100,12 +100,12 @@ def flank_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: float = 
         points, found = flank.solve(u.ravel(), h.ravel())
         if found.all():
             shape = (3, rows, columns)
-            return FlankGrid(u, h, points.position.reshape(shape), points.normal.reshape(shape), lowest)
+            return InspectionGrid(u, h, points.position.reshape(shape), points.normal.reshape(shape), lowest)
         lowest = max(margin, lowest_fraction(flank, 1.0 - margin))
     raise ConvergenceError("undercut", f"the {flank.side} flank does not span its blank")
 
 
-def write_flank_grid(path: Path, design: Design, member: Member, side: FlankSide, grid: FlankGrid) -> None:
+def write_inspection_grid(path: Path, design: Design, member: Member, side: FlankSide, grid: InspectionGrid) -> None:
     """Write one flank as CSV: two header lines, a line of column names, one line per point in mm.
 
     The first line, ``# mixed-ehl flank grid v1; member=pinion; flank=concave; units=mm``, says all that is needed to
