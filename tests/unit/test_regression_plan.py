@@ -135,7 +135,7 @@ def test_plan_hash_follows_the_cases_and_not_the_words() -> None:
         ),
         (
             lambda c: c["variables"].update(slide_to_roll={"low": 0, "high": 1, "step": 2}),
-            ["slide_to_roll.step", "low, high and scale"],
+            ["slide_to_roll.step", "low, high, scale and levels"],
         ),
         (lambda c: c["variables"].update(radius_equivalent="-1 mm"), ["radius_equivalent", "-1 mm", "at least"]),
         (lambda c: c["variables"].update(radius_equivalent=[]), ["radius_equivalent", "1 to"]),
