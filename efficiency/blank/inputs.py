@@ -1,6 +1,6 @@
 """The blank file of a bevel or hypoid pair: what a designer types, in the terms of ISO 23509.
 
-Where the standard recommends a value it is the default, and `PairBlankInput.defaults` says which were taken.
+Where the standard recommends a value it is the default; `PairBlank.defaults` names those that were taken.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class DepthTypeOne(InputModel):
 
 
 class DepthTypeTwo(InputModel):
-    """Data type II: addendum, depth, clearance and thickness factors; what is missing is recommended by the standard."""
+    """Data type II: addendum, depth, clearance and thickness factors; missing ones as the standard recommends."""
 
     data_type: Literal["II"] = "II"
     gear_addendum_factor: Annotated[float, Quantity("", gt=0.0, lt=1.0)] | None = None
@@ -102,7 +102,7 @@ class PairBlankInput(InputModel):
     """Blank of a pair: the content of a blank file.
 
     `pitch_cones` says how far the iteration of Methods 1 to 3 goes: "converged" to rounding and with cones that touch
-    exactly, "tangent" to the tolerance of the standard and then exact contact of the cones, "standard" as printed there.
+    exactly; "tangent" to the tolerance of the standard, then exact contact of the cones; "standard" as printed there.
     """
 
     name: str
