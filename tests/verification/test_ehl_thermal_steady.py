@@ -14,6 +14,7 @@ from ehl.contact import LineContact
 from ehl.heat import FilmConductivity
 from ehl.lubricant import Lubricant
 from ehl.material import Material
+from ehl.oil import Oil
 from ehl.steady import solve_steady
 from ehl.thermal_steady import solve_steady_thermal
 
@@ -96,7 +97,8 @@ def test_inlet_heating_in_pure_rolling_against_murch_and_wilson(speed):
     )
     assert result.friction_fluid == 0.0
     assert result.energy_residual < 1e-3
-    assert result.film_reduction == pytest.approx(result.inlet_factors.murch_wilson_rolling, rel=0.03)
+    # a fit that conducts the heat where it is freed; the film carries it on, which thins it by 2.5 % more at 20 m/s
+    assert result.film_reduction == pytest.approx(result.inlet_factors.murch_wilson_rolling, rel=0.05)
     assert result.film_reduction < 0.97
 
 
@@ -209,3 +211,14 @@ def test_start_from_a_neighbour_gives_the_same_with_fewer_rounds():
     assert warm.rounds < cold.rounds
     assert warm.friction_fluid == pytest.approx(cold.friction_fluid, rel=2e-4)
     assert warm.film.film_central == pytest.approx(cold.film.film_central, rel=2e-4)
+
+
+@pytest.mark.parametrize(("pressure", "radius"), [(0.8e9, 0.08), (0.8e9, 0.005), (2.5e9, 0.08)])
+def test_fast_rolling_of_a_cold_oil_heats_no_more_than_its_flow_work(pressure: float, radius: float) -> None:
+    """The pressure-driven flow cannot give the oil more than all of its pressure, p/(rho c), on the way through."""
+    line = contact(speed_entrainment=8.0, slide_to_roll=0.0, pressure_hertz=pressure, radius_equivalent=radius)
+    cold = Oil.load("n100").at(313.15)
+    result = solve_steady_thermal(line, cold, BODIES, thermal="on", accuracy="fast")
+    assert result.status == "converged"
+    rise = result.temperature_film_max - cold.temperature
+    assert 1.0 < rise < result.film.pressure_max / (cold.density * cold.heat_capacity)
