@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from efficiency.contact.assembly import cross, dot
 from efficiency.cutting.flank import Flank
-from efficiency.cutting.newton import Array, complex_jacobian
 
 FloatArray = NDArray[np.float64]
 
@@ -40,6 +39,13 @@ class ShapeOperator:
         """Principal curvatures, ascending, (2, n) [1/m]."""
         return np.asarray(np.linalg.eigvalsh(self.matrix).T)
 
+    @property
+    def directions(self) -> tuple[FloatArray, FloatArray]:
+        """Unit vectors along the principal directions, in the order of `principal`, (3, n) each."""
+        vectors = np.linalg.eigh(self.matrix)[1]
+        first, second = (self.tangent_1 * vectors[:, 0, k] + self.tangent_2 * vectors[:, 1, k] for k in (0, 1))
+        return first, second
+
     def along(self, tangent_1: FloatArray, tangent_2: FloatArray) -> FloatArray:
         """The matrix in other orthonormal tangents of the same planes, (n, 2, 2) [1/m]."""
         turn = np.moveaxis(
@@ -57,12 +63,7 @@ class ShapeOperator:
 
 def flank_curvature(flank: Flank, parameters: FloatArray) -> ShapeOperator:
     """Curvature of a flank at points given by their cutting parameters, (3, n)."""
-
-    def state(x: Array) -> Array:
-        point, normal, meshing = flank.sweep(x)
-        return np.concatenate([point, normal, meshing[None]])
-
-    value, jacobian = complex_jacobian(state, parameters)
+    value, jacobian = flank.linearise(parameters)
     normal = value[3:6]
     # directions in the space of cutting parameters that stay on the flank; lengths are scaled to angles
     scale = np.array([flank.blank.mean_cone_distance, 1.0, 1.0])

@@ -1,70 +1,165 @@
-"""Face-milling cutter blade: the edge that sweeps a surface of revolution around the cutter axis.
+"""Cutter blade of a face mill or a face-hob head: its edge in the head and the surface it sweeps.
 
 Cutter frame: tip plane z = 0, blade body at z < 0. The outside blade cuts the concave flank, the inside blade the
-convex flank. Plane-sided blades are straight; a curved blade is an arc tangent to the straight edge at the tip.
+convex flank. The edge of a face-mill blade lies in an axial plane. That of a face-hob blade lies in a plane turned from
+there by the blade offset angle, so that it is square to the cutting velocity at the reference radius; rake and hook
+angle lean it out of that plane.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
+from efficiency.cutting.edge import Edge, Piece, Protuberance, Relief, profile, tip_arc
 from efficiency.cutting.newton import Array
+from efficiency.cutting.rotation import cross, spin, turn, unit
 
 FlankSide = Literal["concave", "convex"]
+EdgePart = Literal["flank", "fillet"]
 
 
 @dataclass(frozen=True)
 class Blade:
-    """One blade of a face-milling cutter.
+    """One blade, or one group of equal blades, of a cutter.
 
     Attributes
     ----------
     point_radius : float
-        Radius of the edge at the tip plane [m].
+        Radius of the profile at the reference height [m]; with no reference height at the tip plane (profile extended).
     blade_angle : float
-        Angle of the edge at the tip against the cutter axis [rad].
+        Angle of the profile at the reference height against the cutter axis [rad].
     side : str
         Flank it cuts: ``"concave"`` (outside blade) or ``"convex"`` (inside blade).
     curvature : float
-        Curvature of the edge [1/m], 0 for a straight edge; positive turns the edge away from the axis direction
+        Curvature of the profile [1/m], 0 for a straight edge; positive turns the edge away from the axis direction
         with growing distance from the tip.
+    reference_height : float
+        Height over the tip plane where radius and angle of the profile are given [m].
+    edge_radius : float
+        Radius between profile and tip plane [m]; 0 for a sharp corner.
+    toprem, flankrem : Relief, optional
+        Relief of the flank near its root and near its tip.
+    protuberance : Protuberance, optional
+        Instead of a toprem.
+    radius_offset : float
+        Shift of the blade square to its cutting direction, outwards [m].
+    groups : int
+        Blade groups of a face-hob head (starts); 0 for a face mill.
+    offset_angle : float
+        Angle of the blade plane against the axial plane [rad]; positive for the head of a right-hand member.
+    phase : float
+        Angle by which the blade is ahead in the head, in the sense of growing cutter angle [rad].
+    rake, hook : float
+        Lean of the edge forward, in the sense of growing cutter angle, per distance from the reference point outwards
+        and into the blade body [rad].
+    part : str
+        Part of the edge that cuts: the profile with its reliefs, ``"flank"``, or the edge radius, ``"fillet"``.
     """
 
     point_radius: float
     blade_angle: float
     side: FlankSide
     curvature: float = 0.0
+    reference_height: float = 0.0
+    edge_radius: float = 0.0
+    toprem: Relief | None = None
+    protuberance: Protuberance | None = None
+    flankrem: Relief | None = None
+    radius_offset: float = 0.0
+    groups: int = 0
+    offset_angle: float = 0.0
+    phase: float = 0.0
+    rake: float = 0.0
+    hook: float = 0.0
+    part: EdgePart = "flank"
 
     @property
     def sign(self) -> float:
         """+1 for the outside blade, -1 for the inside blade."""
         return 1.0 if self.side == "concave" else -1.0
 
-    def surface(self, s: Array, th: Array) -> tuple[Array, Array]:
-        """Cutter surface and its normal out of the tooth that is left standing.
+    @cached_property
+    def profile(self) -> Edge:
+        """Profile with its reliefs, in the blade plane."""
+        return profile(
+            self.blade_angle, self.curvature, self.reference_height, self.toprem, self.protuberance, self.flankrem
+        )
+
+    @cached_property
+    def tip_arc(self) -> Piece | None:
+        """Arc of the edge radius; None for a sharp corner."""
+        return tip_arc(self.profile, self.edge_radius) if self.edge_radius else None
+
+    @property
+    def profile_start(self) -> float:
+        """Length s where the profile begins above the edge radius, or at a sharp corner [m]."""
+        return float(np.real(self.tip_arc.s)) if self.tip_arc else self.profile.length_at(0.0)
+
+    @property
+    def tip(self) -> float:
+        """Length s of the end of the edge radius at the tip plane, or of a sharp corner [m]."""
+        if self.tip_arc is None:
+            return self.profile.length_at(0.0)
+        return self.profile_start - float(np.real((0.5 * np.pi - self.tip_arc.angle) * self.edge_radius))
+
+    def with_part(self, part: EdgePart) -> Blade:
+        """The same blade, cutting with its profile or with its edge radius."""
+        return replace(self, part=part)
+
+    def edge(self, s: Array) -> tuple[Array, Array, Array]:
+        """Edge in the head at cutter angle zero: points, their first and their second derivative by s.
 
         Parameters
         ----------
         s : (n,) array
-            Length along the edge from the tip [m]; real or complex.
+            Length along the edge [m], projected to the blade plane; real or complex.
+
+        Returns
+        -------
+        point, tangent, bend : (3, n) arrays
+            In the cutter frame [m], [-], [1/m].
+        """
+        cutting = self.profile if self.part == "flank" or self.tip_arc is None else Edge((self.tip_arc,))
+        xi, eta, angle, curvature = cutting.at(s)
+        across, climb = self.sign * np.sin(angle), np.cos(angle)
+        shift, bend, sink = self.sign * xi, self.sign * curvature * climb, -self.sign * curvature * across
+        if self.offset_angle == 0.0 and self.rake == 0.0 and self.hook == 0.0:
+            zero = 0.0 * xi
+            radius = self.point_radius + self.radius_offset + shift
+            return np.stack([radius, zero, -eta]), np.stack([across, zero, -climb]), np.stack([bend, zero, -sink])
+        rake, hook = np.tan(self.rake), np.tan(self.hook)
+        c, d = np.cos(self.offset_angle), np.sin(self.offset_angle)
+
+        def in_head(outwards: Array, deeper: Array) -> Array:
+            """Components along the blade plane and into the body; the lean puts them forward, square to the plane."""
+            lead = outwards * rake + deeper * hook
+            return np.stack([outwards * c - lead * d, outwards * d + lead * c, -deeper])
+
+        start = np.array(
+            [[self.point_radius + self.radius_offset * c], [self.radius_offset * d], [-self.reference_height]]
+        )
+        point = start + in_head(shift, eta - self.reference_height)
+        return point, in_head(across, climb), in_head(bend, sink)
+
+    def surface(self, s: Array, th: Array) -> tuple[Array, Array]:
+        """Surface of revolution that the edge sweeps around the cutter axis, and its normal out of the tooth.
+
+        Parameters
+        ----------
+        s : (n,) array
+            Length along the edge [m]; real or complex.
         th : (n,) array
-            Angle around the cutter axis [rad]; real or complex.
+            Cutter angle [rad]; real or complex.
 
         Returns
         -------
         point, normal : (3, n) arrays
             In the cutter frame [m], [-].
         """
-        turn = 0.5 * self.curvature * s
-        chord = s * np.sinc(turn / np.pi)
-        radius = self.point_radius + self.sign * chord * np.sin(self.blade_angle + turn)
-        slope = self.blade_angle + 2.0 * turn
-        point = np.stack(
-            [radius * np.cos(th), radius * np.sin(th), -chord * np.cos(self.blade_angle + turn) + 0.0 * th]
-        )
-        flat = -self.sign * np.cos(slope)
-        normal = np.stack([flat * np.cos(th), flat * np.sin(th), -np.sin(slope) + 0.0 * th])
-        return point, normal
+        edge, along, _ = self.edge(s)
+        point, tangent = turn(edge, th), turn(along, th)
+        return point, -self.sign * unit(cross(tangent, spin(point)))

@@ -13,6 +13,7 @@ from efficiency.cutting import newton
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.machine import MachineSettings
 from efficiency.cutting.newton import Array
+from efficiency.cutting.rotation import cross, dot, spin, turn, unit
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
@@ -89,6 +90,10 @@ class Flank(ABC):
     def guess(self) -> FloatArray:
         """Parameters (3, 1) near the mean point."""
 
+    def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Point, normal and condition, (7, n), and their derivatives by the parameters, (n, 7, 3), exact."""
+        return newton.complex_jacobian(lambda y: np.concatenate([*self.sweep(y)[:2], self.sweep(y)[2][None]]), x)
+
     def points(self, x: FloatArray) -> FlankPoints:
         """Flank points at solved cutting parameters."""
         position, normal, _ = self.sweep(x)
@@ -114,13 +119,16 @@ class Flank(ABC):
     def refine(self, radius: FloatArray, z: FloatArray, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Cutting parameters of the points at given radius and axial position, from a start nearby."""
 
-        def residual(y: Array) -> Array:
-            point, _, meshing = self.sweep(y)
-            return np.stack([np.sqrt(point[0] ** 2 + point[1] ** 2) - radius, point[2] - z, meshing])
+        def linearised(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+            state, slope = self.linearise(y)
+            here = np.hypot(state[0], state[1])
+            outwards = (state[0] * slope[:, 0].T + state[1] * slope[:, 1].T) / here
+            value = np.stack([here - radius, state[2] - z, state[6]])
+            return value, np.stack([outwards.T, slope[:, 2], slope[:, 6]], axis=1)
 
         size = self.blank.mean_cone_distance
         limit = np.array([0.05 * size, 0.1, 0.1])
-        return newton.solve(residual, x, limit, np.array([1e-10 * size, 1e-10, 1e-10]))
+        return newton.iterate(linearised, x, limit, np.array([1e-10 * size, 1e-10, 1e-10]))
 
     def _to(self, target: FloatArray, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         radius, z = self.blank.axial(target[:, 0], target[:, 1])
@@ -129,27 +137,122 @@ class Flank(ABC):
 
 @dataclass(frozen=True)
 class CutFlank(Flank):
-    """Flank cut by one blade on one machine setting."""
+    """Flank cut by one blade on one machine setting.
+
+    Attributes
+    ----------
+    blade : Blade
+        Blade of the cutter.
+    machine : MachineSettings
+        Machine settings.
+    blank : Blank
+        Blank of the member.
+    index_zero : float
+        Cutter angle at which the indexing of face hobbing starts [rad]; without effect in face milling.
+    """
 
     blade: Blade
     machine: MachineSettings
     blank: Blank
+    index_zero: float = 0.0
     side: FlankSide = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "side", self.blade.side)
 
+    @property
+    def index_ratio(self) -> float:
+        """Continuous indexing: rotation of the work about its axis per rotation of the cutter."""
+        return self.blade.groups / self.blank.teeth
+
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
-        """Point, normal and equation of meshing at cutting parameters (s, th, phi)."""
-        point, normal = self.blade.surface(x[0], x[1])
-        return self.machine.carry(point, normal, x[2])
+        """Point, normal and equation of meshing at cutting parameters (s, th, phi).
+
+        The equation of meshing is ``normal . d point / d phi`` [m]; a non-generated flank has phi in its place.
+        """
+        s, th, phi = x
+        index, pose = self.index_ratio, self.machine.at(phi)
+        edge, along, _ = self.blade.edge(s)
+        in_cutter, tangent = turn(edge, th), turn(along, th)
+        point = pose.place(in_cutter)
+        if index:
+            cutting = pose.direct(spin(in_cutter)) + index * pose.about_work(point + pose.shift[0])
+            normal = unit(cross(pose.direct(tangent), -self.blade.sign * cutting))
+        else:
+            normal = pose.direct(unit(cross(tangent, -self.blade.sign * spin(in_cutter))))
+        condition = dot(normal, pose.rolling(point)) if self.machine.generated else phi + 0.0 * s
+        return (*pose.to_work(point, normal, self._indexed(th)), condition)
+
+    def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """State and derivatives as in the base class, in closed form and real arithmetic."""
+        s, th, phi = x
+        index, pose, sign = self.index_ratio, self.machine.at(phi), self.blade.sign
+        edge, along, bend = (turn(vector, th) for vector in self.blade.edge(s))
+        by_th = spin(edge)
+        # machine frame; r with its first and second derivatives by s and th while the cradle stands
+        r = pose.place(edge)
+        r_s, r_t, r_ss, r_st, r_tt = np.moveaxis(
+            pose.direct(np.stack([along, by_th, bend, spin(along), spin(by_th)], axis=1)), 1, 0
+        )
+        arm, r_phi = r + pose.shift[0], spin(r)
+        arms = r_s, r_t, r_phi + pose.shift[1]
+        about = [pose.about_work(v) for v in (*arms, arm)]
+        cutting, rolling = r_t + index * about[3], r_phi + pose.shift[1] - pose.work[1] * about[3]
+        cutting_rates = r_st + index * about[0], r_tt + index * about[1], spin(r_t) + index * about[2]
+        rolling_rates = (
+            spin(r_s) - pose.work[1] * about[0],
+            spin(r_t) - pose.work[1] * about[1],
+            spin(r_phi) + pose.shift[2] - pose.work[1] * about[2] - pose.work[2] * about[3],
+        )
+        raw = -sign * cross(r_s, cutting)
+        size = np.sqrt(dot(raw, raw))
+        normal = raw / size
+        position, facing = pose.to_work(r, normal, self._indexed(th))
+
+        jacobian = np.empty((7, 3, x.shape[1]))
+        angle_rates = 0.0, index, -pose.work[1]
+        for k, along_rate in enumerate((r_ss, r_st, spin(r_s))):
+            change = -sign * (cross(along_rate, cutting) + cross(r_s, cutting_rates[k])) / size
+            change = change - normal * dot(normal, change)
+            jacobian[:3, k] = pose.to_work_direction(arms[k], self._indexed(th)) + angle_rates[k] * spin(position)
+            jacobian[3:6, k] = pose.to_work_direction(change, self._indexed(th)) + angle_rates[k] * spin(facing)
+            jacobian[6, k] = dot(change, rolling) + dot(normal, rolling_rates[k])
+        condition = dot(normal, rolling)
+        if not self.machine.generated:
+            jacobian[:, 2], jacobian[6], jacobian[6, 2], condition = 0.0, 0.0, 1.0, phi
+        return np.concatenate([position, facing, condition[None]]), np.moveaxis(jacobian, 2, 0)
+
+    def _indexed(self, th: Array) -> Array:
+        """Rotation of the work by continuous indexing [rad]."""
+        return self.index_ratio * (th - self.index_zero - self.blade.phase)
 
     def guess(self) -> FloatArray:
-        """Cutting parameters near the mean point: the blank's mean point seen from the cutter, nothing turned."""
-        m = self.machine
-        radius, z = self.blank.axial(np.zeros(1), np.zeros(1))
-        blank = np.array([radius[0], 0.0, z[0] + m.machine_centre_to_back])
-        cradle = m.work_axes.T @ blank - np.array([0.0, m.blank_offset, -m.sliding_base])
-        cutter = m.cutter_axes.T @ (cradle - m.cutter_centre)
-        s = -cutter[2] / np.cos(self.blade.blade_angle)
-        return np.array([[s], [np.arctan2(cutter[1], cutter[0])], [0.0]])
+        """Cutting parameters near the mean point.
+
+        The mean point is looked for around the cutter with the cradle in the middle of its roll: where the edge stands
+        at its height on the blank, close to the mean cone distance, and is about to generate.
+        """
+        count = 180
+        th = np.linspace(-np.pi, np.pi, count, endpoint=False)
+        s = np.full(count, self.blade.profile.length_at(self.blank.mean_dedendum))
+        x = np.stack([s, th, np.zeros(count)])
+        point, _, condition = self.sweep(x)
+        u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
+        off = (u / self.blank.face_width) ** 2 + (h / (self.blank.mean_addendum + self.blank.mean_dedendum)) ** 2
+        off = off + (condition / self.blank.mean_cone_distance) ** 2
+        near = (off < np.roll(off, 1)) & (off <= np.roll(off, -1))
+        starts = x[:, near][:, np.argsort(off[near])[:4]]
+        solved, found = self._to(np.zeros((starts.shape[1], 2)), starts)
+        return solved[:, found][:, :1] if found.any() else starts[:, :1]
+
+
+def index_start(machine: MachineSettings, blank: Blank) -> float:
+    """Cutter angle at which a blade faces the mean point of the blank [rad]: where indexing starts by convention.
+
+    It depends on the setting and the blank only, so that both flanks of one setting share it.
+    """
+    radius, z = blank.axial(np.zeros(1), np.zeros(1))
+    point = np.array([radius[0], 0.0, z[0] + machine.machine_centre_to_back])
+    cradle = machine.work_axes.T @ point - np.array([0.0, machine.blank_offset, -machine.sliding_base])
+    cutter = machine.cutter_axes.T @ (cradle - machine.cutter_centre)
+    return float(np.arctan2(cutter[1], cutter[0]))

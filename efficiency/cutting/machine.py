@@ -1,38 +1,62 @@
-"""Hypoid generator: carries a cutter point to the work piece while cradle and work turn together.
+"""Machine: carries a cutter point to the work piece while cradle, work and, in face hobbing, the cutter head turn.
 
-Frames and signs: machine frame with its origin at the machine centre, x along the root line from toe to heel, z along
-the cradle axis, teeth at z < 0; work frame with z along its axis from apex to heel.
+One chain for generated and non-generated (Formate) members, face milling and face hobbing. Frames and signs: machine
+frame with its origin at the machine centre, x along the root line from toe to heel, z along the cradle axis, teeth at
+z < 0; work frame with z along its axis from apex to heel.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.cutting.newton import Array
+from efficiency.cutting.rotation import spin, turn
 
 FloatArray = NDArray[np.float64]
 
 
-def _turn(vector: Array, angle: Array | float) -> Array:
-    """Rotate (3, n) vectors about z."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c])
-
-
-def _spin(vector: Array) -> Array:
-    """Velocity of (3, n) points turning about z at 1 rad/s."""
-    return np.stack([-vector[1], vector[0], 0.0 * vector[2]])
+def _polynomial(coefficients: tuple[float, ...], phi: Array) -> tuple[Array, Array, Array]:
+    """Value, first and second derivative of ``sum c_k phi^k/k!``, k from 0."""
+    value, rate, bend = 0.0 * phi, 0.0 * phi, 0.0 * phi
+    if any(coefficients[1:]):
+        for k in range(len(coefficients) - 1, 0, -1):
+            value = (coefficients[k] + value) * phi / k
+            rate = coefficients[k] + rate * phi / k
+            bend = coefficients[k] + bend * phi / (k - 1) if k > 1 else bend
+    return coefficients[0] + value, rate, bend
 
 
 @dataclass(frozen=True)
 class MachineSettings:
     """Settings of one flank by their trade names, SI units and rad.
 
-    The work turns by ``Ra (phi - C phi^2 - D phi^3)`` while the cradle turns by phi, with ``C = 2C/2``, ``D = 6D/6``.
     A positive cradle angle cuts a right-hand member, a negative one a left-hand member.
+
+    Attributes
+    ----------
+    radial_setting, cradle_angle : float
+        Sr, q: tip-plane centre of the cutter in the cradle frame.
+    machine_root_angle : float
+        Angle between the work axis and the machine plane.
+    roll_ratio : float
+        Ra: the work turns by ``Ra (phi - C phi^2 - D phi^3 - E phi^4 - F phi^5 - G phi^6)`` while the cradle turns by
+        phi; without effect where nothing is generated.
+    tilt, swivel : float
+        i, j: tilt of the cutter axis about y, then swivel about z, about the tip-plane centre.
+    blank_offset, sliding_base, machine_centre_to_back : float
+        Em, Xb, Xd.
+    modified_roll_2c, modified_roll_6d, modified_roll_24e, modified_roll_120f, modified_roll_720g : float
+        2C, 6D, 24E, 120F, 720G.
+    helical_motion_1, helical_motion_2, helical_motion_3 : float
+        Derivatives of the sliding base by the cradle roll.
+    vertical_motion_1, vertical_motion_2, vertical_motion_3 : float
+        Derivatives of the blank offset by the cradle roll.
+    generated : bool
+        False for a non-generated (Formate) member: cradle and generating work rotation stand still.
     """
 
     radial_setting: float
@@ -46,18 +70,23 @@ class MachineSettings:
     machine_centre_to_back: float = 0.0
     modified_roll_2c: float = 0.0
     modified_roll_6d: float = 0.0
+    modified_roll_24e: float = 0.0
+    modified_roll_120f: float = 0.0
+    modified_roll_720g: float = 0.0
     helical_motion_1: float = 0.0
     helical_motion_2: float = 0.0
+    helical_motion_3: float = 0.0
     vertical_motion_1: float = 0.0
     vertical_motion_2: float = 0.0
+    vertical_motion_3: float = 0.0
+    generated: bool = True
 
-    @property
+    @cached_property
     def cutter_centre(self) -> FloatArray:
         """Tip-plane centre of the cutter in the cradle frame [m]."""
-        direction = [np.cos(self.cradle_angle), np.sin(self.cradle_angle), 0.0]
-        return np.array(direction) * self.radial_setting
+        return np.array([np.cos(self.cradle_angle), np.sin(self.cradle_angle), 0.0]) * self.radial_setting
 
-    @property
+    @cached_property
     def cutter_axes(self) -> FloatArray:
         """Rotation from the cutter to the cradle frame: swivel after tilt."""
         ci, si = np.cos(self.tilt), np.sin(self.tilt)
@@ -66,50 +95,81 @@ class MachineSettings:
         swivel = np.array([[cj, -sj, 0.0], [sj, cj, 0.0], [0.0, 0.0, 1.0]])
         return np.asarray(swivel @ tilt)
 
-    @property
+    @cached_property
     def work_axes(self) -> FloatArray:
-        """Rotation from the machine to the (not yet turned) work frame."""
+        """Rotation from the machine to the (not yet turned) work frame; its last row is the work axis."""
         c, s = np.cos(self.machine_root_angle), np.sin(self.machine_root_angle)
         return np.array([[s, 0.0, -c], [0.0, 1.0, 0.0], [c, 0.0, s]])
 
-    def carry(self, point: Array, normal: Array, phi: Array) -> tuple[Array, Array, Array]:
-        """Cutter surface in the work frame at cradle roll phi.
-
-        Parameters
-        ----------
-        point, normal : (3, n) arrays
-            In the cutter frame, real or complex.
-        phi : (n,) array
-            Cradle roll from the design point [rad], real or complex.
-
-        Returns
-        -------
-        point, normal : (3, n) arrays
-            In the work frame.
-        meshing : (n,) array
-            ``normal . d point / d phi`` [m], zero on the generated flank.
-        """
+    def at(self, phi: Array) -> Pose:
+        """The machine at cradle rolls phi, (n,) [rad]; a non-generated flank sees it stand still."""
         zero = 0.0 * phi
-        cradle = _turn(self.cutter_axes @ point + self.cutter_centre[:, None], phi)
-        speed = _spin(cradle) + np.stack(
-            [
-                zero,
-                self.vertical_motion_1 + self.vertical_motion_2 * phi,
-                -self.helical_motion_1 - self.helical_motion_2 * phi,
-            ]
+        if not self.generated:
+            phi = zero
+        modified = (
+            self.modified_roll_2c,
+            self.modified_roll_6d,
+            self.modified_roll_24e,
+            self.modified_roll_120f,
+            self.modified_roll_720g,
         )
-        shift = np.stack(
-            [
-                zero,
-                self.blank_offset + (self.vertical_motion_1 + 0.5 * self.vertical_motion_2 * phi) * phi,
-                -self.sliding_base - (self.helical_motion_1 + 0.5 * self.helical_motion_2 * phi) * phi,
-            ]
+        vertical = (self.blank_offset, self.vertical_motion_1, self.vertical_motion_2, self.vertical_motion_3)
+        helical = (self.sliding_base, self.helical_motion_1, self.helical_motion_2, self.helical_motion_3)
+        ratio = self.roll_ratio if self.generated else 0.0
+        turned = _polynomial((0.0, 1.0, *(-c for c in modified)), phi)
+        offset, base = _polynomial(vertical, phi), _polynomial(helical, phi)
+        return Pose(
+            machine=self,
+            roll=phi,
+            shift=tuple(np.stack([zero, y, -x]) for y, x in zip(offset, base, strict=True)),
+            work=tuple(ratio * angle for angle in turned),
         )
-        back = np.stack([zero, zero, zero - self.machine_centre_to_back])
-        blank = self.work_axes @ (cradle + shift) + back
-        facing = self.work_axes @ _turn(self.cutter_axes @ normal, phi)
-        c, d = 0.5 * self.modified_roll_2c, self.modified_roll_6d / 6.0
-        work_turn = self.roll_ratio * phi * (1.0 - phi * (c + d * phi))
-        work_speed = self.roll_ratio * (1.0 - phi * (2.0 * c + 3.0 * d * phi))
-        meshing = np.sum(facing * (self.work_axes @ speed - work_speed * _spin(blank)), axis=0)
-        return _turn(blank, -work_turn), _turn(facing, -work_turn), meshing
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Machine at given cradle rolls.
+
+    Attributes
+    ----------
+    machine : MachineSettings
+        The settings.
+    roll : (n,) array
+        Cradle roll [rad].
+    shift : tuple of three (3, n) arrays
+        From the machine to the work origin: offset and sliding base, and their derivatives by the cradle roll [m].
+    work : tuple of three (n,) arrays
+        Generating rotation of the work, and its derivatives by the cradle roll [rad].
+    """
+
+    machine: MachineSettings
+    roll: Array
+    shift: tuple[Array, ...]
+    work: tuple[Array, ...]
+
+    def direct(self, vector: Array) -> Array:
+        """Directions (3, n) or (3, k, n) from the cutter to the machine frame."""
+        return turn((self.machine.cutter_axes @ vector.reshape(3, -1)).reshape(vector.shape), self.roll)
+
+    def place(self, point: Array) -> Array:
+        """Points (3, n) from the cutter to the machine frame [m]."""
+        return turn(self.machine.cutter_axes @ point + self.machine.cutter_centre[:, None], self.roll)
+
+    def about_work(self, arm: Array) -> Array:
+        """Velocity of points that turn about the work axis at 1 rad/s, arm from a point of the axis [m/s]."""
+        c, s = self.machine.work_axes[2, 0], self.machine.work_axes[2, 2]
+        return np.stack([-s * arm[1], s * arm[0] - c * arm[2], c * arm[1]])
+
+    def rolling(self, point: Array) -> Array:
+        """Velocity of the tool against the work at machine-frame points, cradle at 1 rad/s [m/s]."""
+        return spin(point) + self.shift[1] - self.work[1] * self.about_work(point + self.shift[0])
+
+    def to_work(self, point: Array, normal: Array, indexed: Array | float) -> tuple[Array, Array]:
+        """Machine-frame points and normals in the frame of the work turned by the roll and indexed by an angle."""
+        back = np.array([[0.0], [0.0], [self.machine.machine_centre_to_back]])
+        blank = self.machine.work_axes @ (point + self.shift[0]) - back
+        return turn(blank, indexed - self.work[0]), self.to_work_direction(normal, indexed)
+
+    def to_work_direction(self, vector: Array, indexed: Array | float) -> Array:
+        """Machine-frame directions (3, n) in the frame of the turned work."""
+        return turn(self.machine.work_axes @ vector, indexed - self.work[0])

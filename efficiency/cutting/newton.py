@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-Array = NDArray[np.floating] | NDArray[np.complexfloating]
+# real or complex
+Array = NDArray[np.inexact[Any]]
 
 _STEP = 1e-30
+_STALLED = 8
 
 
 def complex_jacobian(function: Callable[[Array], Array], x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -48,12 +51,31 @@ def solve(
     tolerance: FloatArray,
     max_iterations: int = 30,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Solve ``function(x) = 0`` at n points together.
+    """Solve ``function(x) = 0`` at n points together, Jacobians by complex step.
 
     Parameters
     ----------
     function : callable
         Maps (m, n) to (m, n), holomorphic.
+    start, step_limit, tolerance, max_iterations
+        As in `iterate`.
+    """
+    return iterate(lambda x: complex_jacobian(function, x), start, step_limit, tolerance, max_iterations)
+
+
+def iterate(
+    linearise: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    start: FloatArray,
+    step_limit: FloatArray,
+    tolerance: FloatArray,
+    max_iterations: int = 30,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Newton's method at n points together.
+
+    Parameters
+    ----------
+    linearise : callable
+        Value (m, n) and Jacobian (n, m, m) of what is to vanish at x (m, n).
     start : (m, n) array
         Starting points.
     step_limit : (m,) array
@@ -70,8 +92,9 @@ def solve(
     """
     x = np.array(start, dtype=np.float64)
     done = np.zeros(x.shape[1], dtype=bool)
+    most, stalled = 0, 0
     for _ in range(max_iterations):
-        value, jacobian = complex_jacobian(function, x)
+        value, jacobian = linearise(x)
         # A singular point gets no step and stays marked as not converged.
         scale = np.abs(np.linalg.det(jacobian / np.abs(jacobian).max(axis=2, keepdims=True).clip(1e-300)))
         regular = np.isfinite(value).all(axis=0) & (scale > 1e-13)
@@ -81,6 +104,9 @@ def solve(
         shrink = np.minimum(1.0, (step_limit[:, None] / np.abs(step).clip(1e-300)).min(axis=0))
         x -= shrink * step
         done = regular & (np.abs(step) <= tolerance[:, None]).all(axis=0)
-        if done.all():
+        # when no further point has converged for long, the rest have no solution (undercut)
+        stalled = stalled + 1 if int(done.sum()) <= most else 0
+        most = max(most, int(done.sum()))
+        if done.all() or (most and stalled >= _STALLED):
             break
     return x, done

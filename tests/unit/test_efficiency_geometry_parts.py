@@ -17,8 +17,6 @@ from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.pair import GearPair, gear_pair
 from efficiency.contact.patch import Patch
 from efficiency.cutting import newton
-from efficiency.cutting.cutter import Blade
-from efficiency.cutting.machine import MachineSettings
 from efficiency.design import load_design
 from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure, transmission_figure
 from ehl.errors import InputError
@@ -44,93 +42,6 @@ def test_blank_heights() -> None:
     np.testing.assert_allclose(BLANK.height(u, np.ones(3)), BLANK.tip(u))
     assert (np.diff(BLANK.root(u)) < 0.0).all()
     assert (np.diff(BLANK.tip(u)) > 0.0).all()
-
-
-@pytest.mark.parametrize("side", ["concave", "convex"])
-@pytest.mark.parametrize("curvature", [0.0, 2.0, -2.0])
-def test_blade_normal_is_square_to_the_surface_and_points_out_of_the_tooth(side: str, curvature: float) -> None:
-    blade = Blade(0.1, 0.35, side, curvature)  # type: ignore[arg-type]
-    x = np.array([[0.0, 0.004, 0.009], [-0.9, 0.3, 2.0]])
-
-    def surface(y: np.ndarray) -> np.ndarray:
-        return np.asarray(blade.surface(y[0], y[1])[0])
-
-    point, jacobian = newton.complex_jacobian(surface, x)
-    normal = np.asarray(blade.surface(x[0], x[1])[1])
-    np.testing.assert_allclose(np.linalg.norm(normal, axis=0), 1.0, rtol=1e-14)
-    assert np.abs(np.einsum("in,nik->nk", normal, jacobian)).max() < 1e-15
-    # unit speed along the edge, also of a curved one
-    np.testing.assert_allclose(np.linalg.norm(jacobian[:, :, 0], axis=1), 1.0, rtol=1e-13)
-    # the outside blade leaves the tooth outside its cone: out of that tooth is towards the axis
-    radial = (normal[:2] * point[:2]).sum(axis=0)
-    assert (radial * (-1.0 if side == "concave" else 1.0) > 0.0).all()
-
-
-def test_curved_blade_is_an_arc_through_the_tip() -> None:
-    straight, curved = Blade(0.1, 0.35, "concave"), Blade(0.1, 0.35, "concave", 4.0)
-    s = np.linspace(0.0, 0.01, 5)
-    points = np.asarray(curved.surface(s, np.zeros(5))[0])
-    first = np.asarray(straight.surface(s, np.zeros(5))[0])
-    np.testing.assert_allclose(points[:, 0], first[:, 0], atol=1e-18)
-    # deviation from the tangent of an arc: s^2 curvature/2 to leading order
-    away = np.linalg.norm(points - first, axis=0)
-    np.testing.assert_allclose(away[1:], 2.0 * s[1:] ** 2, rtol=2e-3)
-
-
-SETTINGS = MachineSettings(
-    radial_setting=0.095,
-    cradle_angle=1.2,
-    machine_root_angle=1.1,
-    roll_ratio=1.05,
-    tilt=0.2,
-    swivel=-0.4,
-    blank_offset=0.003,
-    sliding_base=0.002,
-    machine_centre_to_back=-0.001,
-    modified_roll_2c=0.02,
-    modified_roll_6d=-0.03,
-    helical_motion_1=0.004,
-    helical_motion_2=0.001,
-    vertical_motion_1=-0.002,
-    vertical_motion_2=0.003,
-)
-
-
-def test_equation_of_meshing_is_normal_times_velocity() -> None:
-    """All motions on: the analytic velocity against the derivative of the position by the cradle roll."""
-    point, normal = Blade(0.1, 0.35, "concave").surface(np.array([0.002, 0.005]), np.array([0.4, -0.7]))
-
-    def position(phi: np.ndarray) -> np.ndarray:
-        return np.asarray(SETTINGS.carry(point, normal, phi[0])[0])
-
-    phi = np.array([[0.13, -0.21]])
-    _, jacobian = newton.complex_jacobian(position, phi)
-    _, turned, meshing = SETTINGS.carry(point, normal, phi[0])
-    expected = np.einsum("in,ni->n", np.real(turned), jacobian[:, :, 0])
-    np.testing.assert_allclose(np.real(meshing), expected, atol=1e-16)
-
-
-def test_machine_by_hand() -> None:
-    """One point followed through the chain of the definitions with plain matrices."""
-    blade, phi = Blade(0.1, 0.35, "convex"), 0.17
-    point, normal = (np.asarray(a)[:, 0] for a in blade.surface(np.array([0.004]), np.array([0.6])))
-    m = SETTINGS
-
-    def rz(a: float) -> np.ndarray:
-        return np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
-
-    ry = np.array([[np.cos(m.tilt), 0.0, np.sin(m.tilt)], [0.0, 1.0, 0.0], [-np.sin(m.tilt), 0.0, np.cos(m.tilt)]])
-    centre = m.radial_setting * np.array([np.cos(m.cradle_angle), np.sin(m.cradle_angle), 0.0])
-    cradle = rz(phi) @ (centre + rz(m.swivel) @ ry @ point)
-    offset = m.blank_offset + m.vertical_motion_1 * phi + m.vertical_motion_2 * phi**2 / 2.0
-    base = m.sliding_base + m.helical_motion_1 * phi + m.helical_motion_2 * phi**2 / 2.0
-    g = m.machine_root_angle
-    to_work = np.array([[np.sin(g), 0.0, -np.cos(g)], [0.0, 1.0, 0.0], [np.cos(g), 0.0, np.sin(g)]])
-    blank = to_work @ (cradle + np.array([0.0, offset, -base])) - np.array([0.0, 0.0, m.machine_centre_to_back])
-    psi = m.roll_ratio * (phi - m.modified_roll_2c / 2.0 * phi**2 - m.modified_roll_6d / 6.0 * phi**3)
-    position, facing, _ = m.carry(point[:, None], normal[:, None], np.array([phi]))
-    np.testing.assert_allclose(np.real(position)[:, 0], rz(-psi) @ blank, atol=1e-16)
-    np.testing.assert_allclose(np.real(facing)[:, 0], rz(-psi) @ to_work @ rz(phi + m.swivel) @ ry @ normal, atol=1e-15)
 
 
 def test_flank_points_lie_where_asked_and_satisfy_the_equation_of_meshing() -> None:

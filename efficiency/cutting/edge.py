@@ -1,0 +1,182 @@
+"""Cutting edge in the plane of its blade: arcs and straight pieces tangent to each other.
+
+Blade plane: xi towards the flank that is cut, eta from the tip plane into the blade body. The angle of the edge is
+measured against the eta axis (the cutter axis), so ``d(xi, eta)/ds = (sin, cos)``; s grows away from the tip. All
+arithmetic is holomorphic in s and in the numbers of the edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from efficiency.cutting.newton import Array
+
+# numbers of an edge may carry a complex step
+Scalar = Any
+
+
+@dataclass(frozen=True)
+class Relief:
+    """Part of an edge that leaves the profile on an arc and cuts more than the profile would.
+
+    Attributes
+    ----------
+    height : float
+        Height over the tip plane where the arc starts [m].
+    radius : float
+        Radius of the arc [m].
+    angle : float, optional
+        Angle by which the arc turns the edge, straight on from there [rad]; None: the arc goes on to the end.
+    """
+
+    height: float
+    radius: float
+    angle: float | None = None
+
+
+@dataclass(frozen=True)
+class Protuberance:
+    """Thickening of the blade below a height: two arcs, then an edge parallel to the profile.
+
+    Attributes
+    ----------
+    height : float
+        Height over the tip plane where it starts [m].
+    amount : float
+        Distance of the parallel edge from the profile, square to it [m].
+    radius : float
+        Radius of both arcs [m], at least half the amount.
+    """
+
+    height: float
+    amount: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Arc or straight line through one of its points.
+
+    Attributes
+    ----------
+    s : float
+        Length along the edge at the point [m].
+    xi, eta : float
+        The point [m].
+    angle : float
+        Angle of the edge there [rad].
+    curvature : float
+        Rate at which the angle grows with s [1/m], 0 for a straight line.
+    """
+
+    s: Scalar
+    xi: Scalar
+    eta: Scalar
+    angle: Scalar
+    curvature: Scalar
+
+    def at(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
+        """xi, eta, angle and curvature at lengths s; arcs and lines by the same formula."""
+        length = s - self.s
+        turn = 0.5 * self.curvature * length
+        chord = length * np.sinc(turn / np.pi)
+        xi = self.xi + chord * np.sin(self.angle + turn)
+        eta = self.eta + chord * np.cos(self.angle + turn)
+        return xi, eta, self.angle + 2.0 * turn, self.curvature + 0.0 * length
+
+    def continued(self, s: Scalar, curvature: Scalar) -> Piece:
+        """Tangent continuation from length s with another curvature."""
+        xi, eta, angle, _ = self.at(s)
+        return Piece(s, xi, eta, angle, curvature)
+
+    def length_at(self, height: float) -> Scalar:
+        """Length s where eta has a given value, by Newton's method."""
+        s = self.s
+        for _ in range(8):
+            _, eta, angle, _ = self.at(s)
+            s = s - (eta - height) / np.cos(angle)
+        return s
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Pieces of an edge in order of s; the first and the last go on without end.
+
+    Attributes
+    ----------
+    pieces : tuple of Piece
+        The pieces.
+    breaks : tuple of float
+        Lengths s where one piece follows the other [m], one less than pieces.
+    """
+
+    pieces: tuple[Piece, ...]
+    breaks: tuple[Scalar, ...] = ()
+
+    def at(self, s: Array) -> tuple[Array, Array, Array, Array]:
+        """xi, eta, angle and curvature at lengths s."""
+        if not self.breaks:
+            return self.pieces[0].at(s)
+        own = np.searchsorted(np.real(np.array(self.breaks)), np.real(s))
+        values = np.array([[p.s, p.xi, p.eta, p.angle, p.curvature] for p in self.pieces])
+        return Piece(*values[own].T).at(s)
+
+    def length_at(self, height: float) -> float:
+        """Length s at a height over the tip plane."""
+        ends = [float(np.real(self.pieces[k].at(end)[1])) for k, end in enumerate(self.breaks)]
+        return float(np.real(self.pieces[int(np.searchsorted(ends, height))].length_at(height)))
+
+
+def profile(
+    angle: float,
+    curvature: float,
+    reference_height: float,
+    toprem: Relief | None = None,
+    protuberance: Protuberance | None = None,
+    flankrem: Relief | None = None,
+) -> Edge:
+    """Edge that cuts the flank: profile proper with toprem or protuberance below and flankrem above it.
+
+    The profile passes xi = 0 at the reference height with the given angle; s counts from the tip plane along the
+    tangent of that point.
+    """
+    start = reference_height / np.cos(angle)
+    main = Piece(start, 0.0, reference_height, angle, curvature)
+    pieces = [main]
+    breaks: list[Scalar] = []
+    if toprem is not None:
+        low = main.length_at(toprem.height)
+        arc = main.continued(low, 1.0 / toprem.radius)
+        pieces, breaks = [arc, *pieces], [low, *breaks]
+        if toprem.angle is not None:
+            end = low - toprem.angle * toprem.radius
+            pieces, breaks = [arc.continued(end, 0.0), *pieces], [end, *breaks]
+    if protuberance is not None:
+        low = main.length_at(protuberance.height)
+        length = protuberance.radius * np.arccos(1.0 - 0.5 * protuberance.amount / protuberance.radius)
+        away = main.continued(low, 1.0 / protuberance.radius)
+        back = away.continued(low - length, -1.0 / protuberance.radius)
+        parallel = back.continued(low - 2.0 * length, 0.0)
+        pieces, breaks = [parallel, back, away, *pieces], [low - 2.0 * length, low - length, low, *breaks]
+    if flankrem is not None:
+        high = main.length_at(flankrem.height)
+        arc = main.continued(high, 1.0 / flankrem.radius)
+        pieces, breaks = [*pieces, arc], [*breaks, high]
+        if flankrem.angle is not None:
+            end = high + flankrem.angle * flankrem.radius
+            pieces, breaks = [*pieces, arc.continued(end, 0.0)], [*breaks, end]
+    return Edge(tuple(pieces), tuple(breaks))
+
+
+def tip_arc(edge: Edge, radius: float) -> Piece:
+    """Arc of the edge radius between the lowest piece of an edge and the tip plane; it starts where both touch."""
+    lowest = edge.pieces[0]
+    s = lowest.s
+    for _ in range(8):
+        # the centre of the arc lies one radius over the tip plane and one radius inside the edge
+        _, eta, angle, _ = lowest.at(s)
+        s = s - (eta - radius * (1.0 - np.sin(angle))) / (np.cos(angle) * (1.0 + radius * lowest.curvature))
+    return lowest.continued(s, -1.0 / radius)

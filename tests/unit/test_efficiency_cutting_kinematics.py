@@ -1,0 +1,261 @@
+"""Edge, blade, machine and the flank they cut, each for itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from efficiency.blank.cones import Blank
+from efficiency.cutting import newton
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.edge import Protuberance, Relief
+from efficiency.cutting.flank import CutFlank, Flank, index_start
+from efficiency.cutting.machine import MachineSettings
+
+BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))
+MACHINE = MachineSettings(
+    radial_setting=0.095,
+    cradle_angle=1.2,
+    machine_root_angle=1.1,
+    roll_ratio=1.05,
+    tilt=0.2,
+    swivel=-0.4,
+    blank_offset=0.003,
+    sliding_base=0.002,
+    machine_centre_to_back=-0.001,
+    modified_roll_2c=0.02,
+    modified_roll_6d=-0.03,
+    modified_roll_24e=0.05,
+    modified_roll_120f=-0.07,
+    modified_roll_720g=0.11,
+    helical_motion_1=0.004,
+    helical_motion_2=0.001,
+    helical_motion_3=0.002,
+    vertical_motion_1=-0.002,
+    vertical_motion_2=0.003,
+    vertical_motion_3=-0.001,
+)
+HOB = Blade(
+    0.076,
+    0.35,
+    "concave",
+    curvature=-1.5,
+    reference_height=0.005,
+    groups=13,
+    offset_angle=0.35,
+    phase=0.1,
+    rake=0.2,
+    hook=0.1,
+    radius_offset=0.001,
+)
+BLADES = {
+    "straight mill": Blade(0.1, 0.35, "concave"),
+    "curved mill": Blade(0.1, 0.35, "convex", 2.0, reference_height=0.004, edge_radius=0.001),
+    "hob": HOB,
+    "relieved hob": replace(HOB, side="convex", toprem=Relief(0.002, 0.02, 0.05), flankrem=Relief(0.006, 0.1)),
+    "fillet": Blade(0.1, 0.35, "concave", edge_radius=0.001, part="fillet"),
+}
+
+
+@pytest.mark.parametrize("side", ["concave", "convex"])
+@pytest.mark.parametrize("curvature", [0.0, 2.0, -2.0])
+def test_blade_normal_is_square_to_the_surface_and_points_out_of_the_tooth(side: str, curvature: float) -> None:
+    blade = Blade(0.1, 0.35, side, curvature)  # type: ignore[arg-type]
+    x = np.array([[0.0, 0.004, 0.009], [-0.9, 0.3, 2.0]])
+
+    def surface(y: np.ndarray) -> np.ndarray:
+        return np.asarray(blade.surface(y[0], y[1])[0])
+
+    point, jacobian = newton.complex_jacobian(surface, x)
+    normal = np.asarray(blade.surface(x[0], x[1])[1])
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=0), 1.0, rtol=1e-14)
+    assert np.abs(np.einsum("in,nik->nk", normal, jacobian)).max() < 1e-15
+    # unit speed along the edge, also of a curved one
+    np.testing.assert_allclose(np.linalg.norm(jacobian[:, :, 0], axis=1), 1.0, rtol=1e-13)
+    # the outside blade leaves the tooth outside its cone: out of that tooth is towards the axis
+    radial = (normal[:2] * point[:2]).sum(axis=0)
+    assert (radial * (-1.0 if side == "concave" else 1.0) > 0.0).all()
+
+
+def test_curved_blade_is_an_arc_through_the_tip() -> None:
+    straight, curved = Blade(0.1, 0.35, "concave"), Blade(0.1, 0.35, "concave", 4.0)
+    s = np.linspace(0.0, 0.01, 5)
+    points = np.asarray(curved.surface(s, np.zeros(5))[0])
+    first = np.asarray(straight.surface(s, np.zeros(5))[0])
+    np.testing.assert_allclose(points[:, 0], first[:, 0], atol=1e-18)
+    # deviation from the tangent of an arc: s^2 curvature/2 to leading order
+    away = np.linalg.norm(points - first, axis=0)
+    np.testing.assert_allclose(away[1:], 2.0 * s[1:] ** 2, rtol=2e-3)
+
+
+def parameters(seed: int = 1, count: int = 7) -> np.ndarray:
+    draw = np.random.default_rng(seed).uniform
+    return np.stack([draw(-0.0005, 0.009, count), draw(-1.0, 1.0, count), draw(-0.3, 0.3, count)])
+
+
+def test_work_turns_and_shifts_as_the_trade_names_say() -> None:
+    """2C/2, 6D/6, 24E/24, 120F/120, 720G/720 and the Taylor polynomials of the motions, written out."""
+    m, phi = MACHINE, np.array([0.13, -0.21, 0.0])
+    pose = m.at(phi)
+    c, d, e, f, g = 0.02 / 2.0, -0.03 / 6.0, 0.05 / 24.0, -0.07 / 120.0, 0.11 / 720.0
+    expected = 1.05 * (phi - c * phi**2 - d * phi**3 - e * phi**4 - f * phi**5 - g * phi**6)
+    np.testing.assert_allclose(pose.work[0], expected, rtol=1e-14)
+    np.testing.assert_allclose(pose.shift[0][1], 0.003 - 0.002 * phi + 0.003 * phi**2 / 2 - 0.001 * phi**3 / 6)
+    np.testing.assert_allclose(pose.shift[0][2], -(0.002 + 0.004 * phi + 0.001 * phi**2 / 2 + 0.002 * phi**3 / 6))
+    for values in (pose.work, pose.shift):
+        ahead = m.at(phi + 1e-6)
+        behind = m.at(phi - 1e-6)
+        for k in (0, 1):
+            name = "work" if values is pose.work else "shift"
+            slope = (getattr(ahead, name)[k] - getattr(behind, name)[k]) / 2e-6
+            np.testing.assert_allclose(values[k + 1], slope, rtol=1e-7, atol=1e-10)
+
+
+@pytest.mark.parametrize("groups", [0, 13])
+def test_machine_by_hand(groups: int) -> None:
+    """One point followed through the chain of the definitions with plain matrices."""
+    m, phi, th, s = MACHINE, 0.17, 0.6, 0.004
+    blade = Blade(0.1, 0.35, "convex", groups=groups, offset_angle=0.3 if groups else 0.0, phase=0.05)
+    flank = CutFlank(blade, m, BLANK, index_zero=0.2)
+
+    def rz(a: float) -> np.ndarray:
+        return np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
+
+    ry = np.array([[np.cos(m.tilt), 0.0, np.sin(m.tilt)], [0.0, 1.0, 0.0], [-np.sin(m.tilt), 0.0, np.cos(m.tilt)]])
+    centre = m.radial_setting * np.array([np.cos(m.cradle_angle), np.sin(m.cradle_angle), 0.0])
+    nu = blade.offset_angle
+    edge = np.array([0.1, 0.0, 0.0]) + s * (-np.sin(0.35) * np.array([np.cos(nu), np.sin(nu), 0.0]))
+    edge[2] = -s * np.cos(0.35)
+    cradle = rz(phi) @ (centre + rz(m.swivel) @ ry @ rz(th) @ edge)
+    shift = m.at(np.array([phi])).shift[0][:, 0]
+    g = m.machine_root_angle
+    to_work = np.array([[np.sin(g), 0.0, -np.cos(g)], [0.0, 1.0, 0.0], [np.cos(g), 0.0, np.sin(g)]])
+    blank = to_work @ (cradle + shift) - np.array([0.0, 0.0, m.machine_centre_to_back])
+    psi = m.at(np.array([phi])).work[0][0] - groups / 39.0 * (th - 0.2 - 0.05)
+    position, _, _ = flank.sweep(np.array([[s], [th], [phi]]))
+    np.testing.assert_allclose(position[:, 0], rz(-psi) @ blank, atol=1e-16)
+
+
+@pytest.mark.parametrize("name", BLADES)
+@pytest.mark.parametrize("generated", [True, False])
+def test_equation_of_meshing_and_normal_from_derivatives(name: str, generated: bool) -> None:
+    """All motions on: analytic state and derivatives against complex step; n . dr/dphi; normal square to the tool."""
+    flank = CutFlank(BLADES[name], replace(MACHINE, generated=generated), BLANK, index_zero=0.3)
+    state, slope = flank.linearise(parameters())
+    by_step = Flank.linearise(flank, parameters())
+    np.testing.assert_allclose(state, by_step[0], atol=1e-15)
+    np.testing.assert_allclose(slope, by_step[1], atol=1e-13 * np.abs(by_step[1]).max())
+    normal = state[3:6]
+    np.testing.assert_allclose((normal**2).sum(axis=0), 1.0, rtol=1e-14)
+    tool = np.einsum("in,nik->nk", normal, slope[:, :3, :2])
+    assert np.abs(tool).max() < 1e-15
+    if generated:
+        np.testing.assert_allclose(state[6], np.einsum("in,ni->n", normal, slope[:, :3, 2]), atol=1e-16)
+    else:
+        np.testing.assert_array_equal(state[6], parameters()[2])
+        np.testing.assert_array_equal(slope[:, :6, 2], 0.0)
+
+
+@pytest.mark.parametrize("name", ["straight mill", "hob", "relieved hob"])
+def test_derivatives_by_settings_by_complex_step(name: str) -> None:
+    """Fits differentiate by the settings: every one may carry a complex step."""
+    x = parameters()
+
+    def position(blade_change: dict[str, complex], machine_change: dict[str, complex]) -> np.ndarray:
+        blade = replace(BLADES[name], **blade_change)  # type: ignore[arg-type]
+        machine = replace(MACHINE, **machine_change)  # type: ignore[arg-type]
+        return np.asarray(CutFlank(blade, machine, BLANK, 0.3).sweep(x)[0])
+
+    changes = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
+    changes += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generated"]
+    for where, field in changes:
+        value = getattr(BLADES[name] if where == "blade" else MACHINE, field)
+        small = 1e-6 * max(1.0, abs(value))
+
+        def at(step: complex, where: str = where, field: str = field, value: float = value) -> np.ndarray:
+            change = {field: value + step}
+            return position(change, {}) if where == "blade" else position({}, change)
+
+        exact = at(1e-30j).imag / 1e-30
+        differences = (at(small) - at(-small)) / (2.0 * small)
+        np.testing.assert_allclose(exact, differences, rtol=1e-6, atol=5e-11)
+
+
+def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
+    plain = Blade(0.1, 0.35, "concave", 3.0, reference_height=0.004, edge_radius=0.0008)
+    relieved = replace(plain, toprem=Relief(0.002, 0.03, 0.04), flankrem=Relief(0.007, 0.2))
+    edge = relieved.profile
+    assert len(edge.pieces) == 4
+    for end in edge.breaks:
+        below, above = (np.array(edge.at(np.array([end + k * 1e-12]))[:3])[:, 0] for k in (-1.0, 1.0))
+        np.testing.assert_allclose(below, above, atol=1e-10)
+    s = np.linspace(0.0, 0.011, 60)
+    (xi, eta, angle, curvature), straight = edge.at(s), plain.profile.at(s)
+    middle = (s > edge.breaks[1]) & (s < edge.breaks[2])
+    np.testing.assert_allclose(xi[middle], straight[0][middle], atol=1e-18)
+    # both reliefs put the edge further into the tooth than the profile at the same height
+    longer = plain.profile.at(np.linspace(-0.001, 0.013, 5000))
+    same_height = np.interp(eta, longer[1], longer[0])
+    assert (xi[s < edge.breaks[1] - 1e-4] > same_height[s < edge.breaks[1] - 1e-4]).all()
+    assert (xi[s > edge.breaks[2] + 1e-4] > same_height[s > edge.breaks[2] + 1e-4]).all()
+    # the straight part of the toprem is turned by its angle from the profile where it starts
+    start = plain.profile.at(np.array([edge.breaks[1]]))[2]
+    np.testing.assert_allclose(angle[s < edge.breaks[0]], start[0] - 0.04, rtol=1e-12)
+    np.testing.assert_array_equal(curvature[s < edge.breaks[0]], 0.0)
+    assert edge.length_at(0.002) == pytest.approx(edge.breaks[1], rel=1e-12)
+
+
+def test_protuberance_stands_off_by_its_amount() -> None:
+    blade = Blade(0.1, 0.35, "concave", protuberance=Protuberance(0.003, 40e-6, 0.002), edge_radius=0.0005)
+    s = np.array([0.0, 0.001])
+    xi, eta, angle, _ = blade.profile.at(s)
+    np.testing.assert_allclose(angle, 0.35, rtol=1e-12)
+    # distance from the line through the tip at the blade angle
+    np.testing.assert_allclose(xi * np.cos(0.35) - eta * np.sin(0.35), 40e-6, rtol=1e-9)
+
+
+@pytest.mark.parametrize("blade", [BLADES["curved mill"], replace(BLADES["straight mill"], edge_radius=0.0012)])
+def test_edge_radius_touches_the_profile_and_the_tip_plane(blade: Blade) -> None:
+    arc = blade.tip_arc
+    assert arc is not None
+    ends = np.array([blade.tip, blade.profile_start])
+    (xi, eta, angle, _), flank = arc.at(ends), blade.profile.at(ends)
+    np.testing.assert_allclose([eta[0], angle[0]], [0.0, 0.5 * np.pi], atol=1e-16)
+    np.testing.assert_allclose([xi[1], eta[1], angle[1]], [v[1] for v in flank[:3]], rtol=1e-12)
+    centre = np.array([xi - blade.edge_radius * np.cos(angle), eta + blade.edge_radius * np.sin(angle)])
+    np.testing.assert_allclose(centre[:, 0], centre[:, 1], atol=1e-16)
+    if blade.curvature == 0.0:
+        # straight blade: the well-known distance of the tangent point from the sharp point
+        expected = blade.edge_radius * (1.0 - np.sin(0.35)) / np.cos(0.35)
+        assert blade.profile_start == pytest.approx(expected, rel=1e-12)
+
+
+def test_hob_edge_leans_by_rake_and_hook() -> None:
+    flat = Blade(0.076, 0.3, "concave", reference_height=0.005, groups=13, offset_angle=0.35)
+    leant = replace(flat, rake=0.1, hook=0.2)
+    s = np.array([0.001, 0.008])
+    plane, point = flat.edge(s)[0], leant.edge(s)[0]
+    forward = np.array([-np.sin(0.35), np.cos(0.35), 0.0])
+    xi, eta, *_ = flat.profile.at(s)
+    np.testing.assert_allclose(
+        point - plane, forward[:, None] * (xi * np.tan(0.1) + (eta - 0.005) * np.tan(0.2)), atol=1e-17
+    )
+
+
+def test_index_start_is_where_a_blade_faces_the_mean_point() -> None:
+    start = index_start(MACHINE, BLANK)
+    blade = Blade(0.1, 0.35, "concave", groups=13, offset_angle=0.0)
+    flank = CutFlank(blade, MACHINE, BLANK, start)
+    # the reference circle at that angle lies on the ray from the cutter axis through the mean point
+    point = flank.sweep(np.array([[0.0], [start], [0.0]]))[0][:, 0]
+    centre = flank.machine.at(np.zeros(1)).to_work(
+        flank.machine.cutter_centre[:, None], np.zeros((3, 1)), flank._indexed(np.array([start]))
+    )[0][:, 0]
+    axis = flank.machine.work_axes @ flank.machine.cutter_axes[:, 2]
+    radius, z = BLANK.axial(np.zeros(1), np.zeros(1))
+    mean = np.array([radius[0], 0.0, z[0]])
+    aside = np.cross(axis, point - centre)
+    assert abs(aside @ (mean - centre)) < 1e-15
+    assert (point - centre) @ (mean - centre) > 0.0
