@@ -79,7 +79,7 @@ class PlainTwin:
         n = self.x.size
         self.operator = DeflectionOperator(n, dx, contact.effective_modulus)
         self.matrix = self.operator.dense() * contact.pressure_hertz
-        pressure, load, shear = inlet_wedge(contact, self.lubricant, film, float(self.x[0] / b))
+        pressure, load, shear = inlet_wedge(contact, self.lubricant.viscosity_inlet, film, float(self.x[0] / b))
         self.inlet_pressure = pressure / contact.pressure_hertz
         self.load = (contact.load_per_length - load) / (contact.pressure_hertz * dx)
         self.wedge_friction = shear / contact.load_per_length

@@ -30,7 +30,7 @@ from ehl.steady.outputs import numbers_of
 from ehl.steady.path import PATH_NODES, PathReport, cold_path, features_of_level, transfer
 from ehl.steady.refine import settled
 from ehl.steady.scaling import scene_of
-from ehl.steady.solver import shear_law
+from ehl.steady.solver import film_shear
 
 matplotlib.use("Agg")
 
@@ -58,7 +58,7 @@ def single_grids(contact: LineContact, lubricant: Lubricant, counts: tuple[int, 
         started = time.process_time()
         grid = Grid.of(grading, grading.points(2 * count - 1))
         level = solve_level(grid, near.scene, transfer(level, grid))
-        values = numbers_of(level, shear_law(contact, lubricant)).as_array()[:3] * [height, height, 1.0]
+        values = numbers_of(level, film_shear(contact, lubricant)).as_array()[:3] * [height, height, 1.0]
         found.append((values, base + time.process_time() - started))
     return found
 

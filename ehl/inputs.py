@@ -10,9 +10,10 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from ehl.contact import LineContact
 from ehl.errors import InputError
-from ehl.lubricant import DOWSON_HIGGINSON, DensityLaw, Lubricant, Rheology
+from ehl.lubricant import DOWSON_HIGGINSON, DensityLaw, Lubricant
 from ehl.material import Material, effective_modulus, load_material
 from ehl.oil import Oil, Temperature
+from ehl.rheology import Rheology
 from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
 

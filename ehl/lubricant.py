@@ -13,6 +13,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.rheology import Limit, Rheology, RisingStress, ShearLaw
+
 Array = NDArray[np.float64]
 
 ROELANDS_PRESSURE = 1.96e8  # p0 [Pa]
@@ -23,7 +25,6 @@ KELVIN = 273.15
 
 ViscosityLaw = Literal["barus", "roelands", "modulus"]
 DensityLaw = Literal["incompressible", "dowson_higginson"]
-Rheology = Literal["newtonian", "eyring"]
 LAW_CODES: dict[str, int] = {"barus": 0, "roelands": 1, "modulus": 2}
 
 
@@ -109,12 +110,20 @@ class Lubricant:
         Pressure dependence of the density.
     density_coefficients : tuple of float
         (a, b) of Dowson & Higginson [1/Pa].
-    rheology : {"newtonian", "eyring"}
+    rheology : {"newtonian", "eyring", "carreau"}
         Shear law.
-    eyring_stress : float
-        tau0 [Pa].
+    eyring_stress : float or RisingStress
+        tau0 [Pa], constant or rising with pressure.
+    carreau_stress : float
+        G in eta_effective = eta (1 + (eta rate/G)^2)^((n - 1)/2) [Pa]; needed by Carreau only.
+    carreau_exponent : float
+        n [-]; 1 is Newtonian.
     limiting_shear_coefficient : float
-        Lambda in tau <= Lambda p [-]; infinity switches the limit off.
+        Lambda in tau <= tau_L0 + Lambda p [-]; infinity switches the limit off.
+    limiting_shear_ambient : float
+        tau_L0 [Pa].
+    limiting_shear : {"cut", "smooth"}
+        Whether the limit only cuts off the traction, or is approached smoothly and acts on the pressure flow as well.
     temperature : float
         Inlet temperature [K].
     temperature_viscosity : float
@@ -138,7 +147,7 @@ class Lubricant:
     density_law: DensityLaw = "dowson_higginson"
     density_coefficients: tuple[float, float] = DOWSON_HIGGINSON
     rheology: Rheology = "newtonian"
-    eyring_stress: float = 5e6
+    eyring_stress: float | RisingStress = 5e6
     limiting_shear_coefficient: float = math.inf
     temperature: float = 353.15
     temperature_viscosity: float = 0.03
@@ -147,6 +156,23 @@ class Lubricant:
     thermal_conductivity: float = 0.14
     heat_capacity: float = 2000.0
     extrapolated: bool = False
+    carreau_stress: float = math.nan
+    carreau_exponent: float = math.nan
+    limiting_shear_ambient: float = 0.0
+    limiting_shear: Limit = "cut"
+
+    @property
+    def shear_law(self) -> ShearLaw:
+        """Shear stress over shear rate, with its limit."""
+        carreau = self.rheology == "carreau"
+        return ShearLaw(
+            self.rheology,
+            self.carreau_stress if carreau else self.eyring_stress,
+            self.carreau_exponent if carreau else 1.0,
+            self.limiting_shear_coefficient,
+            self.limiting_shear_ambient,
+            self.limiting_shear,
+        )
 
     @property
     def law_code(self) -> int:
@@ -258,25 +284,12 @@ class Lubricant:
         return np.asarray(a / (1.0 + b * pressure) ** 2)
 
     def shear_stress(self, pressure: Array, film: Array, speed_sliding: float) -> Array:
-        """Shear stress along the sliding vector [Pa] at the inlet temperature, elementwise.
-
-        Newtonian eta u_s/h, or Ree-Eyring tau0 asinh(eta u_s/(tau0 h)); both at most Lambda p.
-        """
-        # asinh and the ratio are taken in logarithms: eta u_s/(tau0 h) overflows for stiff oils
-        log_ratio = (
+        """Shear stress along the sliding vector [Pa] at the inlet temperature, at most the limiting one."""
+        log_viscous = (
             np.log(self.viscosity_inlet)
             + self.log_viscosity_ratio(pressure)
             + np.log(max(speed_sliding, 1e-300))
             - np.log(film)
         )
-        if self.rheology == "newtonian":
-            stress = np.exp(np.minimum(log_ratio, 690.0))
-        else:
-            log_ratio = log_ratio - math.log(self.eyring_stress)
-            large = log_ratio > 20.0
-            stress = self.eyring_stress * np.where(
-                large, log_ratio + math.log(2.0), np.arcsinh(np.exp(np.minimum(log_ratio, 21.0)))
-            )
-        if math.isfinite(self.limiting_shear_coefficient):
-            stress = np.minimum(stress, self.limiting_shear_coefficient * pressure)
-        return np.asarray(stress)
+        law = self.shear_law
+        return np.minimum(np.exp(law.log_stress(log_viscous, pressure)[0]), law.limiting_stress(pressure))

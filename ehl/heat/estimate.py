@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,6 +84,10 @@ def estimate_thermal_effect(
     temperature = np.array([lubricant.temperature])
     k_film = float((conductivity or FilmConductivity())(pressure, lubricant.thermal_conductivity)[0])
     stress = float(lubricant.shear_stress(pressure, np.array([film]), speed)[0]) if speed > 0.0 else 0.0
+    # d ln tau/d ln eta (1 for a Newtonian film), without the limit: that may hold at the centre only
+    law = replace(lubricant.shear_law, limit_slope=math.inf)
+    log_viscous = np.log(lubricant.viscosity(pressure) * max(speed, 1e-300) / film)
+    sensitivity = float(law.log_stress(log_viscous, pressure)[1][0])
     heat = speed * stress
     rise_film = heat * film / (8.0 * k_film)
     # at the trailing edge of a band: 2 q sqrt(2 b/(pi u))/e for each body alone, both in parallel
@@ -102,18 +106,10 @@ def estimate_thermal_effect(
         rise_flash,
         bulk_offset,
         viscosity_change,
-        viscosity_change * _sensitivity(stress, lubricant),
+        viscosity_change * sensitivity,
         loss,
         viscosity_change > threshold or loss > threshold,
     )
-
-
-def _sensitivity(stress: float, lubricant: Lubricant) -> float:
-    """d ln tau/d ln eta: 1 for a Newtonian film, tanh(s)/s with s = tau/tau0 for Ree-Eyring."""
-    if lubricant.rheology == "newtonian" or stress == 0.0:
-        return 1.0
-    s = stress / lubricant.eyring_stress
-    return math.tanh(s) / s
 
 
 def _central_film(contact: LineContact, lubricant: Lubricant) -> float:

@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 FilmProfile = Literal["parabolic", "couette"]
 
 PECLET_WARNING = 2.0
-_STRESS_FLOOR = 1e-3  # Pa: keeps the logarithm where the limiting stress Lambda p vanishes
+_AT_LIMIT = 1.0 - 1e-12
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def thermal_traction(
     reason = "" if converged and finite else ("no_thermal_balance" if finite else "not_finite")
     # near the edges p tends to zero and the limit always acts; what counts is the loaded part
     loaded = pressure > 0.1 * np.max(pressure)
-    limited = bool(np.any(final[loaded] >= lubricant.limiting_shear_coefficient * pressure[loaded] * (1.0 - 1e-12)))
+    limited = bool(np.any(final[loaded] >= lubricant.shear_law.limiting_stress(pressure)[loaded] * _AT_LIMIT))
     notes = tuple(
         note
         for note, holds in (
@@ -353,20 +353,9 @@ def _log_stress(
     """ln tau and d ln tau/dT at given film temperature; `extra` is added to ln eta."""
     log_viscosity = lubricant.log_viscosity(pressure, temperature) + extra
     slope = lubricant.dlog_viscosity_dtemperature(pressure, temperature)
-    log_stress = log_viscosity + math.log(max(speed, 1e-300)) - np.log(film)
-    if lubricant.rheology == "eyring":
-        s = log_stress - math.log(lubricant.eyring_stress)
-        ratio = np.exp(np.minimum(s, 30.0))
-        small = ratio < 1e-4
-        stretch = np.where(s > 20.0, s + math.log(2.0), np.arcsinh(ratio))
-        # d ln asinh(r)/d ln r
-        slope = slope * np.where(small, 1.0, ratio / np.sqrt(1.0 + ratio**2) / np.where(small, 1.0, stretch))
-        log_stress = math.log(lubricant.eyring_stress) + np.where(small, s, np.log(np.where(small, 1.0, stretch)))
-    if math.isfinite(lubricant.limiting_shear_coefficient):
-        limit = np.log(np.maximum(lubricant.limiting_shear_coefficient * pressure, _STRESS_FLOOR))
-        capped = log_stress > limit
-        log_stress, slope = np.where(capped, limit, log_stress), np.where(capped, 0.0, slope)
-    return np.asarray(np.maximum(log_stress, -300.0)), np.asarray(slope)
+    log_viscous = log_viscosity + math.log(max(speed, 1e-300)) - np.log(film)
+    log_stress, growth = lubricant.shear_law.log_stress(log_viscous, pressure)
+    return np.asarray(np.maximum(log_stress, -300.0)), np.asarray(slope * growth)
 
 
 def _check(x: FloatArray, pressure: FloatArray, film: FloatArray) -> None:

@@ -7,9 +7,15 @@ the hat functions of the reference nodes ``s``. Each function has a plain NumPy 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 from numba import njit
+
+from ehl.kernel_cache import SHEAR_LAWS, drop_outdated_cache
+from ehl.rheology._kernels import log_mobility
+
+drop_outdated_cache(Path(__file__).parent, SHEAR_LAWS)
 
 FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
@@ -144,11 +150,12 @@ def _log_mean(u, v):
 
 
 @njit(cache=True, error_model="numpy")
-def nodal_state(law, constants, fluid, p, h, offset):
+def nodal_state(law, constants, fluid, shear, p, h, offset):
     """Density, ln(eta/eta0), mobility and their slopes at the nodes.
 
     ``fluid`` = (pressure scale [Pa], density a, density b, gamma, cos^2); the density coefficients are
-    already multiplied by the pressure scale. Returns rho, drho/dp, ln eta, f, df/dp, df/dh.
+    already multiplied by the pressure scale. ``shear`` is the shear law. Returns rho, drho/dp, ln eta, f, df/dp, df/dh
+    and df/d ln eta.
     """
     n = p.size
     rho = np.empty(n)
@@ -162,8 +169,15 @@ def nodal_state(law, constants, fluid, p, h, offset):
         rho[i], rho_p[i] = _density(fluid[1], fluid[2], p[i])
         value, slope = _log_viscosity(law, constants, fluid[0], p[i])
         log_eta[i] = value + offset[i]
-        f[i], f_o[i], f_h[i] = _mobility(log_eta[i], h[i], fluid[3], fluid[4])
-        f_p[i] = f_o[i] * slope
+        if shear.plain or fluid[3] == 0.0:
+            f[i], f_o[i], f_h[i] = _mobility(log_eta[i], h[i], fluid[3], fluid[4])
+            f_p[i] = f_o[i] * slope
+        else:
+            log_f, by_eta, by_film, by_pressure = log_mobility(log_eta[i], fluid[3], h[i], p[i], fluid[4], shear)
+            f[i] = math.exp(log_f)
+            f_o[i] = f[i] * by_eta
+            f_h[i] = f[i] * by_film / h[i]
+            f_p[i] = f_o[i] * slope + f[i] * by_pressure
     return rho, rho_p, log_eta, f, f_p, f_h, f_o
 
 

@@ -3,55 +3,66 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.rheology import ShearLaw
 from ehl.steady.newton import Level
 
 Array = NDArray[np.float64]
 
 # The shear is integrated from this many lengths of the loaded zone upstream (mesh and open inlet together).
 FRICTION_INLET = 100.0
-# Largest exponent of a shear stress ratio that is evaluated as it stands.
-LOG_STRESS_CAP = 600.0
 
 
 @dataclass(frozen=True)
-class ShearLaw:
-    """Film shear in units of p_h: min(stress asinh(rate e^lnη/H), limit P); Newtonian where ``eyring`` is False."""
+class FilmShear:
+    """Film shear in units of p_h, from ln(eta/eta0), film H and pressure P.
 
-    eyring: bool
-    stress: float  # tau0/p_h (Eyring) or 1
-    rate: float  # eta0 |v_s| R/(tau0 b^2), with tau0 = p_h for a Newtonian fluid
-    limit: float
+    Parameters
+    ----------
+    law : ShearLaw
+        Stress over rate [Pa].
+    pressure_hertz : float
+        [Pa].
+    rate : float
+        eta0 |v_s| R/(p_h b^2).
+    """
 
-    def unlimited(self, log_eta: Array, film: Array) -> Array:
-        """Shear stress without the limit, at the nodes."""
-        if self.rate == 0.0:
-            return np.zeros(film.size)
-        log_ratio = math.log(self.rate) + log_eta - np.log(film)
-        if not self.eyring:
-            return np.asarray(self.stress * np.exp(np.minimum(log_ratio, LOG_STRESS_CAP)))
-        small = np.arcsinh(np.exp(np.minimum(log_ratio, 21.0)))
-        return np.asarray(self.stress * np.where(log_ratio > 20.0, log_ratio + math.log(2.0), small))
+    law: ShearLaw
+    pressure_hertz: float
+    rate: float
+
+    @property
+    def cut(self) -> bool:
+        """Whether a limit cuts the stress off with a kink."""
+        return self.law.limited and self.law.limit == "cut"
 
     def stress_at(self, log_eta: Array, film: Array, pressure: Array) -> Array:
         """Shear stress at the nodes."""
-        free = self.unlimited(log_eta, film)
-        return free if math.isinf(self.limit) else np.minimum(free, self.limit * np.maximum(pressure, 0.0))
+        return self._stress(self.law, log_eta, film, pressure)
+
+    def _stress(self, law: ShearLaw, log_eta: Array, film: Array, pressure: Array) -> Array:
+        if self.rate == 0.0:
+            return np.zeros(film.size)
+        log_viscous = math.log(self.rate * self.pressure_hertz) + log_eta - np.log(film)
+        p = np.maximum(pressure, 0.0) * self.pressure_hertz
+        stress = np.exp(law.log_stress(log_viscous, p)[0])
+        return np.asarray(np.minimum(stress, law.limiting_stress(p)) / self.pressure_hertz)
 
     def friction(self, level: Level) -> float:
         """mu = (2/pi) integral of the shear stress from the friction inlet to the exit."""
         pressure, step = np.maximum(level.unknowns.pressure, 0.0), np.diff(level.x)
-        free = self.unlimited(level.log_eta, level.film)
-        if math.isinf(self.limit):
+        law = replace(self.law, limit_slope=math.inf) if self.cut else self.law
+        free = self._stress(law, level.log_eta, level.film, pressure)
+        if not self.cut:
             total = float(step @ (free[1:] + free[:-1])) / 2.0
         else:
             # min of two piecewise linear functions, exactly: where they cross it exceeds the chord of its end values.
             # Never the difference of both integrals: a stiff oil's free stress is many orders above the limit.
-            limit = self.limit * pressure
+            limit = self.law.limiting_stress(pressure * self.pressure_hertz) / self.pressure_hertz
             lower = np.minimum(free, limit)
             total = float(step @ (lower[1:] + lower[:-1])) / 2.0
             excess = free - limit
@@ -59,8 +70,8 @@ class ShearLaw:
             crossing = (excess[:-1] > 0.0) != (excess[1:] > 0.0)
             chord = np.where(crossing, left * (right / np.where(crossing, left + right, 1.0)), 0.0)
             total += float(step @ chord) / 2.0
-        # Shear is far below the Eyring stress in the open inlet: linear in the rate.
-        total += self.stress * self.rate * math.exp(level.log_eta[0]) * _open_inlet(level)[0]
+        # Shear is far below the stress scale in the open inlet: linear in the rate.
+        total += self.rate * math.exp(level.log_eta[0]) * _open_inlet(level)[0]
         return 2.0 / math.pi * total
 
 
@@ -82,7 +93,7 @@ class Numbers:
         return np.array([*values, self.rolling])
 
 
-def numbers_of(level: Level, shear: ShearLaw) -> Numbers:
+def numbers_of(level: Level, shear: FilmShear) -> Numbers:
     """Outputs of a level."""
     pressure = level.unknowns.pressure
     rolling = float((level.film[1:] + level.film[:-1]) @ np.diff(pressure)) / (2.0 * math.pi)

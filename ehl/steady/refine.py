@@ -9,7 +9,7 @@ import numpy as np
 from ehl.steady.estimate import Extrapolation, extrapolate
 from ehl.steady.mesh import TIP, grade
 from ehl.steady.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
-from ehl.steady.outputs import ShearLaw, numbers_of
+from ehl.steady.outputs import FilmShear, numbers_of
 from ehl.steady.path import PathReport, features_of_level, grid_for, transfer
 from ehl.steady.scaling import Scene
 
@@ -42,7 +42,7 @@ def settled(scene: Scene, level: Level, report: PathReport) -> Level:
 
 
 def nested(
-    scene: Scene, near: Level, shear: ShearLaw, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
+    scene: Scene, near: Level, shear: FilmShear, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
 ) -> tuple[list[Level], Extrapolation]:
     """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
     grading = grade(features_of_level(near))

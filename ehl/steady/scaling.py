@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
+from ehl.rheology._kernels import PLAIN, ShearNumbers
 
 Array = NDArray[np.float64]
 Offset = Callable[[Array], Array]
@@ -29,12 +30,14 @@ class Scene:
     constants : ndarray, shape (3,)
         Its constants [SI].
     fluid : ndarray, shape (5,)
-        p_h [Pa]; density coefficients times p_h; gamma = eta0 |v_s| R/(tau0 b^2) (0 for a Newtonian fluid);
+        p_h [Pa]; density coefficients times p_h; gamma = eta0 |v_s| R/(stress b^2) (0 for a Newtonian fluid);
         cos^2 of the angle between sliding and x.
     log_viscosity : float
         ln(eta/eta0) at p_h.
     offset : callable or None
         Added to ln(eta/eta0) at x/b (film temperature of an outer loop).
+    shear : ShearNumbers
+        The shear law; pressures in p_h, stresses in the one gamma refers to.
     """
 
     lam: float
@@ -43,6 +46,7 @@ class Scene:
     fluid: Array
     log_viscosity: float
     offset: Offset | None = None
+    shear: ShearNumbers = PLAIN
 
     @property
     def moes_load(self) -> float:
@@ -76,10 +80,14 @@ def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None =
     speed = abs(contact.speed_entrainment)
     lam = 12.0 * lubricant.viscosity_inlet * speed * radius**2 / (b**3 * p_h)
     gamma, cross = 0.0, 1.0
-    if lubricant.rheology == "eyring" and contact.speed_sliding > 0.0:
-        gamma = lubricant.viscosity_inlet * contact.speed_sliding * radius / (lubricant.eyring_stress * b**2)
+    law = lubricant.shear_law
+    reference = law.reference(p_h)
+    if contact.speed_sliding > 0.0 and not (law.plain and law.rheology == "newtonian"):
+        gamma = lubricant.viscosity_inlet * contact.speed_sliding * radius / (reference * b**2)
         cross = contact.sliding_cosine**2
     a, c = lubricant.density_constants
     fluid = np.array([p_h, a * p_h, c * p_h, gamma, cross])
     stiffness = float(lubricant.log_viscosity_ratio(np.array([p_h]))[0])
-    return Scene(lam, lubricant.law_code, np.asarray(lubricant.law_constants, dtype=float), fluid, stiffness, offset)
+    constants = np.asarray(lubricant.law_constants, dtype=float)
+    shear = law.numbers(p_h, reference, b / radius)
+    return Scene(lam, lubricant.law_code, constants, fluid, stiffness, offset, shear)

@@ -21,7 +21,7 @@ from ehl.lubricant import Lubricant
 from ehl.steady.estimate import Extrapolation
 from ehl.steady.mesh import BLUNT_TIP, TIP
 from ehl.steady.newton import Level, NewtonFailure
-from ehl.steady.outputs import ShearLaw, friction_inlet
+from ehl.steady.outputs import FilmShear, friction_inlet
 from ehl.steady.path import PATH_NODES, PathReport, cold_path, from_neighbour
 from ehl.steady.refine import COARSEST, Accuracy, nested, refined, settled
 from ehl.steady.result import SteadyResult
@@ -90,7 +90,7 @@ def solve_steady(
             return np.asarray(given(x * b), dtype=float)
 
     scene = scene_of(contact, lubricant, offset)
-    shear = shear_law(contact, lubricant)
+    shear = film_shear(contact, lubricant)
     fallbacks: list[str] = []
     reason = ""
     for attempt in _attempts(scene, start):
@@ -143,23 +143,17 @@ def _attempts(scene: Scene, start: SteadyResult | None) -> list[_Attempt]:
     ]
 
 
-def shear_law(contact: LineContact, lubricant: Lubricant) -> ShearLaw:
-    """Dimensionless shear law of the film."""
-    eyring = lubricant.rheology == "eyring"
-    stress = lubricant.eyring_stress if eyring else contact.pressure_hertz
-    rate = lubricant.viscosity_inlet * contact.speed_sliding * contact.radius_equivalent
-    return ShearLaw(
-        eyring,
-        stress / contact.pressure_hertz,
-        rate / (stress * contact.half_width**2),
-        lubricant.limiting_shear_coefficient,
-    )
+def film_shear(contact: LineContact, lubricant: Lubricant) -> FilmShear:
+    """Dimensionless shear stress of the film."""
+    b, p_h = contact.half_width, contact.pressure_hertz
+    rate = lubricant.viscosity_inlet * contact.speed_sliding * contact.radius_equivalent / (p_h * b**2)
+    return FilmShear(lubricant.shear_law, p_h, rate)
 
 
 def _result(
     contact: LineContact,
     scene: Scene,
-    shear: ShearLaw,
+    shear: FilmShear,
     levels: list[Level],
     limit: Extrapolation,
     near: Level,

@@ -25,6 +25,7 @@ from ehl.transient._kernels.records import (
     Work,
 )
 from ehl.transient.scaling import Problem, hertz_start
+from ehl.transient.soe import LogConvolution
 
 Array = NDArray[np.float64]
 
@@ -35,11 +36,14 @@ def _step_arrays(n: int) -> Step:
     return Step(gap=np.zeros(n), foot=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
 
 
-def _work_arrays(n: int, modes: int) -> Work:
+def _work_arrays(n: int, modes: int, transform: int) -> Work:
     return Work(
         kind=np.zeros(n, dtype=np.int64),
         total=np.zeros(n),
         response=np.zeros(n),
+        correction=np.zeros(n),
+        exact=np.zeros(n),
+        wave=np.zeros((2, transform)),
         mode_state=np.zeros((2, modes)),
         residual=np.zeros((2, n)),
         source=np.zeros(n),
@@ -48,7 +52,7 @@ def _work_arrays(n: int, modes: int) -> Work:
         fluidity=np.zeros(n),
         flow=np.zeros(n),
         exchange=np.zeros(n),
-        heat=HeatRows(*(np.zeros(n + 3 if name == "entering" else n) for name in HeatRows._fields)),
+        heat=HeatRows(*(np.zeros(n + 3 if name in ("sums", "line") else n) for name in HeatRows._fields)),
         band=np.zeros((6, n)),
         unit=np.zeros(n),
         solution=np.zeros((4, n)),
@@ -108,12 +112,13 @@ class Run:
             film=np.zeros(n),
             mass=mass,
             mass_old=mass.copy(),
-            temperature=np.full(n, model.fluid.temperature),
+            temperature=np.full(n, model.fluid.temperature + 0.5 * (model.heat.bulk_1 + model.heat.bulk_2)),
             surface_temperature=np.zeros((2, n)),
             flux_into=np.zeros((2, n)),
             memory=np.zeros((2, modes, n + 3)),
             memory_base=np.zeros(2, dtype=np.int64),
             memory_offset=np.zeros(2),
+            entering=np.zeros((2, n + 3)),
             shear=np.zeros(n),
             scalars=scalars,
         )
@@ -132,7 +137,7 @@ class Run:
             last_step=_step_arrays(n),
             target_step=_step_arrays(n),
         )
-        self._work = _work_arrays(n, model.elastic.weights.size)
+        self._work = _work_arrays(n, model.elastic.weights.size, model.elastic.spectrum.size)
 
     @property
     def travel(self) -> float:
@@ -167,8 +172,10 @@ class Run:
         return records, profiles / max(steps, 1)
 
     def elastic_response(self, total: Array) -> Array:
-        """Elastic gap under a pressure by the fast operator, film units."""
+        """Elastic gap under a pressure by the operator of accepted steps, film units."""
         elastic = self.problem.model.elastic
+        if elastic.exact:
+            return LogConvolution(total.size).apply(total) * self.problem.deflection
         response = np.zeros(total.size)
         exponential_product(total, elastic.weights, elastic.ratios, np.zeros((2, elastic.weights.size)), response)
         return response

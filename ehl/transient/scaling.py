@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,11 @@ from ehl.transient._kernels.elasticity import exponential_product
 from ehl.transient._kernels.motion import SAMPLES
 from ehl.transient._kernels.quasi_separable import MODES
 from ehl.transient._kernels.records import Contact, Drainage, Elastic, Fluid, Heat, Model, Surfaces
-from ehl.transient.soe import fit_log_kernel, fit_root_kernel, range_of
+from ehl.transient.soe import LogTransform, fit_log_kernel, fit_root_kernel, range_of
 from ehl.transient.surfaces import RoughSurfaces, sample_ring
 
 Array = NDArray[np.float64]
+Elasticity = Literal["soe", "fft"]
 
 OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, a fluid island at the edge
 MIDDLE = 0.8  # half length of the mean film [b]
@@ -29,6 +31,7 @@ DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and m
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 ELASTIC_MODES = 10
 HEAT_MODES = 10
+NO_LIMIT = 1e9  # of the shear stress over pressure
 HEAT_RANGE = 16  # the thermal memory is fitted up to this many passages
 
 
@@ -53,9 +56,14 @@ class Settings:
     conductivity_rise : float
         Growth of the film conductivity with pressure [1/Pa].
     tolerance : float
-        Of mass and gap, over the film unit.
+        Of mass and gap in one step, over the film unit. What a step leaves is carried on (`settle_mass`): it does not
+        add up along the way, however many steps that takes.
     start_travel : float
         Distance the surfaces have rolled when the run starts [b].
+    elasticity : {"soe", "fft"}
+        Kernel of an accepted step: the sum of exponentials, or the exactly integrated one.
+    temperature_bulk : tuple of float, optional
+        Bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given.
     """
 
     nodes: int
@@ -65,8 +73,10 @@ class Settings:
     thermal: bool
     hardness: float
     conductivity_rise: float = 0.0
-    tolerance: float = 2e-5
+    tolerance: float = 1e-4
     start_travel: float = 0.0
+    elasticity: Elasticity = "soe"
+    temperature_bulk: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -113,18 +123,18 @@ def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
     return -max(2.5, 1.0 + 4.0 * rigid), max(OUTLET, rigid + 0.2)
 
 
-def inlet_wedge(contact: LineContact, lubricant: Lubricant, film: float, inlet: float) -> tuple[float, float, float]:
+def inlet_wedge(contact: LineContact, viscosity: float, film: float, inlet: float) -> tuple[float, float, float]:
     """What the flooded wedge ahead of the mesh does: pressure at its end [Pa], load and shear force [N/m].
 
-    Integral of 12 eta0 u_r (h - h_c)/h^3 from far ahead, with the film h_c and the gap of a dry Hertz contact. With
+    Integral of 12 eta u_r (h - h_c)/h^3 from far ahead, with the film h_c and the gap of a dry Hertz contact. With
     p = 0 instead at -2.7 b the film would be 1 % thinner, at -4.5 b 0.2 %.
     """
     b = contact.half_width
     reach = np.geomspace(-inlet, -100.0 * inlet, 2001)
     root = np.sqrt(reach**2 - 1.0)
     gap = b**2 / (2.0 * contact.radius_equivalent) * (reach * root - np.log(reach + root))
-    slope = 12.0 * lubricant.viscosity_inlet * contact.speed_entrainment * b * gap / (film + gap) ** 3
-    shear = lubricant.viscosity_inlet * contact.speed_sliding * b * np.trapezoid(1.0 / (film + gap), reach)
+    slope = 12.0 * viscosity * contact.speed_entrainment * b * gap / (film + gap) ** 3
+    shear = viscosity * contact.speed_sliding * b * np.trapezoid(1.0 / (film + gap), reach)
     # load = int p dx = int slope (reach - start) dx, by parts
     load = b * np.trapezoid(slope * (reach - reach[0]), reach)
     return float(np.trapezoid(slope, reach)), float(load), float(shear)
@@ -150,8 +160,8 @@ def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, later
         c1 = p / c1
     else:
         c0, c2 = c0 / p, 0.0
-    eyring = lubricant.rheology == "eyring"
-    stress = lubricant.eyring_stress if eyring else p
+    shear = lubricant.shear_law
+    stress = shear.reference(p)
     rise, bend = lubricant.density_constants
     beta = lubricant.temperature_viscosity
     slope = beta * (lubricant.temperature - ROELANDS_TEMPERATURE) / c0 if law == 1 else beta
@@ -163,15 +173,17 @@ def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, later
         c2=c2,
         density_rise=rise * p,
         density_bend=bend * p,
-        eyring=eyring,
+        eyring=lubricant.rheology == "eyring",
         sliding=lubricant.viscosity_inlet * contact.speed_sliding / (stress * units.film),
         along=contact.sliding_cosine**2,
         flux=flow / units.spacing**2,
         flux_lateral=flow * LATERAL / lateral_length**2,
         stress=stress / p,
-        limit=min(lubricant.limiting_shear_coefficient, 1e9),
+        limit=min(lubricant.limiting_shear_coefficient, NO_LIMIT) if shear.limit_slope_alone else NO_LIMIT,
         temperature=lubricant.temperature,
         slope=slope,
+        shear=shear.numbers(p, stress, units.film / units.half_width),
+        short=shear.limit_slope_alone and shear.rheology in ("newtonian", "eyring"),
     )
 
 
@@ -184,6 +196,7 @@ def scaled_heat(
     nodes: int,
 ) -> Heat:
     """Thermal kernels of both surfaces for this time step."""
+    bulk = bulk_temperatures(settings, lubricant)
     kernel = fit_root_kernel(HEAT_RANGE * range_of(nodes), HEAT_MODES)
     root = math.sqrt(units.time_step / math.pi)
     weights = np.array([kernel.weights * root / m.thermal_effusivity for m in materials])
@@ -198,7 +211,15 @@ def scaled_heat(
         ratios=kernel.ratios.copy(),
         nodes_per_step_1=contact.speed_1 / contact.speed_entrainment,
         nodes_per_step_2=contact.speed_2 / contact.speed_entrainment,
+        bulk_1=bulk[0] - lubricant.temperature,
+        bulk_2=bulk[1] - lubricant.temperature,
     )
+
+
+def bulk_temperatures(settings: Settings, lubricant: Lubricant) -> tuple[float, float]:
+    """Bulk temperatures of both bodies [K]; that of the inlet without heat."""
+    inlet = lubricant.temperature
+    return (inlet, inlet) if settings.temperature_bulk is None or not settings.thermal else settings.temperature_bulk
 
 
 def build_problem(
@@ -225,7 +246,10 @@ def build_problem(
     x = np.asarray(dx * (np.arange(first, last) + 0.5), dtype=float)
     n = x.size
 
-    wedge_pressure, wedge_load, wedge_shear = inlet_wedge(contact, lubricant, estimate, float(x[0]))
+    # the oil ahead of the mesh is as warm as the bodies it lies between
+    warm = np.array([sum(bulk_temperatures(settings, lubricant)) / 2.0])
+    viscosity = math.exp(float(lubricant.log_viscosity(np.zeros(1), warm)[0]))
+    wedge_pressure, wedge_load, wedge_shear = inlet_wedge(contact, viscosity, estimate, float(x[0]))
     gamma = settings.peklenik_number
     sealed = not math.isfinite(gamma) or not surfaces.profiles
     lateral_length = math.inf if sealed else gamma * surfaces.correlation_length
@@ -247,7 +271,14 @@ def build_problem(
             middle_last=int(np.searchsorted(x, MIDDLE)),
             tolerance=settings.tolerance,
         ),
-        elastic=Elastic(full.weights * deflection, full.ratios.copy(), short.weights * deflection, short.ratios.copy()),
+        elastic=Elastic(
+            full.weights * deflection,
+            full.ratios.copy(),
+            short.weights * deflection,
+            short.ratios.copy(),
+            settings.elasticity == "fft",
+            *(LogTransform.of(n).arrays(deflection) if settings.elasticity == "fft" else (np.zeros(0),) * 3),
+        ),
         surfaces=Surfaces(
             parabola=(x * b) ** 2 / (2.0 * contact.radius_equivalent * film_unit),
             x=x,

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.fft import fft, irfft, next_fast_len, rfft
 from scipy.optimize import least_squares, nnls
 
 Array = NDArray[np.float64]
@@ -127,6 +127,44 @@ def fit_root_kernel(n: int, modes: int = 10) -> ExponentialSum:
                 best = ExponentialSum(np.append(weights, 2.0 - weights.sum()), np.append(ratios, 0.0), error)
     assert best is not None
     return best
+
+
+@dataclass(frozen=True)
+class LogTransform:
+    """The exactly integrated kernel of n nodes in the form of the compiled transform (`_kernels.convolution`).
+
+    Attributes
+    ----------
+    spectrum : ndarray, shape (size,)
+        Of the zero-padded kernel, even and so real, over the size, in bit-reversed order.
+    cosines, sines : ndarray, shape (size - 1,)
+        Angles of the stages, the longest first.
+    """
+
+    spectrum: Array
+    cosines: Array
+    sines: Array
+
+    @classmethod
+    def of(cls, n: int) -> LogTransform:
+        """For a line of n nodes."""
+        size = 1 << (2 * n - 1).bit_length()
+        row = np.zeros(size)
+        row[:n] = log_coefficients(n) + kernel_constant(range_of(n))
+        row[size - n + 1 :] = row[n - 1 : 0 : -1]
+        order = np.zeros(1, dtype=np.int64)
+        angles = []
+        half = size // 2
+        while half >= 1:
+            order = np.concatenate([2 * order, 2 * order + 1])
+            angles.append(np.pi * np.arange(half) / half)
+            half //= 2
+        angle = np.concatenate(angles)
+        return cls(np.ascontiguousarray(fft(row).real[order] / size), np.cos(angle), np.sin(angle))
+
+    def arrays(self, scale: float) -> tuple[Array, Array, Array]:
+        """Spectrum times a scale, and the angles."""
+        return scale * self.spectrum, self.cosines, self.sines
 
 
 class LogConvolution:

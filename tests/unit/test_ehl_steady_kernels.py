@@ -81,7 +81,7 @@ def test_nodal_state(law, gamma, cross):
     p, h, offset = np.linspace(0.0, 1.3, 40), np.linspace(3.0, 0.05, 40), np.linspace(-0.5, 0.2, 40)
 
     def state(p, h, offset):
-        return _kernels.nodal_state(case.law, case.constants, case.fluid, p, h, offset)
+        return _kernels.nodal_state(case.law, case.constants, case.fluid, case.shear, p, h, offset)
 
     values = state(p, h, offset)
     for mine, twin in zip((values[0], values[2], values[3]), twin_nodal_state(case, p, h, offset), strict=True):
@@ -98,7 +98,7 @@ def test_nodal_state(law, gamma, cross):
 
 def test_nodal_state_below_zero_pressure_continues_the_tangent():
     case = scene()
-    near = _kernels.nodal_state(case.law, case.constants, case.fluid, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2))
+    near = _kernels.nodal_state(case.law, case.constants, case.fluid, case.shear, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2))
     for values in near:
         assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
 

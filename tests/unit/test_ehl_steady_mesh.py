@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from ehl.steady.estimate import FLOOR, extrapolate
 from ehl.steady.mesh import Features, features_of, grade
-from ehl.steady.outputs import ShearLaw, _interpolate, _peak
+from ehl.rheology import ShearLaw
+from ehl.steady.outputs import FilmShear, _interpolate, _peak
 
 positive = st.floats(1e-4, 1e3)
 
@@ -70,16 +71,16 @@ def test_interpolation_is_exact_for_quintics():
 def test_shear_law_limits():
     film, pressure = np.array([0.1, 0.1, 0.1]), np.array([0.1, 1.0, 1.0])
     log_eta = np.array([0.0, 5.0, 800.0])
-    newton = ShearLaw(False, 1.0, 1e-6, np.inf)
-    eyring = ShearLaw(True, 0.005, 1e-6 / 0.005, np.inf)
-    capped = ShearLaw(True, 0.005, 1e-6 / 0.005, 0.04)
+    newton = FilmShear(ShearLaw("newtonian"), 1e9, 1e-6)
+    eyring = FilmShear(ShearLaw("eyring", 5e6), 1e9, 1e-6)
+    capped = FilmShear(ShearLaw("eyring", 5e6, limit_slope=0.04), 1e9, 1e-6)
     # slow shear: both laws agree; fast shear: the Eyring stress grows like a logarithm; the limit cuts it
     assert newton.stress_at(log_eta, film, pressure)[0] == pytest.approx(1e-5)
     assert eyring.stress_at(log_eta, film, pressure)[0] == pytest.approx(1e-5, rel=1e-4)
     stress = eyring.stress_at(log_eta, film, pressure)[2]
     assert stress == pytest.approx(0.005 * (np.log(2.0 * 2e-3) + 800.0), rel=1e-12)
-    assert capped.stress_at(log_eta, film, pressure)[2] == 0.04
-    assert np.all(ShearLaw(True, 0.005, 0.0, np.inf).stress_at(log_eta, film, pressure) == 0.0)
+    assert capped.stress_at(log_eta, film, pressure)[2] == pytest.approx(0.04, rel=1e-14)
+    assert np.all(FilmShear(eyring.law, 1e9, 0.0).stress_at(log_eta, film, pressure) == 0.0)
 
 
 @given(value=st.floats(0.1, 10.0), second=st.floats(-1.0, 1.0), third=st.floats(-1.0, 1.0))

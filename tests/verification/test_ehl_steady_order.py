@@ -16,7 +16,7 @@ from ehl.steady.outputs import numbers_of
 from ehl.steady.path import PathReport, cold_path, features_of_level, transfer
 from ehl.steady.refine import settled
 from ehl.steady.scaling import scene_of
-from ehl.steady.solver import shear_law
+from ehl.steady.solver import film_shear
 
 OUTPUTS = ("film_central", "film_min", "friction_fluid")
 ERRORS = ("film_central_error", "film_min_error", "friction_error")
@@ -47,7 +47,7 @@ def raw_values(contact, lubricant, counts):
     for count in counts:
         grid = Grid.of(grading, grading.points(2 * count - 1))
         level = solve_level(grid, scene, transfer(level, grid))
-        values.append(numbers_of(level, shear_law(contact, lubricant)).as_array()[:4])
+        values.append(numbers_of(level, film_shear(contact, lubricant)).as_array()[:4])
     return np.array(values)
 
 

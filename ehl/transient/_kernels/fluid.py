@@ -9,6 +9,7 @@ import math
 
 from numba import njit
 
+from ehl.rheology._kernels import limited_stress, log_mobility
 from ehl.transient._kernels.elasticity import FLAGS, INTERNAL
 from ehl.transient._kernels.elementary import exp, log
 
@@ -16,7 +17,8 @@ BARUS, ROELANDS, MODULUS = range(3)
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
 ROELANDS_ZERO = 138.0  # [K]
 BALANCE_LIMIT = 16
-BALANCE_TOLERANCE = 0.02  # K; Newton's next change would be far smaller
+BALANCE_TOLERANCE = 0.4  # K; Newton's next change would be half d ln eta/dT of its square, below 0.005 K
+KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -71,6 +73,33 @@ def viscosity_rows(rows, fluid):
 
 
 @njit(**INTERNAL)
+def scale_row(p, shear, scale):
+    """tau0 over the reference stress."""
+    if shear.rise == 0.0:
+        for i in range(p.size):
+            scale[i] = shear.low
+        return
+    for i in range(p.size):
+        # 1 + tanh y = 2/(1 + exp(-2 y))
+        scale[i] = shear.low + shear.rise / (1.0 + exp(-2.0 * shear.steepness * (p[i] / shear.centre - 1.0)))
+
+
+@njit(**INTERNAL)
+def scale_rows(rows, shear):
+    """tau0 over the reference stress, and d ln/dp of it: a logistic step."""
+    p, scale, slope = rows.pressure, rows.scale, rows.scale_slope
+    scale_row(p, shear, scale)
+    if shear.rise == 0.0:
+        for i in range(p.size):
+            slope[i] = 0.0
+        return
+    rate = 2.0 * shear.steepness / shear.centre
+    for i in range(p.size):
+        share = (scale[i] - shear.low) / shear.rise
+        slope[i] = rate * shear.rise * share * (1.0 - share) / scale[i]
+
+
+@njit(**INTERNAL)
 def sinh_ratio(x):
     """sinh(S)/S of S = asinh(x) > 0, and its derivative by x."""
     if x < 1e-2:
@@ -85,8 +114,8 @@ def sinh_ratio(x):
 def fluidity_rows(rows, boundary, fluid, along, scale):
     """scale rho h^3/eta_effective and its derivatives by h and p, from film, pressure and temperature factor.
 
-    The two-direction Eyring mobility is 1/eta (along cosh S + (1 - along) sinh S/S), S = asinh(eta u_s/(tau0 h)).
-    The film is at least the boundary film.
+    The two-direction Eyring mobility is 1/eta (along cosh S + (1 - along) sinh S/S), S = asinh(eta u_s/(tau0 h)); other
+    laws have theirs in `ehl.rheology`.  The film is at least the boundary film.
     """
     viscosity_rows(rows, fluid)
     film = rows.film
@@ -96,6 +125,8 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
     f = rows.f
     by_film = rows.by_film
     by_pressure = rows.by_pressure
+    tau0 = rows.scale
+    tau0_slope = rows.scale_slope
     n = p.size
     rise = fluid.density_rise
     bend = fluid.density_bend
@@ -103,7 +134,14 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
         h = max(film[i], boundary)
         f[i] = scale * (1.0 + rise * p[i] / (1.0 + bend * p[i])) * h * h * h
     sliding = fluid.sliding
-    if not fluid.eyring or sliding == 0.0:
+    if sliding > 0.0 and not fluid.short:
+        for i in range(n):
+            h = max(film[i], boundary)
+            log_f, by_eta, by_h, by_p = log_mobility(rows.exponent[i], sliding, h, p[i], along, fluid.shear)
+            f[i] *= exp(log_f)
+            by_film[i] = f[i] * (3.0 + by_h) / h if film[i] > boundary else 0.0
+            by_pressure[i] = f[i] * (slope[i] * by_eta + by_p)
+    elif not fluid.eyring or sliding == 0.0:
         for i in range(n):
             f[i] *= mobility[i]
         for i in range(n):
@@ -112,28 +150,30 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
             by_pressure[i] = -f[i] * slope[i]
     elif along == 1.0:
         # mobility cosh S = sqrt(mobility^2 + c^2), c = eta0 u_s/(tau0 h)
+        scale_rows(rows, fluid.shear)
         for i in range(n):
-            c = sliding / max(film[i], boundary)
+            c = sliding / (max(film[i], boundary) * tau0[i])
             f[i] *= math.sqrt(mobility[i] * mobility[i] + c * c)
         for i in range(n):
             h = max(film[i], boundary)
-            x = mobility[i] * h / sliding
+            x = mobility[i] * h * tau0[i] / sliding
             part = 3.0 - 1.0 / (1.0 + x * x)
             by_film[i] = f[i] * part / h if film[i] > boundary else 0.0
         for i in range(n):
-            x = mobility[i] * max(film[i], boundary) / sliding
-            by_pressure[i] = -f[i] * slope[i] * x * x / (1.0 + x * x)
+            x = mobility[i] * max(film[i], boundary) * tau0[i] / sliding
+            by_pressure[i] = -f[i] * (slope[i] * x * x + tau0_slope[i]) / (1.0 + x * x)
     else:
+        scale_rows(rows, fluid.shear)
         for i in range(n):
             h = max(film[i], boundary)
-            x = sliding / (h * mobility[i])
+            x = sliding / (h * mobility[i] * tau0[i])
             root = math.sqrt(1.0 + x * x)
             ratio, by_x = sinh_ratio(x)
             total = along * root + (1.0 - along) * ratio
             log_slope = x * (along * x / root + (1.0 - along) * by_x) / total  # d ln(total)/d ln x
             f[i] *= mobility[i] * total
             by_film[i] = f[i] * (3.0 - log_slope) / h if film[i] > boundary else 0.0
-            by_pressure[i] = -f[i] * slope[i] * (1.0 - log_slope)
+            by_pressure[i] = -f[i] * (slope[i] * (1.0 - log_slope) + tau0_slope[i] * log_slope)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -149,7 +189,10 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
             tau[i] = isothermal_exponent(p[i], fluid)
     for i in range(n):
         tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + log(sliding / max(film[i], boundary))
-    if fluid.eyring:
+    if not fluid.short or fluid.shear.rise > 0.0:
+        for i in range(n):
+            tau[i] = fluid.stress * exp(limited_stress(tau[i], p[i], fluid.shear)[0])
+    elif fluid.eyring:
         for i in range(n):
             x = exp(min(tau[i], 30.0))
             tau[i] = fluid.stress * (max(tau[i] - 30.0, 0.0) + log(x + math.sqrt(1.0 + x * x)))
@@ -161,70 +204,98 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def heated_shear_row(rows, p, fluid, temperature, tau, first, last):
+    """Shear stress at given film temperatures and its derivative by them, for the nodes first .. last - 1."""
+    cold, rate, slope, scale = rows.cold, rows.rate, rows.slope, rows.scale
+    if fluid.law == ROELANDS:
+        for i in range(first, last):
+            tau[i] = (cold[i] + fluid.c0) * thermal_factor(temperature[i], fluid) - fluid.c0
+        for i in range(first, last):
+            slope[i] = -(tau[i] + fluid.c0) * fluid.slope / (temperature[i] - ROELANDS_ZERO)
+    else:
+        for i in range(first, last):
+            tau[i] = cold[i] - fluid.slope * (temperature[i] - fluid.temperature)
+        for i in range(first, last):
+            slope[i] = -fluid.slope
+    for i in range(first, last):
+        tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + rate[i]
+    if not fluid.short:
+        for i in range(first, last):
+            log_stress, growth, _ = limited_stress(tau[i], p[i], fluid.shear)
+            tau[i] = fluid.stress * exp(log_stress)
+            slope[i] *= growth * tau[i]
+    elif fluid.eyring:
+        for i in range(first, last):
+            x = exp(min(tau[i], 30.0))
+            root = math.sqrt(1.0 + x * x)
+            slope[i] *= fluid.stress * scale[i] * x / root
+            tau[i] = fluid.stress * scale[i] * (max(tau[i] - 30.0, 0.0) + log(x + root))
+    else:
+        for i in range(first, last):
+            tau[i] = exp(min(tau[i], 60.0))
+        for i in range(first, last):
+            slope[i] *= tau[i]
+    for i in range(first, last):
+        limit = fluid.limit * max(p[i], 0.0)
+        slope[i] = slope[i] if tau[i] < limit else 0.0
+        tau[i] = min(tau[i], limit)
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
     """Shear stress and film temperature of T = base + resistance tau(p, h, T) at every node.
 
     ``rows.base`` in K, ``rows.resistance`` in K per p_h of stress; ``temperature`` holds the start and the result.
-    Newton inside a bracket that closes with every evaluation; an explicit lag would oscillate.
+    Newton inside a bracket that closes with every evaluation; an explicit lag would oscillate. Nodes at the ends of the
+    row that have settled, most of the inlet, are left out of the further iterations.
     """
     n = p.size
-    cold = rows.cold
-    rate = rows.rate
-    slope = rows.slope
-    base = rows.base
-    resistance = rows.resistance
-    low = rows.low
-    high = rows.high
+    base, resistance, slope = rows.base, rows.resistance, rows.slope
+    low, high, change, left = rows.low, rows.high, rows.change, rows.left
     sliding = max(fluid.sliding, 1e-300)
     for i in range(n):
-        cold[i] = isothermal_exponent(p[i], fluid)
+        rows.cold[i] = isothermal_exponent(p[i], fluid)
     for i in range(n):
-        rate[i] = log(sliding / max(film[i], boundary))
+        rows.rate[i] = log(sliding / max(film[i], boundary))
+    if fluid.short and fluid.eyring:
+        scale_row(p, fluid.shear, rows.scale)
+        if fluid.shear.rise > 0.0:
+            for i in range(n):
+                rows.rate[i] -= log(rows.scale[i])
     for i in range(n):
         temperature[i] = max(temperature[i], base[i])
     for i in range(n):
         low[i] = base[i]
         high[i] = 1e6
-    for _ in range(BALANCE_LIMIT):
-        if fluid.law == ROELANDS:
-            for i in range(n):
-                tau[i] = (cold[i] + fluid.c0) * thermal_factor(temperature[i], fluid) - fluid.c0
-            for i in range(n):
-                slope[i] = -(tau[i] + fluid.c0) * fluid.slope / (temperature[i] - ROELANDS_ZERO)
-        else:
-            for i in range(n):
-                tau[i] = cold[i] - fluid.slope * (temperature[i] - fluid.temperature)
-            for i in range(n):
-                slope[i] = -fluid.slope
-        for i in range(n):
-            tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + rate[i]
-        if fluid.eyring:
-            for i in range(n):
-                x = exp(min(tau[i], 30.0))
-                root = math.sqrt(1.0 + x * x)
-                slope[i] *= fluid.stress * x / root
-                tau[i] = fluid.stress * (max(tau[i] - 30.0, 0.0) + log(x + root))
-        else:
-            for i in range(n):
-                tau[i] = exp(min(tau[i], 60.0))
-            for i in range(n):
-                slope[i] *= tau[i]
-        for i in range(n):
-            limit = fluid.limit * max(p[i], 0.0)
-            slope[i] = slope[i] if tau[i] < limit else 0.0
-            tau[i] = min(tau[i], limit)
-        for i in range(n):
+    first = 0
+    last = n
+    for turn in range(BALANCE_LIMIT):
+        heated_shear_row(rows, p, fluid, temperature, tau, first, last)
+        for i in range(first, last):
             # stress falls with temperature: what it would heat to lies on the other side of the solution
             opposite = base[i] + resistance[i] * tau[i]
             low[i] = max(low[i], min(temperature[i], opposite))
             high[i] = min(high[i], max(temperature[i], opposite))
-        largest = 0.0
-        for i in range(n):
-            change = (base[i] + resistance[i] * tau[i] - temperature[i]) / (1.0 - resistance[i] * slope[i])
-            # a step across the bracket would come back the same way
-            across = abs(change) > 0.9 * (high[i] - low[i]) and high[i] - low[i] > BALANCE_TOLERANCE
-            new = 0.5 * (low[i] + high[i]) if across else temperature[i] + change
-            largest = max(largest, abs(new - temperature[i]))
-            temperature[i] = new
-        if largest < BALANCE_TOLERANCE:
+        for i in range(first, last):
+            newton = (base[i] + resistance[i] * tau[i] - temperature[i]) / (1.0 - resistance[i] * slope[i])
+            # later on a step across the bracket would come back the same way
+            across = turn > 1 and abs(newton) > 0.9 * (high[i] - low[i])
+            across = across and (high[i] - low[i]) * KINK > BALANCE_TOLERANCE
+            change[i] = 0.5 * (low[i] + high[i]) - temperature[i] if across else newton
+            left[i] = abs(newton) if slope[i] < 0.0 and not across else KINK * abs(newton)
+        for i in range(first, last):
+            if resistance[i] == 0.0:
+                left[i] = 0.0
+        for i in range(first, last):
+            temperature[i] += change[i]
+            tau[i] += slope[i] * change[i]
+        while first < last and left[first] < BALANCE_TOLERANCE:
+            first += 1
+        while last > first and left[last - 1] < BALANCE_TOLERANCE:
+            last -= 1
+        if first == last:
             break
+    for i in range(n):
+        if tau[i] > fluid.limit * max(p[i], 0.0):
+            tau[i] = fluid.limit * max(p[i], 0.0)
+            temperature[i] = base[i] + resistance[i] * tau[i]

@@ -28,62 +28,66 @@ def recall_surfaces(state, work, model):
     modes = heat.ratios.size
     slots = state.memory.shape[2]
     n = state.film.size
-    sums = work.heat.entering
+    sums, line = work.heat.sums, work.heat.line
     for s in range(2):
         memory = state.memory[s]
+        entering = state.entering[s]
         base = state.memory_base[s]
         offset = state.memory_offset[s] + (heat.nodes_per_step_1 if s == 0 else heat.nodes_per_step_2)
         while offset >= 1.0:
             offset -= 1.0
             base = (base - 1) % slots
+            entering[base] = 0.0
             for m in range(modes):
                 memory[m, base] = 0.0
         while offset < 0.0:
             offset += 1.0
+            entering[base] = 0.0
             for m in range(modes):
                 memory[m, base] = 0.0
             base = (base + 1) % slots
         state.memory_base[s] = base
         state.memory_offset[s] = offset
+        bulk = heat.bulk_1 if s == 0 else heat.bulk_2
         for k in range(slots):
-            sums[k] = 0.0
+            sums[k] = bulk
         for m in range(modes):
             row = memory[m]
             ratio = heat.ratios[m]
+            weight = heat.weights[s, m]
             for k in range(slots):
-                row[k] *= ratio
-            for k in range(slots):
-                sums[k] += row[k]
+                value = ratio * (row[k] + weight * entering[k])
+                row[k] = value
+                sums[k] += value
         # slot k of the ring sits at node k - 1 + offset; node i lies between slots i and i + 1
+        for k in range(slots - base):
+            line[k] = sums[base + k]
+        for k in range(base):
+            line[slots - base + k] = sums[k]
         rise = state.surface_temperature[s]
-        slot = base
         for i in range(n):
-            ahead = slot + 1 if slot + 1 < slots else 0
-            rise[i] = offset * sums[slot] + (1.0 - offset) * sums[ahead]
-            slot = ahead
+            rise[i] = offset * line[i] + (1.0 - offset) * line[i + 1]
 
 
 @njit(**INTERNAL)
-def store_fluxes(state, work, model):
-    """Add the fluxes of this step to the memory of the points they entered at."""
-    heat = model.heat
+def store_fluxes(state, work):
+    """Keep the fluxes of this step by the points they entered at; the next recall adds them to the memory."""
     slots = state.memory.shape[2]
     n = state.film.size
-    entering = work.heat.entering
+    line = work.heat.line
     for s in range(2):
         flux = state.flux_into[s]
         offset = state.memory_offset[s]
+        base = state.memory_base[s]
         for k in range(slots):
-            entering[k] = 0.0
-        slot = state.memory_base[s]
+            line[k] = 0.0
         for i in range(n - 1):
-            slot = slot + 1 if slot + 1 < slots else 0
-            entering[slot] = (1.0 - offset) * flux[i] + offset * flux[i + 1]
-        for m in range(heat.ratios.size):
-            row = state.memory[s, m]
-            weight = heat.weights[s, m]
-            for k in range(slots):
-                row[k] += weight * entering[k]
+            line[i + 1] = (1.0 - offset) * flux[i] + offset * flux[i + 1]
+        entering = state.entering[s]
+        for k in range(slots - base):
+            entering[base + k] = line[k]
+        for k in range(base):
+            entering[k] = line[slots - base + k]
 
 
 @njit(**INTERNAL)

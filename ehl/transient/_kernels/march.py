@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
+from ehl.transient._kernels.convolution import correct_film
 from ehl.transient._kernels.drainage import accumulate, update_pressure
 from ehl.transient._kernels.elasticity import FLAGS, INTERNAL
 from ehl.transient._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
@@ -40,6 +41,7 @@ from ehl.transient._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
 DONE, PART, SPENT, GOOD_LEVEL, STAGE_NOW = range(
     5
 )  # of Saved.path: way done, next part, iterations, level of the last good point
+EXACT_ROUNDS = 8  # solutions of one step with corrected films
 CONTINUATION_LIMIT = 200  # iterations of all partial steps together
 SMALLEST_PART = 1.0 / 64.0
 
@@ -213,19 +215,29 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         predict(state)
         if scalars[AGE] > 0.5:
             keep_mean_film(state, step, work, model, mean)
-        iterations, stage = solve_with_fallbacks(state, step, saved, macro, work, model, last_level)
+        iterations = 0
+        stage = PLAIN
+        for _ in range(EXACT_ROUNDS):
+            spent, reached = solve_with_fallbacks(state, step, saved, macro, work, model, last_level)
+            iterations += spent
+            stage = max(stage, reached)
+            moved = correct_film(state, work, model.elastic) if model.elastic.exact else 0.0
+            if moved < model.contact.tolerance or stage == UNCONVERGED:
+                break
+        if moved >= model.contact.tolerance:
+            stage = UNCONVERGED
         if scalars[AGE] < 1.5:
             scalars[LEVEL_OLD] = scalars[LEVEL]
             for i in range(n):
                 state.fluid_pressure_old[i] = state.fluid_pressure[i]
                 state.contact_pressure_old[i] = state.contact_pressure[i]
         scalars[AGE] += 1.0
-        settle_mass(state, step, work, model)
+        settle_mass(state, step, work, model, stage != UNCONVERGED)
         if model.heat.on:
             recall_surfaces(state, work, model)
         shear_and_temperature(state, work, model)
         if model.heat.on:
-            store_fluxes(state, work, model)
+            store_fluxes(state, work)
         if model.drainage.on and stage != UNCONVERGED and accumulate(state, macro, work, model):
             update_pressure(macro, model)
         write_record(records[k], state, macro, work, model)

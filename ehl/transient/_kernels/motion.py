@@ -117,17 +117,21 @@ def predict(state):
 
 
 @njit(**INTERNAL)
-def settle_mass(state, step, work, model):
-    """Mass after the step: rho h in a full gap, the carried mass plus what flowed in elsewhere."""
+def settle_mass(state, step, work, model, solved):
+    """Mass after the step: what was carried plus what flowed in.
+
+    In a full gap that is rho h up to the tolerance of the step. What is left over is carried on and not dropped: the
+    next steps work it off, where dropping it would add up over the thousands of steps of a passage on a fine mesh.
+    """
     boundary = model.contact.boundary
     fluid = model.fluid
     for i in range(state.mass.size):
         h = max(state.film[i], boundary)
         p = state.fluid_pressure[i]
-        if work.kind[i] & FLUID or i == 0:
+        if i == 0 or (work.kind[i] & FLUID and not solved):
             state.mass[i] = h * (1.0 + fluid.density_rise * p / (1.0 + fluid.density_bend * p))
         else:
             carried = step.foot[i] + work.source[i]
-            if not work.kind[i] & CAPPED:
+            if not work.kind[i] & (CAPPED | FLUID):
                 carried = min(carried, h)
             state.mass[i] = max(carried, 0.0)

@@ -40,7 +40,7 @@ def film_response(state, step, work, model):
     exponential_product(total, model.elastic.weights, model.elastic.ratios, work.mode_state, work.response)
     level = state.scalars[LEVEL]
     for i in range(total.size):
-        state.film[i] = level + step.gap[i] + work.response[i]
+        state.film[i] = level + step.gap[i] + work.response[i] + work.correction[i]
     return load
 
 

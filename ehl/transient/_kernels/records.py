@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ehl.rheology._kernels import PLAIN, ShearNumbers
+
 
 class Fluid(NamedTuple):
     """The lubricant in scaled variables (pressure in p_h, film in the film unit)."""
@@ -20,14 +22,16 @@ class Fluid(NamedTuple):
     density_rise: float  # rho/rho0 = 1 + rise p/(1 + bend p)
     density_bend: float
     eyring: bool
-    sliding: float  # eta0 u_s/(tau0 h_unit), or eta0 u_s/(p_h h_unit) for a Newtonian oil
+    sliding: float  # eta0 u_s/(reference stress h_unit)
     along: float  # cos^2 of the angle between sliding and x
     flux: float  # dt p_h h_unit^2/(12 eta0 dx^2)
     flux_lateral: float  # dt p_h h_unit^2 k_y/(12 eta0 (gamma lc)^2); 0 = sealed
-    stress: float  # tau0/p_h (1 for a Newtonian oil)
+    stress: float  # reference stress/p_h: that of tau0, or 1 for a Newtonian oil
     limit: float  # Lambda of tau <= Lambda p
     temperature: float  # inlet [K]
     slope: float  # Roelands: exponent s0; else beta [1/K]
+    shear: ShearNumbers = PLAIN  # the shear law
+    short: bool = True  # whether the vectorised forms of Newton and Ree-Eyring serve
 
 
 class Contact(NamedTuple):
@@ -53,6 +57,10 @@ class Elastic(NamedTuple):
     ratios: np.ndarray
     weights_newton: np.ndarray  # the shorter sum of the Newton matrix, same constant
     ratios_newton: np.ndarray
+    exact: bool  # whether a step ends with the exactly integrated kernel
+    spectrum: np.ndarray  # of it, bit-reversed order, over the transform length
+    cosines: np.ndarray  # angles of the transform, stage by stage
+    sines: np.ndarray
 
 
 class Surfaces(NamedTuple):
@@ -82,6 +90,8 @@ class Heat(NamedTuple):
     ratios: np.ndarray  # (modes,)
     nodes_per_step_1: float
     nodes_per_step_2: float
+    bulk_1: float  # bulk temperatures above the inlet's [K]
+    bulk_2: float
 
 
 class Drainage(NamedTuple):
@@ -123,6 +133,7 @@ class State(NamedTuple):
     memory: np.ndarray  # (2, modes, n + 3) thermal memory on surface-fixed grids
     memory_base: np.ndarray  # (2,) ring-buffer start
     memory_offset: np.ndarray  # (2,) grid position between nodes
+    entering: np.ndarray  # (2, n + 3) flux of the last step by slot of the memory
     shear: np.ndarray  # film shear stress, p_h
     scalars: np.ndarray  # see the indices below
 
@@ -166,6 +177,8 @@ class FluidityRows(NamedTuple):
     thermal: np.ndarray
     exponent: np.ndarray
     slope: np.ndarray
+    scale: np.ndarray  # tau0 over the reference stress
+    scale_slope: np.ndarray  # d ln/dp of it
     mobility: np.ndarray
     f: np.ndarray
     by_film: np.ndarray
@@ -182,10 +195,14 @@ class HeatRows(NamedTuple):
     resistance: np.ndarray  # K per p_h of shear stress
     cold: np.ndarray  # ln(eta/eta0) at the inlet temperature
     rate: np.ndarray  # ln of the scaled shear rate
+    scale: np.ndarray  # tau0 over the reference stress
     slope: np.ndarray  # d tau/dT
     low: np.ndarray  # bracket of the film temperature
     high: np.ndarray
-    entering: np.ndarray  # (n + 3,) flux by slot of the memory
+    change: np.ndarray
+    left: np.ndarray  # what the balance is still off by [K]
+    sums: np.ndarray  # (n + 3,) rise by slot of the memory
+    line: np.ndarray  # (n + 3,) the same in the order of the nodes
 
 
 class Work(NamedTuple):
@@ -194,6 +211,9 @@ class Work(NamedTuple):
     kind: np.ndarray
     total: np.ndarray
     response: np.ndarray
+    correction: np.ndarray  # exactly integrated kernel less the sum of exponentials, at the last accepted pressures
+    exact: np.ndarray
+    wave: np.ndarray  # (2, transform length)
     mode_state: np.ndarray
     residual: np.ndarray  # (2, n): mass, gap
     source: np.ndarray  # net flow into the node
