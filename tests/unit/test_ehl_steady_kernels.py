@@ -98,7 +98,9 @@ def test_nodal_state(law, gamma, cross):
 
 def test_nodal_state_below_zero_pressure_continues_the_tangent():
     case = scene()
-    near = _kernels.nodal_state(case.law, case.constants, case.fluid, case.shear, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2))
+    near = _kernels.nodal_state(
+        case.law, case.constants, case.fluid, case.shear, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2)
+    )
     for values in near:
         assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
 

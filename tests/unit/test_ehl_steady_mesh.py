@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ehl.rheology import ShearLaw
 from ehl.steady.estimate import FLOOR, extrapolate
 from ehl.steady.mesh import Features, features_of, grade
-from ehl.rheology import ShearLaw
 from ehl.steady.outputs import FilmShear, _interpolate, _peak
 
 positive = st.floats(1e-4, 1e3)

@@ -12,11 +12,11 @@ import pytest
 
 from ehl.contact import LineContact
 from ehl.errors import InputError
+from ehl.kernel_cache import drop_outdated_cache
 from ehl.lubricant import Lubricant
 from ehl.material import load_material
 from ehl.roughness import RoughProfile, generate_profile
 from ehl.transient import RoughSurfaces
-from ehl.kernel_cache import drop_outdated_cache
 from ehl.transient.batches import batch_means, neighbour_correlation
 from ehl.transient.run import Run
 from ehl.transient.scaling import Settings, build_problem
