@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import efficiency.commands
+import efficiency.commands_blank
 import ehl.cli
 import regression.cli
 from ehl import __version__
@@ -40,6 +41,7 @@ def _options(
 ehl.cli.register(app)
 regression.cli.register(app)
 efficiency.commands.register(app)
+efficiency.commands_blank.register(app)
 
 
 @app.command()
