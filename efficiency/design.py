@@ -10,9 +10,9 @@ from pydantic import Field, model_validator
 
 from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly
-from efficiency.cutting.cutter import Blade, FlankSide
-from efficiency.cutting.flank import CutFlank, Flank
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import Flank
+from efficiency.flank_input import CutFlankInput, Depth, Hand, Length, Shift
 from ehl._data import data_names, data_path
 from ehl.errors import InputError
 from ehl.expectation import quantity_of
@@ -21,14 +21,9 @@ from ehl.oil import Oil, Temperature
 from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
 
-Length = Annotated[float, Quantity("m", gt=0.0, le=3.0)]
-Depth = Annotated[float, Quantity("m", ge=0.0, le=0.2)]
-Shift = Annotated[float, Quantity("m", ge=-1.0, le=1.0)]
 Error = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
 ConeAngle = Annotated[float, Quantity("rad", gt=0.0, lt=1.5707)]
 TaperAngle = Annotated[float, Quantity("rad", ge=-0.35, le=0.35)]
-BladeAngle = Annotated[float, Quantity("rad", gt=0.0, lt=0.9)]
-Turn = Annotated[float, Quantity("rad", ge=-3.1416, le=3.1416)]
 Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
 Teeth = Annotated[int, Field(ge=3, le=400)]
 
@@ -37,7 +32,7 @@ class BlankInput(InputModel):
     """Blank of one member in ISO 23509 terms; the mean point lies in the middle of the face."""
 
     teeth: Teeth
-    hand: Literal["left", "right"]
+    hand: Hand
     pitch_angle: ConeAngle
     mean_cone_distance: Length
     face_width: Length
@@ -75,106 +70,55 @@ class BlankInput(InputModel):
         )
 
 
-class FaceMillingCutter(InputModel):
-    """One blade of a face-milling cutter; a straight edge, or an arc tangent to it at the tip."""
-
-    type: Literal["face_milling"] = "face_milling"
-    point_radius: Length
-    blade_angle: BladeAngle
-    blade_curvature: Annotated[float, Quantity("1/m", ge=-100.0, le=100.0)] = 0.0
-
-    def blade(self, side: FlankSide) -> Blade:
-        """Numbers of the blade that cuts one flank."""
-        return Blade(self.point_radius, self.blade_angle, side, self.blade_curvature)
-
-
-class FaceHobbingCutter(InputModel):
-    """Placeholder that refuses face hobbing with a clear sentence."""
-
-    type: Literal["face_hobbing"]
-
-    @model_validator(mode="before")
-    @classmethod
-    def _refuse(cls, value: Any) -> Any:
-        raise InputError("type", "face_hobbing", "'face_milling'", "Face-hobbed flanks are not computed yet.")
-
-
-class GeneratedMachine(InputModel):
-    """Settings of a generated flank by their trade names."""
-
-    process: Literal["generated"] = "generated"
-    radial_setting: Length
-    cradle_angle: Turn
-    machine_root_angle: Turn
-    roll_ratio: Annotated[float, Quantity("", gt=0.0, le=100.0)]
-    tilt: Turn = 0.0
-    swivel: Turn = 0.0
-    blank_offset: Shift = 0.0
-    sliding_base: Shift = 0.0
-    machine_centre_to_back: Shift = 0.0
-    modified_roll_2c: Annotated[float, Quantity("", ge=-1.0, le=1.0)] = 0.0
-    modified_roll_6d: Annotated[float, Quantity("", ge=-10.0, le=10.0)] = 0.0
-    helical_motion_1: Shift = 0.0
-    helical_motion_2: Shift = 0.0
-    vertical_motion_1: Shift = 0.0
-    vertical_motion_2: Shift = 0.0
-
-    def settings(self) -> MachineSettings:
-        """Numbers of the settings."""
-        return MachineSettings(**self.model_dump(exclude={"process"}))
-
-
-class FormateMachine(InputModel):
-    """Placeholder that refuses non-generated (Formate) flanks with a clear sentence."""
-
-    process: Literal["formate"]
-
-    @model_validator(mode="before")
-    @classmethod
-    def _refuse(cls, value: Any) -> Any:
-        raise InputError("process", "formate", "'generated'", "Non-generated flanks are not computed yet.")
-
-
-class FlankInput(InputModel):
-    """How one flank is cut."""
-
-    cutter: Annotated[FaceMillingCutter | FaceHobbingCutter, Field(discriminator="type")]
-    machine: Annotated[GeneratedMachine | FormateMachine, Field(discriminator="process")]
-
-    def flank(self, side: FlankSide, blank: Blank) -> Flank:
-        """The flank of one member."""
-        assert isinstance(self.cutter, FaceMillingCutter)
-        assert isinstance(self.machine, GeneratedMachine)
-        return CutFlank(self.cutter.blade(side), self.machine.settings(), blank)
-
-
 class MemberInput(InputModel):
-    """One member: blank, both flanks, material and surface."""
+    """One member: blank, both flanks, material and surface.
+
+    Tables `cutter` and `machine` beside `concave` and `convex` hold what both flanks share (completing, spread blade);
+    the tables of a flank add to them or override them.
+    """
 
     blank: BlankInput
-    concave: FlankInput
-    convex: FlankInput
+    concave: CutFlankInput
+    convex: CutFlankInput
     material: str = "steel"
     roughness_rms: Rms = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _share(cls, content: Any) -> Any:
+        if not isinstance(content, dict) or not {"cutter", "machine"} & content.keys():
+            return content
+        own = dict(content)
+        for part in ("cutter", "machine"):
+            shared = own.pop(part, {})
+            if not isinstance(shared, dict):
+                raise InputError(part, shared, f"a table [{part}] of what both flanks share")
+            for side in ("concave", "convex"):
+                flank = own.get(side, {})
+                if not isinstance(flank, dict) or not isinstance(flank.get(part, {}), dict):
+                    continue
+                own[side] = flank | {part: shared | flank.get(part, {})}
+        return own
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         load_material(self.material)
         for side in ("concave", "convex"):
-            machine = getattr(self, side).machine
-            if (machine.cradle_angle > 0.0) != (self.blank.hand == "right"):
-                raise InputError(
-                    f"{side}.machine.cradle_angle",
-                    machine.cradle_angle,
-                    ("positive" if self.blank.hand == "right" else "negative")
-                    + f" for a {self.blank.hand}-hand member",
-                )
+            try:
+                getattr(self, side).require_hand(self.blank.hand)
+            except InputError as error:
+                raise InputError(f"{side}.{error.field}", error.value, error.allowed, error.hint) from None
         return self
+
+    @property
+    def completing(self) -> bool:
+        """Whether one machine setting cuts both flanks."""
+        return self.concave.machine == self.convex.machine
 
     def flank(self, side: FlankSide) -> Flank:
         """One of the two flanks."""
         cut = self.concave if side == "concave" else self.convex
-        return cut.flank(side, self.blank.blank())
+        return cut.flank(side, self.blank.hand, self.blank.blank())
 
     def body(self) -> Material:
         """Material of the member."""
