@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from ehl.contact import LineContact
 from ehl.errors import InputError
-from ehl.lubricant import DOWSON_HIGGINSON, DensityLaw, Lubricant
+from ehl.lubricant_inputs import DirectLubricant as DirectLubricant
+from ehl.lubricant_inputs import LubricantInput
+from ehl.lubricant_inputs import OilLubricant as OilLubricant
+from ehl.lubricant_inputs import PressureViscosity as PressureViscosity
+from ehl.lubricant_inputs import Stress as Stress
+from ehl.lubricant_inputs import Viscosity as Viscosity
 from ehl.material import Material, effective_modulus, load_material
-from ehl.oil import Oil, Temperature
-from ehl.rheology import Rheology
+from ehl.oil import Temperature
 from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
 
@@ -27,9 +31,6 @@ Speed = Annotated[
 ]
 SlideToRoll = Annotated[float, Quantity("", ge=-200.0, le=200.0)]
 SlidingSpeed = Annotated[float, Quantity("m/s", ge=-200.0, le=200.0)]
-Viscosity = Annotated[float, Quantity("Pa*s", ge=1e-4, le=100.0)]
-PressureViscosity = Annotated[float, Quantity("1/Pa", ge=1e-10, le=5e-8)]
-Stress = Annotated[float, Quantity("Pa", ge=1e5, le=1e9)]
 Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
 Length = Annotated[float, Quantity("m", ge=1e-6, le=1e-2)]
 
@@ -51,79 +52,6 @@ class ContactInput(InputModel):
             both = "neither" if self.pressure_hertz is None else "both"
             raise InputError("pressure_hertz", both, "exactly one of pressure_hertz and load_per_length")
         return self
-
-
-class DirectLubricant(InputModel):
-    """A lubricant given by its numbers at the inlet temperature."""
-
-    viscosity_inlet: Viscosity
-    pressure_viscosity: PressureViscosity
-    viscosity_law: Literal["roelands", "barus"] = "roelands"
-    density_law: DensityLaw = "dowson_higginson"
-    density_coefficients: tuple[float, float] = DOWSON_HIGGINSON
-    rheology: Rheology = "eyring"
-    eyring_stress: Stress = 5e6
-    limiting_shear_coefficient: Annotated[float, Quantity("", gt=0.0, le=1.0)] | None = None
-    temperature_oil: Temperature = 353.15
-    temperature_viscosity: Annotated[float, Quantity("1/K", ge=0.0, le=0.2)] = 0.03
-    density: Annotated[float, Quantity("kg/m^3", ge=500.0, le=2000.0)] = 850.0
-    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] = 0.14
-    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
-
-    def lubricant(self) -> Lubricant:
-        """The numbers the solvers take."""
-        limit = self.limiting_shear_coefficient
-        return Lubricant(
-            viscosity_inlet=self.viscosity_inlet,
-            pressure_viscosity=self.pressure_viscosity,
-            viscosity_law=self.viscosity_law,
-            density_law=self.density_law,
-            density_coefficients=self.density_coefficients,
-            rheology=self.rheology,
-            eyring_stress=self.eyring_stress,
-            limiting_shear_coefficient=math.inf if limit is None else limit,
-            temperature=self.temperature_oil,
-            temperature_viscosity=self.temperature_viscosity,
-            density=self.density,
-            thermal_conductivity=self.thermal_conductivity,
-            heat_capacity=self.heat_capacity,
-        )
-
-
-class OilLubricant(InputModel):
-    """An oil card at a temperature; shear law and thermal figures may be overridden."""
-
-    oil: str
-    temperature_oil: Temperature
-    rheology: Rheology = "eyring"
-    eyring_stress: Stress | None = None
-    limiting_shear_coefficient: Annotated[float, Quantity("", gt=0.0, le=1.0)] | None = None
-    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] | None = None
-    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] | None = None
-
-    @model_validator(mode="after")
-    def _known(self) -> Self:
-        Oil.load(self.oil)
-        return self
-
-    def lubricant(self) -> Lubricant:
-        """The numbers the solvers take."""
-        from dataclasses import replace
-
-        names = ("eyring_stress", "limiting_shear_coefficient", "thermal_conductivity", "heat_capacity")
-        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-        return replace(Oil.load(self.oil).at(self.temperature_oil), rheology=self.rheology, **given)
-
-
-def _lubricant_kind(value: Any) -> str:
-    keys = value if isinstance(value, dict) else getattr(value, "model_fields_set", ())
-    return "card" if "oil" in keys else "direct"
-
-
-LubricantInput = Annotated[
-    Annotated[OilLubricant, Tag("card")] | Annotated[DirectLubricant, Tag("direct")],
-    Discriminator(_lubricant_kind),
-]
 
 
 class SolidInput(InputModel):
@@ -205,6 +133,7 @@ MOST_SLIDING = 200.0  # [m/s]
 
 Thermal = Literal["off", "auto", "on"]
 Accuracy = Literal["fast", "standard", "reference"]
+Elasticity = Literal["soe", "fft"]
 
 
 class ModelInput(InputModel):
@@ -213,6 +142,7 @@ class ModelInput(InputModel):
     thermal: Thermal = "auto"
     accuracy: Accuracy = "standard"
     roughness: Literal["load_sharing", "deterministic"] = "load_sharing"
+    elasticity: Elasticity = "soe"
     friction_tolerance: Annotated[float, Quantity("", ge=1e-4, le=0.5)] | None = None
     shortcuts: Literal["auto", "off"] = "auto"
     load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"
@@ -307,8 +237,7 @@ class Case(InputModel):
         """Inputs the chosen models do not use, in words."""
         idle: list[tuple[str, str]] = []
         given, oil = self.surface.model_fields_set, self.lubricant
-        if oil.rheology == "newtonian" and oil.eyring_stress is not None and "eyring_stress" in oil.model_fields_set:
-            idle.append(("lubricant.eyring_stress", "rheology is newtonian"))
+        idle += [(f"lubricant.{name}", why) for name, why in oil.idle_keys()]
         incompressible = isinstance(oil, DirectLubricant) and oil.density_law == "incompressible"
         if incompressible and "density_coefficients" in oil.model_fields_set:
             idle.append(("lubricant.density_coefficients", "density_law is incompressible"))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ehl._data import data_names, data_path
 from ehl.errors import InputError
@@ -20,6 +20,7 @@ from ehl.lubricant import (
     gold_2001,
     walther_1931,
 )
+from ehl.rheology import RisingStress
 from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
 
@@ -75,6 +76,25 @@ class ModulusAlpha(InputModel):
     law: Literal["modulus"]
 
 
+class RisingStressInput(InputModel):
+    """Eyring stress that rises with pressure (`ehl.rheology.RisingStress`)."""
+
+    stress_low: Annotated[float, Quantity("Pa", ge=1e4, le=1e9)]
+    stress_slope: Annotated[float, Quantity("", gt=0.0, le=0.5)]
+    pressure_start: Annotated[float, Quantity("Pa", ge=0.0, le=1e10)]
+    pressure_end: Annotated[float, Quantity("Pa", gt=0.0, le=1e11)]
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if not self.pressure_end > self.pressure_start:
+            raise InputError("pressure_end", f"{self.pressure_end:.6g} Pa", "above pressure_start")
+        return self
+
+    def law(self) -> RisingStress:
+        """tau0 as a function of pressure."""
+        return RisingStress(self.stress_low, self.stress_slope, self.pressure_start, self.pressure_end)
+
+
 class Oil(InputModel):
     """An oil card (`data/oils/*.toml`). Each figure's source and certainty stand in the file."""
 
@@ -91,6 +111,8 @@ class Oil(InputModel):
     pressure_viscosity: Annotated[TabulatedAlpha | GoldAlpha | ModulusAlpha, Field(discriminator="law")]
     limiting_shear_coefficient: Annotated[float, Quantity("", gt=0.0, le=1.0)]
     eyring_stress: Annotated[float, Quantity("Pa", ge=1e4, le=1e9)] | None = None
+    # left out of the card's hash: formulas fitted with the constant stress stay valid
+    eyring_stress_pressure: RisingStressInput | None = Field(default=None, exclude=True)
     thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] = 0.14
     heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
