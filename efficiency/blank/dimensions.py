@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import asin, atan, cos, floor, pi, sin, sqrt, tan
 
 from efficiency.blank.inputs import PairBlankInput
-from efficiency.blank.tangency import PitchCones
+from efficiency.blank.tangency import PitchCones, too_large
 from ehl.errors import InputError
 
 
@@ -42,6 +42,8 @@ def placement(inputs: PairBlankInput, cones: PitchCones) -> Placement:
     d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
     excess = inputs.shaft_angle - 0.5 * pi
     reach = cones.mean_diameter_2 + cones.mean_diameter_1 * cos(d_2) / cos(d_1)
+    if 2.0 * inputs.hypoid_offset >= reach:
+        raise too_large(inputs.hypoid_offset, 0.5 * reach)
     zeta_m = asin(2.0 * inputs.hypoid_offset / reach)
     zeta_mp = asin(sin(zeta_m) * sin(inputs.shaft_angle) / cos(d_1))
     point_2 = 0.5 * cones.mean_diameter_1 * sin(d_2) / cos(d_1) - 0.5 * cos(zeta_m) * tan(excess) * reach

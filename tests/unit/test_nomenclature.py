@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
+from efficiency.blank.inputs import PairBlankInput
 from efficiency.design import Design
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
@@ -44,7 +45,7 @@ def keys(model: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[str]:
                 yield from keys(inner, seen)
 
 
-@pytest.mark.parametrize("model", [Case, Oil, Material, Plan, Design, Formula])
+@pytest.mark.parametrize("model", [Case, Oil, Material, Plan, Design, PairBlankInput, Formula])
 def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     assert set(keys(model, set())) <= NAMES
 
