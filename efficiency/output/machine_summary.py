@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from ehl.errors import InputError
+from ehl.expectation import find_place
 from ehl.units import Quantity
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 Units = Literal["metric", "inch"]
 FLANKS = ("pinion concave", "pinion convex", "gear concave", "gear convex")
 _INCH = 0.0254
+_KINDS = ("type", "process")
 
 # shown unit, factor from SI, decimals
 _SHOWN: dict[str, dict[str, tuple[str, float, int]]] = {
@@ -132,12 +134,15 @@ def chosen_units(text: str) -> Units:
 
 def _entries(section: str, model: BaseModel) -> Iterator[tuple[tuple[str, str], tuple[Any, str]]]:
     """((section, name), (value, SI unit)) of a model and the models in it; what is not set is left out."""
-    for name, info in type(model).model_fields.items():
+    names = type(model).model_fields
+    # the kind of a cutter or machine comes before its numbers
+    for name in sorted(names, key=lambda name: name not in _KINDS):
         value = getattr(model, name)
         if isinstance(value, BaseModel):
             yield from _entries(f"{section}.{name}" if section else name, value)
         elif isinstance(value, (int, float, str)):
-            unit = next((item.unit for item in info.metadata if isinstance(item, Quantity)), "")
+            metadata = find_place(type(model), (name,)).metadata
+            unit = next((item.unit for item in metadata if isinstance(item, Quantity)), "")
             yield (section, name), (value, unit)
 
 

@@ -26,7 +26,7 @@ def blank_figure(design: Design) -> Figure:
     The mean points coincide for a bevel pair. With an offset each member is drawn in its own axial plane, as a
     designer's section does, and the mean points then lie apart.
     """
-    figure = Figure(figsize=(7.6, 6.4), layout="constrained")
+    figure = Figure(layout="constrained")
     axes = figure.add_subplot()
     shaft = design.assembly.shaft_angle
     gear, pinion = design.gear.blank.blank(), design.pinion.blank.blank()
@@ -55,6 +55,8 @@ def blank_figure(design: Design) -> Figure:
     axes.grid(alpha=0.2)
     axes.legend(loc="best", fontsize=8)
     axes.margins(0.06)
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    figure.set_size_inches(8.4, min(1.1 + 7.4 * (top - bottom) / (right - left), 9.0))
     return figure
 
 

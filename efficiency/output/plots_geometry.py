@@ -1,96 +1,194 @@
-"""Figures of the geometry of a pair: ease-off, contact lines on the gear flank, unloaded transmission error."""
+"""Figures on the projection of the flanks: ease-off, contact lines, contact pattern, equivalent radius.
+
+A flank is drawn in blank coordinates, toe on the left, root below: along the pitch cone from the mean point, and square
+to it from the pitch cone.
+"""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
-from efficiency.contact.contact_lines import MeshPosition
-from efficiency.contact.pair import GearPair
+from ehl.plots import BLUE, ORANGE
 
-_MM, _UM, _ARCSEC = 1e3, 1e6, 180.0 * 3600.0 / np.pi
+if TYPE_CHECKING:
+    from efficiency.contact.contact_lines import MeshPosition
+    from efficiency.contact.pair import GearPair
+    from efficiency.contact.pattern import ContactPattern
+    from efficiency.contact.transmission import ContactPath
+
+FloatArray = NDArray[np.float64]
+Member = Literal["pinion", "gear"]
+
+_MM, _UM = 1e3, 1e6
+_EDGE = "0.25"
 
 
-def _outline(axes: Axes, pair: GearPair) -> None:
-    """Gear blank and the edge of the pinion's reach, in blank coordinates of the gear."""
-    blank = pair.surface.gear.blank
+def projection(pair: GearPair, member: Member, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where points (u, v) of the map of a mesh lie on the projection of a member [mm], shape kept."""
+    if member == "gear":
+        return u * _MM, pair.surface.height(u, v) * _MM
+    u1, h1 = pair.surface.patch(u.ravel(), v.ravel(), ("u1", "h1"))
+    return u1.reshape(u.shape) * _MM, h1.reshape(u.shape) * _MM
+
+
+def map_grid(pair: GearPair, columns: int = 141, rows: int = 81) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points (u, v) over the whole map and how far they lie inside both blanks [m], each (rows, columns)."""
+    patch = pair.surface.patch
+    u, v = np.meshgrid(np.linspace(*patch.u_range, columns), np.linspace(*patch.v_range, rows))
+    return u, v, pair.surface.margin(u.ravel(), v.ravel()).reshape(u.shape)
+
+
+def flank_axes(axes: Axes, pair: GearPair, member: Member) -> None:
+    """Blank of a member, and dashed the part of it that the other one reaches."""
+    blank = (pair.surface.gear if member == "gear" else pair.surface.pinion).blank
     u = np.linspace(-0.5, 0.5, 101) * blank.face_width
     root, tip = blank.root(u) * _MM, blank.tip(u) * _MM
-    axes.plot(
-        np.concatenate([u, u[::-1], u[:1]]) * _MM, np.concatenate([root, tip[::-1], root[:1]]), color="0.25", lw=1.2
+    along = np.concatenate([u, u[::-1], u[:1]]) * _MM
+    axes.plot(along, np.concatenate([root, tip[::-1], root[:1]]), color=_EDGE, lw=1.2)
+    grid_u, grid_v, margin = map_grid(pair)
+    axes.contour(
+        *projection(pair, member, grid_u, grid_v), margin, levels=[0.0], colors=_EDGE, linestyles="--", linewidths=0.9
     )
-    v = np.linspace(*pair.surface.patch.v_range, 61)
-    grid_u, grid_v = np.meshgrid(u, v)
-    margin = pair.surface.margin(grid_u.ravel(), grid_v.ravel()).reshape(grid_u.shape)
-    height = pair.surface.height(grid_u, grid_v)
-    axes.contour(grid_u * _MM, height * _MM, margin, levels=[0.0], colors="0.25", linestyles="--", linewidths=1.0)
-    axes.set_xlabel("distance from mean point along the face [mm]  (toe - heel)")
-    axes.set_ylabel("height over pitch cone [mm]  (root - tip)")
+    room = 0.03 * blank.face_width * _MM
+    axes.set_xlim(along.min() - room, along.max() + room)
+    # below the root there is room for the legend
+    axes.set_ylim(root.min() - 4.0 * room, tip.max() + room)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"along the face of the {member} [mm]   toe → heel")
+    axes.set_ylabel("over pitch cone [mm]\nroot → tip")
 
 
-def ease_off_figure(pair: GearPair) -> Figure:
-    """Ease-off over the gear flank [um]; dashed: the part both blanks reach; line: the unloaded contact path."""
-    surface = pair.surface
-    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
-    axes = figure.subplots()
-    u = np.linspace(-0.5, 0.5, 121) * surface.gear.blank.face_width
-    grid_u, grid_v = np.meshgrid(u, np.linspace(max(0.0, surface.patch.v_range[0]), 1.0, 81))
-    relief = surface.patch(grid_u.ravel(), grid_v.ravel(), ("ease_off",))[0].reshape(grid_u.shape)
-    height = surface.height(grid_u, grid_v)
-    levels = MaxNLocator(20).tick_values(0.0, max(float(np.percentile(relief, 99.0)) * _UM, 0.01))
-    colours = axes.contourf(grid_u * _MM, height * _MM, relief * _UM, levels=levels, cmap="viridis", extend="both")
-    figure.colorbar(colours, ax=axes, label="ease-off (material missing on the pinion) [µm]")
-    axes.plot(pair.path.u * _MM, pair.path.height * _MM, color="w", lw=2.0, label="unloaded contact path, one pitch")
-    _outline(axes, pair)
-    axes.legend(loc="lower left", facecolor="0.4", labelcolor="w")
-    axes.set_title(f"{pair.name}, {pair.side} side: ease-off on the gear flank")
+def flank_figure(pair: GearPair, member: Member, what: str) -> tuple[Figure, Axes]:
+    """Figure as high as the flank of a member needs, and its axes with a title."""
+    flank = pair.surface.gear if member == "gear" else pair.surface.pinion
+    u = np.array([-0.5, 0.5]) * flank.blank.face_width
+    extent = float(np.max(flank.blank.tip(u)) - np.min(flank.blank.root(u)))
+    figure = Figure(figsize=(6.6, min(1.75 + 4.4 * extent / flank.blank.face_width, 7.0)), layout="compressed")
+    axes = figure.add_subplot()
+    axes.set_title(f"{pair.name}, {pair.side}:\n{what} on the {member} ({flank.side} flank)", fontsize=10)
+    return figure, axes
+
+
+def draw_path(axes: Axes, pair: GearPair, path: ContactPath, member: Member, colour: str) -> None:
+    """Unloaded path of contact of one tooth pair, inside the edges."""
+    u, height = (path.u, path.height) if member == "gear" else (path.u_pinion, path.height_pinion)
+    free = path.free
+    axes.plot(np.where(free, u, np.nan) * _MM, height * _MM, color=colour, lw=2.2, label="unloaded path of contact")
+
+
+def ease_off_figure(pair: GearPair, path: ContactPath | None = None, member: Member = "gear") -> Figure:
+    """Ease-off over the flank of a member, contours in um; dashed: the part both blanks reach.
+
+    Parameters
+    ----------
+    pair : GearPair
+        The mesh.
+    path : ContactPath, optional
+        Path of contact to draw; that of the pair over one pitch if not given.
+    member : {"gear", "pinion"}
+        On whose projection.
+    """
+    figure, axes = flank_figure(pair, member, "ease-off")
+    u, v, margin = map_grid(pair)
+    relief = pair.surface.patch(u.ravel(), v.ravel(), ("ease_off",))[0].reshape(u.shape) * _UM
+    shown = np.ma.masked_where(margin < 0.0, relief)
+    top = max(float(np.max(relief[margin >= 0.0], initial=0.0)), 0.01)
+    levels = MaxNLocator(10).tick_values(0.0, top)
+    x, y = projection(pair, member, u, v)
+    colours = axes.contourf(x, y, shown, levels=levels, cmap="viridis")
+    lines = axes.contour(x, y, shown, levels=levels[1:], colors="w", linewidths=0.7)
+    axes.clabel(lines, fmt="%g", fontsize=8)
+    figure.colorbar(colours, ax=axes, label="ease-off, material\nmissing on pinion [µm]", shrink=0.85)
+    draw_path(axes, pair, pair.path if path is None else path, member, ORANGE)
+    flank_axes(axes, pair, member)
+    axes.legend(loc="lower left", fontsize=8, frameon=False, ncols=2)
     return figure
 
 
-def contact_lines_figure(pair: GearPair, cycle: tuple[MeshPosition, ...]) -> Figure:
-    """Potential contact lines of all positions on the gear flank, coloured by equivalent radius."""
-    blank = pair.surface.gear.blank
-    figure = Figure(figsize=(8.0, 4.2), layout="constrained")
-    axes = figure.subplots()
-    lines, radii = [], []
+def contact_lines_figure(
+    pair: GearPair, cycle: tuple[MeshPosition, ...], path: ContactPath | None = None, member: Member = "gear"
+) -> Figure:
+    """Potential contact lines of all positions of a pitch, coloured by equivalent radius, and the path of contact."""
+    figure, axes = flank_figure(pair, member, "contact lines")
+    blank = (pair.surface.gear if member == "gear" else pair.surface.pinion).blank
+    lines: list[FloatArray] = []
+    radii = []
     for position in cycle:
+        face = position.face_gear if member == "gear" else position.face_pinion
+        height = position.height_gear if member == "gear" else position.height_pinion
         for tooth in np.unique(position.pair):
             own = position.pair == tooth
-            u = position.face_gear[own] - 0.5 * blank.face_width
-            line = np.stack([u, position.height_gear[own] + blank.root(u)], axis=1) * _MM
+            u = face[own] - 0.5 * blank.face_width
+            line = np.stack([u, height[own] + blank.root(u)], axis=1) * _MM
             # one piece per point, so that the colour can change along the line
-            middle = 0.5 * (line[1:] + line[:-1])
-            corners = np.concatenate([line[:1], middle, line[-1:]])
+            corners = np.concatenate([line[:1], 0.5 * (line[1:] + line[:-1]), line[-1:]])
             lines += list(np.stack([corners[:-1], corners[1:]], axis=1))
             radii.append(position.radius_equivalent[own])
             if position is cycle[0]:
-                axes.plot(*line.T, color="k", lw=2.5, zorder=3)
+                axes.plot(*line.T, color="k", lw=2.5, zorder=3, label="one position, all pairs" if own[0] else None)
     shown = axes.add_collection(LineCollection(lines, array=np.concatenate(radii) * _MM, cmap="plasma", linewidths=1.3))
-    figure.colorbar(shown, ax=axes, label="equivalent radius normal to the line [mm]")
-    _outline(axes, pair)
-    axes.set_title(f"{pair.name}, {pair.side} side: contact lines (black: one position, all pairs)")
+    figure.colorbar(shown, ax=axes, label="equivalent radius\nnormal to the line [mm]", shrink=0.85)
+    draw_path(axes, pair, pair.path if path is None else path, member, BLUE)
+    flank_axes(axes, pair, member)
+    axes.legend(loc="lower left", fontsize=8, frameon=False, ncols=2)
     return figure
 
 
-def transmission_figure(pair: GearPair, cycle: tuple[MeshPosition, ...]) -> Figure:
-    """Unloaded transmission error of one tooth pair, and of all pairs over two pitches."""
-    figure = Figure(figsize=(8.0, 3.6), layout="constrained")
-    axes = figure.subplots()
+def radius_figure(pair: GearPair, cycle: tuple[MeshPosition, ...], lines: int = 6) -> Figure:
+    """Equivalent radius normal to the line along some of the contact lines of the cycle."""
+    from matplotlib import colormaps
+
+    figure = Figure(figsize=(6.6, 3.6), layout="constrained")
+    axes = figure.add_subplot()
     pitch = pair.surface.pitch
-    axes.plot(
-        pair.path.pinion_angle / pitch, pair.path.transmission_error * _ARCSEC, color="C0", label="one tooth pair"
+    traces = [
+        (position.pinion_angle / pitch + float(tooth), position.face_gear[own], position.radius_equivalent[own])
+        for position in cycle
+        for tooth in np.unique(position.pair)
+        for own in (position.pair == tooth,)
+    ]
+    traces.sort(key=lambda trace: trace[0])
+    chosen = np.unique(np.linspace(0, len(traces) - 1, lines + 2).astype(int)[1:-1])
+    for colour, number in zip(colormaps["viridis"](np.linspace(0.0, 0.9, chosen.size)), chosen, strict=True):
+        roll, face, radius = traces[number]
+        axes.plot(face * _MM, radius * _MM, color=colour, marker=".", ms=3, label=f"{roll:+.2f}")
+    axes.set(
+        xlabel="along the face of the gear from the toe [mm]",
+        ylabel="equivalent radius normal\nto the contact line [mm]",
+        ylim=(0.0, None),
+        xlim=(0.0, pair.surface.gear.blank.face_width * _MM),
     )
-    angle = np.array([p.pinion_angle for p in cycle]) / pitch
-    error = np.array([p.transmission_error for p in cycle]) * _ARCSEC
-    axes.plot(
-        np.concatenate([angle - 1.0, angle]), np.concatenate([error, error]), "o", ms=3.5, color="C1", label="all pairs"
-    )
-    axes.set_xlabel("pinion angle from the design point [pitches]")
-    axes.set_ylabel("transmission error [arcsec]")
+    axes.set_title(f"{pair.name}, {pair.side}:\nequivalent radius along contact lines", fontsize=10)
     axes.grid(alpha=0.3)
-    axes.legend()
-    axes.set_title(f"{pair.name}, {pair.side} side: unloaded transmission error")
+    axes.legend(
+        title="roll of the pair\n[pinion pitches]",
+        fontsize=8,
+        title_fontsize=8,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+    )
+    return figure
+
+
+def contact_pattern_figure(pair: GearPair, pattern: ContactPattern, path: ContactPath, member: Member) -> Figure:
+    """Contact pattern on a member, shaded in quarters of the marking thickness, with the path of contact."""
+    thickness = pattern.thickness * _UM
+    figure, axes = flank_figure(pair, member, f"contact pattern, marking {thickness:.4g} µm,")
+    u, height = (pattern.gear_u, pattern.gear_height) if member == "gear" else (pattern.pinion_u, pattern.pinion_height)
+    gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0) * _UM)
+    levels = np.linspace(0.0, thickness, 5)
+    shades = axes.contourf(u * _MM, height * _MM, gap, levels=levels, cmap="Blues_r", vmin=-0.3 * thickness)
+    if pattern.marked.any():
+        axes.contour(u * _MM, height * _MM, gap, levels=levels[-1:], colors=BLUE, linewidths=1.4)
+    figure.colorbar(shades, ax=axes, label="least distance\nof the flanks [µm]", shrink=0.85, format="%.3g")
+    draw_path(axes, pair, path, member, ORANGE)
+    flank_axes(axes, pair, member)
+    axes.legend(loc="lower left", fontsize=8, frameon=False)
     return figure

@@ -48,7 +48,7 @@ def tooth_pair_figure(pair: GearPair, teeth: int = 3) -> Figure:
     teeth : int
         Teeth shown of each member, an odd number.
     """
-    figure = Figure(figsize=(9.6, 3.9), layout="constrained")
+    figure = Figure(figsize=(9.6, 4.0), layout="constrained")
     surface, assembly = pair.surface, pair.surface.assembly
     angle = surface.direction * surface.crest_roll + surface.roll_zero
     sheets: list[tuple[FloatArray, str]] = []
@@ -77,12 +77,15 @@ def tooth_pair_figure(pair: GearPair, teeth: int = 3) -> Figure:
         axes.set(xlabel="across the view [mm]", ylabel="up the view [mm]", title=f"seen from the {name}")
         axes.grid(alpha=0.2)
         axes.set_axisbelow(True)
+    shape = max(
+        (top - bottom) / (right - left)
+        for (left, right), (bottom, top) in ((axes.get_xlim(), axes.get_ylim()) for axes in figure.axes)
+    )
+    figure.set_size_inches(9.6, min(1.3 + 4.2 * shape, 7.0))
     figure.axes[0].plot([], [], color=BLUE, lw=6, label="pinion")
     figure.axes[0].plot([], [], color=ORANGE, lw=6, label="gear")
     figure.axes[0].legend(loc="best", fontsize=8)
-    figure.suptitle(
-        f"{pair.name}, {pair.side}: teeth in mesh at the highest point of the transmission error", fontsize=11
-    )
+    figure.suptitle(f"{pair.name}, {pair.side}: teeth in mesh where the transmission error is highest", fontsize=11)
     return figure
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.figure import Figure
 
 from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly, turn
@@ -18,7 +17,6 @@ from efficiency.contact.pair import GearPair, gear_pair
 from efficiency.contact.patch import Patch
 from efficiency.cutting import newton
 from efficiency.design import load_design
-from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure, transmission_figure
 from ehl.errors import InputError
 
 BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))
@@ -152,11 +150,3 @@ def test_tooth_shapes(pair: GearPair) -> None:
 def test_mesh_cycle_refuses_impossible_counts(pair: GearPair, positions: int, points: int) -> None:
     with pytest.raises(InputError, match="whole number"):
         mesh_cycle(pair, positions, points)
-
-
-def test_figures(pair: GearPair) -> None:
-    cycle = mesh_cycle(pair, positions=2, points_per_line=5)
-    for figure in (ease_off_figure(pair), contact_lines_figure(pair, cycle), transmission_figure(pair, cycle)):
-        assert isinstance(figure, Figure)
-        assert figure.axes[0].get_xlabel()
-        figure.canvas.draw()

@@ -1,0 +1,71 @@
+"""Files of a design for other programs, one function for each kind; each returns a line that says what was written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
+from efficiency.output.machine_summary import Units, write_summary
+from efficiency.output.solid import Solid, member_solid, tooth_space_solid
+from efficiency.output.stl import write_stl
+from efficiency.output.tooth_grid import Member, ToothGrid, tooth_grid
+from ehl.errors import ConvergenceError
+
+if TYPE_CHECKING:
+    from efficiency.cutting.cutter import FlankSide
+    from efficiency.design import Design
+
+
+def export_tooth_space(
+    design: Design, member: Member, folder: Path, rows: int, columns: int, rim: float | None = None
+) -> str:
+    """STL of one tooth space between two half teeth."""
+    grid = tooth_grid(design, member, rows, columns)
+    return _solid(design, grid, tooth_space_solid(grid, rim), folder / f"{member}_tooth_space.stl")
+
+
+def export_member(
+    design: Design,
+    member: Member,
+    folder: Path,
+    rows: int,
+    columns: int,
+    rim: float | None = None,
+    bore: float | None = None,
+) -> str:
+    """STL of a whole member."""
+    grid = tooth_grid(design, member, rows, columns)
+    return _solid(design, grid, member_solid(grid, rim, bore), folder / f"{member}.stl")
+
+
+def _solid(design: Design, grid: ToothGrid, solid: Solid, path: Path) -> str:
+    if not solid.closed:
+        raise ConvergenceError("open_solid", f"the surface of {path.name} does not close: other rows or columns")
+    write_stl(path, solid, f"{design.name} {path.stem}")
+    continued = [side for side, extended in zip(grid.sides, grid.extended, strict=True) if extended]
+    note = f"; {' and '.join(continued)} flank continued straight to the root below its end" if continued else ""
+    return f"{path}: {len(solid.triangles)} triangles, closed, {1e9 * solid.volume:.6g} mm3{note}"
+
+
+def export_grids(
+    design: Design, member: Member, folder: Path, rows: int, columns: int, margin: float = 0.0
+) -> list[str]:
+    """CSV grids of both flanks of a member."""
+    part = design.pinion if member == "pinion" else design.gear
+    sides: tuple[FlankSide, ...] = ("concave", "convex")
+    written = []
+    for side in sides:
+        grid = inspection_grid(part.flank(side), rows, columns, margin)
+        path = folder / f"{member}_{side}.csv"
+        write_inspection_grid(path, design, member, side, grid)
+        start = f", from {100.0 * grid.lowest:.1f} % of the depth over the root" if grid.lowest > 0.0 else ""
+        written.append(f"{path}: {rows} x {columns} points{start}")
+    return written
+
+
+def export_summary(design: Design, folder: Path, units: Units = "metric") -> str:
+    """CSV of blanks, cutters and machine settings."""
+    path = folder / "machine_summary.csv"
+    write_summary(path, design, units)
+    return f"{path}: blanks, cutters and settings of four flanks, {units}"

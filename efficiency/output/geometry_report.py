@@ -1,0 +1,169 @@
+"""Geometry and unloaded contact of a pair as figures and as one HTML page for print."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from efficiency.output.geometry_tables import (
+    FLANK_HEADER,
+    all_notes,
+    blank_table,
+    contact_rows,
+    flank_rows,
+    key_side,
+    misalignment_text,
+    setting_tables,
+)
+from efficiency.output.machine_summary import FLANKS, Units, summary_rows
+from efficiency.output.plots_blank import blank_figure
+from efficiency.output.plots_geometry import (
+    contact_lines_figure,
+    contact_pattern_figure,
+    ease_off_figure,
+    radius_figure,
+)
+from efficiency.output.plots_teeth import tooth_pair_figure
+from efficiency.output.plots_transmission import harmonics_figure, transmission_figure
+from ehl import __version__
+from ehl.errors import InputError
+from ehl.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.plots import save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from efficiency.geometry import PairGeometry, SideGeometry
+
+
+def side_figures(side: SideGeometry) -> Iterator[tuple[str, Figure, str]]:
+    """(name, figure, caption) of one side."""
+    pair, path = side.pair, side.transmission.path
+    yield "teeth_in_mesh", tooth_pair_figure(pair), "Teeth in mesh; positions include the misalignments."
+    yield (
+        "ease_off_gear",
+        ease_off_figure(pair, path, "gear"),
+        "Ease-off on the projection of the gear. Dashed: the limit of the part both flanks reach.",
+    )
+    yield "ease_off_pinion", ease_off_figure(pair, path, "pinion"), "The same on the projection of the pinion."
+    yield (
+        "contact_pattern_gear",
+        contact_pattern_figure(pair, side.pattern, path, "gear"),
+        "Contact pattern: where the flanks come closer than the marking compound is thick.",
+    )
+    yield (
+        "contact_pattern_pinion",
+        contact_pattern_figure(pair, side.pattern, path, "pinion"),
+        "The same on the pinion.",
+    )
+    yield (
+        "transmission_error",
+        transmission_figure(side),
+        "Unloaded transmission error: the gear lags where it is negative. Dotted: an edge is in contact.",
+    )
+    yield "harmonics", harmonics_figure(side), "Amplitudes at multiples of the mesh frequency, all pairs together."
+    yield (
+        "contact_lines",
+        contact_lines_figure(pair, side.cycle, path),
+        "Potential contact lines of all positions in a pitch. Black: all pairs at one position.",
+    )
+    yield (
+        "equivalent_radius",
+        radius_figure(pair, side.cycle),
+        "Equivalent radius normal to the contact line, along some of the lines.",
+    )
+
+
+def save_geometry_figures(geometry: PairGeometry, folder: Path) -> None:
+    """All figures as PNG files: `blank_section.png`, and `drive_...png`, `coast_...png`."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--plot", str(folder), "a folder that can be written", f"{error}.") from None
+    save_figure(blank_figure(geometry.design), folder / "blank_section.png")
+    for name, side in geometry.sides.items():
+        for what, figure, _ in side_figures(side):
+            save_figure(figure, folder / f"{name}_{what}.png")
+
+
+def write_geometry_report(geometry: PairGeometry, path: Path, units: Units = "metric") -> Path:
+    """One self-contained page: blanks, settings, contact of each side, notes, versions.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    design = geometry.design
+    sections = [_headline(geometry), _blanks(geometry, units), _settings(geometry, units), _contact(geometry)]
+    sections += [
+        Section(f"{number}. {name.capitalize()} side", _side_blocks(side))
+        for number, (name, side) in enumerate(geometry.sides.items(), start=4)
+    ]
+    return write_report(
+        path,
+        f"Gear geometry: {design.name}",
+        f"{design.pinion.blank.teeth} x {design.gear.blank.teeth} teeth, {misalignment_text(design)}. "
+        f"Source: {design.source or 'not stated'}",
+        sections,
+        f"mixed-ehl {__version__}, Python {platform.python_version()}; computed in {geometry.seconds:.2f} s. Unloaded: "
+        "rigid flanks, no deflection.",
+    )
+
+
+def _headline(geometry: PairGeometry) -> Section:
+    figures = [(key_side(side), f"transmission error, {name}, peak to peak") for name, side in geometry.sides.items()]
+    figures += [
+        (f"{side.contact_ratio:.2f}", f"potential contact ratio, {name}") for name, side in geometry.sides.items()
+    ]
+    notes = all_notes(geometry)
+    blocks: list[Block] = [KeyFigures(figures)] if figures else []
+    if notes:
+        blocks.append(Table(("notes",), [(note,) for note in notes]))
+    return Section("", blocks)
+
+
+def _blanks(geometry: PairGeometry, units: Units) -> Section:
+    rows = blank_table(summary_rows(geometry.design, units))
+    return Section(
+        "1. Blanks",
+        [
+            Picture(blank_figure(geometry.design), "Axial section of both members in the plane of the axes."),
+            Table(("quantity", "unit", "pinion", "gear"), rows, text_columns=2),
+        ],
+    )
+
+
+def _settings(geometry: PairGeometry, units: Units) -> Section:
+    tables = setting_tables(summary_rows(geometry.design, units))
+    return Section(
+        "2. Cutters and machine settings",
+        [
+            *(
+                Table((part, "unit", *FLANKS), rows, "What is zero for all four flanks is left out.", text_columns=2)
+                for part, rows in tables.items()
+            ),
+            Table(FLANK_HEADER, flank_rows(geometry), "Flanks at their mean points."),
+        ],
+    )
+
+
+def _contact(geometry: PairGeometry) -> Section:
+    text = Text(
+        "Ease-off is the distance from the pinion flank conjugate to the real gear flank to the real pinion flank, "
+        "positive where material is missing on the pinion. The transmission error is the rotation of the gear ahead of "
+        "its place at constant ratio. Places on a flank: along the pitch cone from the mean point to the heel, and "
+        "square to it over the pitch cone."
+    )
+    blocks: list[Block] = [text]
+    if geometry.sides:
+        blocks.append(Table(("quantity", "unit", *geometry.sides), contact_rows(geometry), text_columns=2))
+    return Section("3. Unloaded contact", blocks)
+
+
+def _side_blocks(side: SideGeometry) -> list[Block]:
+    pictures = {name: Picture(figure, caption) for name, figure, caption in side_figures(side)}
+    wide = pictures.pop("teeth_in_mesh")
+    return [wide, Pictures(list(pictures.values()))]
