@@ -92,7 +92,12 @@ class Flank(ABC):
 
     def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Point, normal and condition, (7, n), and their derivatives by the parameters, (n, 7, 3), exact."""
-        return newton.complex_jacobian(lambda y: np.concatenate([*self.sweep(y)[:2], self.sweep(y)[2][None]]), x)
+
+        def state(y: Array) -> Array:
+            point, normal, condition = self.sweep(y)
+            return np.concatenate([point, normal, condition[None]])
+
+        return newton.complex_jacobian(state, x)
 
     def points(self, x: FloatArray) -> FlankPoints:
         """Flank points at solved cutting parameters."""

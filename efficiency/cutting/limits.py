@@ -1,0 +1,230 @@
+"""Where a cut flank ends: root fillet and root line, undercut, tips, and what the cutter hits besides.
+
+Below the profile the edge radius of the blade cuts the fillet; where the tip plane takes over lies the root line. A
+generated flank is undercut where it turns back on itself (edge of regression) before the profile of the blade ends:
+the fillet then crosses the flank above that edge, and the flank ends where they cross.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.cutting.column import Columns, at_length, columns, regression
+from efficiency.cutting.flank import CutFlank, Flank
+from ehl.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# smallest edge radius of a real blade: what a sharp corner is rounded with, so that it cuts a fillet at all
+SHARP = 1e-5
+_ROWS = 24
+
+
+@dataclass(frozen=True)
+class FlankLimits:
+    """Limits of a flank at stations along its face.
+
+    Attributes
+    ----------
+    u : (k,) array
+        Stations: distance from the mean point along the pitch cone, from toe to heel [m].
+    tip : (k,) array
+        Height of the blank's face cone [m]; heights count from the pitch cone, positive towards the tip.
+    start : (k,) array
+        Height where the flank begins: end of the blade's profile, or where the fillet crosses an undercut flank [m].
+    root : (k,) array
+        Height of the cut root: where the blade's tip plane touches [m]; nan where the cutter does not reach.
+    blank_root : (k,) array
+        Height of the blank's root cone [m].
+    undercut : (k,) bool array
+        Where the flank turns back on itself above the end of the profile.
+    regression : (k,) array
+        Height of the edge of regression [m]; nan where there is none.
+    fillet : Columns
+        Points of the fillet, from the profile to the root line.
+    roll : (float, float)
+        Cradle roll between which flank and fillet are cut [rad].
+    """
+
+    u: FloatArray
+    tip: FloatArray
+    start: FloatArray
+    root: FloatArray
+    blank_root: FloatArray
+    undercut: BoolArray
+    regression: FloatArray
+    fillet: Columns
+    roll: tuple[float, float]
+
+    @property
+    def undercut_depth(self) -> FloatArray:
+        """Height of the flank lost to undercut over the edge of regression, 0 where there is none [m]."""
+        return np.where(self.undercut, self.start - np.where(self.undercut, self.regression, 0.0), 0.0)
+
+    @property
+    def root_error(self) -> FloatArray:
+        """Height of the cut root over the blank's root cone, negative where it is cut too deep [m]."""
+        return self.root - self.blank_root
+
+
+@dataclass(frozen=True)
+class Mutilation:
+    """The cutter's tip inside the blank away from the slot it cuts.
+
+    Attributes
+    ----------
+    u, height : float
+        Deepest place found: distance from the mean point along the pitch cone, height over it [m].
+    depth : float
+        Depth under the face cone there [m].
+    """
+
+    u: float
+    height: float
+    depth: float
+
+
+def fillet(flank: CutFlank) -> CutFlank:
+    """The root fillet as a flank of its own, cut by the edge radius; its s runs from `Blade.tip` to `profile_start`."""
+    radius = float(np.real(flank.blade.edge_radius)) or SHARP
+    return replace(flank, blade=replace(flank.blade, edge_radius=radius, part="fillet"))
+
+
+def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> FlankLimits:
+    """Fillet, root line and undercut of a flank.
+
+    Parameters
+    ----------
+    flank : CutFlank
+        The flank.
+    stations : int
+        Stations along the face.
+    margin : float
+        How far they stay away from toe and heel, as a fraction of the face width.
+
+    Raises
+    ------
+    ConvergenceError
+        The flank does not exist in the middle of the tooth over the whole face.
+    """
+    blank, root_cut = flank.blank, fillet(flank)
+    u = np.linspace(-0.5 + margin, 0.5 - margin, stations) * blank.face_width
+    middle, found = flank.solve(u, blank.height(u, np.full(stations, 0.6)))
+    if not found.all():
+        raise ConvergenceError("undercut", f"the {flank.side} flank does not exist at the middle of its depth")
+    s_start = root_cut.blade.profile_start
+    top = middle.parameters[0]
+    down = np.linspace(0.0, 1.0, _ROWS)[:, None]
+    profile = columns(flank, u, top + down * (s_start - top), middle.parameters)
+    # the fillet leaves the profile steeply: more of its points near there
+    arc = s_start + down**2 * (root_cut.blade.tip - s_start) + 0.0 * u
+    curve = columns(root_cut, u, arc, profile.parameters[-1])
+
+    sign = np.sign(profile.regression[0])
+    behind = (profile.regression * sign < 0.0) & profile.found
+    undercut = behind.any(axis=0)
+    start, edge = profile.height[-1].copy(), np.full(stations, np.nan)
+    if undercut.any():
+        limit = _edge_of_regression(flank, u, profile, behind, undercut)
+        edge[undercut], start[undercut] = limit.height[-1], _crossing(root_cut, u[undercut], limit, curve, undercut)
+    reached = profile.found[-1] & curve.found[-1]
+    start[~profile.found[-1] & ~undercut] = np.nan
+    rolls = np.concatenate([middle.parameters[2], profile.parameters[:, 2].ravel(), curve.parameters[:, 2].ravel()])
+    return FlankLimits(
+        u=u,
+        tip=blank.tip(u),
+        start=start,
+        root=np.where(reached, curve.height[-1], np.nan),
+        blank_root=blank.root(u),
+        undercut=undercut,
+        regression=edge,
+        fillet=curve,
+        roll=(float(rolls.min()), float(rolls.max())),
+    )
+
+
+def _edge_of_regression(
+    flank: CutFlank, u: FloatArray, profile: Columns, behind: BoolArray, undercut: BoolArray
+) -> Columns:
+    """The undercut stations from the middle of the tooth to the edge of regression, found by bisection."""
+    own = np.flatnonzero(undercut)
+    last = np.argmax(behind[:, own], axis=0)
+    front, back = profile.parameters[last - 1, :, own].T, profile.parameters[last, :, own].T
+    sign = np.sign(profile.regression[0, own])
+    for _ in range(30):
+        x, _ = at_length(flank, u[own], 0.5 * (front + back))
+        ahead = regression(flank, x) * sign > 0.0
+        front, back = np.where(ahead, x, front), np.where(ahead, back, x)
+    middle = profile.parameters[0, :, own].T
+    share = 1.0 - np.linspace(1.0, 0.0, 2 * _ROWS)[:, None] ** 2
+    return columns(flank, u[own], middle[0] + share * (front[0] - middle[0]), middle)
+
+
+def _crossing(root_cut: CutFlank, u: FloatArray, limit: Columns, curve: Columns, undercut: BoolArray) -> FloatArray:
+    """Heights where the fillet crosses the undercut flank; those of the edge of regression where it does not."""
+    edge, begin = limit.height[-1], curve.parameters[0][:, undercut]
+    # the fillet from where it leaves the profile to where it has sunk below the edge of regression
+    sunk = np.argmax(curve.height[:, undercut] < edge, axis=0)
+    end = np.take_along_axis(curve.parameters[:, 0, undercut], sunk[None], axis=0)[0]
+    steps = np.linspace(0.0, 1.0, 2 * _ROWS)[:, None]
+    fine = columns(root_cut, u, begin[0] + steps * (end - begin[0]), begin)
+    heights = np.array(edge)
+    for k in range(u.size):
+        x, y = limit.position[:, 0, k], limit.position[:, 1, k]
+        into = -np.sign(limit.normal[0, 1, k] * x[0] - limit.normal[0, 0, k] * y[0])
+        # angles about the axis into the tooth, at equal heights
+        flank = into * np.angle((x + 1j * y) / (x[0] + 1j * y[0]))
+        below = into * np.angle((fine.position[:, 0, k] + 1j * fine.position[:, 1, k]) / (x[0] + 1j * y[0]))
+        height = fine.height[:, k]
+        gap = below - np.interp(height, limit.height[::-1, k], flank[::-1])
+        cuts = np.flatnonzero((gap > 0.0) & (height > edge[k]))
+        if cuts.size and cuts[0] > 0:
+            share = gap[cuts[0]] / (gap[cuts[0]] - gap[cuts[0] - 1])
+            heights[k] = height[cuts[0]] + share * (height[cuts[0] - 1] - height[cuts[0]])
+    return heights
+
+
+def mutilation(flank: CutFlank, roll: tuple[float, float], rolls: int = 9) -> Mutilation | None:
+    """Deepest place where the tip circle runs into the blank beside the slot it cuts; None where it does not.
+
+    Parameters
+    ----------
+    flank : CutFlank
+        The flank.
+    roll : (float, float)
+        Range of the cradle roll [rad], see `FlankLimits`.
+    """
+    count = 720
+    blank, blade = flank.blank, flank.blade
+    phis = np.linspace(*roll, rolls) if flank.machine.generated else np.zeros(1)
+    th = np.linspace(-np.pi, np.pi, count, endpoint=False)
+    grid = np.stack([np.full(count * phis.size, blade.tip), np.tile(th, phis.size), np.repeat(phis, count)])
+    point = np.real(flank.sweep(grid)[0])
+    u, h = blank.coordinates(np.hypot(point[0], point[1]), point[2])
+    depth = np.where(np.abs(u) < 0.5 * blank.face_width, blank.tip(np.real(u)) - np.real(h), -1.0)
+    here = int(np.argmin(np.abs(np.angle(np.exp(1j * (th - flank.guess()[1, 0]))))))
+    inside = np.roll(depth.reshape(phis.size, count) > 0.0, -here, axis=1)
+    slot = np.logical_and.accumulate(inside, axis=1) | np.logical_and.accumulate(inside[:, ::-1], axis=1)[:, ::-1]
+    outside = np.roll(slot, here, axis=1).ravel()
+    depth = np.where(outside, -1.0, depth)
+    worst = int(np.argmax(depth))
+    if depth[worst] <= 0.0:
+        return None
+    return Mutilation(float(np.real(u[worst])), float(np.real(h[worst])), float(depth[worst]))
+
+
+def slot_angle(concave: Flank, convex: Flank, u: FloatArray, h: FloatArray) -> FloatArray:
+    """Angle of the slot between the two flanks of one setting at blank coordinates (u, h) [rad].
+
+    Negative where the opposite blade cuts into the flank.
+    """
+    one, found = concave.solve(u, h)
+    other, also = convex.solve(u, h)
+    if not (found & also).all():
+        raise ConvergenceError("undercut", "the two flanks do not both exist where their slot is asked for")
+    outwards = one.normal[1] * one.position[0] - one.normal[0] * one.position[1]
+    return np.asarray(np.sign(outwards) * np.angle(np.exp(1j * (other.azimuth - one.azimuth))))
