@@ -9,6 +9,8 @@ import typer
 
 import efficiency.commands
 import efficiency.commands_blank
+import efficiency.commands_geometry
+import efficiency.commands_settings
 import ehl.cli
 import regression.cli
 from ehl import __version__
@@ -42,6 +44,8 @@ ehl.cli.register(app)
 regression.cli.register(app)
 efficiency.commands.register(app)
 efficiency.commands_blank.register(app)
+efficiency.commands_geometry.register(app)
+efficiency.commands_settings.register(app)
 
 
 @app.command()

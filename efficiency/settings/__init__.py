@@ -1,0 +1,1 @@
+"""Machine settings from a blank, a cutter and contact targets."""

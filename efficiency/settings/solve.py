@@ -1,0 +1,200 @@
+"""Machine settings from targets: blank -> gear settings -> conjugate start -> fit -> design file."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.blank.pair import pair_blank
+from efficiency.blank.result import PairBlank
+from efficiency.contact.assembly import dot
+from efficiency.contact.pair import Side, gear_pair
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import CutFlank
+from efficiency.design import Design
+from efficiency.settings.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, fit_grid
+from efficiency.settings.cradle import fit_on_cradle
+from efficiency.settings.design_file import design_text, header, parse_design, written_flank
+from efficiency.settings.ease_off_target import wanted_relief
+from efficiency.settings.fit import FitResult, FittedFlank, fit
+from efficiency.settings.free import free_settings
+from efficiency.settings.gear import SIDES, GearCut, PairGeometry, cut_gear, pair_geometry
+from efficiency.settings.inputs import FlankTarget, SettingsInput
+from efficiency.settings.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
+from efficiency.settings.wanted import standing_back, wanted_flank
+from ehl.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+
+_DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
+_AMPLITUDE_TOLERANCE = 0.01
+
+
+def machine_settings(inputs: SettingsInput) -> SettingsResult:
+    """Complete design of a pair from its blank and targets.
+
+    Raises
+    ------
+    InputError
+        The blank or the cutter is impossible.
+    ConvergenceError
+        The gear or the conjugate pinion does not exist over the working depth.
+    """
+    began = perf_counter()
+    blank = pair_blank(inputs.blank)
+    pair = pair_geometry(blank, inputs.cutting.gear == "generated")
+    gear = cut_gear(pair)
+    grid = fit_grid(pair)
+    starts = {side: conjugate_start(pair, gear, side, grid) for side in SIDES}
+
+    targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    scale = dict.fromkeys(SIDES, 1.0)
+    for _ in range(5):
+        fits = _fit(inputs, pair, gear, grid, starts, scale)
+        fitted = _by_side(fits)
+        text, design = _design(inputs, blank, pair, gear, fitted)
+        amplitude = {side: unloaded_amplitude(design, _DRIVE[side]) for side in SIDES}
+        wanted = {side: targets[side].transmission_error for side in SIDES}
+        off = {
+            side: float(want / have) for side, want in wanted.items() if want and (have := amplitude[side]) is not None
+        }
+        if all(abs(ratio - 1.0) < _AMPLITUDE_TOLERANCE for ratio in off.values()):
+            break
+        scale = {side: scale[side] * off.get(side, 1.0) for side in SIDES}
+
+    reports = {
+        side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), amplitude[side])
+        for side in SIDES
+    }
+    warnings = _warnings(inputs, blank, reports)
+    short = any(report.fitted.rms > RESIDUAL_LIMIT for report in reports.values())
+    return SettingsResult(
+        design=design,
+        text=text,
+        concave=reports["concave"],
+        convex=reports["convex"],
+        iterations=sum(result.iterations for result in fits),
+        seconds=perf_counter() - began,
+        status="residual" if short else "converged",
+        warnings=warnings,
+    )
+
+
+def _fit(
+    inputs: SettingsInput,
+    pair: PairGeometry,
+    gear: GearCut,
+    grid: FitGrid,
+    starts: dict[FlankSide, ConjugateFlankStart],
+    scale: dict[FlankSide, float],
+) -> list[FitResult]:
+    free = free_settings(inputs)
+    targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    weight = root_weight(inputs, pair)
+    # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
+    thinner = standing_back(pair) if free.common and not pair.blade_groups else 0.0
+    wanted = [
+        wanted_flank(pair, starts[side], scale[side] * wanted_relief(targets[side], grid.x, grid.y), weight, thinner)
+        for side in SIDES
+    ]
+    groups = [wanted] if free.common else [[want] for want in wanted]
+    if inputs.cutting.machine == "cradle":
+        return [fit_on_cradle(pair, group, gear.screw, free, inputs.cutting.tilt_limit) for group in groups]
+    return [fit(group, free.common, free.own) for group in groups]
+
+
+def root_weight(inputs: SettingsInput, pair: PairGeometry) -> float:
+    """Residual that a metre of root error counts as.
+
+    Where each face-hobbed flank has its own setting, the few free settings leave no room for the root.
+    """
+    if inputs.targets.root_weight is not None:
+        return inputs.targets.root_weight
+    if not pair.blade_groups:
+        return 0.03
+    return 0.02 if inputs.cutting.pinion == "both_flanks" else 0.0
+
+
+def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
+    found = {flank.flank.side: flank for result in fits for flank in result.flanks}
+    for side, flank in found.items():
+        if flank.found.mean() < 0.5:
+            raise ConvergenceError(
+                "undercut", f"the {side} pinion flank exists at {flank.found.mean():.0%} of its points only"
+            )
+    return found
+
+
+def _design(
+    inputs: SettingsInput,
+    blank: PairBlank,
+    pair: PairGeometry,
+    gear: GearCut,
+    fitted: dict[FlankSide, FittedFlank],
+) -> tuple[str, Design]:
+    # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
+    back = _backlash_turns(pair, fitted)
+    middle = 0.5 * sum(fitted[side].phase for side in SIDES)
+    pinion: dict[FlankSide, CutFlank] = {
+        side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in SIDES
+    }
+    cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in SIDES}
+    text = design_text(inputs, blank, pinion, cut_flanks, header(inputs, fitted))
+    return text, parse_design(text)
+
+
+def _backlash_turns(pair: PairGeometry, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:
+    """Turn of each flank from contact on both sides into its tooth [rad]."""
+    turns: dict[FlankSide, float] = {}
+    for side in SIDES:
+        flank = fitted[side]
+        points = flank.flank.points(flank.parameters[:, flank.found])
+        spun = np.stack([-points.position[1], points.position[0], np.zeros(points.position.shape[1])])
+        # turning against the outward normal makes the tooth thinner
+        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * standing_back(pair)
+    return turns
+
+
+def unloaded_amplitude(design: Design, side: Side) -> float | None:
+    """Peak to peak of the unloaded transmission error of one tooth pair, half a pitch to both sides of its crest [rad].
+
+    None where the pair does not mesh.
+    """
+    try:
+        pair = gear_pair(design, side)
+    except ConvergenceError:
+        return None
+    path, pitch = pair.path, pair.surface.pitch
+    inside = np.abs(path.pinion_angle - pair.surface.crest_roll) < 0.501 * pitch
+    return float(np.ptp(path.transmission_error[inside]))
+
+
+def _undercut(grid: FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
+    points = []
+    for k in np.flatnonzero(~fitted.found):
+        along = "toe" if grid.x[k] < -1 / 3 else "heel" if grid.x[k] > 1 / 3 else "middle"
+        across = "root" if grid.y[k] < -1 / 3 else "tip" if grid.y[k] > 1 / 3 else "mid-depth"
+        points.append(UndercutPoint(float(grid.u[k]), float(grid.h[k]), f"{along}, {across} of the gear"))
+    return tuple(points)
+
+
+def _warnings(inputs: SettingsInput, blank: PairBlank, reports: dict[FlankSide, FlankFit]) -> tuple[str, ...]:
+    out = []
+    for side, report in reports.items():
+        if report.fitted.rms > RESIDUAL_LIMIT:
+            out.append(f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g} um")
+        if report.undercut:
+            count, where = len(report.undercut), report.undercut[0].place
+            out.append(f"{side}: {count} of {report.grid.u.size} points undercut ({where})")
+        error = report.fitted.root_error
+        clearance = blank.clearance
+        if error.size and np.abs(error).max() > 0.5 * clearance:
+            out.append(
+                f"{side}: root {np.abs(error).max() * 1e3:.2f} mm off the blank's, more than half the clearance of "
+                f"{clearance * 1e3:.2f} mm"
+            )
+        if report.transmission_error is None:
+            out.append(f"{side}: no unloaded transmission error, the flanks do not mesh over the whole map")
+    return tuple(out)
