@@ -43,8 +43,8 @@ def _solid(design: Design, grid: ToothGrid, solid: Solid, path: Path) -> str:
     if not solid.closed:
         raise ConvergenceError("open_solid", f"the surface of {path.name} does not close: other rows or columns")
     write_stl(path, solid, f"{design.name} {path.stem}")
-    continued = [side for side, extended in zip(grid.sides, grid.extended, strict=True) if extended]
-    note = f"; {' and '.join(continued)} flank continued straight to the root below its end" if continued else ""
+    bare = [side for side, fillet in zip(grid.sides, grid.fillets, strict=True) if not fillet]
+    note = f"; {' and '.join(bare)} flank continued to the root cone without fillet" if bare else ""
     return f"{path}: {len(solid.triangles)} triangles, closed, {1e9 * solid.volume:.6g} mm3{note}"
 
 

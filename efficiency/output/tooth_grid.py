@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
+from efficiency.output.tooth_root import RootProfile, root_profile
 from ehl.errors import ConvergenceError
 
 if TYPE_CHECKING:
@@ -29,13 +30,14 @@ class ToothGrid:
     blank : Blank
         Blank of the member.
     u, height : (rows, columns) arrays
-        Blank coordinates [m]; rows from root cone to face cone, columns from toe to heel.
+        Blank coordinates [m]; rows from the root to the face cone, columns from toe to heel.
     lower, upper : (rows, columns) arrays
         Azimuth of the flank that faces smaller and of the one that faces larger azimuths [rad].
     sides : (str, str)
         Which of the lower and the upper flank is the concave, which the convex one.
-    extended : (bool, bool)
-        Whether the lower, the upper flank ends above the root cone and was continued straight down to it.
+    fillets : (bool, bool)
+        Whether the lower, the upper flank goes over into the fillet the cutter leaves; else it is continued down to the
+        root cone of the blank.
     """
 
     blank: Blank
@@ -44,7 +46,7 @@ class ToothGrid:
     lower: FloatArray
     upper: FloatArray
     sides: tuple[str, str]
-    extended: tuple[bool, bool]
+    fillets: tuple[bool, bool]
 
     @property
     def pitch(self) -> float:
@@ -57,11 +59,18 @@ class ToothGrid:
         return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z + 0.0 * azimuth], axis=-1)
 
 
-def _flank_azimuth(flank: Flank, u: FloatArray, h: FloatArray) -> tuple[FloatArray, bool]:
-    """Azimuth of a flank on a grid; below the end of an undercut flank continued straight to the root."""
+def _flank_azimuth(flank: Flank, u: FloatArray, h: FloatArray, root: RootProfile | None) -> FloatArray:
+    """Azimuth of a flank on a grid: of its fillet below its start, else continued straight where it has ended."""
     points, found = flank.solve(u.ravel(), h.ravel())
     azimuth = points.azimuth.reshape(u.shape)
     exists = found.reshape(u.shape)
+    if root is not None:
+        below = h < root.start
+        fillet = root.at(h)
+        # whole turns between both
+        middle = u.shape[0] - 1, u.shape[1] // 2
+        fillet += 2.0 * np.pi * np.round((azimuth[middle] - fillet[0, middle[1]]) / (2.0 * np.pi))
+        azimuth, exists = np.where(below, fillet, azimuth), exists | below
     # the row from which on the flank is there up to the tip
     first = u.shape[0] - np.argmin(np.flip(exists, axis=0), axis=0)
     first = np.where(exists.all(axis=0), 0, first)
@@ -69,9 +78,21 @@ def _flank_azimuth(flank: Flank, u: FloatArray, h: FloatArray) -> tuple[FloatArr
         raise ConvergenceError("undercut", f"the {flank.side} flank does not reach its tip over the whole face")
     for column in np.flatnonzero(first):
         low = first[column]
-        slope = azimuth[low + 1, column] - azimuth[low, column]
-        azimuth[:low, column] = azimuth[low, column] - slope * np.arange(low, 0, -1)
-    return azimuth, bool(first.any())
+        slope = (azimuth[low + 1, column] - azimuth[low, column]) / (h[low + 1, column] - h[low, column])
+        azimuth[:low, column] = azimuth[low, column] + slope * (h[:low, column] - h[low, column])
+    return azimuth
+
+
+def _heights(blank: Blank, u: FloatArray, rows: int, roots: list[RootProfile | None]) -> FloatArray:
+    """Levels (rows, columns) from the root to the tip at stations u; a third of them between root and flanks."""
+    known = [root for root in roots if root is not None]
+    bottoms = [root.bottom for root in known] + ([] if len(known) == len(roots) else [blank.root(u)])
+    bottom, tip = np.min(bottoms, axis=0), blank.tip(u)
+    if not known:
+        return np.asarray(np.linspace(bottom, tip, rows))
+    start = np.clip(np.max([root.start for root in known], axis=0), bottom + 0.02 * (tip - bottom), None)
+    low = max(2, rows // 3)
+    return np.concatenate([np.linspace(bottom, start, low, endpoint=False), np.linspace(start, tip, rows - low)])
 
 
 def _faces_up(points: FlankPoints) -> bool:
@@ -103,6 +124,7 @@ def _pinion_turns(design: Design) -> dict[str, float]:
 def tooth_grid(design: Design, member: Member, rows: int = 15, columns: int = 31) -> ToothGrid:
     """Both flanks of one tooth of a member.
 
+    Between flanks and root lies the fillet the cutter leaves, down to the root it cuts (`root_profile`).
     The gear flanks bound one slot, as the cutter leaves it; the pinion flanks are turned until both touch the slot of
     the gear, and the backlash is taken off the pinion tooth.
 
@@ -123,11 +145,15 @@ def tooth_grid(design: Design, member: Member, rows: int = 15, columns: int = 31
     this = design.pinion if member == "pinion" else design.gear
     flanks = {side: this.flank(side) for side in ("concave", "convex")}
     blank = this.blank.blank()
-    u, v = np.meshgrid(np.linspace(-0.5, 0.5, columns) * blank.face_width, np.linspace(0.0, 1.0, rows))
-    h = blank.height(u, v)
-    azimuth, extended, upper = {}, {}, ""
+    mate = design.gear if member == "pinion" else design.pinion
+    clearance = max(this.blank.mean_dedendum - mate.blank.mean_addendum, 0.0)
+    roots = {side: root_profile(flank, columns, clearance) for side, flank in flanks.items()}
+    stations = np.linspace(-0.5, 0.5, columns) * blank.face_width
+    h = _heights(blank, stations, rows, list(roots.values()))
+    u = np.broadcast_to(stations, h.shape)
+    azimuth, upper = {}, ""
     for side, flank in flanks.items():
-        azimuth[side], extended[side] = _flank_azimuth(flank, u, h)
+        azimuth[side] = _flank_azimuth(flank, u, h, roots[side])
         if _faces_up(flank.solve(np.zeros(1), np.zeros(1))[0]):
             upper = side
     lower = "convex" if upper == "concave" else "concave"
@@ -152,7 +178,7 @@ def tooth_grid(design: Design, member: Member, rows: int = 15, columns: int = 31
         azimuth[lower] + shift - centre,
         azimuth[upper] - centre,
         (lower, upper),
-        (extended[lower], extended[upper]),
+        (roots[lower] is not None, roots[upper] is not None),
     )
     for name, gap, least in (("tip", thickness[-1], "tooth"), ("root", pitch - thickness[0], "slot")):
         if np.any(gap <= 0.0):

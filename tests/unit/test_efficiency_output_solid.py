@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 
+from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design import Design, load_design
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid
 from efficiency.output.stl import read_stl, write_stl
@@ -34,12 +36,12 @@ def tooth_volume(grid: ToothGrid) -> float:
     thickness = grid.upper - grid.lower
     node, weight = leggauss(8)
     u = 0.5 * node * blank.face_width
-    fractions = np.linspace(0.0, 1.0, len(thickness))
     total = 0.0
     for at, share in zip(u, 0.5 * weight * blank.face_width, strict=True):
-        column = np.array([np.interp(at, grid.u[0], row) for row in thickness])
-        levels = blank.height(np.full_like(fractions, at), fractions)
-        radius, _ = blank.axial(np.full_like(fractions, at), levels)
+        column, levels = (
+            np.array([np.interp(at, grid.u[0], row) for row in values]) for values in (thickness, grid.height)
+        )
+        radius, _ = blank.axial(np.full_like(levels, at), levels)
         total += share * float(np.trapezoid(radius * column, levels))
     return total
 
@@ -80,7 +82,7 @@ def test_tooth_space_is_a_pitch_of_the_member(grids: dict[str, ToothGrid], membe
     # under the root a slab of the rim over one pitch: area swept by the mid-level of the slab (Pappus)
     node, weight = leggauss(8)
     u = 0.5 * node * grid.blank.face_width
-    radius, _ = grid.blank.axial(u, grid.blank.root(u) - 0.5 * rim)
+    radius, _ = grid.blank.axial(u, np.interp(u, grid.u[0], grid.height[0]) - 0.5 * rim)
     slab = float(np.sum(0.5 * weight * radius)) * grid.blank.face_width * rim * grid.pitch
     assert solid.volume == pytest.approx(tooth_volume(grid) + slab, rel=2e-3)
 
@@ -131,3 +133,30 @@ def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
         member_solid(grids["pinion"], rim=0.5)
     with pytest.raises(InputError, match="file"):
         read_stl(Path("does_not_exist.stl"))
+
+
+def test_fillet_of_the_solid_is_the_one_the_cutter_leaves(design: Design) -> None:
+    """Levels below the start of a gear flank, solved on the fillet as a flank of its own."""
+    grid = tooth_grid(design, "gear", 24, 9)
+    assert grid.fillets == (True, True)
+    # the settings of the pinion define its flanks only
+    assert tooth_grid(design, "pinion", 9, 9).fillets == (False, False)
+    for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
+        flank = design.gear.flank("concave" if side == "concave" else "convex")
+        assert isinstance(flank, CutFlank)
+        limits = flank_limits(flank, 9)
+        curve = limits.fillet
+        column = 3
+        rows = np.flatnonzero(
+            (grid.height[:, column] < limits.start[column]) & (grid.height[:, column] > limits.root[column])
+        )
+        assert rows.size > 2
+        nearest = np.abs(curve.height[:, column, None] - grid.height[rows, column]).argmin(axis=0)
+        radius, z = grid.blank.axial(grid.u[rows, column], grid.height[rows, column])
+        parameters, found = fillet(flank).refine(radius, z, curve.parameters[nearest, :, column].T)
+        exact, _ = flank.solve(grid.u[-1:, column], grid.height[-1:, column])
+        turned = azimuth[-1, column] - exact.azimuth[0]
+        there = fillet(flank).points(parameters).azimuth + turned
+        assert found.all()
+        # the solid takes it from a polygon of its points
+        np.testing.assert_allclose(azimuth[rows, column], there, atol=2e-4)
