@@ -11,7 +11,8 @@ import pandas as pd
 
 from ehl.errors import InputError
 from regression.conditions import DERIVED_UNITS, UNITS, Array, derive
-from regression.store import NUMBER_UNITS, TIMING_UNITS, read_file, read_run, run_files
+from regression.row_format import NUMBER_UNITS, TIMING_UNITS
+from regression.store import read_file, read_run, run_files
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 from ehl import __version__ as solver_version
 from ehl.errors import ConvergenceError
 from ehl.inputs import Case, OilLubricant
-from regression.conditions import derive, lubricant_row
+from regression.conditions import UNITS, derive, lubricant_row
 from regression.published_registry import PUBLISHED, evaluate_published
-from regression.store import OUTPUT_UNITS
+from regression.row_format import OUTPUT_UNITS, SURFACE_UNITS
 
 Outputs = Mapping[str, float | str]
 Evaluator = Callable[[Case], Outputs]
@@ -28,8 +28,8 @@ def case_key(case: Case, version: str) -> str:
     return hashlib.sha256(f"{version}\n{case.model_dump_json()}".encode()).hexdigest()
 
 
-def input_row(case: Case) -> dict[str, float]:
-    """The figures of a case that the dataset stores beside the results."""
+def input_row(case: Case) -> dict[str, float | str]:
+    """What the dataset stores of a case beside the results: its figures, and the name of its oil card."""
     contact = case.line_contact()
     lubricant = case.lubricant.lubricant()
     return {
@@ -42,8 +42,9 @@ def input_row(case: Case) -> dict[str, float]:
         "temperature_oil": case.lubricant.temperature_oil,
         "roughness_rms_1": case.surface.roughness_rms_1,
         "roughness_rms_2": case.surface.roughness_rms_2,
-        "boundary_friction": case.surface.boundary_friction,
+        **{name: float(getattr(case.surface, name)) for name in SURFACE_UNITS},
         **lubricant_row(lubricant, contact.pressure_hertz),
+        "oil": case.lubricant.oil if isinstance(case.lubricant, OilLubricant) else "",
     }
 
 
@@ -60,7 +61,11 @@ def solve_outputs(case: Case) -> Outputs:
     result = solve_case(case)
     if result.status == "failed":
         raise ConvergenceError(result.reason)
-    values: dict[str, float | str] = {name: float(getattr(result, name)) for name in OUTPUT_UNITS}
+    values: dict[str, float | str] = {name: float(getattr(result, name, np.nan)) for name in OUTPUT_UNITS}
+    if result.transient is not None:
+        run = result.transient
+        values |= {"boundary_film": run.boundary_film, "nodes": run.nodes, "steps": run.steps}
+        values["travel"] = run.travel * case.line_contact().half_width
     skipped = "; ".join(dict.fromkeys(text.partition(":")[0] for text in result.skipped))
     return values | {"status": result.status, "reason": result.reason, "skipped": skipped}
 
@@ -73,7 +78,7 @@ def published_outputs(case: Case, name: str) -> Outputs:
     ConvergenceError
         The formula has no positive value for this case.
     """
-    columns = derive({key: np.array([value]) for key, value in input_row(case).items()})
+    columns = derive({key: np.array([value]) for key, value in input_row(case).items() if key in UNITS})
     base = "mineral"
     if isinstance(case.lubricant, OilLubricant):
         from ehl.oil import Oil

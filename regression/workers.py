@@ -1,13 +1,13 @@
-"""Workers of a sweep: one case at a time, one thread each, with a time cap; a worker that dies is replaced."""
+"""What a worker does: one case at a time, one thread, a time cap, and a safer setting where the solver gave up."""
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import threading
 import time
-import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +17,7 @@ from typing import Any
 from ehl.errors import ConvergenceError
 from ehl.inputs import Case
 from regression.evaluators import Evaluator, input_row
+from regression.retry import FINAL_REASONS, safer_setting
 
 TIME_CAP = "time_cap"
 WORKER_LOST = "worker_lost"
@@ -24,39 +25,144 @@ WORKER_LOST = "worker_lost"
 
 @dataclass(frozen=True)
 class Task:
-    """One case on its way to a worker."""
+    """One case on its way to a worker; `tried` settings have failed before."""
 
     key: str
     origin: str
     case: Case
+    tried: int = 0
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is done with a case.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Case to results.
+    time_cap : float or None
+        Wall time for a case, all attempts together [s].
+    retries : int
+        How many safer settings are tried after a failure.
+    """
+
+    evaluate: Evaluator
+    time_cap: float | None = None
+    retries: int = 0
+
+    def __call__(self, task: Task) -> dict[str, Any]:
+        """Row of one case. Never raises: what goes wrong becomes status "failed" and a reason."""
+        clock = time.perf_counter()
+        row = _unfinished(task)
+        try:
+            row |= input_row(task.case)
+            with _limited(self.time_cap):
+                self._attempt(task, row)
+        except _TimeCapReached:
+            # a retry that ran out of time leaves the solver's own reason
+            row["reason"] = row["reason"] or TIME_CAP
+        except Exception as error:
+            # one bad case must not cost the run; the type says where to look, unless the cap itself broke something
+            late = self.time_cap is not None and time.perf_counter() - clock >= self.time_cap
+            row["reason"] = row["reason"] or (TIME_CAP if late else f"error:{type(error).__name__}")
+        row["seconds"] = time.perf_counter() - clock
+        return row
+
+    def _attempt(self, task: Task, row: dict[str, Any]) -> None:
+        for step in range(task.tried, task.tried + self.retries + 1):
+            safer = safer_setting(task.case, step)
+            if safer is None:
+                row["reason"] = row["reason"] or "no_safer_setting"
+                return
+            case, row["setting"] = safer
+            row["attempts"] = step + 1
+            try:
+                row |= {"status": "converged", "reason": "", **self.evaluate(case)}
+            except ConvergenceError as error:
+                row["reason"] = error.reason
+                if error.reason in FINAL_REASONS:
+                    return
+            else:
+                return
+
+
+def _unfinished(task: Task) -> dict[str, Any]:
+    row = {"key": task.key, "origin": task.origin, "status": "failed", "reason": "", "skipped": "", "setting": ""}
+    return {**row, "attempts": task.tried + 1}
+
+
+def lost_row(task: Task) -> dict[str, Any]:
+    """Row of a case that took its worker with it."""
+    return _unfinished(task) | {"reason": WORKER_LOST} | input_row(task.case)
 
 
 class _TimeCapReached(BaseException):
     """Not an `Exception`: a solver that catches those must not swallow it."""
 
 
-def evaluate_task(task: Task, evaluate: Evaluator, time_cap: float | None) -> dict[str, Any]:
-    """Row of one case. Never raises: what goes wrong becomes status "failed" and a reason."""
-    clock = time.perf_counter()
-    row: dict[str, Any] = {"key": task.key, "origin": task.origin, "status": "failed", "reason": "", "skipped": ""}
+@contextmanager
+def _limited(seconds: float | None) -> Iterator[None]:
+    """Raise `_TimeCapReached` in the block after a while, and again every second.
+
+    Again, because an exception raised inside a callback (a compiler's, say) is swallowed.
+    """
+    if seconds is None:
+        yield
+    elif hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread():
+        with _alarm(seconds):
+            yield
+    else:
+        with _raised_from_outside(seconds):
+            yield
+
+
+@contextmanager
+def _alarm(seconds: float) -> Iterator[None]:
+    def give_up(number: int, frame: FrameType | None) -> None:
+        raise _TimeCapReached
+
+    before = signal.signal(signal.SIGALRM, give_up)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
     try:
-        row |= input_row(task.case)
-        with _limited(time_cap):
-            row |= {"status": "converged", **evaluate(task.case)}
-    except _TimeCapReached:
-        row["reason"] = TIME_CAP
-    except ConvergenceError as error:
-        row["reason"] = error.reason
-    except Exception as error:
-        # one bad case must not cost the run; the type says where to look, unless the cap itself broke something
-        late = time_cap is not None and time.perf_counter() - clock >= time_cap
-        row["reason"] = TIME_CAP if late else f"error:{type(error).__name__}"
-    row["seconds"] = time.perf_counter() - clock
-    return row
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@contextmanager
+def _raised_from_outside(seconds: float) -> Iterator[None]:
+    """The same in a thread that gets no signals, as the workers of dask have them."""
+    raise_in = ctypes.pythonapi.PyThreadState_SetAsyncExc
+    thread = ctypes.c_ulong(threading.get_ident())
+    over, lock = threading.Event(), threading.Lock()
+
+    def watch() -> None:
+        wait = seconds
+        while not over.wait(wait):
+            with lock:
+                if not over.is_set():
+                    raise_in(thread, ctypes.py_object(_TimeCapReached))
+            wait = 1.0
+
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        yield
+    finally:
+        while True:
+            try:
+                with lock:
+                    over.set()
+                raise_in(thread, None)
+                break
+            except _TimeCapReached:
+                # it came on the way out: the block is done all the same
+                continue
 
 
 @cache
-def _become_worker(parent: int) -> None:
+def become_worker(parent: int) -> None:
     """Set up a worker process, once: Ctrl-C is the parent's business, and without parent there is nothing to do."""
     # Ctrl-C reaches the whole process group; the parent alone decides what it means
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -70,99 +176,9 @@ def _become_worker(parent: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-@contextmanager
-def _limited(seconds: float | None) -> Iterator[None]:
-    """Raise `_TimeCapReached` in the block after a while, where the system has an alarm clock for it."""
-    if seconds is None or not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
-        yield
-        return
+@cache
+def one_thread() -> Callable[[], None]:
+    """Keep the linear algebra of this process to one thread; what is returned lifts the limit."""
+    from threadpoolctl import threadpool_limits
 
-    def give_up(number: int, frame: FrameType | None) -> None:
-        raise _TimeCapReached
-
-    before = signal.signal(signal.SIGALRM, give_up)
-    # again every second: an exception raised inside a callback (a compiler's, say) is swallowed
-    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-
-
-def compute(
-    pending: Callable[[], Iterator[Task]],
-    evaluate: Evaluator,
-    jobs: int,
-    time_cap: float | None,
-    record: Callable[[Mapping[str, Any]], None],
-) -> int:
-    """Compute all pending tasks; returns how often lost workers were replaced."""
-    if jobs == 1:
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(1):
-            for task in pending():
-                record(evaluate_task(task, evaluate, time_cap))
-        return 0
-
-    from joblib.externals.loky.process_executor import BrokenProcessPool
-
-    restarts = 0
-    while True:
-        in_flight: dict[str, Task] = {}
-        try:
-            for row in _in_workers(pending(), evaluate, jobs, time_cap, in_flight):
-                in_flight.pop(row["key"], None)
-                record(row)
-            return restarts
-        except BrokenProcessPool:
-            restarts += 1
-        # one of these killed its worker: alone in a fresh worker each, it shows which
-        for task in in_flight.values():
-            try:
-                for row in _in_workers(iter([task]), evaluate, jobs, time_cap, {}):
-                    record(row)
-            except BrokenProcessPool:
-                restarts += 1
-                record(_lost(task))
-
-
-def _lost(task: Task) -> dict[str, Any]:
-    row = {"key": task.key, "origin": task.origin, "status": "failed", "reason": WORKER_LOST, "skipped": ""}
-    return row | input_row(task.case)
-
-
-def _in_workers(
-    tasks: Iterator[Task],
-    evaluate: Evaluator,
-    jobs: int,
-    time_cap: float | None,
-    in_flight: dict[str, Task],
-) -> Iterator[dict[str, Any]]:
-    """Rows as the workers finish them; `in_flight` gets every task that was handed out."""
-    from joblib import Parallel, delayed, parallel_config
-
-    parent = os.getpid()
-
-    def handed_out() -> Iterator[Any]:
-        for task in tasks:
-            in_flight[task.key] = task
-            yield delayed(_work)(parent, task, evaluate, time_cap)
-
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        parallel = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-        rows = parallel(handed_out())
-        try:
-            for row in rows:  # noqa: UP028 - rows must be closed below, not by `yield from`
-                yield row
-        finally:
-            with warnings.catch_warnings():
-                # a sweep that is stopped leaves tasks unused, on purpose
-                warnings.simplefilter("ignore", UserWarning)
-                rows.close()
-
-
-def _work(parent: int, task: Task, evaluate: Evaluator, time_cap: float | None) -> dict[str, Any]:
-    _become_worker(parent)
-    return evaluate_task(task, evaluate, time_cap)
+    return threadpool_limits(1).restore_original_limits  # type: ignore[no-any-return]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ import numpy as np
 import pytest
 
 from ehl.errors import InputError
-from regression.store import STORE_SCHEMA, ResultStore, merge, read_file, read_run
+from regression.row_format import NUMBER_UNITS
+from regression.store import STORE_SCHEMA, ResultStore, finished_keys, merge, read_file, read_run
 
 META: dict[str, str | int] = {
     "plan": "{}",
@@ -71,7 +73,7 @@ def test_every_column_states_its_unit(path: Path) -> None:
 def test_reopening_goes_on_behind_the_last_row(path: Path) -> None:
     with ResultStore(path, META) as store:
         assert store.torn == 0
-        assert store.keys() == {row(n)["key"] for n in (1, 2, 3)}
+        assert set(store.rows()) == {row(n)["key"] for n in (1, 2, 3)}
         store.append([row(4)])
         store.append([])
     assert len(read_file(path)[1]) == 4
@@ -81,7 +83,7 @@ def _tear(path: Path, *, values: int, keys: int) -> None:
     """What a process leaves that dies in the middle of writing: longer columns, blank or missing keys."""
     with h5py.File(path, "r+", libver=("earliest", "v110")) as file:
         for name in list(file)[: len(file) // 2]:
-            if name != "key":
+            if name not in ("key", "plan"):
                 file[name].resize((3 + values,))
         file["key"].resize((3 + keys,))
 
@@ -126,13 +128,11 @@ def test_results_of_another_run_are_not_mixed_in(path: Path, name: str, words: s
 
 
 def test_foreign_and_damaged_files(path: Path) -> None:
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 3])
-    with pytest.raises(InputError, match="damaged"):
-        ResultStore(path, META)
     path.write_text("no HDF5")
-    with pytest.raises(InputError, match="damaged or no result file"):
-        read_file(path)
+    for use in (lambda: read_file(path), lambda: ResultStore(path, META)):
+        with pytest.raises(InputError, match="damaged or no result file"):
+            use()
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
     with h5py.File(path, "w") as file:
         file["x"] = 1
     with pytest.raises(InputError, match="no schema number"):
@@ -184,29 +184,85 @@ def test_runs_that_are_not_there(tmp_path: Path) -> None:
             read_run(run)
 
 
-def test_a_truncated_file_is_called_damaged_not_locked(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:4000])
-    for read in (lambda: ResultStore(path, META), lambda: read_file(path), lambda: read_run(path.parent)):
+NUMBERS = {name: float(i) for i, name in enumerate(NUMBER_UNITS)}
+MANY = [{**row(n), **{name: value + 1000.0 * n for name, value in NUMBERS.items()}} for n in range(400)]
+WRITTEN = {r["key"]: r for r in MANY}
+
+
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A file of many rows with a number in every column."""
+    path = tmp_path_factory.mktemp("many") / "many.h5"
+    with ResultStore(path, META) as store:
+        for start in range(0, len(MANY), 40):
+            store.append(MANY[start : start + 40])
+    return path.read_bytes()
+
+
+def true_rows(path: Path) -> int:
+    """Number of rows in a file, every one of which is what was written."""
+    records = read_file(path)[1].to_dict("records")
+    assert all(record == {**record, **WRITTEN[record["key"]]} for record in records)
+    return len(records)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
+def test_whole_rows_of_a_file_cut_short_are_saved(path: Path, content: bytes, share: float) -> None:
+    path.write_bytes(content[: int(share * len(content))])
+    for read in (lambda: read_file(path), lambda: read_run(path.parent)):
         with pytest.raises(InputError, match=r"shard-0001-of-0001\.h5.*damaged.*sweep again") as caught:
             read()
         assert "running" not in str(caught.value)
+    with ResultStore(path, META) as store:
+        assert store.saved == len(store.rows())
+        store.append([r for key, r in WRITTEN.items() if key not in store.rows()])
+    # the rows of all blocks before the cut
+    assert store.saved >= 64 * int((share - 0.25) * len(MANY) / 64)
+    assert (share >= 0.5) == (store.saved > 0)
+    assert path.with_name(path.name + ".damaged").stat().st_size == int(share * len(content))
+    assert true_rows(path) == len(MANY)
 
 
-@pytest.mark.parametrize("offset", range(500, 20_000, 1500))
-def test_a_file_overwritten_anywhere_is_read_whole_or_called_damaged(path: Path, offset: int) -> None:
+def _outcome(use: Callable[[], int]) -> int | str:
+    try:
+        return use()
+    except InputError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("offset", range(500, 240_000, 17_001))
+def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(path: Path, content: bytes, offset: int) -> None:
     noise = np.random.default_rng(offset).integers(0, 256, 3000, dtype=np.uint8).tobytes()
-    whole = path.read_bytes()
-    path.write_bytes(whole[:offset] + noise + whole[offset + len(noise) :])
+    path.write_bytes(content[:offset] + noise + content[offset + len(noise) :])
+    assert len(content) > 240_000
 
-    def resume() -> None:
+    def resume() -> int:
         with ResultStore(path, META) as store:
-            store.keys()
+            known = store.rows()
+            store.append([r for key, r in WRITTEN.items() if key not in known])
+        return true_rows(path)
 
-    messages = []
-    for use in (lambda: read_file(path), resume):
-        try:
-            use()
-        except InputError as error:
-            messages.append(str(error))
-    assert all(path.name in message and "damaged" in message for message in messages)
-    assert messages or offset > 2000
+    for outcome in (_outcome(lambda: true_rows(path)), _outcome(resume)):
+        assert isinstance(outcome, int) or (path.name in outcome and "damaged" in outcome)
+    # past the head of the file something says what it is, and it can be gone on with
+    assert outcome == len(MANY) or offset < 40_000
+
+
+def test_rows_that_lost_their_checksum_do_not_count(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file["friction_coefficient"][1] = 0.7
+    assert read_file(path)[1]["key"].tolist() == [row(n)["key"] for n in (1, 3)]
+    with ResultStore(path, META) as store:
+        assert (store.damaged, store.torn, store.saved) == (1, 0, None)
+        assert row(2)["key"] not in store.rows()
+        store.append([row(2)])
+    assert len(read_file(path)[1]) == 3
+
+
+def test_of_two_shards_the_one_with_a_result_counts(path: Path) -> None:
+    with ResultStore(path.with_name("shard-0002-of-0002.h5"), META) as store:
+        store.append([row(3, friction_coefficient=0.03), row(2, status="failed", reason="time_cap")])
+    frame = read_run(path.parent)[1]
+    assert frame["status"].tolist() == ["converged"] * 3
+    assert frame["friction_coefficient"].tolist() == [0.01, 0.02, 0.03]
+    assert finished_keys(path) == {row(3)["key"]}

@@ -20,7 +20,7 @@ from regression.evaluators import Outputs, case_key, published_outputs, solve_ou
 from regression.plan import Plan
 from regression.slurm import array_script
 from regression.sweep import Progress, available_jobs, sweep
-from regression.workers import Task, evaluate_task
+from regression.workers import Task, Work
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -62,7 +62,7 @@ def test_results_resume_and_progress(plan: Plan, tmp_path: Path) -> None:
     first = sweep(plan, tmp_path, evaluate=XU, progress=seen.append)
     assert (first.total, first.resumed, first.converged, first.failed) == (16, 0, 16, 0)
     assert [p.done for p in seen] == list(range(17))
-    assert seen[-1] == Progress(16, 16, 0)
+    assert seen[-1] == Progress(16, 16, 0, 0.0)
     again = sweep(plan, tmp_path, evaluate=XU)
     assert (again.resumed, again.converged) == (16, 0)
     status = run_status(tmp_path)
@@ -120,7 +120,7 @@ def test_the_cap_holds_where_its_exception_is_swallowed(plan: Plan) -> None:
         return {}
 
     for evaluate in (swallow_once, break_on_it):
-        assert evaluate_task(Task("k", "sobol", case), evaluate, 0.05)["reason"] == "time_cap"
+        assert Work(evaluate, 0.05)(Task("k", "sobol", case))["reason"] == "time_cap"
 
 
 def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatc
 def test_a_task_never_raises(plan: Plan) -> None:
     _, case = next(plan.cases())
     broken = case.model_copy(update={"contact": None})
-    row = evaluate_task(Task("k", "sobol", broken), XU, None)
+    row = Work(XU, None)(Task("k", "sobol", broken))
     assert row["status"] == "failed"
     assert row["reason"].startswith("error:")
 
@@ -211,7 +211,7 @@ def test_key_follows_input_seed_and_version(plan: Plan) -> None:
 
 def test_the_solver_gives_every_column(plan: Plan) -> None:
     _, case = next(plan.cases())
-    row = evaluate_task(Task("k", "sobol", case), solve_outputs, None)
+    row = Work(solve_outputs, None)(Task("k", "sobol", case))
     assert row["status"] == "converged"
     assert row["friction_coefficient"] == pytest.approx(row["friction_fluid"] + row["friction_asperity"], rel=1e-12)
     assert 0.0 < row["friction_error"] < 0.05

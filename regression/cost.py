@@ -1,0 +1,90 @@
+"""How long the cases of a plan will take, before any is computed: for the estimate a user sees, and the order of work.
+
+A rough contact by the deterministic solver costs nodes times steps: both grow with the half-width over the correlation
+length, both change with the film ratio. The coefficients are least squares of ln(seconds) on contacts of the default
+plan's ranges on one core; `benchmarks/sweep_cost.py` fits them to any finished run and says what the estimate is worth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.mixed import roughness_matters
+from regression.conditions import derive
+from regression.plan import Plan
+from regression.points import lubricant_table, state_table
+
+Array = NDArray[np.float64]
+
+# seconds of the smooth solution with its heat, by accuracy
+SMOOTH: dict[str, float] = {"fast": 0.06, "standard": 0.07, "reference": 1.3}
+# shape of ln(seconds) of a rough run: q, l, q^2, l^2, q l with q = ln(b/lc), l = ln(film ratio); 144 contacts, fast
+ROUGH = (-0.387, 0.049, 0.365, 0.203, -0.154)
+# by accuracy: the constant, and the factor that makes the sum over many cases right (standard: 30, reference: 4 contacts)
+LEVEL: dict[str, tuple[float, float]] = {"fast": (-2.308, 0.78), "standard": (-0.83, 1.29), "reference": (1.88, 0.94)}
+
+
+@dataclass(frozen=True)
+class CostEstimate:
+    """What a plan will cost.
+
+    Parameters
+    ----------
+    cases : int
+        Of the plan.
+    rough : int
+        Of these, rolled through in time.
+    seconds : float
+        CPU time of all cases.
+    longest : float
+        Of the longest case [s].
+    """
+
+    cases: int
+    rough: int
+    seconds: float
+    longest: float
+
+    def wall(self, jobs: int) -> float:
+        """Wall time with so many workers [s]: never shorter than the longest case."""
+        return max(self.seconds / jobs, self.longest)
+
+
+def estimate_cost(plan: Plan) -> CostEstimate:
+    """The cost of a plan."""
+    seconds = case_seconds(plan)
+    rough = int(np.count_nonzero(_rough(plan)[0])) if len(plan.points) else 0
+    return CostEstimate(len(seconds), rough, float(seconds.sum()), float(seconds.max(initial=0.0)))
+
+
+def case_seconds(plan: Plan) -> Array:
+    """Estimated seconds of every case of a plan, in its order."""
+    matters, width, ratio = _rough(plan)
+    accuracy = plan.model.accuracy
+    seconds = np.full(matters.shape, SMOOTH[accuracy])
+    constant, factor = LEVEL[accuracy]
+    seconds[matters] += factor * np.exp(constant + cost_terms(width[matters], ratio[matters]) @ np.array(ROUGH))
+    return seconds
+
+
+def cost_terms(width: Array, ratio: Array) -> Array:
+    """Columns beside the constant in the model of ln(seconds), from b over the correlation length and film ratio."""
+    q, film = np.log(width), np.log(ratio)
+    return np.column_stack([q, film, q * q, film * film, q * film])
+
+
+def _rough(plan: Plan) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Which cases are rolled through in time; half-width over correlation length and film ratio of all."""
+    points = plan.points
+    size = len(points)
+    if plan.model.roughness == "load_sharing":
+        return np.zeros(size, dtype=bool), np.ones(size), np.ones(size)
+    oils = points.oil or (None,) * size
+    table = derive({**state_table(plan, points.columns, size), **lubricant_table(plan, points.columns, oils)})
+    ratio = table["film_ratio_formula"]
+    length = points.columns.get("correlation_length", np.full(size, plan.surface.correlation_length))
+    matters = np.array([np.isfinite(x) and roughness_matters(float(x), plan.model) for x in ratio], dtype=bool)
+    return matters, table["half_width"] / length, ratio
