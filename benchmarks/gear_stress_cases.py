@@ -1,0 +1,94 @@
+"""Random sensible blanks of bevel and hypoid pairs, as a designer could ask for them.
+
+Ratios 1 to 6, offsets 0 to half the mean radius of the gear, gear spiral angles 0 to 50 deg, normal modules 1 to 15 mm,
+shaft angles 60 to 120 deg. "Sensible" ties together what belongs together: the gear is no crown gear (its pitch angle
+up to 85 deg), the pinion's spiral angle is at most 55 deg, the face 0.15 to 0.3 of the outer cone distance and at most
+10 modules wide, the cutter radius 0.7 to 1.2 mean cone distances and above that of parallel slots, the lead angle of a
+face-hobbing head below 25 deg.
+"""
+
+from __future__ import annotations
+
+from math import asin, atan2, ceil, cos, degrees, pi, radians, sin
+from typing import Any
+
+import numpy as np
+
+HEADS = (3, 5, 7, 11, 13, 17)
+
+
+def blank_content(seed: int, index: int) -> dict[str, Any]:
+    """Content of one random blank file (SI numbers), the same for the same seed and index."""
+    rng = np.random.default_rng([seed, index])
+    while True:
+        content = _draw(rng)
+        if content is not None:
+            return {"name": f"random_{seed}_{index}", **content}
+
+
+def _draw(rng: np.random.Generator) -> dict[str, Any] | None:
+    ratio = rng.uniform(1.0, 6.0)
+    fewest = max(8, ceil(24 / ratio))
+    z_1 = int(rng.integers(fewest, fewest + 12))
+    z_2 = max(z_1, round(z_1 * ratio))
+    sigma = radians(rng.uniform(60.0, 120.0))
+    bevel = atan2(sin(sigma), z_1 / z_2 + cos(sigma))
+    if bevel > radians(85.0):
+        return None
+    method = int(rng.integers(0, 4))
+    offset_share = 0.0 if method == 0 else rng.uniform(0.0, 0.5)
+    # offset angle in the pitch plane, about: 2a = dm2 sin(zeta)(1 + cos d2/(u cos d1))
+    reach = 1.0 + cos(bevel) * z_1 / z_2 / max(cos(sigma - bevel), 0.2)
+    turn = asin(min(1.0, offset_share / reach))
+    spiral = radians(rng.uniform(0.0, 50.0))
+    if spiral + turn > radians(55.0):
+        return None
+    module = float(np.exp(rng.uniform(np.log(1e-3), np.log(15e-3))))
+    mean_diameter = module * z_2 / cos(spiral)
+    cone = 0.5 * mean_diameter / sin(bevel)
+    share = rng.uniform(0.15, 0.30)
+    outer = cone / (1.0 - 0.5 * share)
+    face = min(share * outer, 10.0 * module / cos(spiral) * outer / cone)
+    hobbed = bool(rng.integers(0, 2))
+    radius = max(rng.uniform(0.7, 1.2) * cone, 1.1 * cone * sin(spiral))
+    groups = None
+    if hobbed:
+        fitting = [z for z in HEADS if 0.5 * z * module < radius * sin(radians(25.0))]
+        groups = int(rng.choice(fitting)) if fitting else 1
+    angle = radians(rng.uniform(16.0, 25.0))
+    member, value = ("pinion", spiral + turn) if method == 1 else ("gear", spiral)
+    return {
+        "method": method,
+        "process": "face_hobbing" if hobbed else "face_milling",
+        "teeth_pinion": z_1,
+        "teeth_gear": z_2,
+        "hand_pinion": "left" if rng.integers(0, 2) else "right",
+        "shaft_angle": sigma,
+        "hypoid_offset": offset_share * 0.5 * mean_diameter,
+        "outer_pitch_diameter_gear": mean_diameter + face * sin(bevel),
+        "face_width_gear": face,
+        f"mean_spiral_angle_{member}": value,
+        "cutter_radius": radius,
+        "blade_groups": groups,
+        "pressure_angle": {"drive": angle, "coast": angle},
+        "backlash": {"type": "mean_normal", "value": 0.03 * module},
+    }
+
+
+def row(content: dict[str, Any]) -> dict[str, float | int | str]:
+    """The numbers of a case as columns: mm and deg."""
+    spiral = content.get("mean_spiral_angle_gear", content.get("mean_spiral_angle_pinion", 0.0))
+    return {
+        "method": content["method"],
+        "process": content["process"],
+        "teeth_pinion": content["teeth_pinion"],
+        "teeth_gear": content["teeth_gear"],
+        "shaft_angle": round(degrees(content["shaft_angle"]), 3),
+        "hypoid_offset": round(content["hypoid_offset"] * 1e3, 4),
+        "outer_pitch_diameter_gear": round(content["outer_pitch_diameter_gear"] * 1e3, 3),
+        "face_width_gear": round(content["face_width_gear"] * 1e3, 3),
+        "mean_spiral_angle": round(degrees(spiral), 3),
+        "cutter_radius": round(content["cutter_radius"] * 1e3, 3),
+        "blade_groups": content["blade_groups"] or 0,
+        "pressure_angle": round(content["pressure_angle"]["drive"] * 180.0 / pi, 3),
+    }
