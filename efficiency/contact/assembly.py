@@ -8,27 +8,37 @@ pinion axis, G along the gear axis, alpha added to the shaft angle.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.cutting.newton import Array
+
 FloatArray = NDArray[np.float64]
+AnyArray = TypeVar("AnyArray", NDArray[np.float64], Array)
+"""Real or complex, as given."""
 
 
-def turn(vector: FloatArray, angle: FloatArray | float) -> FloatArray:
-    """Rotate (3, n) vectors about z."""
+def turn(vector: AnyArray, angle: AnyArray | float) -> AnyArray:
+    """Rotate (3, n) vectors about z; real or complex."""
     c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c])
+    return np.asarray(np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c]))
 
 
-def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+def dot(a: AnyArray, b: AnyArray) -> AnyArray:
     """Scalar product of (3, n) vectors."""
     return np.asarray(np.sum(a * b, axis=0))
 
 
-def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+def cross(a: AnyArray, b: AnyArray) -> AnyArray:
     """Vector product of (3, n) vectors."""
-    return np.cross(a, b, axis=0)
+    return np.asarray(np.cross(a, b, axis=0))
+
+
+def _around(vector: AnyArray) -> AnyArray:
+    """Vector product of z with (3, n) vectors."""
+    return np.asarray(np.stack([-vector[1], vector[0], 0.0 * vector[2]]))
 
 
 @dataclass(frozen=True)
@@ -79,11 +89,11 @@ class Assembly:
         frame: FloatArray = np.array([[axis[2], 0.0, axis[0]], [0.0, 1.0, 0.0], [-axis[0], 0.0, axis[2]]])
         return frame
 
-    def gear_in_mesh(self, point: FloatArray, f2: FloatArray) -> FloatArray:
+    def gear_in_mesh(self, point: AnyArray, f2: AnyArray) -> AnyArray:
         """Gear points (3, n) at gear rotation f2 in the mesh frame [m]."""
         return np.asarray(turn(point, f2) + np.array([[0.0], [0.0], [self.G]]))
 
-    def to_pinion(self, point: FloatArray, normal: FloatArray, f1: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def to_pinion(self, point: AnyArray, normal: AnyArray, f1: AnyArray) -> tuple[AnyArray, AnyArray]:
         """Mesh-frame points and vectors in the frame of the pinion turned by f1."""
         frame = self.pinion_frame.T
         back = -(np.pi + f1)
@@ -98,10 +108,17 @@ class Assembly:
         pinion = dot(self.pinion_axis, cross(point - self.pinion_origin, normal))
         return pinion, point[0] * normal[1] - point[1] * normal[0]
 
-    def sliding(self, point: FloatArray) -> FloatArray:
+    def sliding(self, point: AnyArray) -> AnyArray:
         """Velocity of the pinion minus that of the gear at mesh points, pinion at +1 rad/s about its axis [m/s]."""
-        spin = np.array([[0.0], [0.0], [self.ratio]])
-        return cross(self.pinion_axis, point - self.pinion_origin) - cross(spin, point)
+        return self.about_pinion(point - self.pinion_origin) - self.ratio * _around(point)
+
+    def about_pinion(self, vector: AnyArray) -> AnyArray:
+        """Vector product of the pinion axis with (3, n) vectors."""
+        return np.asarray(np.cross(self.pinion_axis, vector, axis=0))
+
+    def slid(self, move: AnyArray) -> AnyArray:
+        """Change of `sliding` when the mesh point moves."""
+        return self.about_pinion(move) - self.ratio * _around(move)
 
     def roll(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gear rotation at which gear points touch the conjugate pinion, and how fast they come into mesh.

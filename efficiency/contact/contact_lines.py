@@ -112,7 +112,7 @@ def mesh_cycle(pair: GearPair, positions: int = 24, points_per_line: int = 31) -
             raise InputError(name, value, f"a whole number of at least {least}")
     surface = pair.surface
     angles = np.arange(positions) / positions * surface.pitch
-    lowest, highest = _roll_range(surface)
+    lowest, highest = surface.roll_range
     pairs = np.arange(
         int(np.floor((lowest - surface.pitch) / surface.pitch)), int(np.ceil(highest / surface.pitch)) + 1
     )
@@ -145,16 +145,6 @@ def _lowest(closing: FloatArray) -> float:
     before, least, after = closing[line, point - 1 : point + 2]
     bend = before - 2.0 * least + after
     return float(least - 0.125 * (after - before) ** 2 / bend) if bend > 0.0 else float(least)
-
-
-def _roll_range(surface: MeshSurface) -> tuple[float, float]:
-    (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
-    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(u0, u1, 81), np.linspace(v0, v1, 61)))
-    inside = surface.margin(u, v) >= 0.0
-    if not inside.any():
-        raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
-    roll = surface.patch(u[inside], v[inside], ("roll",))[0]
-    return float(roll.min()), float(roll.max())
 
 
 def _trace(surface: MeshSurface, roll: FloatArray, count: int) -> tuple[_Lines, IntArray]:
@@ -193,7 +183,7 @@ def _stretch(surface: MeshSurface, u: FloatArray, v: FloatArray, swapped: bool) 
     ru, rv = p(u, v, POSITION, du=1), p(u, v, POSITION, dv=1)
     (roll_u,), (roll_v,) = p(u, v, ("roll",), du=1), p(u, v, ("roll",), dv=1)
     tangent = rv - ru * roll_v / roll_u if swapped else ru - rv * roll_u / roll_v
-    return np.sqrt(dot(tangent, tangent))
+    return np.asarray(np.sqrt(dot(tangent, tangent)))
 
 
 def _steep(surface: MeshSurface) -> bool:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from efficiency.contact.assembly import Assembly, turn
 from efficiency.cutting import newton
 from efficiency.cutting.flank import Flank, FlankPoints
-from efficiency.cutting.newton import Array
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
@@ -108,12 +107,36 @@ def ease_off(
         u, h = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
         start = pinion.solve(np.real(u), np.real(h))[0].parameters
 
-    def residual(y: Array) -> Array:
-        point, _, meshing = pinion.sweep(y[:3])
-        return np.concatenate([point - position - y[3] * normal, meshing[None]])
+    def linearised(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        state, slope = pinion.linearise(y[:3])
+        value = np.concatenate([state[:3] - position - y[3] * normal, state[6:]])
+        return value, _bordered(slope, -normal)
 
     size = pinion.blank.mean_cone_distance
     limit = np.array([0.05 * size, 0.1, 0.1, 0.02 * size])
     tolerance = 1e-10 * np.array([size, 1.0, 1.0, 0.01 * size])
-    x, found = newton.solve(residual, np.concatenate([start, np.zeros_like(start[:1])]), limit, tolerance)
+    x, found = newton.iterate(linearised, np.concatenate([start, np.zeros_like(start[:1])]), limit, tolerance)
     return x[3], x[:3], found
+
+
+def _bordered(slope: FloatArray, normal: FloatArray) -> FloatArray:
+    """Tangents of a surface and the gradient of its condition, with a normal as last column, (n, 4, 4)."""
+    border = np.concatenate([normal, np.zeros((1, normal.shape[1]))]).T[:, :, None]
+    return np.concatenate([slope[:, [0, 1, 2, 6]], border], axis=2)
+
+
+def regularity(flank: Flank, parameters: FloatArray) -> FloatArray:
+    """How well a flank covers its tangent plane: bordered determinant of the surface, (n,).
+
+    Tangents by the three parameters and the gradient of the condition, bordered by the normal: the surface element
+    times that gradient. It falls to zero where the flank turns back on itself, the limit of undercut.
+
+    Parameters
+    ----------
+    flank : Flank
+        Any flank.
+    parameters : (3, n) array
+        Surface parameters of points on it.
+    """
+    state, slope = flank.linearise(parameters)
+    return np.asarray(np.linalg.det(_bordered(slope, state[3:6])))

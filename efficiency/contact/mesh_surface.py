@@ -1,32 +1,115 @@
-"""The gear flank as a map of the mesh: surface of roll angle, ease-off and where the pinion's blank ends.
+"""The gear flank as a map of the mesh: surface of roll angle, ease-off, and where both flanks end.
 
-All fields are smooth on the gear flank and are kept as Chebyshev patches over (u, v): u [m] along the gear's pitch cone
-from the mean point towards the heel, v the fraction of its whole depth from the root.
+All fields are kept as Chebyshev patches over (u, v): u [m] along the gear's pitch cone from the mean point towards the
+heel, v the fraction of its whole depth from the root. Gear points and parameters of the pinion points are solved once
+(`flank_grid`) and serve every misaligned state. Where the pinion is undercut its fields are fitted to the points that
+exist, and the map keeps how far it reaches.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly, dot, turn
-from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
+from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, regularity
 from efficiency.contact.patch import Patch
-from efficiency.cutting.flank import Flank
+from efficiency.cutting.flank import Flank, FlankPoints
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
-_SHAPE = (15, 12)
+PINION = ("px", "py", "pz")
+EDGES = (
+    "gear toe",
+    "gear heel",
+    "gear tip",
+    "gear root",
+    "pinion toe",
+    "pinion heel",
+    "pinion tip",
+    "pinion root",
+    "pinion undercut",
+)
+SHAPE = (18, 14)
 # how far the map goes beyond the blank along the face and over the tip (fractions of face and depth): line ends can
 # then be bracketed, and unloaded contact just over an edge is still seen
 _OVERHANG = (0.04, 0.06)
-# where the flanks end (undercut) soon after the edge, the map goes only this far
-_OVERHANG_NARROW = (0.004, 0.008, 0.008)
+# more points than coefficients in both directions where a part of the flank is absent
+_OVERSAMPLING = 1.5
+# points solved from the mean point of the blank; all others start from the surface through them
+_LEAD = (7, 6)
+# a flank counts as absent where its regularity falls below this share of that at the design point: the fields of the
+# map have a singularity at zero, and the flank ends there anyway. Measured: docs/gear_geometry.md
+_UNDERCUT = 0.08
+# change of the relative regularity from node to node beyond the linear one that no regular flank makes
+_LEAP = 0.07
+
+
+@dataclass(frozen=True)
+class Absent:
+    """The part of the mating flank that does not exist because the pinion is undercut there.
+
+    Attributes
+    ----------
+    share : float
+        Of the flank area inside both blanks.
+    u : (float, float)
+        From where to where along the gear's pitch cone from its mean point [m].
+    fraction : (float, float)
+        From where to where in the depth of the gear, 0 root, 1 tip.
+    """
+
+    share: float
+    u: tuple[float, float]
+    fraction: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class FlankGrid:
+    """Solved flank points at the nodes of a map, the design point last; shared by all misaligned states.
+
+    Attributes
+    ----------
+    gear, pinion : Flank
+        The two flanks.
+    u_range, v_range : (float, float)
+        Extent of the map.
+    shape : (int, int)
+        Coefficients along u and v.
+    dense : bool
+        More nodes than coefficients: absent points are allowed.
+    u, v : (n + 1,) arrays
+        Nodes.
+    points : FlankPoints
+        Of the gear.
+    found : (n + 1,) bool array
+        Where the gear flank exists.
+    start : (3, n + 1) array
+        Surface parameters of pinion points nearby.
+    """
+
+    gear: Flank
+    pinion: Flank
+    u_range: tuple[float, float]
+    v_range: tuple[float, float]
+    shape: tuple[int, int]
+    dense: bool
+    u: FloatArray
+    v: FloatArray
+    points: FlankPoints
+    found: BoolArray
+    start: FloatArray
+
+    def denser(self, assembly: Assembly) -> FlankGrid:
+        """The same map with more nodes than coefficients."""
+        return _grid(self.gear, self.pinion, assembly, self.u_range, self.v_range, self.v[-1], self.shape, True)
 
 
 @dataclass(frozen=True)
@@ -48,13 +131,20 @@ class MeshSurface:
     design_point : (float, float)
         (u, v) of the design point: mean cone distance, middle of the working depth.
     crest : (float, float)
-        (u, v) of the smallest ease-off over lever, where the transmission error has its highest point.
+        (u, v) of the smallest ease-off over lever inside the flanks, where the transmission error is highest.
     patch : Patch
-        Fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``roll`` (surface of roll angle in driving
-        direction [rad]), ``ease_off`` [m], ``lever`` (arm about the gear axis [m]), ``turn_back`` (ease-off over lever:
-        the gear rotation that closes it [rad]), ``bend`` (separation of the conjugate pair over the lever is
-        ``bend (roll - angle)^2/2`` at a point fixed to the pinion [1/rad]), ``u1``, ``h1`` (blank coordinates on the
-        pinion [m]).
+        Fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``azimuth`` of that point from that of the
+        design point, ``roll`` (surface of roll angle in driving direction [rad]), ``ease_off`` [m], ``lever`` (arm
+        about the gear axis [m]), ``turn_back`` (ease-off over lever: the gear rotation that closes it [rad]), ``bend``
+        (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the pinion
+        [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its frame,
+        phase included [m]) and, where the pinion is undercut, ``regular`` (positive where its flank exists).
+    interpolation_error : float
+        Estimated error of the ease-off between the nodes [m].
+    absent : Absent, optional
+        The part of the mating flank that is undercut.
+    grid : FlankGrid
+        The points it was made from.
     """
 
     gear: Flank
@@ -66,6 +156,9 @@ class MeshSurface:
     design_point: tuple[float, float]
     crest: tuple[float, float]
     patch: Patch
+    interpolation_error: float
+    absent: Absent | None
+    grid: FlankGrid
 
     @property
     def pitch(self) -> float:
@@ -79,9 +172,32 @@ class MeshSurface:
         return float(self.patch(np.array([u]), np.array([v]), ("roll",))[0, 0])
 
     @property
-    def interpolation_error(self) -> float:
-        """Estimated interpolation error of the ease-off [m]."""
-        return self.patch.tail["ease_off"]
+    def forward(self) -> float:
+        """+1 or -1: sense of gear rotation about its axis when these flanks drive."""
+        return float(self.direction * np.sign(self.assembly.ratio))
+
+    @property
+    def undercut_scale(self) -> float:
+        """Length that makes the field ``regular`` comparable with a distance: the depth of the gear tooth [m]."""
+        middle = np.zeros(1)
+        return float((self.height(middle, np.ones(1)) - self.height(middle, middle))[0])
+
+    @property
+    def gear_azimuth(self) -> float:
+        """Azimuth of the design point in the gear frame [rad], the zero of the field ``azimuth``."""
+        return float(self.grid.points.azimuth[-1])
+
+    @cached_property
+    def roll_range(self) -> tuple[float, float]:
+        """Smallest and largest roll angle where both members have a flank [rad]."""
+        u, v = (
+            g.ravel() for g in np.meshgrid(np.linspace(*self.patch.u_range, 81), np.linspace(*self.patch.v_range, 61))
+        )
+        inside = self.margin(u, v) >= 0.0
+        if not inside.any():
+            raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
+        roll = self.patch(u[inside], v[inside], ("roll",))[0]
+        return float(roll.min()), float(roll.max())
 
     def height(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Height over the gear's pitch cone [m]."""
@@ -92,17 +208,27 @@ class MeshSurface:
         root = self.gear.blank.root(u)
         return np.asarray((h - root) / (self.gear.blank.tip(u) - root))
 
-    def margin(self, u: FloatArray, v: FloatArray) -> FloatArray:
-        """Distance inside the nearest toe, heel, face or root cone of both members [m], negative outside."""
+    def limits(self, u: FloatArray, v: FloatArray) -> FloatArray:
+        """Distance inside each of `EDGES` [m], negative outside, (9, n); toe, heel, face and root cone, undercut."""
         u1, h1 = self.patch(u, v, ("u1", "h1"))
-        limits = []
+        rows = []
         for blank, along, height in (
             (self.gear.blank, u, self.height(u, v)),
             (self.pinion.blank, u1, h1),
         ):
             half = 0.5 * blank.face_width
-            limits += [along + half, half - along, blank.tip(along) - height, height - blank.root(along)]
-        return np.asarray(np.min(limits, axis=0))
+            rows += [along + half, half - along, blank.tip(along) - height, height - blank.root(along)]
+        return np.stack([*rows, self.regular(u, v)])
+
+    def regular(self, u: FloatArray, v: FloatArray) -> FloatArray:
+        """Measure of how far the pinion is from its undercut limit, in the manner of a distance [m]."""
+        if "regular" not in self.patch.names:
+            return np.full(np.shape(u), np.inf)
+        return np.asarray(self.patch(u, v, ("regular",))[0] * self.undercut_scale)
+
+    def margin(self, u: FloatArray, v: FloatArray) -> FloatArray:
+        """Distance inside the nearest end of both flanks [m], negative outside."""
+        return np.asarray(self.limits(u, v).min(axis=0))
 
     def exact_roll(self, u: FloatArray, v: FloatArray) -> FloatArray:
         """Surface of roll angle from the equation of meshing at the interpolated point and normal."""
@@ -110,7 +236,91 @@ class MeshSurface:
         return np.asarray(self.direction * (f2 / self.assembly.ratio - self.roll_zero))
 
 
-def mesh_surface(gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: float = 0.06) -> MeshSurface:
+def flank_grid(
+    gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: float = 0.06, shape: tuple[int, int] = SHAPE
+) -> FlankGrid:
+    """Solve the flank points of a map; parameters as in `mesh_surface`."""
+    half = 0.5 * gear.blank.face_width * (1.0 + _OVERHANG[0])
+    u_range = (-half, half)
+    deepest = _deepest_contact(gear, pinion, assembly, u_range)
+    v_range = (deepest - overhang_root, 1.0 + _OVERHANG[1])
+    return _grid(gear, pinion, assembly, u_range, v_range, 0.5 * (deepest + 1.0), shape, False)
+
+
+def _grid(
+    gear: Flank,
+    pinion: Flank,
+    assembly: Assembly,
+    u_range: tuple[float, float],
+    v_range: tuple[float, float],
+    middle: float,
+    shape: tuple[int, int],
+    dense: bool,
+) -> FlankGrid:
+    rate = _OVERSAMPLING if dense else 1.0
+    u, v = Patch.nodes(u_range, v_range, (int(np.ceil(rate * shape[0])), int(np.ceil(rate * shape[1]))))
+    # the design point rides along as the last point
+    u, v = np.append(u, 0.0), np.append(v, middle)
+    lead_u, lead_v = Patch.nodes(u_range, v_range, _LEAD)
+    lead_u, lead_v = np.append(lead_u, 0.0), np.append(lead_v, middle)
+
+    lead, found = gear.solve(lead_u, gear.blank.height(lead_u, lead_v))
+    if not found[-1]:
+        raise ConvergenceError("undercut", f"the {gear.side} gear flank does not reach its design point")
+    radius, z = gear.blank.axial(u, gear.blank.height(u, v))
+    parameters, on_gear = gear.refine(
+        radius, z, _spread(lead_u, lead_v, lead.parameters, found, u_range, v_range, u, v)
+    )
+    # a missing gear point takes the place of the design point, so that no number of it spreads
+    points = gear.points(np.where(on_gear, parameters, parameters[:, -1:]))
+
+    conjugate = conjugate_points(gear.points(np.where(found, lead.parameters, lead.parameters[:, -1:])), assembly)
+    phase = pinion_phase(_last(conjugate), pinion)
+    turned = turn(conjugate.position, -phase)
+    u1, h1 = pinion.blank.coordinates(np.hypot(turned[0], turned[1]), turned[2])
+    facing, reached = pinion.solve(np.real(u1), np.real(h1))
+    if not reached[-1]:
+        raise ConvergenceError("undercut", f"the {pinion.side} pinion flank does not reach its design point")
+    _, near, met = ease_off(conjugate, pinion, phase, np.where(reached, facing.parameters, facing.parameters[:, -1:]))
+    start = _spread(lead_u, lead_v, near, found & reached & met, u_range, v_range, u, v)
+    if not dense and not (on_gear.all() and reached.all() and met.all()):
+        return _grid(gear, pinion, assembly, u_range, v_range, middle, shape, True)
+    return FlankGrid(gear, pinion, u_range, v_range, shape, dense, u, v, points, on_gear, start)
+
+
+def _spread(
+    u: FloatArray,
+    v: FloatArray,
+    parameters: FloatArray,
+    found: BoolArray,
+    u_range: tuple[float, float],
+    v_range: tuple[float, float],
+    to_u: FloatArray,
+    to_v: FloatArray,
+) -> FloatArray:
+    """Surface parameters at many nodes from those of a few: starts for Newton's method."""
+    whole = bool(found.all())
+    names = ("a", "b", "c")
+    values = dict(zip(names, parameters[:, found], strict=True))
+    # the fewer points there are, the stiffer the surface through them
+    lead = Patch.fit_points(u_range, v_range, _LEAD if whole else (4, 3), u[found], v[found], values)
+    return lead(to_u, to_v, names)
+
+
+def _last(conjugate: ConjugatePoints) -> ConjugatePoints:
+    return ConjugatePoints(
+        conjugate.gear_roll[-1:], conjugate.rate[-1:], conjugate.position[:, -1:], conjugate.normal[:, -1:]
+    )
+
+
+def mesh_surface(
+    gear: Flank,
+    pinion: Flank,
+    assembly: Assembly,
+    overhang_root: float = 0.06,
+    shape: tuple[int, int] = SHAPE,
+    grid: FlankGrid | None = None,
+) -> MeshSurface:
     """Build the map of the mesh of two real flanks.
 
     Parameters
@@ -121,87 +331,205 @@ def mesh_surface(gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: 
         Their position, misalignments included.
     overhang_root : float
         How far the map goes below the deepest contact with the pinion's face cone, as a fraction of the whole depth.
-        A flank that ends just outside the blanks (undercut) gets a map with less overhang on all sides.
+    shape : (int, int)
+        Chebyshev coefficients along the face and over the depth.
+    grid : FlankGrid, optional
+        Flank points solved before, for the same flanks in a position nearby.
 
     Raises
     ------
     ConvergenceError
-        A flank does not exist somewhere in the mating region (undercut), or the members do not mesh there.
+        A flank does not exist at the design point, the gear flank does not exist somewhere in the mating region, or
+        the members do not mesh there.
     """
-    try:
-        return _map(gear, pinion, assembly, (*_OVERHANG, overhang_root))
-    except ConvergenceError as error:
-        if error.reason != "undercut":
-            raise
-    return _map(gear, pinion, assembly, _OVERHANG_NARROW)
+    grid = grid or flank_grid(gear, pinion, assembly, overhang_root, shape)
+    conjugate = conjugate_points(grid.points, assembly)
+    phase = pinion_phase(_last(conjugate), pinion)
+    relief, parameters, found = ease_off(conjugate, pinion, phase, grid.start)
+    present, bound = _present(grid, parameters, found & grid.found)
+    if not present.all() and not grid.dense:
+        return mesh_surface(gear, pinion, assembly, grid=grid.denser(assembly))
+    return _map(grid, assembly, conjugate, phase, relief, parameters, present, bound)
 
 
-def _map(gear: Flank, pinion: Flank, assembly: Assembly, overhang: tuple[float, float, float]) -> MeshSurface:
-    half = 0.5 * gear.blank.face_width * (1.0 + overhang[0])
-    u_range = (-half, half)
-    deepest = _deepest_contact(gear, pinion, assembly, u_range)
-    middle = 0.5 * (deepest + 1.0)
-    v_range = (deepest - overhang[2], 1.0 + overhang[1])
+def _present(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> tuple[BoolArray, Patch | None]:
+    """Which points belong to the regular part of the pinion flank, and the field that bounds it.
 
-    u, v = Patch.nodes(u_range, v_range, _SHAPE)
-    # the design point rides along as the last point
-    u, v = np.append(u, 0.0), np.append(v, middle)
-    points, found = gear.solve(u, gear.blank.height(u, v))
-    _require(found, "gear", gear, u, v)
-    conjugate = conjugate_points(points, assembly)
-    reference = conjugate_points(gear.points(points.parameters[:, -1:]), assembly)
-    phase = pinion_phase(reference, pinion)
-    relief, parameters, found = ease_off(conjugate, pinion, phase)
-    _require(found, "pinion", pinion, u, v)
+    Beyond its limit of undercut a flank has no points, but Newton's method may end on another sheet of the surface. So
+    each column of nodes is followed from the middle of the depth outwards, and ends where the regularity falls below
+    the limit, or leaves the line it came on.
+    """
+    measure = np.full(found.shape, -1.0)
+    measure[found] = regularity(grid.pinion, parameters[:, found])
+    measure[found] /= measure[-1]
+    if (measure > _UNDERCUT).all() or not grid.dense:
+        return measure > _UNDERCUT, None
+    rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
+    v, columns = grid.v[:rows], measure[:-1].reshape(-1, rows)
+    middle = int(np.argmin(np.abs(v - grid.v[-1])))
+    inside = np.zeros(columns.shape, dtype=bool)
+    inside[:, middle] = columns[:, middle] > _UNDERCUT
+    bound = columns.copy()
+    for step, order in ((1, range(middle + 1, rows)), (-1, range(middle - 1, -1, -1))):
+        for k in order:
+            before, second = k - step, max(0, min(rows - 1, k - 2 * step))
+            rate = (bound[:, before] - bound[:, second]) / (v[before] - v[second])
+            ahead = bound[:, before] + rate * (v[k] - v[before])
+            goes_on = np.abs(columns[:, k] - ahead) < _LEAP
+            inside[:, k] = inside[:, before] & goes_on & (columns[:, k] > _UNDERCUT)
+            # outside the flank the line it came on goes on, below the limit
+            bound[:, k] = np.where(inside[:, k], columns[:, k], np.minimum(ahead, bound[:, before]).clip(-1.0, 0.0))
+    field = np.append(bound.ravel() - _UNDERCUT, 1.0)
+    patch = Patch.fit_points(grid.u_range, grid.v_range, (10, 9), grid.u, grid.v, {"regular": field})
+    return np.append(inside.ravel(), True), patch
 
+
+def _map(
+    grid: FlankGrid,
+    assembly: Assembly,
+    conjugate: ConjugatePoints,
+    phase: float,
+    relief: FloatArray,
+    parameters: FloatArray,
+    present: BoolArray,
+    bound: Patch | None,
+) -> MeshSurface:
+    points = grid.points
     in_mesh = assembly.gear_in_mesh(points.position, conjugate.gear_roll)
     force = -turn(points.normal, conjugate.gear_roll)
     lever_pinion, lever_gear = assembly.levers(in_mesh, force)
     lever = np.abs(lever_gear)
     direction = float(np.sign(lever_pinion[-1]))
     pinion_roll = conjugate.gear_roll / assembly.ratio
-
-    # turn the pinion until its highest point touches: the smallest ease-off becomes zero
-    tilted = Patch.fit(u_range, v_range, _SHAPE, {"turn_back": (relief / lever)[:-1]})
-    crest, lowest = _crest(tilted)
-    phase += direction * lowest / abs(assembly.ratio)
-    relief, _, found = ease_off(conjugate, pinion, phase, parameters)
-    _require(found, "pinion", pinion, u, v)
-
-    u1, h1 = pinion.blank.coordinates(np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2])
+    u1, h1 = grid.pinion.blank.coordinates(np.hypot(*conjugate.position[:2]), conjugate.position[2])
     fields = dict(zip(POSITION + NORMAL, [*points.position, *points.normal], strict=True)) | {
+        "azimuth": np.angle(np.exp(1j * (points.azimuth - points.azimuth[-1]))),
         "roll": direction * (pinion_roll - pinion_roll[-1]),
-        "ease_off": relief,
         "lever": lever,
-        "turn_back": relief / lever,
         "u1": np.real(u1),
         "h1": np.real(h1),
     }
-    patch = Patch.fit(u_range, v_range, _SHAPE, {name: values[:-1] for name, values in fields.items()})
+    base = _fitted(grid, grid.found, fields)
     # off their line of contact the conjugate flanks part as bend (roll - angle)^2/2 at a point fixed to the pinion
-    frame = line_frame(patch, u[:-1], v[:-1])
-    sliding = direction * assembly.sliding(in_mesh[:, :-1])
-    share = dot(sliding, turn(frame.gradient, conjugate.gear_roll[:-1]))
-    patch = patch.extended({"bend": conjugate.rate[:-1] * (1.0 - share) / lever[:-1]})
-    return MeshSurface(gear, pinion, assembly, phase, direction, float(pinion_roll[-1]), (0.0, middle), crest, patch)
+    frame = line_frame(base, grid.u, grid.v)
+    share = dot(direction * assembly.sliding(in_mesh), turn(frame.gradient, conjugate.gear_roll))
+    base = base.joined(_fitted(grid, grid.found, {"bend": conjugate.rate * (1.0 - share) / lever}))
+    if bound is not None:
+        base = base.joined(bound.raised(base.shape))
+
+    def with_ease_off(relief: FloatArray) -> Patch:
+        real = dict(zip(PINION, conjugate.position + relief * conjugate.normal, strict=True))
+        return base.joined(_fitted(grid, present, {"ease_off": relief, "turn_back": relief / lever} | real))
+
+    middle = (0.0, float(grid.v[-1]))
+    start = MeshSurface(
+        grid.gear,
+        grid.pinion,
+        assembly,
+        phase,
+        direction,
+        float(pinion_roll[-1]),
+        middle,
+        middle,
+        with_ease_off(relief),
+        0.0,
+        None,
+        grid,
+    )
+    # turn the pinion until its highest point touches: the smallest ease-off becomes zero
+    crest, lowest = _crest(start)
+    phase += direction * lowest / abs(assembly.ratio)
+    relief, parameters, found = ease_off(conjugate, grid.pinion, phase, parameters)
+    present &= found
+    surface = replace(start, phase=phase, crest=crest, patch=with_ease_off(np.where(present, relief, 0.0)))
+    error = surface.patch.tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
+    return replace(surface, interpolation_error=error, absent=_absent(surface))
 
 
-def _crest(patch: Patch) -> tuple[tuple[float, float], float]:
-    """Place and value of the smallest ease-off over lever; on the rim of the map where it falls to the outside."""
-    (u0, u1), (v0, v1) = patch.u_range, patch.v_range
-    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(u0, u1, 41), np.linspace(v0, v1, 31)))
-    lowest = int(np.argmin(patch(u, v, ("turn_back",))[0]))
-    at = np.array([u[lowest], v[lowest]])
-    for _ in range(8):
-        a, b = at[:1], at[1:]
-        name = ("turn_back",)
-        gradient = np.array([patch(a, b, name, du=1)[0, 0], patch(a, b, name, dv=1)[0, 0]])
-        mixed = patch(a, b, name, du=1, dv=1)[0, 0]
-        hessian = np.array([[patch(a, b, name, du=2)[0, 0], mixed], [mixed, patch(a, b, name, dv=2)[0, 0]]])
-        if np.linalg.det(hessian) <= 0.0 or hessian[0, 0] <= 0.0:
+def _fitted(grid: FlankGrid, present: BoolArray, fields: dict[str, FloatArray]) -> Patch:
+    """Patch of values at the nodes: interpolated, or fitted to the nodes present where there are more of them."""
+    if not grid.dense:
+        values = {name: value[:-1] for name, value in fields.items()}
+        return Patch.fit(grid.u_range, grid.v_range, grid.shape, values)
+    at = grid.u[present], grid.v[present]
+    chosen = {name: value[present] for name, value in fields.items()}
+    return Patch.fit_points(grid.u_range, grid.v_range, grid.shape, *at, chosen)
+
+
+def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: FloatArray) -> float:
+    """Greatest error of the ease-off [m] at points between the nodes, where a part of the flank is absent."""
+    nodes = surface.grid
+    random = np.random.default_rng(0)
+    u, v = random.uniform(*nodes.u_range, 60), random.uniform(max(0.0, nodes.v_range[0]), 1.0, 60)
+    inside = surface.margin(u, v) > 0.0
+    u, v = u[inside], v[inside]
+    # parameters from the nearest node
+    scale = np.array([[nodes.u_range[1]], [0.5]])
+    here, there = np.stack([u, v]) / scale, np.stack([nodes.u, nodes.v]) / scale
+    nearest = np.argmin(((here[:, :, None] - there[:, None, :]) ** 2).sum(axis=0), axis=1)
+    radius, z = surface.gear.blank.axial(u, surface.height(u, v))
+    on_gear, good = surface.gear.refine(radius, z, nodes.points.parameters[:, nearest])
+    exact = conjugate_points(surface.gear.points(on_gear), surface.assembly)
+    relief, _, found = ease_off(exact, surface.pinion, surface.phase, parameters[:, nearest])
+    good &= found
+    error = np.abs(surface.patch(u, v, ("ease_off",))[0] - relief)
+    return float(error[good].max(initial=0.0))
+
+
+def _absent(surface: MeshSurface) -> Absent | None:
+    """How much of the flank inside both blanks is undercut."""
+    if "regular" not in surface.patch.names:
+        return None
+    half = 0.5 * surface.gear.blank.face_width
+    u, v = (g.ravel() for g in np.meshgrid(np.linspace(-half, half, 81), np.linspace(0.0, 1.0, 61)))
+    limits = surface.limits(u, v)
+    inside = (limits[:-1] >= 0.0).all(axis=0)
+    gone = inside & (limits[-1] < 0.0)
+    if not gone.any():
+        return None
+    depth = surface.height(u, np.ones_like(u)) - surface.height(u, np.zeros_like(u))
+    share = float(depth[gone].sum() / depth[inside].sum())
+    return Absent(share, (float(u[gone].min()), float(u[gone].max())), (float(v[gone].min()), float(v[gone].max())))
+
+
+def _crest(surface: MeshSurface) -> tuple[tuple[float, float], float]:
+    """Place and value of the smallest ease-off over lever inside the flanks, by grids that close in on it."""
+    (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
+    centre, reach = np.array([0.5 * (u0 + u1), 0.5 * (v0 + v1)]), np.array([0.5 * (u1 - u0), 0.5 * (v1 - v0)])
+    lowest = np.inf
+    for count in (41, 11, 11, 11):
+        axes = [np.linspace(c - r, c + r, count) for c, r in zip(centre, reach, strict=True)]
+        u, v = (g.ravel() for g in np.meshgrid(*axes))
+        height = np.where(surface.margin(u, v) >= 0.0, surface.patch(u, v, ("turn_back",))[0], np.inf)
+        at = int(np.argmin(height))
+        if not np.isfinite(height[at]):
             break
-        at = np.clip(at - np.linalg.solve(hessian, gradient), [u0, v0], [u1, v1])
-    return (float(at[0]), float(at[1])), float(patch(at[:1], at[1:], ("turn_back",))[0, 0])
+        centre, lowest = np.array([u[at], v[at]]), float(height[at])
+        # two cells to each side: the smallest value of a slanted valley may lie beyond the nearest cell
+        reach = reach * 4.0 / (count - 1)
+    if not np.isfinite(lowest):
+        raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
+    sharp = _stationary(surface.patch, centre)
+    if surface.margin(sharp[:1], sharp[1:])[0] > 0.0:
+        value = float(surface.patch(sharp[:1], sharp[1:], ("turn_back",))[0, 0])
+        if value <= lowest:
+            centre, lowest = sharp, value
+    return (float(centre[0]), float(centre[1])), lowest
+
+
+def _stationary(patch: Patch, start: FloatArray) -> FloatArray:
+    """Stationary point of the ease-off over lever near a start, (2,); the start where it bends downwards."""
+    at = start
+    for _ in range(4):
+        u, v = at[:1], at[1:]
+        a, b, aa, ab, bb = (
+            float(patch(u, v, ("turn_back",), du=i, dv=j)[0, 0]) for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        )
+        determinant = aa * bb - ab * ab
+        if determinant <= 0.0 or aa <= 0.0:
+            return start
+        at = at - np.array([bb * a - ab * b, aa * b - ab * a]) / determinant
+    return at
 
 
 @dataclass(frozen=True)
@@ -260,14 +588,3 @@ def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tu
             "no_mesh", "the pinion blank hardly reaches the gear flank; check the blanks and the offset"
         )
     return deepest
-
-
-def _require(found: NDArray[np.bool_], member: str, flank: Flank, u: FloatArray, v: FloatArray) -> None:
-    if found.all():
-        return
-    worst = int(np.argmin(found))
-    raise ConvergenceError(
-        "undercut",
-        f"the {flank.side} {member} flank does not exist at {np.sum(~found)} of {found.size} points, "
-        f"for one at u = {u[worst] * 1e3:.3g} mm, depth fraction {v[worst]:.3g} of the gear",
-    )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
-import numpy as np
-
 from efficiency.blank.cones import ToothShape
-from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.mesh_surface import SHAPE, FlankGrid, MeshSurface, mesh_surface
+from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
 from efficiency.contact.thickness import tooth_shapes
-from efficiency.contact.transmission import ContactPath, contact_path
+from efficiency.contact.transmission import ContactPath, Transmission, transmission
 from efficiency.design import Design
 
 Side = Literal["drive", "coast"]
@@ -28,18 +28,14 @@ class GearPair:
         ``"drive"`` or ``"coast"``: which flank pair is in contact.
     surface : MeshSurface
         Both flanks, surface of roll angle, ease-off.
-    path : ContactPath
-        Unloaded contact path and transmission error of one tooth pair, half a pitch to both sides of its highest point.
-    shape_pinion, shape_gear : ToothShape
-        Depth and thickness of one tooth of each member along its face.
+    transmission : Transmission
+        Unloaded contact path of one tooth pair, transmission error of all.
     """
 
     design: Design
     side: Side
     surface: MeshSurface
-    path: ContactPath
-    shape_pinion: ToothShape
-    shape_gear: ToothShape
+    transmission: Transmission
 
     @property
     def name(self) -> str:
@@ -56,8 +52,51 @@ class GearPair:
         """Number of teeth of the gear."""
         return self.design.gear.blank.teeth
 
+    @property
+    def path(self) -> ContactPath:
+        """Unloaded contact path of one tooth pair, one pitch to both sides of its highest point."""
+        return self.transmission.path
 
-def gear_pair(design: Design, side: Side = "drive") -> GearPair:
+    def pattern(self, thickness: float = MARKING) -> ContactPattern:
+        """Contact pattern for a thickness of the marking compound [m]."""
+        return contact_pattern(self.surface, self.transmission, thickness)
+
+    @property
+    def shape_pinion(self) -> ToothShape:
+        """Depth and thickness of one tooth of the pinion along its face."""
+        return self._shapes[0]
+
+    @property
+    def shape_gear(self) -> ToothShape:
+        """Depth and thickness of one tooth of the gear along its face."""
+        return self._shapes[1]
+
+    @cached_property
+    def _shapes(self) -> tuple[ToothShape, ToothShape]:
+        return tooth_shapes(self.design)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a designer has to know of the contact without load."""
+        notes = []
+        gone = self.surface.absent
+        if gone is not None:
+            u, v = (tuple(1e3 * x for x in gone.u), gone.fraction)
+            notes.append(
+                f"the {self.surface.pinion.side} pinion flank is undercut: {100.0 * gone.share:.2g} % of the mating "
+                f"flank is missing, at {u[0]:.3g} to {u[1]:.3g} mm from the mean point along the gear, depth fraction "
+                f"{v[0]:.2f} to {v[1]:.2f} of the gear"
+            )
+        if self.transmission.edges:
+            notes.append("unloaded contact runs over an edge: " + ", ".join(self.transmission.edges))
+        if not self.path.settled.all():
+            notes.append("the place of the unloaded contact is approximate at some pinion angles")
+        return tuple(notes)
+
+
+def gear_pair(
+    design: Design, side: Side = "drive", shape: tuple[int, int] = SHAPE, grid: FlankGrid | None = None
+) -> GearPair:
     """Compute the geometry of a pair.
 
     Parameters
@@ -66,14 +105,17 @@ def gear_pair(design: Design, side: Side = "drive") -> GearPair:
         Design, misalignments included.
     side : str
         ``"drive"`` or ``"coast"``.
+    shape : (int, int)
+        Chebyshev coefficients of the map along the face and over the depth; its error estimate tells what it costs.
+    grid : FlankGrid, optional
+        Flank points solved before for the same pair in another state of misalignment.
 
     Raises
     ------
     ConvergenceError
-        A flank does not exist in the mating region (undercut), or the members do not mesh.
+        A flank does not exist at its design point, the gear flank ends in the mating region, or the members do not
+        mesh.
     """
-    pinion, gear = design.flanks(side)
-    surface = mesh_surface(gear, pinion, design.placement())
-    path = contact_path(surface, surface.crest_roll + np.linspace(-0.5, 0.5, 41) * surface.pitch)
-    shape_pinion, shape_gear = tooth_shapes(design)
-    return GearPair(design, side, surface, path, shape_pinion, shape_gear)
+    pinion, gear = (grid.pinion, grid.gear) if grid is not None else design.flanks(side)
+    surface = mesh_surface(gear, pinion, design.placement(), shape=shape, grid=grid)
+    return GearPair(design, side, surface, transmission(surface))

@@ -1,14 +1,42 @@
-"""Smooth fields on a rectangle by Chebyshev interpolation: exact derivatives, error estimate from the tail."""
+"""Smooth fields on a rectangle by Chebyshev polynomials: exact derivatives, error estimate from the tail.
+
+Where a field is known on the whole rectangle it is interpolated. Where a part is missing (undercut) or the points lie
+anyhow (a measured grid), the polynomials of the rectangle are fitted by least squares to the points there are: more
+points than coefficients, and the combinations that the points do not see held at zero by the rank of the system. Inside
+the region of the points that converges as the interpolation does; outside it means nothing.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
+from scipy.linalg import lstsq
+
+from efficiency.cutting.newton import Array
 
 FloatArray = NDArray[np.float64]
+
+# singular values below this share of the greatest are taken for directions that the points do not see
+_RANK = 1e-13
+
+
+@lru_cache(maxsize=32)
+def _derivative(count: int) -> FloatArray:
+    """Matrix that takes Chebyshev coefficients to those of the derivative, (count, count)."""
+    matrix: FloatArray = np.zeros((count, count))
+    if count > 1:
+        matrix[:-1] = chebyshev.chebder(np.eye(count), axis=0)
+    return matrix
+
+
+@lru_cache(maxsize=32)
+def _interpolation(count: int) -> FloatArray:
+    """Matrix that takes values at the Chebyshev points to coefficients, (count, count)."""
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(count), count - 1)))
 
 
 @dataclass(frozen=True)
@@ -52,15 +80,39 @@ class Patch:
         """Interpolate values given at `nodes`, each (nu nv,)."""
         values = np.stack(list(fields.values()), axis=-1).reshape(*shape, len(fields))
         for axis, count in enumerate(shape):
-            matrix = chebyshev.chebvander(chebyshev.chebpts1(count), count - 1)
-            values = np.moveaxis(np.tensordot(np.linalg.inv(matrix), values, axes=(1, axis)), 0, axis)
+            values = np.moveaxis(np.tensordot(_interpolation(count), values, axes=(1, axis)), 0, axis)
         return cls(tuple(fields), u_range, v_range, values)
 
-    def extended(self, fields: dict[str, FloatArray]) -> Patch:
-        """The same patch with more fields, given at its nodes."""
-        more = Patch.fit(self.u_range, self.v_range, self.shape, fields)
-        joined = np.concatenate([self.coefficients, more.coefficients], axis=-1)
-        return replace(self, names=self.names + more.names, coefficients=joined)
+    @classmethod
+    def fit_points(
+        cls,
+        u_range: tuple[float, float],
+        v_range: tuple[float, float],
+        shape: tuple[int, int],
+        u: FloatArray,
+        v: FloatArray,
+        fields: dict[str, FloatArray],
+    ) -> Patch:
+        """Least squares to values at any points (n,), of which there should be twice as many as coefficients."""
+        empty = cls(("none",), u_range, v_range, np.zeros((*shape, 1)))
+        along, over = empty._basis(u, v, 0, 0)
+        matrix = np.asarray(along[:, :, None] * over[:, None, :]).reshape(u.size, -1)
+        values = np.stack(list(fields.values()), axis=-1)
+        solution = lstsq(matrix, values, cond=_RANK, lapack_driver="gelsy", check_finite=False)[0]
+        return cls(tuple(fields), u_range, v_range, np.asarray(solution).reshape(*shape, len(fields)))
+
+    def joined(self, other: Patch) -> Patch:
+        """The fields of two patches over the same rectangle with the same shape."""
+        return replace(
+            self,
+            names=self.names + other.names,
+            coefficients=np.concatenate([self.coefficients, other.coefficients], axis=-1),
+        )
+
+    def raised(self, shape: tuple[int, int]) -> Patch:
+        """The same fields with more coefficients, which are zero."""
+        more = [(0, new - old) for new, old in zip(shape, self.shape, strict=True)]
+        return replace(self, coefficients=np.pad(self.coefficients, [*more, (0, 0)]))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -90,14 +142,34 @@ class Patch:
         -------
         (len(names), n) array
         """
-        c = self.coefficients[:, :, [self.names.index(name) for name in names]]
+        along, over = self._basis(u, v, du, dv)
+        return np.asarray(np.real(self._sum(along, over, names)), dtype=np.float64)
+
+    def slopes(self, u: Array, v: Array, names: tuple[str, ...]) -> tuple[Array, Array, Array]:
+        """Values and first derivatives along u and v at n points, real or complex, each (len(names), n)."""
+        along, over = self._basis(u, v, 0, 0)
+        scale_u, scale_v = self._scales
+        along_u = along @ (_derivative(along.shape[1]) * scale_u)
+        over_v = over @ (_derivative(over.shape[1]) * scale_v)
+        return self._sum(along, over, names), self._sum(along_u, over, names), self._sum(along, over_v, names)
+
+    @property
+    def _scales(self) -> tuple[float, float]:
+        return 2.0 / (self.u_range[1] - self.u_range[0]), 2.0 / (self.v_range[1] - self.v_range[0])
+
+    def _basis(self, u: Array, v: Array, du: int, dv: int) -> tuple[Array, Array]:
+        """Chebyshev polynomials (or their derivatives) of both directions at n points."""
         basis = []
-        for axis, (order, (low, high), at) in enumerate(
-            ((du, self.u_range, u), (dv, self.v_range, v)),
+        for at, order, (low, _), scale, count in zip(
+            (u, v), (du, dv), (self.u_range, self.v_range), self._scales, self.shape, strict=True
         ):
-            scale = 2.0 / (high - low)
-            if order:
-                c = np.asarray(chebyshev.chebder(c, order, scl=scale, axis=axis), dtype=np.float64)
-            basis.append(chebyshev.chebvander((np.asarray(at) - low) * scale - 1.0, c.shape[axis] - 1))
-        first = np.tensordot(basis[0], c, axes=(1, 0))
-        return np.asarray(np.einsum("nbk,nb->kn", first, basis[1]))
+            rows = chebyshev.chebvander((np.asarray(at) - low) * scale - 1.0, count - 1)
+            for _ in range(order):
+                rows = rows @ (_derivative(count) * scale)
+            basis.append(rows)
+        return basis[0], basis[1]
+
+    def _sum(self, along: Array, over: Array, names: tuple[str, ...]) -> Array:
+        chosen = self.coefficients[:, :, [self.names.index(name) for name in names]]
+        first = np.tensordot(along, chosen, axes=(1, 0))
+        return np.asarray(np.einsum("nbk,nb->kn", first, over))

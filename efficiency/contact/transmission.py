@@ -1,11 +1,9 @@
-"""Unloaded transmission error and contact path from the ease-off: the lower envelope over all points of the flank.
+"""Unloaded contact path and transmission error: of one tooth pair, and of all pairs with its harmonics.
 
-At pinion angle psi a point of the real pinion flank with roll angle phi and ease-off e keeps the distance
-``e + M (phi - psi)^2/2`` from the gear, where M follows from the relative curvature of the conjugate flanks normal to
-their line of contact. The gear turns back by the smallest of these distances over their lever; where it is smallest is
-the contact point. It lies beside the conjugate line by the slope of the ease-off times the equivalent radius; both the
-place on the pinion and the one on the gear then differ from the conjugate pair of points, to first order in the
-sliding in between.
+One pair: the real pinion flank is placed in space and the gear turned until they touch (`closest`): exact but for the
+interpolation of both flanks. Inside the flanks that is tangency, on their rim the contact of an edge. All pairs: the
+pair that holds the gear farthest ahead carries it, so the curve of the mesh is the upper envelope of the curve of one
+pair, shifted by whole pitches.
 """
 
 from __future__ import annotations
@@ -14,16 +12,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
 
-from efficiency.contact.assembly import dot, turn
-from efficiency.contact.mesh_surface import POSITION, MeshSurface
+from efficiency.contact.closest import closest
+from efficiency.contact.mesh_surface import EDGES, MeshSurface
+from efficiency.contact.touch import touch
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+ORDERS = 10
+# angles of the path of one pair in a pitch, and of the curve of the mesh
+_PER_PITCH, _FINE = 48, 1024
 
 
 @dataclass(frozen=True)
 class ContactPath:
-    """Contact of one tooth pair without load; the flanks are continued a little beyond their blanks.
+    """Contact of one tooth pair without load.
 
     Attributes
     ----------
@@ -33,35 +39,75 @@ class ContactPath:
         Gear rotation ahead of its place at constant ratio [rad]; zero at the highest point of the curve.
     u, height : (n,) arrays
         Contact point on the gear: distance from its mean point along the pitch cone, height over that cone [m].
-    free : (n,) bool array
-        False where the contact runs on the rim of the mapped flank (edge contact); the place is then approximate.
+    u_pinion, height_pinion : (n,) arrays
+        The same on the pinion [m].
+    edge : (n,) int array
+        Index in `EDGES` of the edge in contact, -1 where both flanks touch with a common normal.
+    corner : (n,) bool array
+        Where the end of an edge touches, cut off by a second one.
+    settled : (n,) bool array
+        False where no minimum was found: the place is then that of the best sample.
     """
 
     pinion_angle: FloatArray
     transmission_error: FloatArray
     u: FloatArray
     height: FloatArray
-    free: NDArray[np.bool_]
+    u_pinion: FloatArray
+    height_pinion: FloatArray
+    edge: IntArray
+    corner: BoolArray
+    settled: BoolArray
+
+    @property
+    def free(self) -> BoolArray:
+        """Where both flanks touch with a common normal, inside their edges."""
+        return np.asarray(self.settled & (self.edge < 0))
+
+    @property
+    def edges(self) -> tuple[str, ...]:
+        """Names of the edges in contact anywhere on the path."""
+        return tuple(EDGES[k] for k in np.unique(self.edge[self.edge >= 0]))
 
 
-def _envelope(surface: MeshSurface, angle: FloatArray, u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
-    """Value, gradient and Hessian of the turning back of the gear at points (u, v)."""
-    names = ("turn_back", "bend", "roll")
-    p = surface.patch
-    e, m, phi = p(u, v, names)
-    eu, mu, pu = p(u, v, names, du=1)
-    ev, mv, pv = p(u, v, names, dv=1)
-    euu, muu, puu = p(u, v, names, du=2)
-    euv, muv, puv = p(u, v, names, du=1, dv=1)
-    evv, mvv, pvv = p(u, v, names, dv=2)
-    d = phi - angle
-    half = 0.5 * d * d
-    value = e + half * m
-    gu, gv = eu + half * mu + m * d * pu, ev + half * mv + m * d * pv
-    huu = euu + half * muu + d * (2.0 * mu * pu + m * puu) + m * pu * pu
-    hvv = evv + half * mvv + d * (2.0 * mv * pv + m * pvv) + m * pv * pv
-    huv = euv + half * muv + d * (mu * pv + mv * pu + m * puv) + m * pu * pv
-    return value, gu, gv, huu, huv, hvv
+@dataclass(frozen=True)
+class Transmission:
+    """Unloaded transmission error of a mesh.
+
+    Attributes
+    ----------
+    path : ContactPath
+        One tooth pair, from one pitch before its highest point to one behind.
+    pinion_angle : (n,) array
+        One pitch of the mesh in equal steps around the highest point, its end left out [rad].
+    error : (n,) array
+        Transmission error of all pairs there [rad].
+    carrier : (n,) int array
+        The pair that carries: 0 the one of `path`, 1 the one a pitch further along in mesh, -1 the one behind.
+    peak_to_peak : float
+        Range of `error` [rad].
+    harmonics : (10,) array
+        Amplitudes at the first orders of the mesh frequency [rad].
+    edges : tuple of str
+        Edges in contact while their pair carries: edge contact of the unloaded mesh.
+    """
+
+    path: ContactPath
+    pinion_angle: FloatArray
+    error: FloatArray
+    carrier: IntArray
+    peak_to_peak: float
+    harmonics: FloatArray
+    edges: tuple[str, ...]
+
+    @property
+    def pitch(self) -> float:
+        """Angular pitch of the pinion [rad]."""
+        return float(self.pinion_angle[1] - self.pinion_angle[0]) * self.pinion_angle.size
+
+    def at(self, angle: FloatArray) -> FloatArray:
+        """Transmission error of all pairs at any pinion angle [rad]."""
+        return np.asarray(np.interp(angle, self.pinion_angle, self.error, period=self.pitch))
 
 
 def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
@@ -74,46 +120,41 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     angle : (n,) array
         Pinion angles from the design point, driving direction [rad].
     """
-    (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
-    grid_u, grid_v = (g.ravel() for g in np.meshgrid(np.linspace(u0, u1, 61), np.linspace(v0, v1, 41)))
-    e, m, phi = surface.patch(grid_u, grid_v, ("turn_back", "bend", "roll"))
-    lowest = np.argmin(e + 0.5 * m * (phi - angle[:, None]) ** 2, axis=1)
-    u, v = grid_u[lowest], grid_v[lowest]
-    step = np.full(angle.shape, np.inf)
-    for _ in range(30):
-        _, gu, gv, huu, huv, hvv = _envelope(surface, angle, u, v)
-        determinant = huu * hvv - huv * huv
-        du = np.clip((hvv * gu - huv * gv) / determinant, -0.1 * (u1 - u0), 0.1 * (u1 - u0))
-        dv = np.clip((huu * gv - huv * gu) / determinant, -0.1 * (v1 - v0), 0.1 * (v1 - v0))
-        u, v = np.clip(u - du, u0, u1), np.clip(v - dv, v0, v1)
-        step = np.abs(du) / (u1 - u0) + np.abs(dv) / (v1 - v0)
-        if np.max(step) < 1e-11:
-            break
-    free = step < 1e-8
-    u, v = np.where(free, u, grid_u[lowest]), np.where(free, v, grid_v[lowest])
-    error = -_envelope(surface, angle, u, v)[0]
-    u, v = _on_gear(surface, angle, error, u, v)
-    return ContactPath(angle, error, u, surface.height(u, v), free)
+    found = closest(surface, angle)
+    at = touch(surface, angle, found.u, found.v)
+    u, v = np.real(at.gear_u), np.real(at.gear_v)
+    point = surface.patch(found.u, found.v, ("px", "py", "pz"))
+    u1, h1 = surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2])
+    return ContactPath(
+        angle, -found.back, u, surface.height(u, v), np.real(u1), np.real(h1), found.edge, found.corner, found.settled
+    )
 
 
-def _on_gear(
-    surface: MeshSurface, angle: FloatArray, error: FloatArray, u: FloatArray, v: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Gear point that faces the pinion point conjugate to (u, v), after the sliding between both moments.
-
-    To first order: the pinion point has slid over the gear since it was in conjugate contact, and the gear has turned
-    back under it.
-    """
-    p = surface.patch
-    position, (roll,) = p(u, v, POSITION), p(u, v, ("roll",))
-    f2 = (surface.direction * roll + surface.roll_zero) * surface.assembly.ratio
-    in_mesh = surface.assembly.gear_in_mesh(position, f2)
-    sliding = turn(surface.direction * surface.assembly.sliding(in_mesh), -f2)
-    ahead = error * np.sign(surface.direction * surface.assembly.ratio)
-    spin = np.stack([-position[1], position[0], np.zeros_like(u)])
-    shift = sliding * (angle - roll) - ahead * spin
-    ru, rv = p(u, v, POSITION, du=1), p(u, v, POSITION, dv=1)
-    e, f, g = dot(ru, ru), dot(ru, rv), dot(rv, rv)
-    a, b = dot(ru, shift), dot(rv, shift)
-    area = e * g - f * f
-    return u + (g * a - f * b) / area, v + (e * b - f * a) / area
+def transmission(surface: MeshSurface) -> Transmission:
+    """Transmission error of the unloaded mesh over one pitch, all tooth pairs together."""
+    pitch, crest = surface.pitch, surface.crest_roll
+    first, last = surface.roll_range
+    # so that the neighbours of the pair at its highest point are on their way in and out
+    crest = float(np.clip(crest, first + 0.5 * pitch, max(last, first + pitch) - 0.5 * pitch))
+    path = contact_path(surface, crest + np.linspace(-1.0, 1.0, 2 * _PER_PITCH + 1) * pitch)
+    angle = crest + (np.arange(_FINE) / _FINE - 0.5) * pitch
+    # local cubics: where an edge takes over, the kink stays where it is
+    curve = Akima1DInterpolator(path.pinion_angle, path.transmission_error, method="makima")
+    single = np.stack([curve(angle + k * pitch) for k in (-1, 0, 1)])
+    single = np.where(np.isnan(single), -np.inf, single)
+    best = np.argmax(single, axis=0)
+    error = np.asarray(single[best, np.arange(_FINE)])
+    # a pair one pitch further along in mesh has a larger roll angle
+    carrier = best - 1
+    reached = angle + carrier * pitch
+    nearest = np.rint((reached - path.pinion_angle[0]) / pitch * _PER_PITCH).astype(int)
+    touched = np.unique(path.edge[np.unique(nearest)])
+    return Transmission(
+        path=path,
+        pinion_angle=angle,
+        error=error,
+        carrier=carrier,
+        peak_to_peak=float(np.ptp(error)),
+        harmonics=2.0 * np.abs(np.fft.rfft(error))[1 : ORDERS + 1] / _FINE,
+        edges=tuple(EDGES[k] for k in touched[touched >= 0]),
+    )

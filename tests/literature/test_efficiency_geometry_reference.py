@@ -38,8 +38,16 @@ def design() -> Design:
 @pytest.fixture(scope="module", params=SIDES)
 def surface(request: pytest.FixtureRequest, design: Design) -> tuple[str, MeshSurface]:
     pinion, gear = design.flanks(request.param)
-    # the reference path runs over the flanks beyond the reach of the pinion's tip
-    return request.param, mesh_surface(gear, pinion, design.placement(), overhang_root=0.26)
+    # the reference path runs over the flanks beyond their edges: the blanks are made higher, the flanks stay
+    pinion, gear = (higher(flank, tip, root) for flank, tip, root in ((pinion, 2.8, 0.8), (gear, 1.0, 1.5)))
+    return request.param, mesh_surface(gear, pinion, design.placement())
+
+
+def higher(flank: CutFlank, tip: float, root: float) -> CutFlank:
+    """The same flank on a blank with more addendum and dedendum [mm]."""
+    blank = flank.blank
+    addendum, dedendum = blank.mean_addendum + tip * MM, blank.mean_dedendum + root * MM
+    return replace(flank, blank=replace(blank, mean_addendum=addendum, mean_dedendum=dedendum))
 
 
 def reference(side: str) -> dict[str, Any]:

@@ -1,0 +1,215 @@
+"""Where the unloaded flanks touch at a pinion angle: the constrained minimum of the rotation that separates them.
+
+The minimum is taken over the part of the flanks that both members have. Inside it is a stationary point; on the rim one
+edge is active (contact of a tip, toe, heel or root edge with the mating flank), at a corner two. Each is found by
+Newton's method in the two map coordinates for all pinion angles together, second derivatives by complex step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.mesh_surface import MeshSurface
+from efficiency.contact.touch import Touch, touch
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_STEP = 1e-30
+# directions in which the gap is flatter than this share of the steepest count as level: conjugate flanks touch in lines
+_LEVEL = 1e-8
+_ITERATIONS = 20
+_SETTLED = 1e-11
+# how far outside an edge a contact still counts as inside [m]
+_OUTSIDE = 1e-9
+# edges nearer to the sample than this share of the tooth depth are tried
+_NEAR = 0.08
+# and corners of edges nearer than this
+_CORNER = 0.2
+
+
+@dataclass(frozen=True)
+class Closest:
+    """Contact of one tooth pair at n pinion angles.
+
+    Attributes
+    ----------
+    u, v : (n,) arrays
+        Map coordinates whose real pinion point touches.
+    back : (n,) array
+        Rotation the gear is short of the constant ratio when they touch [rad].
+    edge : (n,) int array
+        Index in `EDGES` of the active edge, -1 inside the flanks.
+    corner : (n,) bool array
+        Where a second edge is active: a corner touches.
+    settled : (n,) bool array
+        False where no minimum was found and the best sample stands in for it.
+    """
+
+    u: FloatArray
+    v: FloatArray
+    back: FloatArray
+    edge: IntArray
+    corner: BoolArray
+    settled: BoolArray
+
+
+@dataclass(frozen=True)
+class _State:
+    """Limits, and slopes and second derivatives of gap and limits (first row the gap), scaled to the map."""
+
+    limits: FloatArray
+    slopes: FloatArray
+    bends: FloatArray
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Gap and limits of one pair at pinion angles, in map coordinates scaled to the size of the map."""
+
+    surface: MeshSurface
+    scale: FloatArray
+
+    def state(self, angle: FloatArray, x: FloatArray) -> _State:
+        """All of it at points x (2, n): both complex steps in one call."""
+        n = angle.size
+        moved = np.concatenate([x, x], axis=1).astype(np.complex128)
+        moved[0, :n] += 1j * _STEP
+        moved[1, n:] += 1j * _STEP
+        found = touch(self.surface, np.tile(angle, 2), *(moved * self.scale[:, None]))
+        slopes = np.concatenate([found.slope[None], found.limit_slopes]) * self.scale[:, None]
+        bends = np.stack([np.imag(slopes[..., :n]), np.imag(slopes[..., n:])], axis=2) / _STEP
+        both = 0.5 * (bends + np.swapaxes(bends, 1, 2))
+        return _State(np.real(found.limits[:, :n]), np.real(slopes[..., :n]), both)
+
+    def back(self, angle: FloatArray, x: FloatArray) -> tuple[FloatArray, Touch]:
+        """Rotation that the gear is short of its place [rad], and the points."""
+        found = touch(self.surface, angle, *(x * self.scale[:, None]))
+        s = self.surface
+        lag = found.gear_rotation - s.assembly.ratio * (s.direction * angle + s.roll_zero)
+        return -s.forward * np.angle(np.exp(1j * lag)), found
+
+    def inside(self, now: _State) -> FloatArray:
+        """Newton step to a stationary point of the gap, downhill in every direction."""
+        size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
+        along = np.einsum("nij,in->nj", axes, now.slopes[0])
+        size = np.abs(size)
+        step = np.where(size > _LEVEL * size[:, -1:], along / size.clip(1e-300), 0.0)
+        return np.asarray(-np.einsum("nij,nj->in", axes, step))
+
+    def across(self, now: _State) -> FloatArray:
+        """Newton step in the steepest direction only: to the floor of the valley."""
+        size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
+        steepest = axes[:, :, -1].T
+        return np.asarray(-steepest * np.sum(steepest * now.slopes[0], axis=0) / size[:, -1])
+
+    def on_edge(self, now: _State, edge: int) -> FloatArray:
+        """Newton step to the least gap along an edge."""
+        slope, normal = now.slopes[0], now.slopes[1 + edge]
+        square = np.sum(normal * normal, axis=0)
+        tangent = np.stack([-normal[1], normal[0]]) / np.sqrt(square)
+        lift = np.sum(slope * normal, axis=0) / square
+        towards = -normal * now.limits[edge] / square
+        bend = now.bends[0] - lift * now.bends[1 + edge]
+        run = np.sum(tangent * (slope + np.einsum("ijn,jn->in", bend, towards)), axis=0)
+        curve = np.abs(np.einsum("in,ijn,jn->n", tangent, bend, tangent))
+        return np.asarray(towards - tangent * run / curve.clip(1e-300))
+
+    def corner(self, now: _State, edges: tuple[int, int]) -> FloatArray:
+        """Newton step to where two edges meet; none where they run alongside."""
+        matrix = np.moveaxis(now.slopes[[1 + edge for edge in edges]], -1, 0)
+        turned = np.abs(np.linalg.det(matrix)) < 1e-9 * np.abs(matrix).max(axis=(1, 2)) ** 2
+        matrix[turned] = np.eye(2)
+        step = np.linalg.solve(matrix, now.limits[list(edges)].T[..., None])[..., 0].T
+        return np.asarray(np.where(turned, 1.0, -step))
+
+    def newton(
+        self, angle: FloatArray, start: FloatArray, step: Callable[[_State], FloatArray]
+    ) -> tuple[FloatArray, BoolArray]:
+        """Points where the step vanishes, and which of them were reached."""
+        x, settled = start.copy(), np.zeros(angle.shape, dtype=bool)
+        active = np.arange(angle.size)
+        for _ in range(_ITERATIONS):
+            move = np.clip(step(self.state(angle[active], x[:, active])), -0.1, 0.1)
+            x[:, active] += move
+            done = np.abs(move).max(axis=0) < _SETTLED
+            settled[active[done]] = True
+            # far outside the map the polynomials mean nothing
+            lost = (np.abs(x[:, active] - start[:, active]) > 0.7).any(axis=0)
+            active = active[~done & ~lost]
+            if not active.size:
+                break
+        return x, settled
+
+
+def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
+    """Contact of one tooth pair at pinion angles from the design point, driving direction [rad]."""
+    (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
+    problem = _Problem(surface, np.array([u1 - u0, v1 - v0]))
+    grid_u, grid_v = (g.ravel() for g in np.meshgrid(np.linspace(u0, u1, 49), np.linspace(v0, v1, 41)))
+    within = surface.margin(grid_u, grid_v) >= 0.0
+    grid_u, grid_v = grid_u[within], grid_v[within]
+    gap, bend, roll = surface.patch(grid_u, grid_v, ("turn_back", "bend", "roll"))
+    lowest = np.argmin(gap + 0.5 * bend * (roll - angle[:, None]) ** 2, axis=1)
+    sample = np.stack([grid_u[lowest], grid_v[lowest]]) / problem.scale[:, None]
+
+    found, settled = problem.newton(angle, sample, problem.inside)
+    back, points = problem.back(angle, found)
+    room = np.real(points.limits)
+    edge, corner = np.full(angle.shape, -1), np.zeros(angle.shape, dtype=bool)
+    # a stationary point above the sample is not the one looked for
+    lost = ~settled | (back > problem.back(angle, sample)[0] + 1e-12)
+    rest = np.flatnonzero(lost | (room.min(axis=0) < -_OUTSIDE))
+    if rest.size:
+        at, back[rest], edge[rest], corner[rest], settled[rest] = _on_rim(
+            problem, angle[rest], sample[:, rest], room[:, rest]
+        )
+        found[:, rest] = at
+    return Closest(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled)
+
+
+def _on_rim(
+    problem: _Problem, angle: FloatArray, sample: FloatArray, room: FloatArray
+) -> tuple[FloatArray, FloatArray, IntArray, BoolArray, BoolArray]:
+    """Least gap over edges and corners that lie inside all other edges; the sample itself where there is none.
+
+    Tried are the edges that the stationary point lies beyond or the sample lies near to, and the corners of the three
+    of them that the sample is nearest to.
+    """
+    at = sample.copy()
+    least, points = problem.back(angle, sample)
+    near = np.real(points.limits)
+    active, corner, settled = np.full(angle.shape, -1), np.zeros(angle.shape, bool), np.zeros(angle.shape, bool)
+    best = np.full(angle.shape, np.inf)
+    depth = problem.surface.undercut_scale
+    close = near < _NEAR * depth
+    order = np.argsort(near, axis=0)
+    everywhere = np.ones(angle.shape, dtype=bool)
+    # flanks that touch in lines have no lowest point: any place on the floor of the valley will do
+    tries: list[tuple[tuple[int, ...], BoolArray, Callable[[_State], FloatArray]]] = [((), everywhere, problem.across)]
+    for edge in range(near.shape[0]):
+        tries.append(((edge,), close[edge] | (room[edge] < 0.0), partial(problem.on_edge, edge=edge)))
+    for one, two in combinations(range(3), 2):
+        nearest = np.sort(order[[one, two]], axis=0)
+        for pair in sorted({(int(a), int(b)) for a, b in nearest.T}):
+            wanted = (nearest == np.array(pair)[:, None]).all(axis=0) & (near[list(pair)].max(axis=0) < _CORNER * depth)
+            tries.append((pair, wanted, partial(problem.corner, edges=pair)))
+    for edges, wanted, step in tries:
+        some = np.flatnonzero(wanted)
+        if not some.size:
+            continue
+        x, ok = problem.newton(angle[some], sample[:, some], step)
+        value, touched = problem.back(angle[some], x)
+        ok &= np.real(touched.limits).min(axis=0) > -_OUTSIDE
+        better = some[ok & (value < best[some])]
+        picked = np.isin(some, better)
+        at[:, better], best[better], settled[better] = x[:, picked], value[picked], True
+        active[better], corner[better] = edges[0] if edges else -1, len(edges) == 2
+    return at, np.where(settled, best, least), active, corner, settled

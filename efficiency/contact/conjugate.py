@@ -1,0 +1,188 @@
+"""Pinion flank that no setting has to cut: the flank conjugate to the gear flank, less an ease-off.
+
+Every gear point generates its pinion point at constant ratio; the ease-off is laid off along the normal, into the
+pinion. The surface keeps the parameters of the generation: place on the gear flank and rotation of the gear, bound by
+the equation of meshing. So it is smooth across its own limit of undercut and can be analysed like a cut flank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly, dot, turn
+from efficiency.contact.ease_off import conjugate_points
+from efficiency.contact.mesh_surface import NORMAL, POSITION
+from efficiency.contact.patch import Patch
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import Flank
+from efficiency.cutting.newton import Array
+from ehl.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+Relief = Callable[[FloatArray, FloatArray], FloatArray]
+"""Ease-off [m] at (length, depth) of the gear flank, both from -1 to 1, see `EaseOffTarget`."""
+
+ORIGIN = "the flank conjugate to the gear flank with an ease-off, not cut by settings"
+# coefficients of the gear flank, and how far it is taken beyond its blank (fractions of face and depth)
+_SHAPE = (24, 20)
+_BEYOND_FACE, _BEYOND_DEPTH = 0.2, 0.12
+_FIELDS = (*POSITION, *NORMAL, "relief")
+
+
+@dataclass(frozen=True)
+class EaseOffTarget:
+    """Ease-off as a polynomial of length and depth on the gear flank, both from -1 to 1.
+
+    length is -1 at the toe and 1 at the heel; depth is -1 where the pinion's tip reaches at the mean cone distance and
+    1 at the gear's tip. Positive is material missing on the pinion.
+
+    ``lengthwise_crowning (x - bias y)^2 + profile_crowning y^2 + twist x y + sum c length^i depth^j`` with x and y
+    counted from the centre.
+
+    Attributes
+    ----------
+    lengthwise_crowning : float
+        Relief at toe and heel [m].
+    profile_crowning : float
+        Relief at both ends of the depth [m].
+    bias : float
+        How far the crest of the lengthwise crowning leans towards the heel from the middle of the depth to the tip, in
+        half face widths: it inclines the path of contact [-].
+    twist : float
+        Flank twist: relief at the corners heel-tip and toe-root, the negative at the others [m].
+    centre : (float, float)
+        Length and depth of the point without relief.
+    terms : tuple of (int, int, float)
+        Further terms: powers i, j and coefficient [m].
+    """
+
+    lengthwise_crowning: float = 0.0
+    profile_crowning: float = 0.0
+    bias: float = 0.0
+    twist: float = 0.0
+    centre: tuple[float, float] = (0.0, 0.0)
+    terms: tuple[tuple[int, int, float], ...] = field(default=())
+
+    def __call__(self, length: FloatArray, depth: FloatArray) -> FloatArray:
+        """Relief [m] at points of the gear flank."""
+        x, y = length - self.centre[0], depth - self.centre[1]
+        relief = self.lengthwise_crowning * (x - self.bias * y) ** 2 + self.profile_crowning * y**2
+        relief = relief + self.twist * x * y
+        for i, j, size in self.terms:
+            relief = relief + size * length**i * depth**j
+        return np.asarray(relief)
+
+
+@dataclass(frozen=True)
+class ConjugateFlank(Flank):
+    """Conjugate flank with ease-off; built by `conjugate_flank`.
+
+    The surface parameters are u [m] and depth fraction v of the gear flank and the rotation of the gear [rad].
+
+    Attributes
+    ----------
+    side : str
+        ``"concave"`` or ``"convex"``.
+    blank : Blank
+        Of the pinion.
+    assembly : Assembly
+        Position of the members for which the flank is conjugate.
+    patch : Patch
+        Gear flank: position, normal, and ``relief`` [m].
+    sense : float
+        +1 or -1: turns the product of the tangents out of the tooth.
+    start : (3, 1) array
+        Parameters near the mean point.
+    origin : str
+        What the flank is, in words for results.
+    error : float
+        Interpolation error of the gear flank [m].
+    """
+
+    side: FlankSide
+    blank: Blank
+    assembly: Assembly
+    patch: Patch
+    sense: float
+    start: FloatArray
+    origin: str
+    error: float
+
+    def sweep(self, x: Array) -> tuple[Array, Array, Array]:
+        """Point, unit normal out of the tooth and equation of meshing at (u, v, gear rotation)."""
+        u, v, f2 = x
+        assembly, ratio = self.assembly, self.assembly.ratio
+        here, by_u, by_v = self.patch.slopes(u, v, _FIELDS)
+        point, normal, relief = assembly.gear_in_mesh(here[:3], f2), turn(here[3:6], f2), here[6]
+        sliding = assembly.sliding(point)
+        condition = dot(normal, sliding)
+
+        # change with the gear rotation as the turning pinion sees it
+        spun = np.stack([-normal[1], normal[0], 0.0 * f2])
+        about = np.stack([-point[1], point[0], 0.0 * f2])
+        normal_f = spun - assembly.about_pinion(normal) / ratio
+        condition_f = dot(spun, sliding) + dot(normal, assembly.slid(about))
+        tangents = []
+        for slope in (by_u, by_v):
+            along, tilt = turn(slope[:3], f2), turn(slope[3:6], f2)
+            # on the flank the rotation follows the place by the equation of meshing
+            follow = -(dot(tilt, sliding) + dot(normal, assembly.slid(along))) / condition_f
+            tangents.append(along - sliding / ratio * follow + slope[6] * normal + relief * (tilt + normal_f * follow))
+        out = self.sense * np.cross(tangents[0], tangents[1], axis=0)
+        out = out / np.sqrt(dot(out, out))
+        return (*assembly.to_pinion(point + relief * normal, out, f2 / ratio), condition)
+
+    def guess(self) -> FloatArray:
+        """Parameters near the mean point."""
+        return self.start
+
+
+def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: Relief) -> ConjugateFlank:
+    """Build the pinion flank conjugate to a gear flank, less an ease-off.
+
+    Parameters
+    ----------
+    gear : Flank
+        Gear flank.
+    blank : Blank
+        Of the pinion.
+    assembly : Assembly
+        Position of the members for which they are conjugate, normally without misalignment.
+    relief : callable
+        Ease-off [m] at (length, depth) as in `EaseOffTarget`.
+
+    Raises
+    ------
+    ConvergenceError
+        The gear flank does not exist somewhere, or the members do not mesh.
+    """
+    own = gear.blank
+    half = 0.5 * own.face_width * (1.0 + _BEYOND_FACE)
+    low, high = -blank.mean_addendum, own.mean_addendum
+    lowest = (low + own.mean_dedendum) / (own.mean_addendum + own.mean_dedendum)
+    u_range, v_range = (-half, half), (lowest - _BEYOND_DEPTH, 1.0 + _BEYOND_DEPTH)
+    u, v = Patch.nodes(u_range, v_range, _SHAPE)
+    h = own.height(u, v)
+    points, found = gear.solve(u, h)
+    if not found.all():
+        raise ConvergenceError(
+            "undercut", f"the {gear.side} gear flank does not exist at {np.sum(~found)} of {found.size} points"
+        )
+    length, depth = 2.0 * u / own.face_width, (h - 0.5 * (low + high)) / (0.5 * (high - low))
+    fields = dict(zip(_FIELDS, [*points.position, *points.normal, relief(length, depth)], strict=True))
+    patch = Patch.fit(u_range, v_range, _SHAPE, fields)
+
+    conjugate = conjugate_points(points, assembly)
+    u1, h1 = blank.coordinates(np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2])
+    nearest = int(np.argmin(np.real(u1) ** 2 + np.real(h1) ** 2))
+    start = np.array([u[nearest], v[nearest], conjugate.gear_roll[nearest]])[:, None]
+    side: FlankSide = "convex" if gear.side == "concave" else "concave"
+    error = max(patch.tail[name] for name in POSITION)
+    flank = ConjugateFlank(side, blank, assembly, patch, 1.0, start, ORIGIN, error)
+    looks = dot(flank.points(start).normal, conjugate.normal[:, nearest : nearest + 1])
+    return ConjugateFlank(side, blank, assembly, patch, -float(np.sign(looks[0])), start, ORIGIN, error)
