@@ -24,6 +24,8 @@ FloatArray = NDArray[np.float64]
 
 _SHAPE = (15, 9)
 _FACE, _DEPTH = 0.9, (0.03, 0.97)
+# where the gear itself is undercut the grid starts higher
+_LOWEST = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3)
 
 
 def opposite(side: FlankSide) -> FlankSide:
@@ -44,6 +46,8 @@ class FitGrid:
         tip.
     shape : (int, int)
         Points along the face and over the depth; the depth runs slowest.
+    lowest : float
+        Fraction of the working depth where the grid begins.
     """
 
     u: FloatArray
@@ -51,15 +55,33 @@ class FitGrid:
     x: FloatArray
     y: FloatArray
     shape: tuple[int, int]
+    lowest: float
 
 
-def fit_grid(pair: PairGeometry, shape: tuple[int, int] = _SHAPE) -> FitGrid:
+def fit_grid(pair: PairGeometry, lowest: float = _DEPTH[0], shape: tuple[int, int] = _SHAPE) -> FitGrid:
     """Grid over nine tenths of the face and nearly the whole working depth."""
     blank = pair.gear
-    x, v = (g.ravel() for g in np.meshgrid(np.linspace(-_FACE, _FACE, shape[0]), np.linspace(*_DEPTH, shape[1])))
+    x, v = (
+        g.ravel() for g in np.meshgrid(np.linspace(-_FACE, _FACE, shape[0]), np.linspace(lowest, _DEPTH[1], shape[1]))
+    )
     u = 0.5 * x * blank.face_width
     low = blank.root(u) + pair.clearance
-    return FitGrid(u, low + v * (blank.tip(u) - low), x, 2.0 * v - 1.0, shape)
+    return FitGrid(u, low + v * (blank.tip(u) - low), x, 2.0 * v - 1.0, shape, lowest)
+
+
+def grid_on_gear(pair: PairGeometry, gear: GearCut) -> FitGrid:
+    """The grid, begun above the undercut of the gear where it has one.
+
+    Raises
+    ------
+    ConvergenceError
+        A gear flank does not exist over much of its working depth.
+    """
+    for lowest in _LOWEST:
+        grid = fit_grid(pair, lowest)
+        if all(gear.flank(side).solve(grid.u, grid.h)[1].all() for side in ("concave", "convex")):
+            return grid
+    raise ConvergenceError("undercut", "a gear flank does not span its working depth")
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ linearly, so that such a point never blocks a step; it is reported and left out 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -132,7 +132,12 @@ class FitResult:
     iterations: int
     evaluations: int
     converged: bool
-    history: tuple[float, ...] = field(default=())
+    history: tuple[float, ...]
+
+    @property
+    def rms(self) -> float:
+        """Largest residual of the flanks, root mean square [m]."""
+        return max(flank.rms for flank in self.flanks)
 
 
 def with_setting(flank: CutFlank, parameter: Parameter, value: complex) -> CutFlank:

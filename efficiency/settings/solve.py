@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from time import perf_counter
 
 import numpy as np
@@ -14,7 +15,7 @@ from efficiency.contact.pair import Side, gear_pair
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.design import Design
-from efficiency.settings.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, fit_grid
+from efficiency.settings.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
 from efficiency.settings.cradle import fit_on_cradle
 from efficiency.settings.design_file import design_text, header, parse_design, written_flank
 from efficiency.settings.ease_off_target import wanted_relief
@@ -30,10 +31,18 @@ FloatArray = NDArray[np.float64]
 
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01
+_LOOSER = 0.2
 
 
-def machine_settings(inputs: SettingsInput) -> SettingsResult:
+def machine_settings(inputs: SettingsInput, transmission: bool = True) -> SettingsResult:
     """Complete design of a pair from its blank and targets.
+
+    Parameters
+    ----------
+    inputs : SettingsInput
+        Content of a targets file.
+    transmission : bool
+        Whether to compute the unloaded transmission error where no target asks for it.
 
     Raises
     ------
@@ -46,7 +55,7 @@ def machine_settings(inputs: SettingsInput) -> SettingsResult:
     blank = pair_blank(inputs.blank)
     pair = pair_geometry(blank, inputs.cutting.gear == "generated")
     gear = cut_gear(pair)
-    grid = fit_grid(pair)
+    grid = grid_on_gear(pair, gear)
     starts = {side: conjugate_start(pair, gear, side, grid) for side in SIDES}
 
     targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
@@ -55,8 +64,10 @@ def machine_settings(inputs: SettingsInput) -> SettingsResult:
         fits = _fit(inputs, pair, gear, grid, starts, scale)
         fitted = _by_side(fits)
         text, design = _design(inputs, blank, pair, gear, fitted)
-        amplitude = {side: unloaded_amplitude(design, _DRIVE[side]) for side in SIDES}
         wanted = {side: targets[side].transmission_error for side in SIDES}
+        amplitude = {
+            side: unloaded_amplitude(design, _DRIVE[side]) if transmission or wanted[side] else None for side in SIDES
+        }
         off = {
             side: float(want / have) for side, want in wanted.items() if want and (have := amplitude[side]) is not None
         }
@@ -68,7 +79,12 @@ def machine_settings(inputs: SettingsInput) -> SettingsResult:
         side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), amplitude[side])
         for side in SIDES
     }
-    warnings = _warnings(inputs, blank, reports)
+    warnings = _warnings(blank, reports, transmission)
+    if grid.lowest > 0.03:
+        warnings = (
+            f"gear: undercut below {grid.lowest:.2g} of its working depth; no contact was asked for there",
+            *warnings,
+        )
     short = any(report.fitted.rms > RESIDUAL_LIMIT for report in reports.values())
     return SettingsResult(
         design=design,
@@ -92,17 +108,30 @@ def _fit(
 ) -> list[FitResult]:
     free = free_settings(inputs)
     targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
-    weight = root_weight(inputs, pair)
     # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
     thinner = standing_back(pair) if free.common and not pair.blade_groups else 0.0
-    wanted = [
-        wanted_flank(pair, starts[side], scale[side] * wanted_relief(targets[side], grid.x, grid.y), weight, thinner)
-        for side in SIDES
-    ]
-    groups = [wanted] if free.common else [[want] for want in wanted]
-    if inputs.cutting.machine == "cradle":
-        return [fit_on_cradle(pair, group, gear.screw, free, inputs.cutting.tilt_limit) for group in groups]
-    return [fit(group, free.common, free.own) for group in groups]
+
+    def attempt(weight: float, sides: Sequence[FlankSide]) -> FitResult:
+        wanted = [
+            wanted_flank(
+                pair, starts[side], scale[side] * wanted_relief(targets[side], grid.x, grid.y), weight, thinner
+            )
+            for side in sides
+        ]
+        if inputs.cutting.machine == "cradle":
+            return fit_on_cradle(pair, wanted, gear.screw, free, inputs.cutting.tilt_limit)
+        return fit(wanted, free.common, free.own)
+
+    fits = []
+    for sides in [SIDES] if free.common else [(side,) for side in SIDES]:
+        weight = root_weight(inputs, pair)
+        result = attempt(weight, sides)
+        if result.rms > RESIDUAL_LIMIT and weight > 0.0 and inputs.targets.root_weight is None:
+            # a root somewhat off the blank's is the lesser evil, as long as the clearance holds
+            looser = attempt(_LOOSER * weight, sides)
+            result = looser if looser.rms < result.rms else result
+        fits.append(result)
+    return fits
 
 
 def root_weight(inputs: SettingsInput, pair: PairGeometry) -> float:
@@ -180,7 +209,7 @@ def _undercut(grid: FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
     return tuple(points)
 
 
-def _warnings(inputs: SettingsInput, blank: PairBlank, reports: dict[FlankSide, FlankFit]) -> tuple[str, ...]:
+def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission: bool) -> tuple[str, ...]:
     out = []
     for side, report in reports.items():
         if report.fitted.rms > RESIDUAL_LIMIT:
@@ -195,6 +224,6 @@ def _warnings(inputs: SettingsInput, blank: PairBlank, reports: dict[FlankSide, 
                 f"{side}: root {np.abs(error).max() * 1e3:.2f} mm off the blank's, more than half the clearance of "
                 f"{clearance * 1e3:.2f} mm"
             )
-        if report.transmission_error is None:
+        if transmission and report.transmission_error is None:
             out.append(f"{side}: no unloaded transmission error, the flanks do not mesh over the whole map")
     return tuple(out)
