@@ -1,0 +1,364 @@
+"""Reader for machine summaries: lines of "label, value" as a setting sheet lists them, into tables of a design file.
+
+A summary is text, one entry a line: the label, a separator (comma, semicolon, tab, ``=``, ``:``), the value. Labels
+are those of `LABELS` in any case; ``#`` starts a comment. Three labels steer the rest: ``units`` (``inch`` or ``mm``;
+angles are degrees), ``member`` (``pinion`` or ``gear``) and ``flank`` (``concave``, ``convex``, ``outside blade``,
+``inside blade`` or ``both``); until they are given again they hold for all lines that follow. A value may carry its
+own unit ("4.108 in"), degrees may be given with minutes ("67d11m"). Numbers are taken over as written, with their unit.
+
+Conventions of a sheet that are turned into those of the design file:
+
+- cradle angle: unsigned or 0..360 deg on a sheet; negative for a left-hand member here
+- blank offset ``down`` is positive, ``up`` negative; sliding base ``with`` (drawn) positive, ``advance`` negative
+- cutter diameter, point diameter and blade radius become radii and curvature; horizontal and vertical setting of a
+  Formate member become radial setting and cradle angle; test rolls and the crown gear's teeth over 75 the roll ratio
+- face and root angle, outer cone distance, outer addendum and whole depth become the numbers of the mean section
+
+Tilt and swivel are taken as written: i about y, then j about z of the cradle frame (docs/cutting.md).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ehl.errors import InputError
+from ehl.units import parse_quantity
+
+# label: (table, key, unit); keys in capitals are turned into others at the end
+LABELS: dict[str, tuple[str, str, str]] = {
+    "teeth": ("blank", "teeth", "#"),
+    "number of teeth": ("blank", "teeth", "#"),
+    "hand": ("blank", "hand", "text"),
+    "hand of spiral": ("blank", "hand", "text"),
+    "pitch angle": ("blank", "pitch_angle", "deg"),
+    "mean cone distance": ("blank", "mean_cone_distance", "mm"),
+    "outer cone distance": ("blank", "OUTER_CONE", "mm"),
+    "face width": ("blank", "face_width", "mm"),
+    "mean addendum": ("blank", "mean_addendum", "mm"),
+    "mean dedendum": ("blank", "mean_dedendum", "mm"),
+    "outer addendum": ("blank", "OUTER_ADDENDUM", "mm"),
+    "addendum": ("blank", "OUTER_ADDENDUM", "mm"),
+    "outer whole depth": ("blank", "OUTER_DEPTH", "mm"),
+    "whole depth": ("blank", "OUTER_DEPTH", "mm"),
+    "addendum angle": ("blank", "addendum_angle", "deg"),
+    "dedendum angle": ("blank", "dedendum_angle", "deg"),
+    "face angle": ("blank", "FACE_ANGLE", "deg"),
+    "root angle": ("blank", "ROOT_ANGLE", "deg"),
+    "pitch apex beyond crossing point": ("blank", "pitch_apex_beyond_crossing", "mm"),
+    "cutter type": ("cutter", "type", "text"),
+    "cutter diameter": ("cutter", "DIAMETER", "mm"),
+    "cutter radius": ("cutter", "cutter_radius", "mm"),
+    "point width": ("cutter", "point_width", "mm"),
+    "point radius": ("cutter", "point_radius", "mm"),
+    "point diameter": ("cutter", "POINT_DIAMETER", "mm"),
+    "blade angle": ("cutter", "blade_angle", "deg"),
+    "pressure angle": ("cutter", "blade_angle", "deg"),
+    "outside blade angle": ("cutter", "OUTSIDE_ANGLE", "deg"),
+    "inside blade angle": ("cutter", "INSIDE_ANGLE", "deg"),
+    "blade radius": ("cutter", "BLADE_RADIUS", "mm"),
+    "edge radius": ("cutter", "edge_radius", "mm"),
+    "reference height": ("cutter", "reference_height", "mm"),
+    "toprem height": ("cutter", "toprem.height", "mm"),
+    "toprem radius": ("cutter", "toprem.radius", "mm"),
+    "toprem angle": ("cutter", "toprem.angle", "deg"),
+    "flankrem height": ("cutter", "flankrem.height", "mm"),
+    "flankrem radius": ("cutter", "flankrem.radius", "mm"),
+    "flankrem angle": ("cutter", "flankrem.angle", "deg"),
+    "blade groups": ("cutter", "blade_groups", "#"),
+    "number of blade groups": ("cutter", "blade_groups", "#"),
+    "blade offset angle": ("cutter", "blade_offset_angle", "deg"),
+    "radius offset": ("cutter", "radius_offset", "mm"),
+    "blade phase": ("cutter", "blade_phase", "deg"),
+    "rake angle": ("cutter", "rake_angle", "deg"),
+    "hook angle": ("cutter", "hook_angle", "deg"),
+    "process": ("machine", "process", "text"),
+    "radial setting": ("machine", "radial_setting", "mm"),
+    "radial distance": ("machine", "radial_setting", "mm"),
+    "radial": ("machine", "radial_setting", "mm"),
+    "cradle angle": ("machine", "cradle_angle", "deg"),
+    "tilt": ("machine", "tilt", "deg"),
+    "tilt angle": ("machine", "tilt", "deg"),
+    "swivel": ("machine", "swivel", "deg"),
+    "swivel angle": ("machine", "swivel", "deg"),
+    "horizontal": ("machine", "HORIZONTAL", "mm"),
+    "vertical": ("machine", "VERTICAL", "mm"),
+    "machine root angle": ("machine", "machine_root_angle", "deg"),
+    "machine centre to back": ("machine", "machine_centre_to_back", "mm"),
+    "machine center to back": ("machine", "machine_centre_to_back", "mm"),
+    "sliding base": ("machine", "sliding_base", "mm"),
+    "blank offset": ("machine", "blank_offset", "mm"),
+    "ratio of roll": ("machine", "roll_ratio", ""),
+    "roll ratio": ("machine", "roll_ratio", ""),
+    "cradle test roll": ("machine", "CRADLE_ROLL", "deg"),
+    "work test roll": ("machine", "WORK_ROLL", "deg"),
+    "nc/75": ("machine", "CROWN_TEETH", ""),
+    "modified roll 2c": ("machine", "modified_roll_2c", ""),
+    "2c": ("machine", "modified_roll_2c", ""),
+    "modified roll 6d": ("machine", "modified_roll_6d", ""),
+    "6d": ("machine", "modified_roll_6d", ""),
+    "24e": ("machine", "modified_roll_24e", ""),
+    "120f": ("machine", "modified_roll_120f", ""),
+    "720g": ("machine", "modified_roll_720g", ""),
+    "helical motion": ("machine", "helical_motion_1", "mm"),
+    "helical motion 2": ("machine", "helical_motion_2", "mm"),
+    "helical motion 3": ("machine", "helical_motion_3", "mm"),
+    "vertical motion": ("machine", "vertical_motion_1", "mm"),
+    "vertical motion 2": ("machine", "vertical_motion_2", "mm"),
+    "vertical motion 3": ("machine", "vertical_motion_3", "mm"),
+}
+_FLANKS = {
+    "concave": "concave",
+    "convex": "convex",
+    "outside blade": "concave",
+    "inside blade": "convex",
+    "ob": "concave",
+    "ib": "convex",
+    "both": "",
+}
+_TEXTS = {
+    "type": {"face milling": "face_milling", "face hobbing": "face_hobbing"},
+    "process": {"generated": "generated", "formate": "formate", "non-generated": "formate", "helixform": "formate"},
+    "hand": {"left": "left", "lh": "left", "right": "right", "rh": "right"},
+}
+# direction words of a sheet and their sign here
+_DIRECTIONS = {"down": 1.0, "up": -1.0, "with": 1.0, "withdraw": 1.0, "advance": -1.0, "adv": -1.0}
+_MINUTES = re.compile(r"([+-]?\d+)\s*(?:d|deg|°)\s*(\d+(?:\.\d+)?)\s*(?:m|min|')\s*", re.IGNORECASE)
+_UNITS = {"inch": "in", "in": "in", "mm": "mm", "metric": "mm"}
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Tables of a design file read from a summary.
+
+    Attributes
+    ----------
+    tables : dict
+        Nested tables ``pinion`` and ``gear`` with ``blank``, ``cutter``, ``machine``, ``concave``, ``convex``.
+    unread : tuple of str
+        Lines whose label is not known, as written.
+    """
+
+    tables: dict[str, Any]
+    unread: tuple[str, ...]
+
+    def toml(self) -> str:
+        """The tables as text of a design file; lines that were not read stand at the end as comments."""
+        lines = _toml(self.tables, ())
+        if self.unread:
+            lines += ["# not read from the summary:", *(f"# {line}" for line in self.unread)]
+        return "\n".join(lines).strip() + "\n"
+
+
+def read_summary(path: str | Path) -> Summary:
+    """Read a machine summary file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a line that names its line number, value and what is allowed.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("summary", str(path), "a readable UTF-8 text file", f"{error}.") from None
+    return parse_summary(text)
+
+
+def parse_summary(text: str) -> Summary:
+    """Read a machine summary from text; as `read_summary`."""
+    length, member, flank = "", "", ""
+    found: dict[tuple[str, str, str, str], Any] = {}
+    unread = []
+    for number, line in enumerate(text.splitlines(), 1):
+        bare = line.partition("#")[0].strip()
+        if not bare:
+            continue
+        entry = re.fullmatch(r"([^,;\t=:]+)[,;\t=:](.*)", bare)
+        label, value = (entry[1], entry[2].strip()) if entry else (bare, "")
+        label, where = " ".join(label.lower().split()), f"line {number}"
+        if label == "units":
+            length = _chosen(_UNITS, value, where)
+        elif label == "member":
+            member = _chosen({"pinion": "pinion", "gear": "gear"}, value, where)
+            flank = ""
+        elif label == "flank":
+            flank = _chosen(_FLANKS, value, where)
+        elif label in LABELS:
+            if not member:
+                raise InputError(where, label, "a line 'member, pinion' or 'member, gear' before the first value")
+            table, key, unit = LABELS[label]
+            found[member, flank, table, key] = _value(value, key, unit, length, f"{where} ({label})")
+        else:
+            unread.append(line.strip())
+    tables: dict[str, Any] = {}
+    for name in ("pinion", "gear"):
+        own = {key[1:]: value for key, value in found.items() if key[0] == name}
+        if own:
+            tables[name] = _member(own, name)
+    return Summary(tables, tuple(unread))
+
+
+def _chosen(words: dict[str, str], value: str, where: str) -> str:
+    word = " ".join(value.lower().split())
+    if word not in words:
+        raise InputError(where, value, "one of " + ", ".join(words))
+    return words[word]
+
+
+def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
+    """What stands behind a label: a word, a whole number, a number, or (number, unit)."""
+    if unit == "text":
+        return _chosen(_TEXTS[key], text, where)
+    word = text.split()[-1].lower() if text.split() else ""
+    sign = _DIRECTIONS.get(word, 0.0)
+    bare = text[: -len(word)].strip() if sign else text
+    if not sign and text.split() and text.split()[0].lower() in _DIRECTIONS:
+        sign, bare = _DIRECTIONS[text.split()[0].lower()], text.partition(" ")[2].strip()
+    minutes = _MINUTES.fullmatch(bare)
+    if unit == "deg" and minutes:
+        turn = -1.0 if bare.startswith("-") else 1.0
+        return (sign or 1.0) * (float(minutes[1]) + turn * float(minutes[2]) / 60.0), "deg"
+    try:
+        number, own = float(bare), ""
+    except ValueError:
+        # the unit is checked here and kept as written
+        parse_quantity(bare, {"mm": "m", "deg": "rad"}.get(unit, ""), field=where)
+        match = re.match(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?", bare)
+        assert match is not None
+        number, own = float(match[0]), bare[match.end() :].strip()
+    number *= sign or 1.0
+    if unit == "#":
+        if number != int(number):
+            raise InputError(where, text, "a whole number")
+        return int(number)
+    if unit == "":
+        return number
+    if unit == "mm" and not own and not length:
+        raise InputError(where, text, "a value with its unit, or a line 'units, inch' or 'units, mm' before")
+    return number, own or ("deg" if unit == "deg" else length)
+
+
+class _Part:
+    """Entries of one table of one flank, taken out as they are turned into those of the design file."""
+
+    def __init__(self, values: dict[str, Any]) -> None:
+        self.values = values
+
+    def si(self, key: str, unit: str) -> float | None:
+        """Value in SI, taken out."""
+        entry = self.values.pop(key, None)
+        return None if entry is None else parse_quantity(f"{entry[0]!r} {entry[1]}", unit, field=key)
+
+    def scaled(self, key: str, name: str, factor: float) -> None:
+        """Move a value to another key, multiplied, in the unit it was written in."""
+        if key in self.values:
+            number, unit = self.values.pop(key)
+            self.values[name] = (factor * number, unit)
+
+
+def _member(own: dict[tuple[str, str, str], Any], name: str) -> dict[str, Any]:
+    hand = own.get(("", "blank", "hand"))
+    tables: dict[str, Any] = {}
+    teeth = own.get(("", "blank", "teeth"))
+    for flank in ("", "concave", "convex"):
+        for table in ("blank", "cutter", "machine"):
+            part = _Part({key[2]: value for key, value in own.items() if key[:2] == (flank, table)})
+            if not part.values:
+                continue
+            target = tables if not flank else tables.setdefault(flank, {})
+            if table == "blank":
+                _blank(part, name)
+            elif table == "cutter":
+                for key, side in (("OUTSIDE_ANGLE", "concave"), ("INSIDE_ANGLE", "convex")):
+                    if key in part.values:
+                        cutter = tables.setdefault(side, {}).setdefault("cutter", {})
+                        cutter["blade_angle"] = _text(part.values.pop(key))
+                part.scaled("DIAMETER", "cutter_radius", 0.5)
+                part.scaled("POINT_DIAMETER", "point_radius", 0.5)
+                radius = part.si("BLADE_RADIUS", "m")
+                if radius:
+                    part.values["blade_curvature"] = (1.0 / radius, "1/m")
+            else:
+                _machine(part, hand, teeth, name)
+            place = target.setdefault(table, {})
+            for key, value in part.values.items():
+                outer, _, inner = key.partition(".")
+                (place.setdefault(outer, {}) if inner else place)[inner or outer] = _text(value)
+    return tables
+
+
+def _blank(part: _Part, name: str) -> None:
+    """Mean section and cone angles from the dimensions at the heel."""
+    values = part.values
+
+    def known(key: str, unit: str) -> float | None:
+        entry = values.get(key)
+        return None if entry is None else parse_quantity(f"{entry[0]!r} {entry[1]}", unit, field=f"{name}.{key}")
+
+    pitch, face = known("pitch_angle", "rad"), known("face_width", "m")
+    tip, root, cone = part.si("FACE_ANGLE", "rad"), part.si("ROOT_ANGLE", "rad"), part.si("OUTER_CONE", "m")
+    addendum, depth = part.si("OUTER_ADDENDUM", "m"), part.si("OUTER_DEPTH", "m")
+    if pitch is not None:
+        for key, angle in (("addendum_angle", tip and tip - pitch), ("dedendum_angle", root and pitch - root)):
+            if angle is not None:
+                values[key] = (round(math.degrees(angle), 10), "deg")
+    if face is None:
+        return
+    if cone is not None:
+        values["mean_cone_distance"] = (_rounded(cone - 0.5 * face), "mm")
+    rise, fall = known("addendum_angle", "rad"), known("dedendum_angle", "rad")
+    if addendum is not None and rise is not None:
+        values["mean_addendum"] = (_rounded(addendum - 0.5 * face * math.tan(rise)), "mm")
+        if depth is not None and fall is not None:
+            values["mean_dedendum"] = (_rounded(depth - addendum - 0.5 * face * math.tan(fall)), "mm")
+
+
+def _machine(part: _Part, hand: str | None, teeth: int | None, name: str) -> None:
+    values = part.values
+    horizontal, vertical = part.si("HORIZONTAL", "m"), part.si("VERTICAL", "m")
+    if horizontal is not None and vertical is not None:
+        values["radial_setting"] = (_rounded(math.hypot(horizontal, vertical)), "mm")
+        values["cradle_angle"] = (round(math.degrees(math.atan2(vertical, horizontal)), 10), "deg")
+    cradle, work = part.si("CRADLE_ROLL", "rad"), part.si("WORK_ROLL", "rad")
+    if cradle and work:
+        values.setdefault("roll_ratio", round(work / cradle, 10))
+    crown = values.pop("CROWN_TEETH", None)
+    if crown is not None:
+        if teeth is None:
+            raise InputError(f"{name}: nc/75", crown, "a line 'teeth, ...' of the member as well")
+        values["roll_ratio"] = round(75.0 * crown / teeth, 10)
+    if "cradle_angle" in values and values["cradle_angle"][1] == "deg":
+        angle = math.remainder(values["cradle_angle"][0], 360.0)
+        if hand is not None:
+            angle = math.copysign(angle, 1.0 if hand == "right" else -1.0)
+        values["cradle_angle"] = (round(angle, 10), "deg")
+
+
+def _rounded(length: float) -> float:
+    """Metres as millimetres without the noise of the last binary digits."""
+    return round(length * 1e3, 10)
+
+
+def _text(value: Any) -> Any:
+    return f"{value[0]!r} {value[1]}" if isinstance(value, tuple) else value
+
+
+def _toml(tables: dict[str, Any], path: tuple[str, ...]) -> list[str]:
+    plain = {key: value for key, value in tables.items() if not isinstance(value, dict)}
+    lines = []
+    if plain:
+        lines = [f"[{'.'.join(path)}]"] if path else []
+        lines += [f"{key} = {_literal(value)}" for key, value in plain.items()]
+        lines.append("")
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            lines += _toml(value, (*path, key))
+    return lines
+
+
+def _literal(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else repr(value)
