@@ -1,0 +1,286 @@
+"""Flank given as a grid of points: measured on an inspection machine, or written by a foreign program.
+
+File: CSV in the flank-inspection convention. A first line ``# mixed-ehl flank grid v1; member=pinion; flank=concave;
+units=mm`` (all but the first entry optional, further lines that start with # are skipped), a line with the names of the
+columns ``row,column,x,y,z`` or ``row,column,x,y,z,nx,ny,nz``, one line per point. Row 1 lies at the root, column 1 at
+the heel; the numbers only serve to name a point. Work frame of the member: z along its axis from the apex to the heel,
+origin at the crossing point of the axes; normals out of the tooth, unit length. Units mm, m or inch.
+
+The points become a smooth surface, azimuth as a polynomial of the blank coordinates. Its degree is the one that
+predicts points it has not seen best (leave one out); what it misses them by is the error of the flank.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from efficiency.blank.cones import Blank
+from efficiency.contact.patch import Patch
+from efficiency.contact.smooth_flank import Hand, SmoothFlank, normal_sense
+from efficiency.cutting.cutter import FlankSide
+from ehl.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+FORMAT = "mixed-ehl flank grid v1"
+_UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
+_PLACE, _NORMAL = ("row", "column", "x", "y", "z"), ("nx", "ny", "nz")
+_FEWEST = 15
+# a point farther beyond its blank than this (fractions of face and depth) belongs to another blank or another unit
+_BEYOND = 0.35
+# a normal farther from that of the points around it is turned, or not a normal [rad]
+_NORMAL_OFF = 0.3
+
+
+@dataclass(frozen=True)
+class PointGrid:
+    """Points of one flank as read.
+
+    Attributes
+    ----------
+    path : str
+        File.
+    row, column : (n,) int arrays
+        Names of the points.
+    position : (3, n) array
+        [m].
+    normal : (3, n) array, optional
+        Unit normals out of the tooth.
+    member, flank : str
+        As the first line says; empty where it does not.
+    """
+
+    path: str
+    row: NDArray[np.int64]
+    column: NDArray[np.int64]
+    position: FloatArray
+    normal: FloatArray | None
+    member: str
+    flank: str
+
+    def place(self, index: int) -> str:
+        """Name of a point for messages."""
+        return f"{self.path}, row {self.row[index]}, column {self.column[index]}"
+
+
+@dataclass(frozen=True)
+class GridFlank(SmoothFlank):
+    """Flank through a grid of points; see `grid_flank`.
+
+    Attributes
+    ----------
+    rms : float
+        RMS distance of the points from the surface [m].
+    degree : (int, int)
+        Of the polynomial along the face and over the depth.
+    normal_error : float
+        Greatest angle between the given normals and those of the surface [rad], 0 where none are given.
+    """
+
+    rms: float = 0.0
+    degree: tuple[int, int] = (0, 0)
+    normal_error: float = 0.0
+
+
+def read_point_grid(path: Path) -> PointGrid:
+    """Read a grid of flank points.
+
+    Raises
+    ------
+    InputError
+        Naming the line, or row and column, that cannot be used.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("grid", str(path), "a readable CSV file", f"{error}.") from None
+    notes = [line.lstrip("# ") for line in lines if line.startswith("#")]
+    said = dict(part.strip().split("=", 1) for note in notes[:1] for part in note.split(";") if "=" in part)
+    unit = said.get("units", "mm")
+    if unit not in _UNITS:
+        raise InputError(f"{path}: units", unit, ", ".join(_UNITS))
+    rows = [(k + 1, line) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
+    if not rows:
+        raise InputError("grid", str(path), "a line of column names and one line per point", "The file is empty.")
+    names = tuple(name.strip() for name in rows[0][1].split(","))
+    if names not in (_PLACE, _PLACE + _NORMAL):
+        allowed = f"{','.join(_PLACE)} with or without {','.join(_NORMAL)}"
+        raise InputError(f"{path}, line {rows[0][0]}", rows[0][1][:60], allowed)
+    table = []
+    for number, values in zip((n for n, _ in rows[1:]), csv.reader(line for _, line in rows[1:]), strict=True):
+        if len(values) != len(names):
+            raise InputError(f"{path}, line {number}", f"{len(values)} values", f"{len(names)} values")
+        for name, text in zip(names, values, strict=True):
+            if not _finite(text):
+                raise InputError(f"{path}, line {number}, column {name}", text.strip(), "a finite number")
+        table.append([float(text) for text in values])
+    if len(table) < _FEWEST:
+        raise InputError("grid", f"{path} with {len(table)} points", f"at least {_FEWEST} points")
+    data = np.array(table).T
+    grid = PointGrid(
+        str(path),
+        data[0].astype(np.int64),
+        data[1].astype(np.int64),
+        data[2:5] * _UNITS[unit],
+        data[5:8] if len(names) == 8 else None,
+        said.get("member", ""),
+        said.get("flank", ""),
+    )
+    _check_names(grid)
+    return grid
+
+
+def _finite(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False
+
+
+def _check_names(grid: PointGrid) -> None:
+    names, counts = np.unique(np.stack([grid.row, grid.column]), axis=1, return_counts=True)
+    if counts.max() > 1:
+        row, column = names[:, int(np.argmax(counts))]
+        raise InputError(f"{grid.path}, row {row}, column {column}", f"{counts.max()} points", "one point")
+    if grid.normal is not None:
+        length = np.linalg.norm(grid.normal, axis=0)
+        worst = int(np.argmax(np.abs(length - 1.0)))
+        if abs(length[worst] - 1.0) > 1e-3:
+            raise InputError(grid.place(worst), f"a normal of length {length[worst]:.4g}", "unit normals")
+
+
+def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> GridFlank:
+    """Smooth flank through a grid of points.
+
+    Parameters
+    ----------
+    grid : PointGrid
+        Points.
+    side : str
+        Flank they belong to.
+    blank : Blank
+        Of the member.
+    hand : str
+        Of the member.
+
+    Raises
+    ------
+    InputError
+        The points do not lie on this blank, do not span it, or do not make one surface.
+    """
+    if grid.flank and grid.flank != side:
+        raise InputError(f"{grid.path}: flank", grid.flank, side)
+    radius = np.hypot(grid.position[0], grid.position[1])
+    u, h = (np.real(x) for x in blank.coordinates(radius, grid.position[2]))
+    root = blank.root(u)
+    v = (h - root) / (blank.tip(u) - root)
+    off = np.maximum(np.abs(u) / blank.face_width - 0.5, np.abs(v - 0.5) - 0.5)
+    worst = int(np.argmax(off))
+    if off[worst] > _BEYOND:
+        raise InputError(
+            grid.place(worst),
+            f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm over the pitch cone",
+            f"within {blank.face_width * 1e3:.4g} mm face width and "
+            f"{-blank.mean_dedendum * 1e3:.4g} to {blank.mean_addendum * 1e3:.4g} mm",
+            "Check units, frame and blank.",
+        )
+    for name, share, least in (("face width", np.ptp(u) / blank.face_width, 0.6), ("depth", np.ptp(v), 0.4)):
+        if share < least:
+            raise InputError("grid", f"{grid.path} over {100.0 * share:.3g} % of the {name}", f"at least {least:.0%}")
+    turn = np.arctan2(grid.position[1], grid.position[0])
+    middle = turn[int(np.argmin((u / blank.face_width) ** 2 + (v - 0.5) ** 2))]
+    azimuth = middle + np.angle(np.exp(1j * (turn - middle)))
+
+    u_range, v_range = (float(u.min()), float(u.max())), (float(v.min()), float(v.max()))
+    shape = _best_shape(grid, u, v, azimuth, u_range, v_range)
+    patch = Patch.fit_points(u_range, v_range, shape, u, v, {"azimuth": azimuth})
+    missed = np.abs(_left_out(shape, u, v, azimuth, u_range, v_range))
+    rest = azimuth - patch(u, v, ("azimuth",))[0]
+    sense = normal_sense(side, hand)
+    flank = GridFlank(side, blank, sense, patch, f"the points of {grid.path}", 0.0)
+    points = flank.points(np.stack([u, h, np.zeros_like(u)]))
+    # along the normal: distance around the axis times the share of the normal in that direction
+    share = np.abs(grid.position[0] * points.normal[1] - grid.position[1] * points.normal[0])
+    return GridFlank(
+        side,
+        blank,
+        sense,
+        patch,
+        flank.origin,
+        error=float((missed * share).max()),
+        rms=float(np.sqrt(np.mean((rest * share) ** 2))),
+        degree=(shape[0] - 1, shape[1] - 1),
+        normal_error=_normal_error(grid, points.normal),
+    )
+
+
+def _normal_error(grid: PointGrid, normal: FloatArray) -> float:
+    if grid.normal is None:
+        return 0.0
+    angle = np.linalg.norm(np.cross(grid.normal, normal, axis=0), axis=0)
+    angle = np.where(np.sum(grid.normal * normal, axis=0) > 0.0, angle, 2.0)
+    worst = int(np.argmax(angle))
+    if angle[worst] > _NORMAL_OFF:
+        raise InputError(
+            grid.place(worst),
+            "normal " + ", ".join(f"{x:.4g}" for x in grid.normal[:, worst]),
+            "near " + ", ".join(f"{x:.4g}" for x in normal[:, worst]) + ", that of the points around it",
+            "Normals look out of the tooth; check flank and hand as well.",
+        )
+    return float(angle.max())
+
+
+def _matrix(
+    shape: tuple[int, int], u: FloatArray, v: FloatArray, u_range: tuple[float, float], v_range: tuple[float, float]
+) -> FloatArray:
+    along, over = (
+        chebyshev.chebvander(2.0 * (x - low) / (high - low) - 1.0, count - 1)
+        for x, (low, high), count in zip((u, v), (u_range, v_range), shape, strict=True)
+    )
+    return np.asarray((along[:, :, None] * over[:, None, :]).reshape(u.size, -1))
+
+
+def _left_out(
+    shape: tuple[int, int],
+    u: FloatArray,
+    v: FloatArray,
+    azimuth: FloatArray,
+    u_range: tuple[float, float],
+    v_range: tuple[float, float],
+) -> FloatArray:
+    """By how much the surface through all other points misses each point [rad]."""
+    basis = np.linalg.qr(_matrix(shape, u, v, u_range, v_range))[0]
+    rest = azimuth - basis @ (basis.T @ azimuth)
+    return np.asarray(rest / (1.0 - np.sum(basis**2, axis=1)).clip(1e-3))
+
+
+def _best_shape(
+    grid: PointGrid,
+    u: FloatArray,
+    v: FloatArray,
+    azimuth: FloatArray,
+    u_range: tuple[float, float],
+    v_range: tuple[float, float],
+) -> tuple[int, int]:
+    """Numbers of coefficients that predict left-out points best."""
+    most_u, most_v = np.unique(grid.column).size - 1, np.unique(grid.row).size - 1
+    tries = {(min(k, most_u, 16), min(max(3, round(0.75 * k)), most_v, 12)) for k in range(3, 17)}
+    scored = []
+    for shape in sorted(tries):
+        if shape[0] < 2 or shape[1] < 2 or shape[0] * shape[1] > 0.75 * u.size:
+            continue
+        missed = _left_out(shape, u, v, azimuth, u_range, v_range)
+        scored.append((float(np.sqrt(np.mean(missed**2))), shape))
+    if not scored:
+        raise InputError("grid", f"{grid.path} with {u.size} points", "at least 5 rows and 5 columns")
+    best, shape = min(scored)
+    if best > 0.2 * np.ptp(azimuth) + 1e-9:
+        raise InputError("grid", grid.path, "points of one smooth flank", "They do not lie on a smooth surface.")
+    # the smallest that does nearly as well: it is the calmer one beyond the points
+    return next(one for score, one in sorted(scored, key=lambda item: item[1][0] * item[1][1]) if score <= 1.2 * best)
