@@ -9,6 +9,7 @@ import typer
 
 if TYPE_CHECKING:
     from efficiency.contact.pair import Side
+    from efficiency.design import Design
     from efficiency.run import Conditions
 
 DesignArgument = Annotated[str, typer.Argument(metavar="DESIGN", help="A design file, or the name of a shipped one.")]
@@ -19,6 +20,12 @@ SpeedOption = Annotated[str | None, typer.Option(help="Pinion speed with its uni
 TemperatureOption = Annotated[str | None, typer.Option(help="Oil temperature with its unit: '80 degC'.")]
 OilOption = Annotated[str | None, typer.Option(help="Oil card in place of the design's.")]
 
+
+EOption = Annotated[str | None, typer.Option("--E", help="Misalignment along the offset: '0.1 mm'.")]
+POption = Annotated[str | None, typer.Option("--P", help="Misalignment along the pinion axis, from apex to heel.")]
+GOption = Annotated[str | None, typer.Option("--G", help="Misalignment along the gear axis, from apex to heel.")]
+AlphaOption = Annotated[str | None, typer.Option("--alpha", help="Misalignment of the shaft angle: '2 arcmin'.")]
+UnitsOption = Annotated[str, typer.Option(help="Units of tables: metric or inch.")]
 
 Lists = tuple[list[float], list[float], list[float]]
 
@@ -53,6 +60,20 @@ def _conditions(lists: Lists, oil: str | None) -> Conditions:
     return Conditions(torque, speed, temperature, oil)
 
 
+def aligned_design(design: str, misalignment: dict[str, str | None]) -> Design:
+    """A design with what the command line says of its misalignment."""
+    from efficiency.design import Misalignment, load_design
+    from ehl.expectation import quantity_of
+
+    loaded = load_design(design)
+    given = {
+        name: quantity_of(Misalignment, name).check(text, f"--{name}", bare=False)
+        for name, text in misalignment.items()
+        if text is not None
+    }
+    return loaded.with_misalignment(**loaded.assembly.misalignment.model_dump() | given) if given else loaded
+
+
 def gear(
     design: DesignArgument,
     friction: Annotated[
@@ -62,9 +83,23 @@ def gear(
     speed: SpeedOption = None,
     temperature: TemperatureOption = None,
     oil: OilOption = None,
-    side: SideOption = "drive",
+    side: Annotated[
+        str | None, typer.Option(help="Flanks in contact: drive (default under load), coast, or both (geometry only).")
+    ] = None,
+    e: EOption = None,
+    p: POption = None,
+    g: GOption = None,
+    alpha: AlphaOption = None,
     json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
+    geometry: Annotated[
+        bool, typer.Option("--geometry", help="Geometry and unloaded contact only: no load, no friction.")
+    ] = False,
+    report: Annotated[Path | None, typer.Option(help="With --geometry: write one HTML page.")] = None,
+    marking: Annotated[
+        str | None, typer.Option(help="With --geometry: thickness of the marking compound, default '6.35 um'.")
+    ] = None,
+    units: UnitsOption = "metric",
 ) -> None:
     """Efficiency of a gear pair: geometry, contact, load, friction, power loss.
 
@@ -72,18 +107,32 @@ def gear(
     """
     from efficiency.output.tables import efficiency_table, map_table, save_gear_figures, save_map_figure
     from efficiency.run import run_gear, run_map
+    from ehl.errors import InputError
     from ehl.report import print_json
 
+    misaligned = {"E": e, "P": p, "G": g, "alpha": alpha}
+    if geometry:
+        from efficiency.commands_geometry import show_geometry
+
+        for name, value in (("torque", torque), ("speed", speed), ("temperature", temperature), ("oil", oil)):
+            if value is not None:
+                raise InputError(f"--{name}", value, "nothing beside --geometry, which takes no load and no oil")
+        show_geometry(aligned_design(design, misaligned), side or "both", marking, json_output, plot, report, units)
+        return
+    for name, unused in (("report", report), ("marking", marking)):
+        if unused is not None:
+            raise InputError(f"--{name}", str(unused), "only together with --geometry")
+    pair = aligned_design(design, misaligned)
     lists = _lists(torque, speed, temperature)
-    chosen = _side(side)
+    chosen = _side(side or "drive")
     if any(len(values) > 1 for values in lists):
-        grid = run_map(design, friction, *lists, oil=oil, side=chosen)
+        grid = run_map(pair, friction, *lists, oil=oil, side=chosen)
         if plot is not None:
             save_map_figure(grid, plot)
         print_json(grid.to_dict()) if json_output else map_table(grid)
         status, reason = grid.status, grid.reason
     else:
-        result = run_gear(design, friction, _conditions(lists, oil), side=chosen)
+        result = run_gear(pair, friction, _conditions(lists, oil), side=chosen)
         if plot is not None:
             save_gear_figures(result, plot)
         print_json(result.to_dict()) if json_output else efficiency_table(result)

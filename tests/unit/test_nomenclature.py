@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from efficiency.blank.inputs import PairBlankInput
 from efficiency.design import Design
+from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
 from ehl.inputs import Case
@@ -50,7 +51,13 @@ def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     assert set(keys(model, set())) <= NAMES
 
 
-@pytest.mark.parametrize("record", [ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow])
+@pytest.mark.parametrize(
+    "record",
+    [
+        ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow,
+        PairGeometry, SideGeometry, FlankSummary,
+    ],
+)  # fmt: skip
 def test_every_result_is_listed(record: type) -> None:
     assert {field.name for field in dataclasses.fields(record)} <= NAMES
 

@@ -1,0 +1,4 @@
+# Geometry and unloaded contact of a gear pair: no load, no friction.
+mixed-ehl gear fm_spiral_bevel_14x39 --geometry --side drive --report geometry.html
+mixed-ehl gear fm_spiral_bevel_14x39 --geometry --side coast --E "0.05 mm" --alpha "1 arcmin" --plot figures
+mixed-ehl export fm_spiral_bevel_14x39 -o files --member pinion --rows 9 --columns 15

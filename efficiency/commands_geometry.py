@@ -1,0 +1,118 @@
+"""Commands of the geometry: what `gear --geometry` shows, and `export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from efficiency.commands import DesignArgument, UnitsOption
+
+if TYPE_CHECKING:
+    from efficiency.design import Design
+    from efficiency.output.tooth_grid import Member
+
+_WHAT = ("tooth", "member", "grid", "summary")
+_LEAST, _MOST = 3, 400
+
+
+def show_geometry(
+    design: Design,
+    side: str,
+    marking: str | None,
+    json_output: bool,
+    plot: Path | None,
+    report: Path | None,
+    units: str,
+) -> None:
+    """Compute and show geometry and unloaded contact; exit code 1 where a side could not be computed."""
+    from efficiency.contact.pattern import MARKING
+    from efficiency.geometry import MARKING_LIMITS, chosen_sides, pair_geometry
+    from efficiency.output.geometry_tables import print_geometry
+    from efficiency.output.machine_summary import chosen_units
+    from ehl.report import print_json
+
+    thickness = MARKING if marking is None else MARKING_LIMITS.check(marking, "--marking", bare=False)
+    shown = chosen_units(units)
+    geometry = pair_geometry(design, chosen_sides(side), thickness)
+    if plot is not None:
+        from efficiency.output.geometry_report import save_geometry_figures
+
+        save_geometry_figures(geometry, plot)
+    if report is not None:
+        from efficiency.output.geometry_report import write_geometry_report
+
+        write_geometry_report(geometry, report, shown)
+    print_json(geometry.to_dict()) if json_output else print_geometry(geometry, shown)
+    if geometry.failures:
+        for name, reason in geometry.failures.items():
+            typer.echo(f"{name}: {reason}", err=True)
+        raise typer.Exit(1)
+
+
+def export(
+    design: DesignArgument,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the files.")],
+    what: Annotated[
+        str, typer.Option(help="Comma-separated: tooth (STL of a space), member (STL), grid (CSV), summary (CSV).")
+    ] = "tooth, member, grid, summary",
+    member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
+    rows: Annotated[int, typer.Option(help="Points from root to tip.")] = 15,
+    columns: Annotated[int, typer.Option(help="Points from heel to toe.")] = 31,
+    margin: Annotated[
+        float, typer.Option(help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1.")
+    ] = 0.0,
+    rim: Annotated[str | None, typer.Option(help="Solids: rim below the root, such as '6 mm'.")] = None,
+    bore: Annotated[str | None, typer.Option(help="Members: diameter of the bore, '0 mm' for none.")] = None,
+    units: UnitsOption = "metric",
+) -> None:
+    """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design."""
+    from efficiency.design import load_design
+    from efficiency.output.files import export_grids, export_member, export_summary, export_tooth_space
+    from efficiency.output.machine_summary import chosen_units
+    from ehl.errors import InputError
+    from ehl.units import Quantity
+
+    wanted = [part.strip() for part in what.split(",") if part.strip()]
+    for part in wanted:
+        if part not in _WHAT:
+            raise InputError("--what", part, "some of " + ", ".join(_WHAT))
+    for name, count in (("--rows", rows), ("--columns", columns)):
+        if not _LEAST <= count <= _MOST:
+            raise InputError(name, count, f"from {_LEAST} to {_MOST}")
+    if not 0.0 <= margin <= 0.3:
+        raise InputError("--margin", margin, "from 0 to 0.3")
+    length = Quantity("m", ge=0.0, le=3.0)
+    thickness = None if rim is None else length.check(rim, "--rim", bare=False)
+    hole = None if bore is None else length.check(bore, "--bore", bare=False)
+    pair, shown, members = load_design(design), chosen_units(units), _members(member)
+    written: list[str] = []
+    for name in members:
+        if "tooth" in wanted:
+            written.append(export_tooth_space(pair, name, output, rows, columns, thickness))
+        if "member" in wanted:
+            written.append(export_member(pair, name, output, rows, columns, thickness, hole))
+        if "grid" in wanted:
+            written += export_grids(pair, name, output, rows, columns, margin)
+    if "summary" in wanted:
+        written.append(export_summary(pair, output, shown))
+    for line in written:
+        print(line)
+
+
+def _members(text: str) -> tuple[Member, ...]:
+    from ehl.errors import InputError
+
+    if text == "both":
+        return ("pinion", "gear")
+    if text == "pinion":
+        return ("pinion",)
+    if text == "gear":
+        return ("gear",)
+    raise InputError("--member", text, "pinion, gear or both")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    app.command()(export)

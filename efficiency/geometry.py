@@ -1,0 +1,302 @@
+"""Geometry and unloaded contact of a pair on both sides, gathered for tables, figures and reports."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.pair import GearPair, Side, gear_pair
+from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
+from efficiency.contact.transmission import Transmission, transmission
+from efficiency.design import Design
+from efficiency.output.inspection_grid import lowest_fraction
+from ehl.errors import ConvergenceError, InputError
+from ehl.units import Quantity
+
+FloatArray = NDArray[np.float64]
+
+MARKING_LIMITS = Quantity("m", gt=0.0, le=1e-3)
+_SIDES: tuple[Side, ...] = ("drive", "coast")
+
+
+@dataclass(frozen=True)
+class SideGeometry:
+    """Unloaded contact of one flank pair.
+
+    Attributes
+    ----------
+    side : str
+        ``"drive"`` or ``"coast"``.
+    pair : GearPair
+        Both flanks and the map of their mesh.
+    cycle : tuple of MeshPosition
+        Contact lines over one pinion pitch.
+    transmission : Transmission
+        Unloaded transmission error, of one tooth pair and of all of them, with its harmonics.
+    pattern : ContactPattern
+        Contact pattern for the marking thickness.
+    contact_ratio : float
+        Roll angle between the first and the last point both flanks reach, in pitches [-]: the potential contact ratio.
+    path_ratio : float
+        Roll angle over which the unloaded flanks touch inside their edges, in pitches, two at most [-].
+    ease_off : (float, float)
+        Smallest and largest ease-off where both flanks reach [m].
+    radius_equivalent : (float, float)
+        Range of the equivalent radius normal to the contact lines [m].
+    contact_u, contact_height : float
+        Contact point of the highest point of the curve on the gear: from the mean point to the heel, over the pitch
+        cone [m].
+    path_angle : float
+        Direction of the path there in the projection of the gear, from the line to the heel, in (-90, 90] deg [rad].
+    notes : tuple of str
+        What a designer should know.
+    seconds : float
+        Wall time of this side.
+    """
+
+    side: Side
+    pair: GearPair
+    cycle: tuple[MeshPosition, ...]
+    transmission: Transmission
+    pattern: ContactPattern
+    contact_ratio: float
+    path_ratio: float
+    ease_off: tuple[float, float]
+    radius_equivalent: tuple[float, float]
+    contact_u: float
+    contact_height: float
+    path_angle: float
+    notes: tuple[str, ...]
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Numbers for JSON, SI units."""
+        mesh, pattern, path = self.transmission, self.pattern, self.transmission.path
+        kept_out = ("pair", "cycle", "transmission", "pattern")
+        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in kept_out} | {
+            "transmission_error_peak_to_peak": mesh.peak_to_peak,
+            "harmonics": mesh.harmonics.tolist(),
+            "interpolation_error": self.pair.surface.interpolation_error,
+            "pattern": {
+                "area_share": pattern.area_share,
+                "centre_u": _finite(pattern.centre[0]),
+                "centre_depth": _finite(pattern.centre[1]),
+                "length": pattern.length,
+                "width": pattern.width,
+                "edges": list(pattern.edges),
+            },
+            "path": {
+                "pinion_angle": path.pinion_angle.tolist(),
+                "transmission_error": path.transmission_error.tolist(),
+                "u": path.u.tolist(),
+                "height": path.height.tolist(),
+                "free": path.free.tolist(),
+            },
+        }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+@dataclass(frozen=True)
+class FlankSummary:
+    """One flank at its mean point.
+
+    Attributes
+    ----------
+    spiral_angle, pressure_angle : float
+        Spiral angle and normal pressure angle [rad].
+    lowest : float
+        Fraction of the whole depth from which on the flank spans the face, 0 where it reaches the root cone [-].
+    """
+
+    spiral_angle: float
+    pressure_angle: float
+    lowest: float
+
+
+@dataclass(frozen=True)
+class PairGeometry:
+    """Geometry of a pair: its flanks and the unloaded contact of each side asked for.
+
+    Attributes
+    ----------
+    design : Design
+        What it was computed from.
+    marking : float
+        Thickness of the marking compound [m].
+    flanks : dict
+        `FlankSummary` of ``"pinion_concave"``, ``"pinion_convex"``, ``"gear_concave"``, ``"gear_convex"``.
+    sides : dict
+        `SideGeometry` of ``"drive"`` and ``"coast"``.
+    failures : dict
+        Why a side could not be computed.
+    notes : tuple of str
+        What a designer should know of the members.
+    seconds : float
+        Wall time of all.
+    """
+
+    design: Design
+    marking: float
+    flanks: dict[str, FlankSummary]
+    sides: dict[Side, SideGeometry]
+    failures: dict[Side, str]
+    notes: tuple[str, ...]
+    seconds: float
+    status: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "status", "failed" if self.failures else "converged")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Numbers for JSON, SI units."""
+        return {
+            "design": self.design.name,
+            "misalignment": self.design.assembly.misalignment.model_dump(),
+            "marking": self.marking,
+            "flanks": {name: vars(flank) for name, flank in self.flanks.items()},
+            "sides": {name: side.to_dict() for name, side in self.sides.items()},
+            "failures": dict(self.failures),
+            "notes": list(self.notes),
+            "status": self.status,
+            "seconds": self.seconds,
+        }
+
+
+def pair_geometry(design: Design, sides: Sequence[Side] = _SIDES, marking: float = MARKING) -> PairGeometry:
+    """Flanks and unloaded contact of a pair.
+
+    Parameters
+    ----------
+    design : Design
+        The pair, misalignments included.
+    sides : sequence of {"drive", "coast"}
+        What to compute; a side that cannot be computed is a status with its reason, not an error.
+    marking : float
+        Thickness of the marking compound [m].
+
+    Raises
+    ------
+    InputError
+        A marking thickness out of range; flanks of a member that cross.
+    ConvergenceError
+        A flank does not exist at its mean point.
+    """
+    start = time.perf_counter()
+    MARKING_LIMITS.check(marking, "marking")
+    flanks = {
+        f"{name}_{side}": _flank_summary(design, name, side)
+        for name in ("pinion", "gear")
+        for side in ("concave", "convex")
+    }
+    notes = tuple(
+        f"the {name.replace('_', ' ')} flank ends {100.0 * flank.lowest:.1f} % of the whole depth above the root cone"
+        for name, flank in flanks.items()
+        if flank.lowest > 0.0
+    )
+    found: dict[Side, SideGeometry] = {}
+    failures: dict[Side, str] = {}
+    for side in sides:
+        try:
+            found[side] = side_geometry(design, side, marking)
+        except ConvergenceError as error:
+            failures[side] = str(error)
+    return PairGeometry(design, marking, flanks, found, failures, notes, time.perf_counter() - start)
+
+
+def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideGeometry:
+    """Unloaded contact of one side.
+
+    Raises
+    ------
+    ConvergenceError
+        The flanks do not exist where they should meet, or do not mesh.
+    """
+    start = time.perf_counter()
+    pair = gear_pair(design, side)
+    cycle = mesh_cycle(pair)
+    surface = pair.surface
+    mesh = transmission(surface)
+    pattern = contact_pattern(surface, mesh, marking)
+    path = mesh.path
+    per_pitch = 0.5 * (path.pinion_angle.size - 1)
+    roll, relief = _shared_part(pair)
+    middle = path.pinion_angle.size // 2
+    du, dh = (value[middle + 1] - value[middle - 1] for value in (path.u, path.height))
+    radii = np.concatenate([position.radius_equivalent for position in cycle])
+    return SideGeometry(
+        side=side,
+        pair=pair,
+        cycle=cycle,
+        transmission=mesh,
+        pattern=pattern,
+        contact_ratio=float(np.ptp(roll)) / surface.pitch,
+        path_ratio=float(path.free[:-1].sum()) / per_pitch,
+        ease_off=(float(relief.min()), float(relief.max())),
+        radius_equivalent=(float(radii.min()), float(radii.max())),
+        contact_u=float(path.u[middle]),
+        contact_height=float(path.height[middle]),
+        path_angle=float(np.arctan(dh / du)) if du != 0.0 else 0.5 * np.pi,
+        notes=_side_notes(pair, mesh, pattern),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _shared_part(pair: GearPair) -> tuple[FloatArray, FloatArray]:
+    """Roll angle and ease-off at points both flanks reach."""
+    surface = pair.surface
+    u, v = (
+        grid.ravel()
+        for grid in np.meshgrid(np.linspace(*surface.patch.u_range, 121), np.linspace(*surface.patch.v_range, 81))
+    )
+    inside = surface.margin(u, v) >= 0.0
+    if not inside.any():
+        raise ConvergenceError("no_contact", "the members share no part of the flank")
+    roll, relief = surface.patch(u[inside], v[inside], ("roll", "ease_off"))
+    return roll, relief
+
+
+def _side_notes(pair: GearPair, mesh: Transmission, pattern: ContactPattern) -> tuple[str, ...]:
+    notes = []
+    absent = pair.surface.absent
+    if absent is not None:
+        notes.append(
+            f"the pinion is undercut: {100.0 * absent.share:.1f} % of the shared flank is missing, from "
+            f"{1e3 * absent.u[0]:+.1f} to {1e3 * absent.u[1]:+.1f} mm along the face of the gear, at "
+            f"{100.0 * absent.fraction[0]:.0f} to {100.0 * absent.fraction[1]:.0f} % of its depth from the root"
+        )
+    if mesh.edges:
+        notes.append("edge contact of the unloaded mesh: " + ", ".join(mesh.edges))
+    if not mesh.path.settled.all():
+        notes.append(f"contact point not settled at {np.sum(~mesh.path.settled)} of {mesh.path.settled.size} angles")
+    if pattern.edges:
+        notes.append("the contact pattern runs into: " + ", ".join(pattern.edges))
+    return tuple(notes)
+
+
+def _flank_summary(design: Design, member: str, side: str) -> FlankSummary:
+    part = design.pinion if member == "pinion" else design.gear
+    flank = part.flank("concave" if side == "concave" else "convex")
+    mean, found = flank.solve(np.zeros(1), np.zeros(1))
+    if not found.all():
+        raise ConvergenceError("undercut", f"the {side} flank of the {member} does not reach the mean point")
+    spiral, pressure = mean.angles(part.blank.pitch_angle)
+    return FlankSummary(float(spiral[0]), float(pressure[0]), lowest_fraction(flank))
+
+
+def chosen_sides(text: str) -> tuple[Side, ...]:
+    """Sides named on the command line: drive, coast or both."""
+    if text == "both":
+        return _SIDES
+    for side in _SIDES:
+        if text == side:
+            return (side,)
+    raise InputError("--side", text, "drive, coast or both")
