@@ -56,7 +56,7 @@ def stribeck(out: Path, window: float) -> None:
             member.roll(window)
             records = member.records
             drained = math.isfinite(gamma)
-            exchange = np.cumsum(member.run.macroscopic.total_exchange - member.exchange) / len(records)
+            exchange = np.cumsum(np.sum(member.exchanges, axis=0)) / len(records)
             middle = member.run.problem.model.contact
             throughput = float(member.run.state.mass[middle.middle_first : middle.middle_last].mean())
             rows.append(

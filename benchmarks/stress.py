@@ -57,7 +57,8 @@ STEPS = ("plain", "relaxed", "continued", "slow", "lagged", "unconverged")
 COLUMNS = (
     "index", "range", *scenes("gear", 2, 0)[0].row, "outcome", "reason", "detail", *NUMBERS, "film_ratio",
     "roughness_load_share", *(f"steps_{name}" for name in STEPS), "nodes", "steps", "travel", "net_exchange",
-    "iterations_per_step", "boundary_film", "capped_share", "elastic_error", "case_seconds", "memory_mb",
+    "iterations_per_step", "boundary_film", "capped_share", "elastic_error", "repeats", "skipped", "case_seconds",
+    "memory_mb",
 )  # fmt: skip
 MEASURES = (
     "case_seconds", "memory_mb", "nodes", "steps", "iterations_per_step", "steps_relaxed", "steps_continued",
@@ -90,7 +91,7 @@ def broken(result: ContactResult, row: dict[str, Any]) -> list[str]:
     limit = row["limiting_shear_coefficient"]
     if not 0.0 <= result.friction_coefficient <= (1.02 * max(0.1, limit) + 0.01 if limit else math.inf):
         found.append(f"mu {result.friction_coefficient:.3g}")
-    if not row["temperature_celsius"] + 273.1 <= result.temperature_film_max < 5000.0:
+    if not row["temperature_celsius"] + 273.1 <= result.temperature_film_max < 1e5:
         found.append(f"film temperature {result.temperature_film_max:.4g} K")
     run = result.transient
     if run is None:
@@ -154,12 +155,13 @@ def solved(scene: Scene, accuracy: str, travel: float | None, nodes_max: int | N
         reason = smooth
     row |= _ended(outcome, reason, "; ".join(faults), started)
     row |= {name: getattr(result, name) for name in NUMBERS}
+    row["skipped"] = " | ".join(text.partition(":")[0] for text in result.skipped)
     row |= {"film_ratio": result.film_ratio, "roughness_load_share": result.roughness_load_share}
     if run is not None and steps is not None:
         row |= {f"steps_{name}": getattr(steps, name) / steps.total for name in STEPS}
         row |= {"nodes": run.nodes, "steps": run.steps, "travel": run.travel, "net_exchange": run.net_exchange}
         row |= {"iterations_per_step": run.iterations_per_step, "boundary_film": run.boundary_film}
-        row |= {"capped_share": run.capped_share, "elastic_error": run.elastic_error}
+        row |= {"repeats": run.repeats, "capped_share": run.capped_share, "elastic_error": run.elastic_error}
     return row
 
 

@@ -287,6 +287,15 @@ def prepared_profile(
     )
 
 
+def profile_points(
+    path: str | Path, *, unit_x: str = "", unit_height: str = ""
+) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+    """Positions and heights of a text or profilometer file [m], by its file name."""
+    if Path(path).suffix.lower() in (".csv", ".txt", ".dat", ".tsv", ".prn"):
+        return read_profile(path, unit_x=unit_x, unit_height=unit_height)
+    return read_topography(path)
+
+
 def load_profile(
     path: str | Path,
     *,
@@ -303,10 +312,7 @@ def load_profile(
     Files ending in csv, txt, dat, tsv or prn are read as text (`read_profile`), others by SurfaceTopography
     (`read_topography`). See `prepared_profile` for the cut-offs.
     """
-    if Path(path).suffix.lower() in (".csv", ".txt", ".dat", ".tsv", ".prn"):
-        x, heights, notes = read_profile(path, unit_x=unit_x, unit_height=unit_height)
-    else:
-        x, heights, notes = read_topography(path)
+    x, heights, notes = profile_points(path, unit_x=unit_x, unit_height=unit_height)
     return prepared_profile(
         x,
         heights,

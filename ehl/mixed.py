@@ -1,17 +1,22 @@
-"""A rough contact by the deterministic transient solver: surfaces from their description, and when to leave it out."""
+"""A rough contact by the deterministic transient solver: its surfaces, what no mesh shows, and when to leave it out."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 from ehl.contact import LineContact
+from ehl.errors import ConvergenceError
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.lubricant import Lubricant
 from ehl.material import Material
 from ehl.measured_profile import load_profile
-from ehl.roughness import RoughProfile, generate_profile
+from ehl.roughness import LEAST_FILM, RoughProfile, generate_profile
+from ehl.subgrid import BUDGET_SHARE, CUTOFF_NODES, split_surfaces
 from ehl.transient import RoughSurfaces, TransientResult, solve_transient
-from ehl.transient.accuracy import refuse_unresolvable
+from ehl.transient.accuracy import BUDGET, LEVELS, NODES_MIN, level_of, mesh_length, refuse_unresolvable
+from ehl.transient.scaling import film_estimate
 
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 SHORTEST = 60  # correlation lengths a generated profile holds at least
@@ -56,7 +61,7 @@ def rough_surfaces(surface: SurfaceInput, half_width: float) -> RoughSurfaces:
                 generate_profile(
                     rms,
                     lc,
-                    max(PROFILE_LENGTH * half_width, SHORTEST * lc),
+                    _profile_length(surface, half_width),
                     lc / 20.0,
                     2 * surface.seed + number,
                     skewness=surface.skewness,
@@ -86,20 +91,65 @@ def solve_mixed(
         As in `ehl.solve.solve_contact`.
     thermal : bool
         Whether heat matters.
+
+    Returns
+    -------
+    TransientResult
+        "unsettled" with the reason "mesh_budget" where the roughness is finer than any mesh in budget: the boundary
+        film then stands for the fine part, and `friction_boundary_half` and `friction_boundary_double` are mu without
+        it and with it at its peaks.
     """
-    for rms, path in ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)):
-        if rms > 0.0 and path is None:
-            accuracy = model.friction_tolerance or model.accuracy
+    accuracy = model.friction_tolerance or model.accuracy
+    common: dict[str, Any] = {
+        "accuracy": accuracy,
+        "boundary_friction": surface.boundary_friction,
+        "peklenik_number": math.inf if surface.peklenik_number > 1e5 else surface.peklenik_number,
+        "thermal": thermal,
+        "hardness": min(body.hardness for body in bodies),
+        "materials": bodies,
+    }
+    try:
+        if surface.roughness_rms > 0.0:
             refuse_unresolvable(accuracy, surface.correlation_length / contact.half_width)
-    return solve_transient(
+        surfaces = rough_surfaces(surface, contact.half_width)
+        return solve_transient(contact, lubricant, surfaces, boundary_film=surface.boundary_film, **common)
+    except ConvergenceError as error:
+        if error.reason != "mesh_budget":
+            raise
+    return _beyond_budget(contact, lubricant, surface, common)
+
+
+def _beyond_budget(
+    contact: LineContact, lubricant: Lubricant, surface: SurfaceInput, common: dict[str, Any]
+) -> TransientResult:
+    """The waves a coarse mesh carries, over a wall of the finer ones; mu without the wall and at its peaks bound it."""
+    length = mesh_length(contact, film_estimate(contact, lubricant))
+    level = level_of(common["accuracy"])
+    nodes = max(round(BUDGET_SHARE * BUDGET[level]), NODES_MIN)
+    cutoff = CUTOFF_NODES * length / nodes * contact.half_width
+    split = split_surfaces(surface, contact.half_width, _profile_length(surface, contact.half_width), cutoff)
+    base = surface.boundary_film or LEAST_FILM  # by the rule only the adsorbed film is left: the rest is the wall
+    low, wall, high = split.walls(contact, base)
+    run = solve_transient(
         contact,
         lubricant,
-        rough_surfaces(surface, contact.half_width),
-        accuracy=model.friction_tolerance or model.accuracy,
-        boundary_film=surface.boundary_film,
-        boundary_friction=surface.boundary_friction,
-        peklenik_number=math.inf if surface.peklenik_number > 1e5 else surface.peklenik_number,
-        thermal=thermal,
-        hardness=min(body.hardness for body in bodies),
-        materials=bodies,
+        split.surfaces,
+        boundary_film=wall,
+        boundary_range=(low, high),
+        nodes=nodes,
+        travel=LEVELS[level][4],
+        **common,
     )
+    if run.status == "failed":
+        return run
+    told = (
+        f"roughness below {cutoff * 1e6:.3g} um (RMS {split.rms_below * 1e6:.3g} of {split.rms * 1e6:.3g} um) is finer "
+        f"than the mesh: taken as a wall {wall * 1e9:.3g} nm high, its bounds {low * 1e9:.3g} and {high * 1e9:.3g} nm "
+        "make the error"
+    )
+    return replace(run, status="unsettled", reason="mesh_budget", notes=(*run.notes, told))
+
+
+def _profile_length(surface: SurfaceInput, half_width: float) -> float:
+    """Period of a generated profile [m]."""
+    return max(PROFILE_LENGTH * half_width, SHORTEST * surface.correlation_length)

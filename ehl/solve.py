@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from ehl.contact import LineContact
+from ehl.dry import DryContactResult
+from ehl.dry_limit import DryLimit, dry_limit, flash_of_rubbing
 from ehl.errors import ConvergenceError
 from ehl.heat import ThermalTraction
 from ehl.inputs import Case, ModelInput, SurfaceInput
@@ -23,9 +25,10 @@ from ehl.mixed import TOLERANCE, rough_surfaces, roughness_effect, roughness_mat
 from ehl.steady import SteadyResult, solve_steady
 from ehl.thermal_steady import ThermalSteadyResult, solve_steady_thermal
 from ehl.transient import TransientResult
-from ehl.verdict import disbelief, notes_of, unresolved
+from ehl.verdict import disbelief, hot_friction, notes_of, unresolved
 
-_PROFILES = ("film", "isothermal", "heat", "transient")
+MOST_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
+_PROFILES = ("film", "isothermal", "heat", "transient", "dry")
 
 
 @dataclass(frozen=True)
@@ -38,10 +41,11 @@ class ContactResult:
         "converged"; "unsettled" where the time mean is usable but its interval wider than asked for; "failed", all
         figures nan. `reason` says why.
     reason : str
-        Empty when converged; else a reason of the solver that ended it, "mesh_budget" (no mesh in budget shows the
-        roughness), "shear_strength" (a film shear stress beyond 1 GPa: the shear law needs a limit), "too_hot" (beyond
-        1800 K, the melting point of steel), or "mesh_error" (unsettled: the mesh error of mu is four times the
-        tolerance or more).
+        Empty when converged; else a reason of the solver that ended it, "shear_strength" (a film shear stress beyond
+        1 GPa: the shear law needs a limit), "mesh_budget" (unsettled: no mesh in budget shows the roughness, its fine
+        part is a wall between bounds), "too_hot" (unsettled: films above 1000 K, where no law of the oil holds, make
+        more of mu than half the tolerance), "thermal_rounds" (unsettled: film and heat still changed by more than the
+        tolerance), or "mesh_error" (unsettled: the mesh error of mu is four times the tolerance or more).
     friction_coefficient, friction_fluid, friction_asperity : float
         mu = fluid + asperity part [-]; rolling traction is not in it.
     film_central, film_min : float
@@ -59,11 +63,13 @@ class ContactResult:
     temperature_film_max, temperature_flash : float
         Largest film temperature and larger flash temperature [K]; the inlet temperature where heat was skipped.
     film_error, friction_error : float
-        Relative error estimates [-]: discretisation, and the 90 % interval of the time mean where there is one.
+        Relative error estimates [-]: discretisation, the 90 % interval of the time mean where there is one, what was
+        skipped, films too hot for any law, and the bounds of roughness finer than the mesh.
     mesh_error, statistical_error : float
-        These two parts of `friction_error` [-].
+        The first two parts of `friction_error` [-].
     friction_boundary_half, friction_boundary_double : float
-        mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-].
+        mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-]. With
+        the reason "mesh_budget" mu without and with all of the fine roughness.
     skipped : tuple of str
         What was left out, and the estimate that allowed it.
     notes : tuple of str
@@ -78,6 +84,8 @@ class ContactResult:
         Temperature profiles; None where heat was left out.
     transient : TransientResult
         The run of the deterministic solver; None without it.
+    dry : DryContactResult
+        The contact at one moment where the film was found to be nil; None elsewhere.
     """
 
     status: str
@@ -108,6 +116,7 @@ class ContactResult:
     isothermal: SteadyResult | None = field(default=None, repr=False, compare=False)
     heat: ThermalTraction | None = field(default=None, repr=False, compare=False)
     transient: TransientResult | None = field(default=None, repr=False, compare=False)
+    dry: DryContactResult | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Scalars for JSON; not-a-number and infinity become None."""
@@ -152,6 +161,11 @@ def solve_contact(
     """
     clock = time.perf_counter()
     smooth = _smooth_film(contact, lubricant, model, bodies, bulk, start)
+    deterministic = model.roughness == "deterministic" and (surface.roughness_rms > 0.0 or surface.measured)
+    # a rough run makes its own heat: the isothermal film will do to start it
+    lost_heat = smooth.status != "converged" and deterministic and smooth.isothermal.status == "converged"
+    if lost_heat:
+        smooth = _without_balance(smooth)
     if smooth.status != "converged":
         return _failed(smooth.reason, smooth.iterations, time.perf_counter() - clock)
     film, skipped = smooth.film, _without_repeats(smooth.skipped)
@@ -189,18 +203,33 @@ def solve_contact(
         skipped.append("time: the load-sharing model has no transient")
         result = _shared(result, contact, surface, model)
     else:
-        result = _rough(result, contact, lubricant, surface, model, bodies, skipped)
+        result = _rough(result, contact, lubricant, surface, model, bodies, bulk, skipped, heated=lost_heat)
     seconds = time.perf_counter() - clock
     if result.status == "failed":
         return replace(result, seconds=seconds)
     reason = disbelief(result)
     if reason:
         return _failed(reason, result.iterations, seconds)
-    if result.status == "converged" and unresolved(result, model.friction_tolerance or TOLERANCE[model.accuracy]):
-        result = replace(result, status="unsettled", reason="mesh_error")
+    result = _judged(result, model.friction_tolerance or TOLERANCE[model.accuracy])
     hardness = min(body.hardness for body in bodies)
     notes = tuple(dict.fromkeys((*result.notes, *notes_of(result, lubricant, hardness))))
     return replace(result, notes=notes, skipped=tuple(skipped), seconds=seconds)
+
+
+def _judged(result: ContactResult, tolerance: float) -> ContactResult:
+    """The result with films beyond any law in its error, and unsettled where an error is far above the tolerance."""
+    mu = result.friction_coefficient
+    lawless = hot_friction(result) / mu if mu > 0.0 else 0.0
+    result = replace(result, friction_error=result.friction_error + lawless)
+    if result.status != "converged":
+        return result
+    if lawless > 0.5 * tolerance:
+        return replace(result, status="unsettled", reason="too_hot")
+    if unresolved(result, tolerance):
+        return replace(result, status="unsettled", reason="mesh_error")
+    if "thermal_rounds" in result.notes and result.transient is None and result.mesh_error > tolerance:
+        return replace(result, status="unsettled", reason="thermal_rounds")
+    return result
 
 
 def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
@@ -232,28 +261,42 @@ def _rough(
     surface: SurfaceInput,
     model: ModelInput,
     bodies: tuple[Material, Material],
+    bulk: tuple[float, float],
     skipped: list[str],
+    *,
+    heated: bool,
 ) -> ContactResult:
-    """The contact with its roughness rolling through, unless the film is too thick for it to matter."""
+    """The contact with its roughness rolling through, unless the film is too thick for it to matter, or nil."""
     assert smooth.isothermal is not None
     if surface.roughness_rms > 0.0 and not surface.measured:
         film_ratio = smooth.isothermal.film_central / surface.roughness_rms
-        if not roughness_matters(film_ratio, model):
+        if not heated and not roughness_matters(film_ratio, model):
             effect = roughness_effect(film_ratio)
             skipped.append(f"roughness and time: estimated change of friction {100.0 * effect:.2g} %")
             return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
+    thermal = heated or smooth.heat is not None
+    nil = dry_limit(contact, lubricant, smooth.isothermal.film_central, smooth.friction_fluid, surface, model, bodies)
+    if nil is not None:
+        skipped.append(f"film: {nil.told}")
+        return _dry(smooth, nil, contact, surface, bodies, bulk, thermal=thermal)
     try:
-        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=smooth.heat is not None)
+        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=thermal)
     except ConvergenceError as error:
         return _failed(error.reason, smooth.iterations, 0.0)
     if run.status == "failed":
         return replace(_failed(run.reason, smooth.iterations, 0.0), transient=run)
     rms = rough_surfaces(surface, contact.half_width).rms if surface.measured else surface.roughness_rms
     middle = float(np.interp(0.0, run.profiles.x, run.profiles.film))
+    bounds, status, reason = _bounds_error(run, smooth.isothermal.film_central / rms), run.status, run.reason
+    tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
+    if reason == "mesh_budget" and bounds <= 0.5 * tolerance:
+        known = run.statistical_error <= tolerance
+        status, reason = ("converged", "") if known else ("unsettled", "statistical_interval")
+        skipped.append(f"waves finer than the mesh: their bounds change friction by {100.0 * bounds:.2g} %")
     return replace(
         smooth,
-        status=run.status,
-        reason=run.reason,
+        status=status,
+        reason=reason,
         friction_coefficient=run.friction_coefficient,
         friction_fluid=run.friction_fluid,
         friction_asperity=run.friction_asperity,
@@ -266,12 +309,60 @@ def _rough(
         temperature_film_max=run.temperature_film_max,
         temperature_flash=run.temperature_flash,
         film_error=run.mesh_error,
-        friction_error=run.mesh_error + run.statistical_error,
+        friction_error=run.mesh_error + run.statistical_error + bounds,
         mesh_error=run.mesh_error,
         statistical_error=run.statistical_error,
         friction_boundary_half=run.friction_boundary_half,
         friction_boundary_double=run.friction_boundary_double,
+        notes=(*smooth.notes, *run.notes),
         transient=run,
+    )
+
+
+def _bounds_error(run: TransientResult, film_ratio: float) -> float:
+    """Farthest bound of mu, over mu, where part of the roughness is finer than the mesh; else 0.
+
+    Where the bounds meet because nothing touches, what roughness does to thick films is still left out.
+    """
+    if run.reason != "mesh_budget" or run.friction_coefficient == 0.0:
+        return 0.0
+    mu = run.friction_coefficient
+    bounds = max(abs(run.friction_boundary_half - mu), abs(run.friction_boundary_double - mu)) / mu
+    return max(bounds, min(roughness_effect(film_ratio), MOST_WITHOUT_CONTACT))
+
+
+def _dry(
+    smooth: ContactResult,
+    nil: DryLimit,
+    contact: LineContact,
+    surface: SurfaceInput,
+    bodies: tuple[Material, Material],
+    bulk: tuple[float, float],
+    *,
+    thermal: bool,
+) -> ContactResult:
+    """All of the load on the asperities."""
+    hot = flash_of_rubbing(contact, surface.boundary_friction, bodies, bulk) if thermal else max(bulk)
+    return replace(
+        smooth,
+        friction_coefficient=surface.boundary_friction,
+        friction_fluid=0.0,
+        friction_asperity=surface.boundary_friction,
+        film_central=nil.film_mean,
+        film_min=nil.boundary_film,
+        pressure_max=nil.pressure_max,
+        film_ratio=nil.film_ratio,
+        asperity_load_share=1.0,
+        roughness_load_share=1.0,
+        rolling_traction=0.0,
+        temperature_film_max=hot,
+        temperature_flash=hot,
+        film_error=nil.film_error,
+        friction_error=nil.friction_error,
+        mesh_error=0.0,
+        statistical_error=0.0,
+        heat=None,
+        dry=nil.contact,
     )
 
 
@@ -292,6 +383,25 @@ class _SmoothFilm:
     iterations: int
     skipped: tuple[str, ...]
     notes: tuple[str, ...] = ()
+
+
+def _without_balance(smooth: _SmoothFilm | ThermalSteadyResult) -> _SmoothFilm:
+    """The isothermal film of a contact whose heat balance was not found."""
+    film = smooth.isothermal
+    return _SmoothFilm(
+        film.status,
+        film.reason,
+        film,
+        film,
+        None,
+        film.friction_fluid,
+        film.film_error,
+        film.friction_error,
+        smooth.temperature_film_max,
+        smooth.temperature_flash,
+        smooth.iterations,
+        film.skipped,
+    )
 
 
 def _smooth_film(

@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ehl.lubricant import KELVIN, Lubricant
 
 if TYPE_CHECKING:
     from ehl.solve import ContactResult
 
 # what may not stand as converged, whatever a solver's residuals say
-REASONS = ("not_finite", "negative", "shear_strength", "too_hot", "inaccurate")
+REASONS = ("not_finite", "negative", "shear_strength", "inaccurate")
 
 SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
 TOO_HOT = 1000.0  # no law of the oil means anything there [K]
+HOT_SPOTS = 2.0  # the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
 HOT = 300.0 + KELVIN  # oils decompose [K]
 LEAST_ACCURATE = 0.1  # relative discretisation error from which a smooth result is no result [-]
 MESH_ERROR_ALLOWED = 4.0  # times the tolerance asked for; above, a rough result is not called converged
@@ -30,9 +33,7 @@ def disbelief(result: ContactResult) -> str:
         return "negative"
     if largest_shear(result) > SHEAR_STRENGTH:
         return "shear_strength"
-    if max(result.temperature_film_max, result.temperature_flash) > TOO_HOT:
-        return "too_hot"
-    if result.transient is None and max(result.mesh_error, result.film_error) > LEAST_ACCURATE:
+    if result.transient is None and result.dry is None and max(result.mesh_error, result.film_error) > LEAST_ACCURATE:
         return "inaccurate"
     return ""
 
@@ -42,11 +43,35 @@ def unresolved(result: ContactResult, tolerance: float) -> bool:
     return result.transient is not None and result.mesh_error > MESH_ERROR_ALLOWED * tolerance
 
 
+def hot_friction(result: ContactResult) -> float:
+    """Part of mu that films above 1000 K make [-]: no law of the oil holds there, so that all of it is uncertain.
+
+    Of a rough run the larger of two: the share of the hot nodes in the last step, counted twice, and the share of the
+    pressure under the nodes that are so hot in the mean.
+    """
+    if max(result.temperature_film_max, result.temperature_flash) <= TOO_HOT:
+        return 0.0
+    if result.transient is not None:
+        state, profiles = result.transient.run.state, result.transient.profiles
+        shear, load = float(state.shear.sum()), float(profiles.pressure_fluid.sum())
+        spots = float(state.shear[state.temperature > TOO_HOT].sum()) / shear if shear > 0.0 else 0.0
+        mean = float(profiles.pressure_fluid[profiles.temperature_film > TOO_HOT].sum()) / load if load > 0.0 else 0.0
+        return min(max(HOT_SPOTS * spots, mean), 1.0) * result.friction_fluid
+    heat = result.heat
+    if heat is None:
+        return 0.0
+    power = float(np.trapezoid(heat.shear_stress, heat.x))
+    hot = np.where(heat.temperature_film > TOO_HOT, heat.shear_stress, 0.0)
+    return result.friction_fluid * float(np.trapezoid(hot, heat.x)) / power if power > 0.0 else 0.0
+
+
 def largest_shear(result: ContactResult) -> float:
     """Largest shear stress of the film [Pa]; with roughness in the last step."""
     if result.transient is not None:
         run = result.transient.run
         return float(run.state.shear.max()) * run.problem.units.pressure
+    if result.dry is not None:
+        return 0.0
     assert result.film is not None
     return float(result.film.shear_stress.max())
 
@@ -58,7 +83,12 @@ def notes_of(result: ContactResult, lubricant: Lubricant, hardness: float) -> tu
         notes.append("oil card read outside the temperatures it was measured at")
     if result.film_min < MOLECULES:
         notes.append(f"smallest film {result.film_min * 1e9:.2g} nm: thinner than a few molecules of oil")
-    if result.temperature_film_max > HOT:
+    if max(result.temperature_film_max, result.temperature_flash) > TOO_HOT:
+        notes.append(
+            f"spots at {max(result.temperature_film_max, result.temperature_flash):.0f} K: no law of the oil holds "
+            f"there; they make {hot_friction(result):.2g} of mu, counted as error"
+        )
+    elif result.temperature_film_max > HOT:
         notes.append(f"film at {result.temperature_film_max - KELVIN:.0f} degC: oils decompose there")
     if result.pressure_max > hardness:
         notes.append(

@@ -18,7 +18,7 @@ FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
 DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
 SETTLING = 1.5  # after the change to the fine mesh: mu starts up to 40 % high and settles within about 1 b [b]
 THERMAL_CAP = 8.0  # longest wait for the slower surface to be heated through the contact [b]
-NODES_MAX = 8192
+NODES_MIN, NODES_MAX = 64, 8192
 # most nodes by level, and nodes per correlation length below which the answer would mean nothing
 BUDGET: dict[str, int] = {"fast": 2048, "standard": 4096, "reference": NODES_MAX}
 FEWEST_PER_LENGTH = 3.0
@@ -169,8 +169,8 @@ def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: 
         "mesh_budget": the nodes of this level cannot show the roughness.
     """
     if nodes is not None:
-        if not 64 <= nodes <= NODES_MAX:
-            raise InputError("nodes", nodes, f"64 to {NODES_MAX}")
+        if not NODES_MIN <= nodes <= NODES_MAX:
+            raise InputError("nodes", nodes, f"{NODES_MIN} to {NODES_MAX}")
         plan = replace(plan, spacing=length / nodes)
     if travel is not None:
         if not 1.0 <= travel <= 1e5:

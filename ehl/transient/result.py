@@ -160,6 +160,8 @@ class TransientResult:
         Newton or Picard iterations.
     nodes, steps : int
         Of the fine run.
+    repeats : int
+        Blocks of the window that were thrown away and rolled again, because the film of a step had jumped.
     travel : float
         Window [b].
     seconds : float
@@ -200,6 +202,7 @@ class TransientResult:
     iterations_per_step: float
     nodes: int
     steps: int
+    repeats: int
     travel: float
     seconds: float
     history_travel: Array = field(repr=False)

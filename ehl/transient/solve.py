@@ -32,10 +32,10 @@ from ehl.transient._kernels.march import (
     TEMPERATURE_MAX,
 )
 from ehl.transient._kernels.newton import UNCONVERGED
-from ehl.transient.accuracy import BATCH, Accuracy, Plan, make_plan, mesh_length, with_overrides
+from ehl.transient.accuracy import BATCH, FRONT_STARTUP, Accuracy, Plan, make_plan, mesh_length, with_overrides
 from ehl.transient.batches import batch_means, paired_error
 from ehl.transient.result import Fallbacks, Profiles, Snapshot, TransientResult
-from ehl.transient.run import PROFILES, Run
+from ehl.transient.run import Run
 from ehl.transient.scaling import Problem, Settings, build_problem, film_estimate
 from ehl.transient.soe import LogConvolution
 from ehl.transient.surfaces import RoughSurfaces
@@ -48,6 +48,7 @@ UNCONVERGED_ALLOWED = 0.01  # share of the steps
 LAGGED_ALLOWED = 0.02
 MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry more than there is
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
+MOST_REPEATS = 3  # of a block in which that happened
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
 PECLET_WARNING = 2.0
 
@@ -60,24 +61,39 @@ class Window:
     batch: float = BATCH  # travel of a batch of the mean [b]
     started: list[Array] = field(default_factory=list)
     recorded: list[Array] = field(default_factory=list)
-    profiles: Array = field(init=False)
-    exchange: Array = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.profiles = np.zeros((PROFILES, self.run.problem.x.size))
-        self.exchange = np.zeros(self.run.problem.x.size)
+    sums: list[Array] = field(default_factory=list)  # of the profiles, by block
+    exchanges: list[Array] = field(default_factory=list)  # of the side drainage, by block
+    repeats: int = 0
 
     def start(self, travel: float) -> None:
         """Roll without averaging."""
         records, _ = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
         self.started.append(records)
-        self.exchange = self.run.macroscopic.total_exchange.copy()
 
     def roll(self, travel: float) -> None:
-        """Roll and average."""
+        """Roll a block and average."""
+        before = self.run.macroscopic.total_exchange.copy()
         records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
         self.recorded.append(records)
-        self.profiles += profiles * len(records)
+        self.sums.append(profiles * len(records))
+        self.exchanges.append(self.run.macroscopic.total_exchange - before)
+
+    def astray(self) -> bool:
+        """Whether the film of a step of the last block is many times the usual one."""
+        return film_jumped(self.recorded[-1], self.records)
+
+    def repeat(self) -> None:
+        """Forget the last block and roll on until the contact holds other oil; the surfaces roll on as well."""
+        self.started.append(self.recorded.pop())
+        self.sums.pop()
+        self.exchanges.pop()
+        self.start(FRONT_STARTUP)
+        self.repeats += 1
+
+    @property
+    def profiles(self) -> Array:
+        """Mean profiles of the window."""
+        return np.asarray(np.sum(self.sums, axis=0) / len(self.records))
 
     @property
     def records(self) -> Array:
@@ -117,6 +133,7 @@ def solve_transient(
     nodes: int | None = None,
     travel: float | None = None,
     boundary_study: bool | None = None,
+    boundary_range: tuple[float, float] | None = None,
 ) -> TransientResult:
     """Roll two rough surfaces through a lubricated line contact and average friction over time.
 
@@ -131,7 +148,7 @@ def solve_transient(
     accuracy : {"fast", "standard", "reference"} or float
         Level, or relative tolerance on mu.
     boundary_film : float, optional
-        h_boundary [m], 1 to 200 nm; by `ehl.roughness.boundary_film` when not given.
+        h_boundary [m], 1 nm to 20 um; by `ehl.roughness.boundary_film` when not given.
     boundary_friction : float
         mu_b of the asperity pressure [-]; without sliding there is no friction.
     peklenik_number : float
@@ -150,6 +167,8 @@ def solve_transient(
         Fixed window [b].
     boundary_study : bool, optional
         Compute mu at half and twice the boundary film even with accuracy "fast", or never.
+    boundary_range : tuple of float, optional
+        Boundary films to take instead of half and twice, whatever the asperities carry [m].
 
     Returns
     -------
@@ -191,11 +210,17 @@ def solve_transient(
 
     half = double = math.nan
     share = float(fine.records[:, SHARE].mean())
-    if plan.boundary_study and share > SHARE_OF_STUDY:
-        thinner, thicker = (replace(coarse_settings, boundary_film=f * film) for f in (0.5, 2.0))
+    if boundary_range is not None or (plan.boundary_study and share > SHARE_OF_STUDY):
+        films = boundary_range or (0.5 * film, 2.0 * film)
+        thinner, thicker = (replace(coarse_settings, boundary_film=f) for f in films)
         half = _friction_at(contact, lubricant, rough, bodies, thinner, plan, coarse)
         double = _friction_at(contact, lubricant, rough, bodies, thicker, plan, coarse)
     return _result(contact, lubricant, rough, bodies, plan, coarse, fine, estimate, half, double, begin)
+
+
+def film_jumped(part: Array, records: Array) -> bool:
+    """Whether the mean film of a step is many times the median: a fallback let the bodies fly apart."""
+    return bool(part[:, FILM_MEAN].max() > FILM_JUMP * float(np.median(records[:, FILM_MEAN])))
 
 
 def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:
@@ -205,6 +230,10 @@ def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:
         block = min(BLOCK, plan.window_max - rolled)
         coarse.roll(block)
         fine.roll(block)
+        if fine.repeats < MOST_REPEATS and (coarse.astray() or fine.astray()):
+            for window in (coarse, fine):
+                window.repeat()
+            continue
         rolled += block
         if rolled >= plan.window_min - 1e-9:
             mean, half_width = fine.interval()
@@ -232,8 +261,8 @@ def _friction_at(
 def _check(contact: LineContact, film: float, friction: float, peklenik: float, hardness: float) -> None:
     if not contact.speed_entrainment > 0.0:
         raise InputError("speed_entrainment", contact.speed_entrainment, "> 0 m/s", "Swap the surfaces' numbers.")
-    if not 1e-9 <= film <= 200e-9:
-        raise InputError("boundary_film", film, "1 to 200 nm")
+    if not 1e-9 <= film <= 20e-6:
+        raise InputError("boundary_film", film, "1 nm to 20 um")
     if not 0.0 <= friction <= 1.0:
         raise InputError("boundary_friction", friction, "0 to 1")
     if not peklenik >= 1.0 / 3.0 - 1e-12:
@@ -265,8 +294,7 @@ def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
     stages = records[:, STAGE]
     if not math.isfinite(mean):
         return "failed", "not_finite"
-    films = records[:, FILM_MEAN]
-    if films.max() > FILM_JUMP * float(np.median(films)):
+    if film_jumped(fine.records, fine.records):
         return "failed", "film_jump"
     if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED:
         return "failed", "unconverged_steps"
@@ -303,9 +331,9 @@ def _result(
     status, reason = _status(everything, fine, plan)
     hot = problem.settings.thermal
     inlet = lubricant.temperature
-    profiles = fine.profiles / len(records)
+    profiles = fine.profiles
     x = problem.x * units.half_width
-    exchange = np.cumsum(run.macroscopic.total_exchange - fine.exchange) / len(records)
+    exchange = np.cumsum(np.sum(fine.exchanges, axis=0)) / len(records)
     throughput = float(run.state.mass[model.contact.middle_first : model.contact.middle_last].mean())
     stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
     ratio = mu / mu_coarse if mu_coarse != 0.0 else 1.0
@@ -336,6 +364,7 @@ def _result(
         iterations_per_step=float(everything[:, ITERATIONS].mean()),
         nodes=problem.x.size,
         steps=len(everything),
+        repeats=fine.repeats,
         travel=len(records) / units.steps_per_half_width,
         seconds=time.perf_counter() - begin,
         history_travel=np.asarray((np.arange(len(records)) + 1.0) / units.steps_per_half_width, dtype=float),

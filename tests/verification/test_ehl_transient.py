@@ -270,7 +270,7 @@ def test_whole_solution_reports_its_errors() -> None:
     ("field", "value"),
     [
         ("peklenik_number", 0.2),
-        ("boundary_film", 1e-6),
+        ("boundary_film", 1e-4),
         ("hardness", 5e8),
         ("nodes", 10),
         ("travel", 0.1),

@@ -1,0 +1,140 @@
+"""What the shortcuts of the rough solver cost in accuracy: coarser answers beyond the mesh budget, dry contact.
+
+    python benchmarks/mixed_shortcuts.py {budget,dry} --out FOLDER
+
+"budget": contacts that the nodes of accuracy "fast" resolve, solved again with so few that they cannot.
+"dry": contacts whose film is nil, with the switch to dry contact and without.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+from mixed_scenes import eyring_oil, line, print_table, speed_of_film_ratio, write_csv
+
+from ehl.inputs import Case
+from ehl.solve import ContactResult, solve_case
+from ehl.transient.accuracy import BUDGET
+from ehl.validation import validate
+
+OUT = Path("benchmarks/out")
+RMS = 0.4e-6
+# film ratio, p_h [GPa], SR, gamma, correlation length [b]
+RESOLVED = (
+    (2.0, 1.0, 0.5, 1.0, 0.04), (0.7, 1.0, 0.5, 1.0, 0.04), (0.2, 1.0, 0.5, 1.0, 0.04), (0.05, 1.0, 0.5, 1.0, 0.04),
+    (0.7, 1.0, 0.5, math.inf, 0.04), (0.2, 1.0, 0.5, math.inf, 0.04), (0.7, 2.0, 0.1, 1.0, 0.04),
+    (0.7, 0.5, 0.5, 3.0, 0.04), (1.5, 1.0, 0.5, 1.0, 0.02), (0.5, 1.0, 0.5, 1.0, 0.02), (0.3, 1.5, 0.3, 3.0, 0.06),
+    (1.2, 0.7, 1.0, 1.0, 0.03), (3.0, 1.0, 0.5, 1.0, 0.04),
+)  # fmt: skip
+# film ratio, h_boundary [nm], p_h [GPa], SR, gamma, correlation length [b]
+NIL = (
+    (0.003, 30, 1.0, 0.5, 1.0, 0.1), (0.001, 30, 1.0, 0.5, 1.0, 0.1), (0.005, 30, 1.0, 0.5, 1.0, 0.1),
+    (0.003, 30, 1.0, 0.5, 3.0, 0.1), (0.001, 30, 1.0, 0.5, math.inf, 0.1), (0.001, 30, 2.0, 0.5, 1.0, 0.1),
+    (0.001, 10, 1.0, 0.5, 1.0, 0.1), (0.01, 90, 1.0, 0.5, 1.0, 0.1), (0.003, 30, 1.0, 1.5, 1.0, 0.3),
+    (0.002, 30, 0.5, 0.1, 9.0, 0.1),
+)  # fmt: skip
+
+
+def scene(ratio: float, gpa: float, slip: float, gamma: float, length: float, seed: int, **more: Any) -> Case:
+    """A contact of the test line by its film ratio; the correlation length in half-widths."""
+    speed = speed_of_film_ratio(ratio, RMS, eyring_oil(), pressure=gpa * 1e9)
+    contact = line(speed, slip, gpa * 1e9)
+    surface = {"roughness_rms_1": RMS / math.sqrt(2.0), "roughness_rms_2": RMS / math.sqrt(2.0), "seed": seed}
+    surface |= {"correlation_length": length * contact.half_width, "peklenik_number": min(gamma, 1e6)}
+    boundary, shortcuts = more.get("boundary", 20e-9), more.get("shortcuts", "auto")
+    return validate(
+        Case,
+        {
+            "contact": {
+                "effective_modulus": contact.effective_modulus, "radius_equivalent": contact.radius_equivalent,
+                "pressure_hertz": gpa * 1e9, "speed_entrainment": speed, "slide_to_roll": slip,
+            },
+            "lubricant": {
+                "viscosity_inlet": 0.015, "pressure_viscosity": 15e-9, "eyring_stress": 5e6,
+                "temperature_oil": 373.15, "temperature_viscosity": 0.04,
+            },
+            "surface": surface | {"boundary_film": boundary},
+            "model": {
+                "roughness": "deterministic", "accuracy": "fast", "thermal": "off", "shortcuts": shortcuts,
+            },
+        },
+    )  # fmt: skip
+
+
+def solved(case: Case, nodes: int | None = None) -> tuple[ContactResult, float]:
+    """The result with another budget of nodes, and its processor time."""
+    clock = time.process_time()
+    with mock.patch.dict(BUDGET, {"fast": nodes or BUDGET["fast"]}):
+        result = solve_case(case)
+    return result, time.process_time() - clock
+
+
+def budget(out: Path, seeds: int) -> None:
+    """Coarser answers against the resolved one."""
+    rows: list[list[Any]] = []
+    for ratio, gpa, slip, gamma, length in RESOLVED:
+        for seed in range(1, seeds + 1):
+            case = scene(ratio, gpa, slip, gamma, length, seed)
+            full, cost = solved(case)
+            for share in (0.9, 0.4):
+                coarse, cheap = solved(case, round(share * 3.0 * 3.7 / length))
+                mu = coarse.friction_coefficient
+                true = abs(full.friction_coefficient / mu - 1.0)
+                rows.append(
+                    [ratio, gpa, slip, gamma, length, seed, share, full.friction_coefficient, mu,
+                     coarse.friction_boundary_half, coarse.friction_boundary_double, true, coarse.friction_error,
+                     full.friction_error, true <= coarse.friction_error + full.friction_error, coarse.status,
+                     cost, cheap]
+                )  # fmt: skip
+    columns = ("lambda", "p_h", "SR", "gamma", "lc/b", "seed", "budget", "mu", "mu coarse", "low", "high", "true",
+               "reported", "own", "inside", "status", "s", "s coarse")  # fmt: skip
+    print_table("beyond the budget", columns, rows)
+    write_csv(out / "mixed_budget.csv", columns, rows)
+    inside = np.array([row[14] for row in rows], dtype=bool)
+    ratios = np.array([row[12] / row[11] for row in rows], dtype=float)
+    wrong = np.array([row[11] for row in rows], dtype=float)
+    print(f"inside {inside.mean():.0%} of {len(rows)}; reported over true, median {np.median(ratios):.2g}")
+    print(f"true error median {np.median(wrong):.2g}, largest {wrong.max():.2g}")
+
+
+def dry(out: Path, seeds: int) -> None:
+    """The switch to dry contact against the run without it."""
+    rows: list[list[Any]] = []
+    for ratio, film, gpa, slip, gamma, length in NIL:
+        for seed in range(1, seeds + 1):
+            results = []
+            for shortcuts in ("auto", "off"):
+                case = scene(ratio, gpa, slip, gamma, length, seed, boundary=film * 1e-9, shortcuts=shortcuts)
+                results.append(solved(case))
+            (quick, cheap), (full, cost) = results
+            true = abs(full.friction_coefficient / quick.friction_coefficient - 1.0)
+            rows.append(
+                [ratio, film, gpa, slip, gamma, length, seed, quick.dry is not None, full.friction_coefficient,
+                 full.asperity_load_share, true, quick.friction_error, full.friction_error,
+                 quick.film_central * 1e9, full.film_central * 1e9, quick.pressure_max / 1e9, full.pressure_max / 1e9,
+                 cheap, cost]
+            )  # fmt: skip
+    columns = ("lambda", "h_b", "p_h", "SR", "gamma", "lc/b", "seed", "dry", "mu", "share", "true", "reported", "own",
+               "h dry", "h", "p dry", "p", "s dry", "s")  # fmt: skip
+    print_table("dry contact", columns, rows)
+    write_csv(out / "mixed_dry.csv", columns, rows)
+
+
+def main() -> None:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", choices=("budget", "dry"))
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args()
+    {"budget": budget, "dry": dry}[options.study](options.out, options.seeds)
+
+
+if __name__ == "__main__":
+    main()
