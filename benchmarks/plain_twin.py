@@ -19,7 +19,7 @@ from ehl.contact import LineContact
 from ehl.elasticity import DeflectionOperator
 from ehl.lubricant import Lubricant
 from ehl.roughness import RoughProfile
-from ehl.transient.scaling import film_estimate, inlet_wedge, solved_length
+from ehl.transient.scaling import film_estimate, inlet_wedge, rough_length, solved_length
 from ehl.transient.surfaces import RoughSurfaces, ring
 
 Array = NDArray[np.float64]
@@ -74,6 +74,7 @@ class PlainTwin:
         if period is not None:
             dx = period / math.ceil(period / dx)  # as the engine, so that both see one profile at one resolution
         self.dx = dx
+        inlet, outlet = rough_length(contact, film, self.surfaces.rms)
         first, last = -math.ceil(-inlet * b / dx), math.ceil(outlet * b / dx) + 2
         self.x = dx * (np.arange(first, last) + 0.5)
         n = self.x.size

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 Elasticity = Literal["soe", "fft"]
 
 OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, a fluid island at the edge
+FARTHEST = 8.0  # distance from the middle at which contact is given up [b]
 MIDDLE = 0.8  # half length of the mean film [b]
 ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
 LATERAL = 2.0  # k_y of the exchange: second spectral moment of the assumed autocorrelation
@@ -53,8 +54,8 @@ class Settings:
         Heat on.
     hardness : float
         Cap on the total pressure [Pa].
-    conductivity_rise : float
-        Growth of the film conductivity with pressure [1/Pa].
+    conductivity_rise, conductivity_bend : float
+        Growth of the film conductivity with pressure, k/k0 = 1 + rise p/(1 + bend p) [1/Pa].
     tolerance : float
         Of mass and gap in one step, over the film unit. What a step leaves is carried on (`settle_mass`): it does not
         add up along the way, however many steps that takes.
@@ -77,6 +78,7 @@ class Settings:
     start_travel: float = 0.0
     elasticity: Elasticity = "soe"
     temperature_bulk: tuple[float, float] | None = None
+    conductivity_bend: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,24 @@ def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
     return -max(2.5, 1.0 + 4.0 * rigid), max(OUTLET, rigid + 0.2)
 
 
+def hertz_gap(contact: LineContact, reach: Array) -> Array:
+    """Gap of a smooth dry contact at a distance above 1 from the middle; distance in b, gap in m."""
+    root = np.sqrt(reach**2 - 1.0)
+    scale = contact.half_width**2 / (2.0 * contact.radius_equivalent)
+    return np.asarray(scale * (reach * root - np.log(reach + root)))
+
+
+def rough_length(contact: LineContact, film: float, rms: float) -> tuple[float, float]:
+    """Inlet and outlet of the mesh [b]: `solved_length`, continued at the same spacing as far as asperities touch.
+
+    They do where film and Hertz gap together are less than three Rq (no farther than `FARTHEST`).
+    """
+    inlet, outlet = solved_length(contact, film)
+    reach = np.linspace(1.0, FARTHEST, 701)
+    touching = float(np.interp(3.0 * rms - film, hertz_gap(contact, reach), reach))
+    return min(inlet, -touching - 0.5), max(outlet, touching)
+
+
 def inlet_wedge(contact: LineContact, viscosity: float, film: float, inlet: float) -> tuple[float, float, float]:
     """What the flooded wedge ahead of the mesh does: pressure at its end [Pa], load and shear force [N/m].
 
@@ -131,8 +151,7 @@ def inlet_wedge(contact: LineContact, viscosity: float, film: float, inlet: floa
     """
     b = contact.half_width
     reach = np.geomspace(-inlet, -100.0 * inlet, 2001)
-    root = np.sqrt(reach**2 - 1.0)
-    gap = b**2 / (2.0 * contact.radius_equivalent) * (reach * root - np.log(reach + root))
+    gap = hertz_gap(contact, reach)
     slope = 12.0 * viscosity * contact.speed_entrainment * b * gap / (film + gap) ** 3
     shear = viscosity * contact.speed_sliding * b * np.trapezoid(1.0 / (film + gap), reach)
     # load = int p dx = int slope (reach - start) dx, by parts
@@ -143,9 +162,7 @@ def inlet_wedge(contact: LineContact, viscosity: float, film: float, inlet: floa
 def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int:
     """First node whose smooth gap is below 10 Rq; at least 2."""
     wide = x < -1.0
-    reach = np.where(wide, -x, 1.0)
-    scale = contact.half_width**2 / (2.0 * contact.radius_equivalent)
-    gap = scale * (reach * np.sqrt(reach**2 - 1.0) - np.arccosh(reach))
+    gap = hertz_gap(contact, np.where(wide, -x, 1.0))
     return max(2, int(np.argmax(~wide | (film + gap < DRAINED_GAP * rms))))
 
 
@@ -207,6 +224,7 @@ def scaled_heat(
         film_unit=units.film,
         conductivity=lubricant.thermal_conductivity,
         conductivity_rise=settings.conductivity_rise * units.pressure,
+        conductivity_bend=settings.conductivity_bend * units.pressure,
         weights=weights,
         ratios=kernel.ratios.copy(),
         nodes_per_step_1=contact.speed_1 / contact.speed_entrainment,
@@ -240,6 +258,7 @@ def build_problem(
         spacing = period / math.ceil(period / spacing)
     film_unit = max(estimate, surfaces.rms, settings.boundary_film)
     units = Units(b, p_h, film_unit, spacing, spacing / contact.speed_entrainment)
+    inlet, outlet = rough_length(contact, estimate, surfaces.rms)
     dx = spacing / b
     last = math.ceil(outlet / dx) + 2
     first = -math.ceil(-inlet / dx)

@@ -22,21 +22,28 @@ STEP_MAX = 0.3  # largest change of P in one update, p_h
 
 
 @njit(**INTERNAL)
+def add_logarithms(values, sums):
+    """Add ln of each value to the sums."""
+    for i in range(values.size):
+        sums[i] += log_or_floor(values[i])
+
+
+@njit(**INTERNAL)
 def accumulate(state, macro, work, model):
     """Add the exchange of one converged step; True when the window is full."""
     first = model.drainage.first
     outlet = model.contact.outlet
     for i in range(first):
         macro.sum_pressure[i] += state.fluid_pressure[i]
-    for i in range(first - 1, outlet):
-        macro.sum_log_flux[i] += log_or_floor(work.fluidity[i])
+    # slices and not a range of indices: those could be negative to the compiler, and nothing would vectorise
+    add_logarithms(work.fluidity[first - 1 : outlet], macro.sum_log_flux[first - 1 : outlet])
+    add_logarithms(work.node.f[first:outlet], macro.sum_log_lateral[first:outlet])
     for i in range(first, outlet):
         k = work.exchange[i]
         exchange = k * (state.fluid_pressure[i] - macro.pressure[i])
         macro.sum_exchange[i] += exchange
         macro.total_exchange[i] += exchange
         macro.sum_conductance[i] += k
-        macro.sum_log_lateral[i] += log_or_floor(work.node.f[i])
     macro.counts[0] += 1
     return macro.counts[0] >= model.drainage.window
 

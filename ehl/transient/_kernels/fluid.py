@@ -203,42 +203,64 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
         tau[i] = min(tau[i], fluid.limit * p[i]) if p[i] > 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def heated_shear_row(rows, p, fluid, temperature, tau, first, last):
-    """Shear stress at given film temperatures and its derivative by them, for the nodes first .. last - 1."""
-    cold, rate, slope, scale = rows.cold, rows.rate, rows.slope, rows.scale
+@njit(**INTERNAL)
+def heated_shear_row(cold, rate, scale, p, fluid, temperature, tau, slope):
+    """Shear stress at given film temperatures and its derivative by them."""
+    n = p.size
     if fluid.law == ROELANDS:
-        for i in range(first, last):
+        for i in range(n):
             tau[i] = (cold[i] + fluid.c0) * thermal_factor(temperature[i], fluid) - fluid.c0
-        for i in range(first, last):
+        for i in range(n):
             slope[i] = -(tau[i] + fluid.c0) * fluid.slope / (temperature[i] - ROELANDS_ZERO)
     else:
-        for i in range(first, last):
+        for i in range(n):
             tau[i] = cold[i] - fluid.slope * (temperature[i] - fluid.temperature)
-        for i in range(first, last):
+        for i in range(n):
             slope[i] = -fluid.slope
-    for i in range(first, last):
+    for i in range(n):
         tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + rate[i]
     if not fluid.short:
-        for i in range(first, last):
+        for i in range(n):
             log_stress, growth, _ = limited_stress(tau[i], p[i], fluid.shear)
             tau[i] = fluid.stress * exp(log_stress)
             slope[i] *= growth * tau[i]
     elif fluid.eyring:
-        for i in range(first, last):
+        for i in range(n):
             x = exp(min(tau[i], 30.0))
             root = math.sqrt(1.0 + x * x)
             slope[i] *= fluid.stress * scale[i] * x / root
             tau[i] = fluid.stress * scale[i] * (max(tau[i] - 30.0, 0.0) + log(x + root))
     else:
-        for i in range(first, last):
+        for i in range(n):
             tau[i] = exp(min(tau[i], 60.0))
-        for i in range(first, last):
+        for i in range(n):
             slope[i] *= tau[i]
-    for i in range(first, last):
+    for i in range(n):
         limit = fluid.limit * max(p[i], 0.0)
         slope[i] = slope[i] if tau[i] < limit else 0.0
         tau[i] = min(tau[i], limit)
+
+
+@njit(**INTERNAL)
+def balance_turn(base, resistance, low, high, temperature, tau, slope, left, turn):
+    """One turn of Newton's iteration inside a bracket; ``left`` receives what the balance is still off by."""
+    n = base.size
+    for i in range(n):
+        # stress falls with temperature: what it would heat to lies on the other side of the solution
+        opposite = base[i] + resistance[i] * tau[i]
+        low[i] = max(low[i], min(temperature[i], opposite))
+        high[i] = min(high[i], max(temperature[i], opposite))
+    for i in range(n):
+        newton = (base[i] + resistance[i] * tau[i] - temperature[i]) / (1.0 - resistance[i] * slope[i])
+        # later on a step across the bracket would come back the same way
+        width = high[i] - low[i]
+        across = turn > 1 and abs(newton) > 0.9 * width and width * KINK > BALANCE_TOLERANCE
+        change = 0.5 * (low[i] + high[i]) - temperature[i] if across else newton
+        temperature[i] += change
+        tau[i] += slope[i] * change
+        left[i] = abs(newton) if slope[i] < 0.0 and not across else KINK * abs(newton)
+    for i in range(n):
+        left[i] = left[i] if resistance[i] > 0.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -247,11 +269,10 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
 
     ``rows.base`` in K, ``rows.resistance`` in K per p_h of stress; ``temperature`` holds the start and the result.
     Newton inside a bracket that closes with every evaluation; an explicit lag would oscillate. Nodes at the ends of the
-    row that have settled, most of the inlet, are left out of the further iterations.
+    row that have settled, most of the inlet, are left out of the further turns.
     """
     n = p.size
-    base, resistance, slope = rows.base, rows.resistance, rows.slope
-    low, high, change, left = rows.low, rows.high, rows.change, rows.left
+    base, resistance = rows.base, rows.resistance
     sliding = max(fluid.sliding, 1e-300)
     for i in range(n):
         rows.cold[i] = isothermal_exponent(p[i], fluid)
@@ -265,33 +286,30 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
     for i in range(n):
         temperature[i] = max(temperature[i], base[i])
     for i in range(n):
-        low[i] = base[i]
-        high[i] = 1e6
+        rows.low[i] = base[i]
+        rows.high[i] = 1e6
     first = 0
     last = n
     for turn in range(BALANCE_LIMIT):
-        heated_shear_row(rows, p, fluid, temperature, tau, first, last)
-        for i in range(first, last):
-            # stress falls with temperature: what it would heat to lies on the other side of the solution
-            opposite = base[i] + resistance[i] * tau[i]
-            low[i] = max(low[i], min(temperature[i], opposite))
-            high[i] = min(high[i], max(temperature[i], opposite))
-        for i in range(first, last):
-            newton = (base[i] + resistance[i] * tau[i] - temperature[i]) / (1.0 - resistance[i] * slope[i])
-            # later on a step across the bracket would come back the same way
-            across = turn > 1 and abs(newton) > 0.9 * (high[i] - low[i])
-            across = across and (high[i] - low[i]) * KINK > BALANCE_TOLERANCE
-            change[i] = 0.5 * (low[i] + high[i]) - temperature[i] if across else newton
-            left[i] = abs(newton) if slope[i] < 0.0 and not across else KINK * abs(newton)
-        for i in range(first, last):
-            if resistance[i] == 0.0:
-                left[i] = 0.0
-        for i in range(first, last):
-            temperature[i] += change[i]
-            tau[i] += slope[i] * change[i]
-        while first < last and left[first] < BALANCE_TOLERANCE:
+        # slices, not a range of indices: those could be negative to the compiler, and nothing would vectorise
+        at = slice(first, last)
+        heated_shear_row(
+            rows.cold[at], rows.rate[at], rows.scale[at], p[at], fluid, temperature[at], tau[at], rows.slope[at]
+        )
+        balance_turn(
+            base[at],
+            resistance[at],
+            rows.low[at],
+            rows.high[at],
+            temperature[at],
+            tau[at],
+            rows.slope[at],
+            rows.left[at],
+            turn,
+        )
+        while first < last and rows.left[first] < BALANCE_TOLERANCE:
             first += 1
-        while last > first and left[last - 1] < BALANCE_TOLERANCE:
+        while last > first and rows.left[last - 1] < BALANCE_TOLERANCE:
             last -= 1
         if first == last:
             break

@@ -125,7 +125,8 @@ def shear_and_temperature(state, work, model):
     for i in range(n):
         h = max(film[i], contact.boundary)
         full = p[i] + c[i] > 0.0 or state.mass[i] > 0.5 * h
-        k = heat.conductivity * (1.0 + heat.conductivity_rise * p[i]) / (h * heat.film_unit)
+        growth = 1.0 + heat.conductivity_rise * p[i] / (1.0 + heat.conductivity_bend * p[i])
+        k = heat.conductivity * growth / (h * heat.film_unit)
         conductance[i] = k if full else 0.0
     for i in range(n):
         jump[i] = (rise_2[i] - rise_1[i]) / (1.0 + conductance[i] * (a1 + a2))

@@ -44,6 +44,7 @@ DONE, PART, SPENT, GOOD_LEVEL, STAGE_NOW = range(
 EXACT_ROUNDS = 8  # solutions of one step with corrected films
 CONTINUATION_LIMIT = 200  # iterations of all partial steps together
 SMALLEST_PART = 1.0 / 64.0
+COLDEST = -1e3  # K
 
 
 @njit(**INTERNAL)
@@ -157,7 +158,7 @@ def write_record(record, state, macro, work, model):
     touching = 0.0
     capped = 0.0
     hottest = 0.0
-    flash = 0.0
+    flash = COLDEST if model.heat.on else 0.0
     macroscopic = 0.0
     heat_in = 0.0
     for i in range(1, state.film.size):

@@ -85,7 +85,8 @@ class Heat(NamedTuple):
     pressure_unit: float  # [Pa]
     film_unit: float  # [m]
     conductivity: float  # of the film at ambient pressure [W/(m K)]
-    conductivity_rise: float  # per p_h
+    conductivity_rise: float  # k/k0 = 1 + rise p/(1 + bend p), per p_h
+    conductivity_bend: float
     weights: np.ndarray  # (2, modes) of the inverse-root kernel, K m2/W
     ratios: np.ndarray  # (modes,)
     nodes_per_step_1: float
@@ -199,7 +200,6 @@ class HeatRows(NamedTuple):
     slope: np.ndarray  # d tau/dT
     low: np.ndarray  # bracket of the film temperature
     high: np.ndarray
-    change: np.ndarray
     left: np.ndarray  # what the balance is still off by [K]
     sums: np.ndarray  # (n + 3,) rise by slot of the memory
     line: np.ndarray  # (n + 3,) the same in the order of the nodes
