@@ -12,7 +12,7 @@ from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
-from efficiency.flank_input import CutFlankInput, Depth, Hand, Length, Shift
+from efficiency.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
 from ehl._data import data_names, data_path
 from ehl.errors import InputError
 from ehl.expectation import quantity_of
@@ -78,8 +78,8 @@ class MemberInput(InputModel):
     """
 
     blank: BlankInput
-    concave: CutFlankInput
-    convex: CutFlankInput
+    concave: FlankInput
+    convex: FlankInput
     material: str = "steel"
     roughness_rms: Rms = 0.0
 
@@ -97,15 +97,19 @@ class MemberInput(InputModel):
                 flank = own.get(side, {})
                 if not isinstance(flank, dict) or not isinstance(flank.get(part, {}), dict):
                     continue
+                if {"grid", "ease_off"} & flank.keys():
+                    continue
                 own[side] = flank | {part: shared | flank.get(part, {})}
         return own
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         load_material(self.material)
-        for side in ("concave", "convex"):
+        for side, given in (("concave", self.concave), ("convex", self.convex)):
+            if not isinstance(given, CutFlankInput):
+                continue
             try:
-                getattr(self, side).require_hand(self.blank.hand)
+                given.require_hand(self.blank.hand)
             except InputError as error:
                 raise InputError(f"{side}.{error.field}", error.value, error.allowed, error.hint) from None
         return self
@@ -113,12 +117,15 @@ class MemberInput(InputModel):
     @property
     def completing(self) -> bool:
         """Whether one machine setting cuts both flanks."""
-        return self.concave.machine == self.convex.machine
+        one, other = self.concave, self.convex
+        return isinstance(one, CutFlankInput) and isinstance(other, CutFlankInput) and one.machine == other.machine
 
     def flank(self, side: FlankSide) -> Flank:
-        """One of the two flanks."""
-        cut = self.concave if side == "concave" else self.convex
-        return cut.flank(side, self.blank.hand, self.blank.blank())
+        """One of the two flanks; `Design.flank` knows those as well that follow from the mate."""
+        given = self.concave if side == "concave" else self.convex
+        if isinstance(given, ConjugateFlankInput):
+            raise InputError(f"{side}.ease_off", "a flank of one member alone", "a flank of a pair")
+        return given.flank(side, self.blank.hand, self.blank.blank())
 
     def body(self) -> Material:
         """Material of the member."""
@@ -184,6 +191,14 @@ class Design(InputModel):
             raise InputError(
                 "pinion.blank.teeth", self.pinion.blank.teeth, f"at most the {self.gear.blank.teeth} teeth of the gear"
             )
+        for side in ("concave", "convex"):
+            if isinstance(getattr(self.gear, side), ConjugateFlankInput):
+                raise InputError(
+                    f"gear.{side}.ease_off",
+                    "given for the gear",
+                    "cutter and machine, or a grid",
+                    "Ease-offs are pinion's.",
+                )
         return self
 
     def with_misalignment(self, *, E: float = 0.0, P: float = 0.0, G: float = 0.0, alpha: float = 0.0) -> Design:
@@ -208,12 +223,22 @@ class Design(InputModel):
             alpha=a.misalignment.alpha,
         )
 
+    def flank(self, member: Literal["pinion", "gear"], side: FlankSide) -> Flank:
+        """One flank of one member; a pinion flank given by its ease-off is conjugate in the aligned pair."""
+        if member == "gear":
+            return self.gear.flank(side)
+        given = self.pinion.concave if side == "concave" else self.pinion.convex
+        if not isinstance(given, ConjugateFlankInput):
+            return self.pinion.flank(side)
+        mate = self.gear.flank("convex" if side == "concave" else "concave")
+        return given.flank(mate, self.pinion.blank.blank(), self.with_misalignment().placement())
+
     def flanks(self, side: Literal["drive", "coast"]) -> tuple[Flank, Flank]:
         """Pinion and gear flank in contact on the drive or the coast side."""
         drive: FlankSide = self.assembly.drive_flank_pinion
         other: FlankSide = "convex" if drive == "concave" else "concave"
         pinion, gear = (drive, other) if side == "drive" else (other, drive)
-        return self.pinion.flank(pinion), self.gear.flank(gear)
+        return self.flank("pinion", pinion), self.flank("gear", gear)
 
 
 def load_design(name: str | Path) -> Design:
@@ -230,4 +255,14 @@ def load_design(name: str | Path) -> Design:
         if str(name) not in names:
             raise InputError("design", str(name), "a TOML file or one of " + ", ".join(names))
         path = data_path("designs", f"{name}.toml")
-    return validate(Design, read_toml(path))
+    return validate(Design, _with_places(read_toml(path), path.parent))
+
+
+def _with_places(content: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Content of a design file with the names of point files counted from the folder it lies in."""
+    for member in ("pinion", "gear"):
+        for side in ("concave", "convex"):
+            flank = content.get(member, {}).get(side, {}) if isinstance(content.get(member, {}), dict) else {}
+            if isinstance(flank, dict) and isinstance(flank.get("grid"), str):
+                flank["grid"] = str(folder / flank["grid"])
+    return content

@@ -1,13 +1,17 @@
-"""How one flank is cut: cutter and machine settings of a design file, by their trade names."""
+"""How a design file gives one flank: cutter and machine settings by their trade names, points, or an ease-off."""
 
 from __future__ import annotations
 
 from math import acos, sin, tan
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly
+from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
+from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.edge import Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
@@ -25,6 +29,8 @@ Turn = Annotated[float, Quantity("rad", ge=-3.1416, le=3.1416)]
 BladeAngle = Annotated[float, Quantity("rad", gt=-0.35, lt=0.9)]
 Curvature = Annotated[float, Quantity("1/m", ge=-100.0, le=100.0)]
 Small = Annotated[float, Quantity("rad", ge=-0.6, le=0.6)]
+Relieved = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
+Place = Annotated[float, Quantity("", ge=-1.0, le=1.0)]
 Groups = Annotated[int, Field(ge=1, le=60)]
 
 
@@ -243,3 +249,60 @@ class CutFlankInput(InputModel):
         """The flank on a blank."""
         machine = self.machine.settings()
         return CutFlank(self.cutter.blade(side, hand), machine, blank, index_start(machine, blank))
+
+
+class GridFlankInput(InputModel):
+    """A flank given by the points of a CSV file, measured or of another program (see `contact.grid_flank`)."""
+
+    grid: str
+
+    @model_validator(mode="after")
+    def _readable(self) -> Self:
+        read_point_grid(Path(self.grid))
+        return self
+
+    def flank(self, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
+        """The flank through the points."""
+        return grid_flank(read_point_grid(Path(self.grid)), side, blank, hand)
+
+
+class EaseOffInput(InputModel):
+    """Ease-off of a pinion flank from the conjugate one, over face and working depth (see `EaseOffTarget`)."""
+
+    lengthwise_crowning: Relieved = 0.0
+    profile_crowning: Relieved = 0.0
+    bias: Annotated[float, Quantity("", ge=-5.0, le=5.0)] = 0.0
+    twist: Relieved = 0.0
+    contact_face: Place = 0.0
+    contact_depth: Place = 0.0
+
+    def target(self) -> EaseOffTarget:
+        """Numbers of the ease-off."""
+        centre = self.contact_face, self.contact_depth
+        return EaseOffTarget(self.lengthwise_crowning, self.profile_crowning, self.bias, self.twist, centre)
+
+
+class ConjugateFlankInput(InputModel):
+    """A pinion flank that no setting has to cut: conjugate to its gear flank, less an ease-off."""
+
+    ease_off: EaseOffInput
+
+    def flank(self, gear: Flank, blank: Blank, assembly: Assembly) -> Flank:
+        """The flank conjugate to a gear flank in an assembly."""
+        return conjugate_flank(gear, blank, assembly, self.ease_off.target())
+
+
+def _way(content: Any) -> str:
+    """Which way of giving a flank its keys show."""
+    for key in ("grid", "ease_off"):
+        if key in content if isinstance(content, dict) else hasattr(content, key):
+            return key
+    return "cut"
+
+
+FlankInput = Annotated[
+    Annotated[CutFlankInput, Tag("cut")]
+    | Annotated[GridFlankInput, Tag("grid")]
+    | Annotated[ConjugateFlankInput, Tag("ease_off")],
+    Discriminator(_way),
+]

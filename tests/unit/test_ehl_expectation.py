@@ -18,7 +18,12 @@ from regression.formula import Formula
         (Case, ("lubricant", "card", "temperature_oil"), "lubricant.temperature_oil", "233.15 K"),
         (Case, ("lubricant", "direct", "density"), "lubricant.density", "at least 500 kg/m^3"),
         (Case, ("contact", "effective_modulus"), "contact.effective_modulus", "at most 2e+12 Pa"),
-        (Design, ("pinion", "concave", "cutter", "face_milling", "type"), "pinion.concave.cutter.type", "face_milling"),
+        (
+            Design,
+            ("pinion", "concave", "cut", "cutter", "face_milling", "type"),
+            "pinion.concave.cutter.type",
+            "face_milling",
+        ),
         (Material, ("E",), "E", "at least 1e+06 Pa"),
         (Formula, ("schema",), "schema", "a whole number"),
         (Formula, ("ranges", "pressure_hertz", 1), "ranges.pressure_hertz.1", "a number without unit"),
