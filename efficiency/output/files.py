@@ -52,11 +52,10 @@ def export_grids(
     design: Design, member: Member, folder: Path, rows: int, columns: int, margin: float = 0.0
 ) -> list[str]:
     """CSV grids of both flanks of a member."""
-    part = design.pinion if member == "pinion" else design.gear
     sides: tuple[FlankSide, ...] = ("concave", "convex")
     written = []
     for side in sides:
-        grid = inspection_grid(part.flank(side), rows, columns, margin)
+        grid = inspection_grid(design.flank(member, side), rows, columns, margin)
         path = folder / f"{member}_{side}.csv"
         write_inspection_grid(path, design, member, side, grid)
         start = f", from {100.0 * grid.lowest:.1f} % of the depth over the root" if grid.lowest > 0.0 else ""

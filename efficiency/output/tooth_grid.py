@@ -143,7 +143,7 @@ def tooth_grid(design: Design, member: Member, rows: int = 15, columns: int = 31
         A flank does not span its blank, or the flanks cross (pointed tooth, closed slot).
     """
     this = design.pinion if member == "pinion" else design.gear
-    flanks = {side: this.flank(side) for side in ("concave", "convex")}
+    flanks = {side: design.flank(member, side) for side in ("concave", "convex")}
     blank = this.blank.blank()
     mate = design.gear if member == "pinion" else design.pinion
     clearance = max(this.blank.mean_dedendum - mate.blank.mean_addendum, 0.0)
