@@ -75,6 +75,11 @@ def _draw(rng: np.random.Generator) -> dict[str, Any] | None:
     }
 
 
+def formate(content: dict[str, Any], index: int) -> bool:
+    """Whether the gear is cut without generating motion: every second one from ratio 2.5 on, as in practice."""
+    return index % 2 == 0 and bool(content["teeth_gear"] >= 2.5 * content["teeth_pinion"])
+
+
 def row(content: dict[str, Any]) -> dict[str, float | int | str]:
     """The numbers of a case as columns: mm and deg."""
     spiral = content.get("mean_spiral_angle_gear", content.get("mean_spiral_angle_pinion", 0.0))

@@ -24,6 +24,8 @@ from efficiency.blank.tangency import (
 from ehl.errors import ConvergenceError, InputError
 
 TOLERANCE = 0.01
+# share of the gear radius below which rounding hides the limit curvature: cones of a bevel pair
+NO_OFFSET = 1e-7
 
 
 def method_1(inputs: PairBlankInput) -> PitchCones:
@@ -32,7 +34,7 @@ def method_1(inputs: PairBlankInput) -> PitchCones:
     The step of a tenth is not in the source read; it is what gives the printed numbers of Annex F.3.
     """
     start = _start(inputs)
-    if inputs.hypoid_offset == 0.0:
+    if inputs.hypoid_offset <= NO_OFFSET * start.radius_2:
         bevel = bevel_cones(inputs, start.desired, 2.0 * start.radius_2)
         return replace(bevel, face_width_factor=_face_width_factor(inputs, bevel))
     if inputs.pitch_cones == "converged":

@@ -250,7 +250,10 @@ def solve_gear_cone(
                 continue
             if at_new * at_edge <= 0.0:
                 a, b = sorted((new, edge))
-                return float(brentq(value, a, b, xtol=1e-15, rtol=8.9e-16)), count
+                root = float(brentq(value, a, b, xtol=1e-15, rtol=8.9e-16))
+                # a pole changes sign as well
+                if abs(value(root)) < 1e-6:
+                    return root, count
             if new < start:
                 low, at_low = new, at_new
             else:
