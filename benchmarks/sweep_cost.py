@@ -37,12 +37,10 @@ def main() -> None:
     estimate = factor * np.exp(constant + terms @ np.array(ROUGH))
     error = np.abs(np.log(estimate / seconds))
     print(f"{len(rough)} rough cases, {seconds.mean():.3g} s in the mean, longest {seconds.max():.3g} s")
-    print(
-        f"estimate over measured: sum {estimate.sum() / seconds.sum():.2f}, median case {np.median(estimate / seconds):.2f}"
-    )
-    print(
-        f"half of the cases within a factor {np.exp(np.median(error)):.2f}, 90 % within {np.exp(np.quantile(error, 0.9)):.2f}"
-    )
+    ratio = estimate / seconds
+    half, most = np.exp(np.quantile(error, [0.5, 0.9]))
+    print(f"estimate over measured: sum {estimate.sum() / seconds.sum():.2f}, median case {np.median(ratio):.2f}")
+    print(f"half of the cases within a factor {half:.2f}, 90 % within {most:.2f}")
     design = np.column_stack([np.ones(len(rough)), terms])
     found, *_ = np.linalg.lstsq(design, np.log(seconds), rcond=None)
     fitted = np.exp(design @ found)

@@ -3,123 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-import typer.core
 
-
-class SweepGroup(typer.core.TyperGroup):
-    """`sweep PLAN.toml ...` means `sweep run PLAN.toml ...`; `sweep status` and `sweep merge` stay commands."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put the name of the default command before the plan."""
-        if args and args[0] not in self.commands and args[0] not in ctx.help_option_names:
-            args = ["run", *args]
-        return super().parse_args(ctx, args)
-
-
-sweep_app = typer.Typer(
-    cls=SweepGroup,
-    no_args_is_help=True,
-    help="Compute the contacts of a plan: mixed-ehl sweep PLAN.toml -o RUN. The same command resumes. "
-    "Its options: mixed-ehl sweep run --help.",
-)
-
-
-@sweep_app.command("run")
-def sweep_run(
-    plan: Annotated[
-        str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: demo, gear_range, gear_range_75w90.")
-    ],
-    run: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder of the results.")],
-    jobs: Annotated[int | None, typer.Option(help="Worker processes; all processors if not given.")] = None,
-    shard: Annotated[str, typer.Option(help="i/n: only every n-th case, beginning with the i-th.")] = "1/1",
-    time_cap: Annotated[str, typer.Option(help="Give a case up after this time.")] = "600 s",
-    formula: Annotated[
-        str | None, typer.Option("--with", help="Compute with a published formula, to try a plan in seconds.")
-    ] = None,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Compute failed cases on disk again.")] = False,
-    slurm: Annotated[int | None, typer.Option(metavar="N", help="Print a Slurm job array of N tasks.")] = None,
-) -> None:
-    """Compute the cases of a plan that are not on disk yet (the default command)."""
-    from functools import partial
-
-    from ehl.errors import InputError
-    from ehl.units import Quantity
-    from regression.evaluators import SOLVER, published_outputs, solve_outputs
-    from regression.plan import load_plan
-    from regression.published_registry import PUBLISHED
-    from regression.report import sweep_report
-    from regression.slurm import array_script
-    from regression.sweep import available_jobs, sweep
-
-    content = load_plan(plan)
-    if slurm is not None:
-        typer.echo(array_script(plan, str(run), slurm), nl=False)
-        return
-    if formula is not None and formula not in PUBLISHED:
-        raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
-    try:
-        with _progress_bar(content.name) as show:
-            report = sweep(
-                content,
-                run,
-                evaluate=partial(published_outputs, name=formula) if formula else solve_outputs,
-                version=formula or SOLVER,
-                jobs=available_jobs() if jobs is None else jobs,
-                shard=_shard(shard),
-                time_cap=Quantity("s", gt=0.0).check(time_cap, "--time-cap", bare=False),
-                retry_failed=retry_failed,
-                progress=show,
-            )
-    except KeyboardInterrupt:
-        typer.echo("stopped; what is finished is on disk, the same command goes on", err=True)
-        raise typer.Exit(1) from None
-    sweep_report(report)
-    if report.failed or report.unsettled:
-        count = report.failed + report.unsettled
-        typer.echo(f"not converged: {count} cases, recorded with their reasons", err=True)
-        raise typer.Exit(1)
-
-
-@sweep_app.command("status")
-def sweep_status(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the results.")],
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
-) -> None:
-    """How far a run is; also while it is being computed."""
-    from regression.dataset import run_status
-    from regression.report import status_table
-
-    status = run_status(run)
-    if json_output:
-        from dataclasses import asdict
-
-        from ehl.report import print_json
-
-        shards = [{**asdict(shard), "path": str(shard.path)} for shard in status.shards]
-        print_json({**asdict(status), "shards": shards, "complete": status.complete})
-    else:
-        status_table(status)
-
-
-@sweep_app.command("merge")
-def sweep_merge(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the results.")],
-    target: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="One file: .h5, or .csv as a table.")],
-) -> None:
-    """Put all shards of a run into one file, sorted by case key."""
-    from regression.dataset import export_table, load_dataset
-    from regression.store import merge
-
-    if target.suffix == ".csv":
-        dataset = load_dataset(run)
-        export_table(dataset, target)
-        count = len(dataset.frame)
-    else:
-        count = merge(run, target)
-    typer.echo(f"{target}: {count} cases")
+from regression.cli_sweep import sweep_app
 
 
 def fit(
@@ -197,22 +85,6 @@ def mu(
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
     if content["friction_coefficient"] is None:
         raise typer.Exit(1)
-
-
-def _shard(text: str) -> tuple[int, int]:
-    from ehl.errors import InputError
-
-    number, slash, shards = text.partition("/")
-    if not (slash and number.isdigit() and shards.isdigit() and 1 <= int(number) <= int(shards)):
-        raise InputError("--shard", text, "i/n with 1 <= i <= n", "Write it as 2/8.")
-    return int(number), int(shards)
-
-
-def _progress_bar(name: str) -> Any:
-    """A context that gives a function showing the progress of a sweep."""
-    from regression.progress import progress_bar
-
-    return progress_bar(name)
 
 
 def register(app: typer.Typer) -> None:

@@ -7,6 +7,7 @@ plan's ranges on one core; `benchmarks/sweep_cost.py` fits them to any finished 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +24,7 @@ Array = NDArray[np.float64]
 SMOOTH: dict[str, float] = {"fast": 0.06, "standard": 0.07, "reference": 1.3}
 # shape of ln(seconds) of a rough run: q, l, q^2, l^2, q l with q = ln(b/lc), l = ln(film ratio); 144 contacts, fast
 ROUGH = (-0.387, 0.049, 0.365, 0.203, -0.154)
-# by accuracy: the constant, and the factor that makes the sum over many cases right (standard: 30, reference: 4 contacts)
+# by accuracy: the constant, and the factor that makes a sum over many cases right (standard: 30 contacts, reference: 4)
 LEVEL: dict[str, tuple[float, float]] = {"fast": (-2.308, 0.78), "standard": (-0.83, 1.29), "reference": (1.88, 0.94)}
 
 
@@ -55,14 +56,20 @@ class CostEstimate:
 
 def estimate_cost(plan: Plan) -> CostEstimate:
     """The cost of a plan."""
+    points = plan.points
+    matters, _, _ = _rough(plan, points.columns, points.oils)
     seconds = case_seconds(plan)
-    rough = int(np.count_nonzero(_rough(plan)[0])) if len(plan.points) else 0
-    return CostEstimate(len(seconds), rough, float(seconds.sum()), float(seconds.max(initial=0.0)))
+    return CostEstimate(len(seconds), int(np.count_nonzero(matters)), float(seconds.sum()), float(seconds.max()))
 
 
 def case_seconds(plan: Plan) -> Array:
     """Estimated seconds of every case of a plan, in its order."""
-    matters, width, ratio = _rough(plan)
+    return points_seconds(plan, plan.points.columns, plan.points.oils)
+
+
+def points_seconds(plan: Plan, columns: Mapping[str, Array], oils: Sequence[str | None]) -> Array:
+    """Estimated seconds of cases at points given by values of the plan's variables and their oils."""
+    matters, width, ratio = _rough(plan, columns, oils)
     accuracy = plan.model.accuracy
     seconds = np.full(matters.shape, SMOOTH[accuracy])
     constant, factor = LEVEL[accuracy]
@@ -76,15 +83,15 @@ def cost_terms(width: Array, ratio: Array) -> Array:
     return np.column_stack([q, film, q * q, film * film, q * film])
 
 
-def _rough(plan: Plan) -> tuple[NDArray[np.bool_], Array, Array]:
+def _rough(
+    plan: Plan, columns: Mapping[str, Array], oils: Sequence[str | None]
+) -> tuple[NDArray[np.bool_], Array, Array]:
     """Which cases are rolled through in time; half-width over correlation length and film ratio of all."""
-    points = plan.points
-    size = len(points)
+    size = len(oils)
     if plan.model.roughness == "load_sharing":
         return np.zeros(size, dtype=bool), np.ones(size), np.ones(size)
-    oils = points.oil or (None,) * size
-    table = derive({**state_table(plan, points.columns, size), **lubricant_table(plan, points.columns, oils)})
+    table = derive({**state_table(plan, columns, size), **lubricant_table(plan, columns, oils)})
     ratio = table["film_ratio_formula"]
-    length = points.columns.get("correlation_length", np.full(size, plan.surface.correlation_length))
+    length = columns.get("correlation_length", np.full(size, plan.surface.correlation_length))
     matters = np.array([np.isfinite(x) and roughness_matters(float(x), plan.model) for x in ratio], dtype=bool)
     return matters, table["half_width"] / length, ratio

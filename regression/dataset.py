@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import pandas as pd
 from ehl.errors import InputError
 from regression.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.row_format import NUMBER_UNITS, TIMING_UNITS
-from regression.store import read_file, read_run, run_files
+from regression.store import one_row_per_case, read_file, read_run, run_files
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class Dataset:
     frame : DataFrame
         One row per case, sorted by key; columns by the names of docs/nomenclature.md, SI.
     plan_name, plan_hash, solver_version, oil, oil_hash : str
-        Where it comes from; `oil` is empty for a lubricant given by numbers.
+        Where it comes from; `oil` is empty for a lubricant given by numbers, and for several oils, which stand in the
+        column of that name.
     planned : int
         Cases of the whole plan.
     """
@@ -41,6 +43,11 @@ class Dataset:
     def units(self) -> dict[str, str]:
         """SI unit of every number column."""
         return {**UNITS, **NUMBER_UNITS}
+
+    @property
+    def oils(self) -> tuple[str, ...]:
+        """Names of the oil cards in the data."""
+        return tuple(sorted(name for name in self.frame["oil"].unique() if name))
 
     @property
     def converged(self) -> pd.DataFrame:
@@ -79,7 +86,7 @@ def load_dataset(run: Path) -> Dataset:
         str(meta["plan_name"]),
         str(meta["plan_hash"]),
         str(meta["solver_version"]),
-        str(meta["oil"]),
+        "" if "," in str(meta["oil"]) else str(meta["oil"]),
         str(meta["oil_hash"]),
         int(meta["count"]),
     )
@@ -103,6 +110,17 @@ class ShardStatus:
 
 
 @dataclass(frozen=True)
+class FailedCase:
+    """A case without a result: its key, the reason, how many settings were tried, and where it lies."""
+
+    key: str
+    reason: str
+    attempts: int
+    seconds: float
+    conditions: dict[str, float]
+
+
+@dataclass(frozen=True)
 class RunStatus:
     """How far a run is.
 
@@ -111,7 +129,11 @@ class RunStatus:
     plan_name : str
         Name of the plan.
     planned, finished : int
-        Cases of the plan, and distinct cases on disk.
+        Cases of the plan, and distinct ones of them on disk.
+    adaptive : int
+        Cases on disk that an adaptive sweep added.
+    failed : tuple of FailedCase
+        Cases without a result, by reason.
     shards : tuple of ShardStatus
         One per file.
     """
@@ -119,6 +141,8 @@ class RunStatus:
     plan_name: str
     planned: int
     finished: int
+    adaptive: int
+    failed: tuple[FailedCase, ...]
     shards: tuple[ShardStatus, ...]
 
     @property
@@ -135,7 +159,7 @@ def run_status(run: Path) -> RunStatus:
     InputError
         There are no results, or a file cannot be read.
     """
-    shards, keys = [], set()
+    shards, frames = [], []
     plan_name, planned = "", 0
     for path in run_files(run):
         # without lock, so that a running sweep is neither disturbed nor in the way
@@ -146,9 +170,28 @@ def run_status(run: Path) -> RunStatus:
         reasons = {str(reason): int(count) for reason, count in failed["reason"].value_counts().items()}
         seconds = float(frame["seconds"].sum())
         shards.append(ShardStatus(path, len(frame), converged, unsettled, reasons, seconds))
-        keys |= set(frame["key"])
+        frames.append(frame)
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])
-    return RunStatus(plan_name, planned, len(keys), tuple(shards))
+    every = one_row_per_case(frames)
+    adaptive = int((every["origin"] == "adaptive").sum())
+    lost = tuple(_failed_cases(every[every["status"] == "failed"]))
+    return RunStatus(plan_name, planned, len(every) - adaptive, adaptive, lost, tuple(shards))
+
+
+_WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
+
+
+def _failed_cases(frame: pd.DataFrame) -> Iterator[FailedCase]:
+    for record in frame.sort_values(["reason", "key"]).to_dict("records"):
+        where = {name: float(record[name]) for name in _WHERE}
+        rough = float(np.hypot(record["roughness_rms_1"], record["roughness_rms_2"]))
+        yield FailedCase(
+            str(record["key"]),
+            str(record["reason"]),
+            int(record["attempts"]),
+            float(record["seconds"]),
+            {**where, "roughness_rms": rough},
+        )
 
 
 def export_table(dataset: Dataset, target: Path) -> None:

@@ -19,7 +19,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from ehl import inputs as case_inputs
 from ehl.errors import InputError
 from ehl.inputs import Case, ModelInput, SolidInput, SurfaceInput
-from ehl.material import effective_modulus
+from ehl.material import Material, effective_modulus
 from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
 from regression.axes import EXCLUSIVE, REQUIRED, VARIABLES, Axis, Variables, levels_of, quantity_of
@@ -244,7 +244,12 @@ class Plan(InputModel):
     @property
     def modulus(self) -> float:
         """Effective modulus E' [Pa]."""
-        return self.effective_modulus or effective_modulus(self.solid_1.body(), self.solid_2.body())
+        return self.effective_modulus or effective_modulus(*self.bodies)
+
+    @property
+    def bodies(self) -> tuple[Material, Material]:
+        """Both bodies."""
+        return self.solid_1.body(), self.solid_2.body()
 
     def cases(self) -> Iterator[tuple[str, Case]]:
         """Origin and case of every point of the plan, in a fixed order."""
@@ -255,7 +260,7 @@ class Plan(InputModel):
         """The case of one point of `points`."""
         points = self.points
         seed = None if points.seed is None else int(points.seed[index])
-        return self.case(points.values(index), oil=points.oil[index] if points.oil else None, seed=seed)
+        return self.case(points.values(index), oil=points.oils[index], seed=seed)
 
     def _row(self, row: int) -> dict[str, float]:
         return {name: float(column[row]) for name, column in self.columns.items()}

@@ -31,8 +31,8 @@ class PlanPoints:
         sobol, latin, corner, lattice or table.
     columns : dict
         Values of the variables, SI.
-    oil : tuple of str
-        Oil card of each point; empty where the lubricant is given by numbers.
+    oils : tuple of str or None
+        Oil card of each point; None where the lubricant is given by numbers.
     seed : int array or None
         Of the roughness of each point; None where the model knows none.
     skipped : dict
@@ -41,7 +41,7 @@ class PlanPoints:
 
     origin: tuple[str, ...]
     columns: dict[str, Array]
-    oil: tuple[str, ...]
+    oils: tuple[str | None, ...]
     seed: IntArray | None
     skipped: dict[str, float]
 
@@ -56,7 +56,7 @@ class PlanPoints:
 def plan_points(plan: Plan) -> PlanPoints:
     """All points of a plan, in a fixed order: oils, lists, sampled points, corners, realisations of the roughness."""
     origin: list[str] = []
-    oils: list[str] = []
+    oils: list[str | None] = []
     columns: dict[str, list[Array]] = {name: [] for name in (*plan.axes, *plan.columns)}
     numbers: list[IntArray] = []
     looked: Counter[str] = Counter()
@@ -65,7 +65,7 @@ def plan_points(plan: Plan) -> PlanPoints:
             for block in _blocks(plan, constraint_check(plan, fixed, oil, looked)):
                 n = block.number.size
                 origin += [block.origin] * n
-                oils += [name for name in _oils(plan, block.number, oil) if name is not None]
+                oils += _oils(plan, block.number, oil)
                 numbers.append(block.number)
                 for name, parts in columns.items():
                     parts.append(block.columns[name] if name in block.columns else np.full(n, fixed[name]))
@@ -137,7 +137,7 @@ def constrained(plan: Plan, columns: Mapping[str, Array], oils: Sequence[str | N
     ratio = None
     if plan.constraints.need_oil:
         ratio = derive({**table, **lubricant_table(plan, columns, oils)})["film_ratio_formula"]
-    return constrained_figures(table, (plan.solid_1.body(), plan.solid_2.body()), ratio)
+    return constrained_figures(table, plan.bodies, ratio)
 
 
 def state_table(plan: Plan, columns: Mapping[str, Array], size: int) -> dict[str, Array]:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from regression.dataset import RunStatus
     from regression.formula import Formula
     from regression.friction_models import FrictionEstimate
+    from regression.plan import Plan
     from regression.sweep import SweepReport
 
 # how the bands of each variable are shown: factor from SI, shift, unit
@@ -38,6 +39,16 @@ def sweep_report(report: SweepReport) -> None:
         soft_wrap=True,
         highlight=False,
     )
+    if report.saved is not None:
+        console.print(
+            f"{report.path.name} was cut short or broken: {report.saved} cases were saved out of it, the rest computed "
+            "again; the damaged file lies beside it",
+            highlight=False,
+        )
+    if report.damaged:
+        console.print(f"{report.damaged} rows on disk did not match their checksum and were computed again")
+    if report.safer:
+        console.print(f"{report.safer} cases have a result with a safer setting only (column setting)")
     if report.torn:
         console.print(f"{report.torn} unfinished rows of an interrupted process were cut off and computed again")
     if report.restarts:
@@ -46,9 +57,52 @@ def sweep_report(report: SweepReport) -> None:
         console.print(f"not converged: {_reasons(report.reasons)}", highlight=False)
 
 
+def estimate_report(plan: Plan, jobs: int) -> None:
+    """What a plan would cost, before it starts."""
+    from regression.cost import estimate_cost
+    from regression.progress import duration
+
+    estimate = estimate_cost(plan)
+    console = Console()
+    rough = f", {estimate.rough} of them with the roughness rolling through" if estimate.rough else ""
+    console.print(
+        f"{plan.name}: {estimate.cases} cases ({plan.model.roughness}, {plan.model.accuracy}){rough}", highlight=False
+    )
+    for name, share in sorted(plan.points.skipped.items(), key=lambda item: -item[1]):
+        console.print(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}", highlight=False)
+    console.print(
+        f"about {duration(estimate.seconds)} of CPU time, {duration(estimate.wall(jobs))} with {jobs} workers, longest "
+        f"case {duration(estimate.longest)}; single cases are estimated within a factor of 2 or so",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def failed_table(status: RunStatus) -> None:
+    """The cases of a run that have no result."""
+    table = Table(title=f"{len(status.failed)} failed cases")
+    names = ("reason", "tries", "p_h [GPa]", "R [mm]", "u_r [m/s]", "SR", "T [degC]", "Rq [um]", "s", "key")
+    for name in names:
+        table.add_column(name, justify="left" if name in ("reason", "key") else "right")
+    for case in status.failed:
+        c = case.conditions
+        figures = (
+            c["pressure_hertz"] / 1e9,
+            c["radius_equivalent"] * 1e3,
+            c["speed_entrainment"],
+            c["slide_to_roll"],
+            c["temperature_oil"] - 273.15,
+            c["roughness_rms"] * 1e6,
+            case.seconds,
+        )
+        table.add_row(case.reason, str(case.attempts), *(f"{x:.3g}" for x in figures), case.key[:12])
+    Console().print(table)
+
+
 def status_table(status: RunStatus) -> None:
     """How far each shard of a run is."""
-    table = Table(title=f"{status.plan_name}: {status.finished} of {status.planned} cases")
+    added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
+    table = Table(title=f"{status.plan_name}: {status.finished} of {status.planned} cases{added}")
     for name in ("file", "finished", "converged", "unsettled", "failed", "CPU time"):
         table.add_column(name, justify="left" if name == "file" else "right")
     for shard in status.shards:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 
 from ehl.errors import InputError
 
@@ -20,8 +21,8 @@ exec mixed-ehl sweep {plan} -o {run} --shard "${{SLURM_ARRAY_TASK_ID}}/{shards}"
 """
 
 
-def array_script(plan: str, run: str, shards: int) -> str:
-    """The script for `sbatch`; the number of workers follows SLURM_CPUS_PER_TASK.
+def array_script(plan: str, run: str, shards: int, changes: Sequence[str] = ()) -> str:
+    """The script for `sbatch`; the number of workers follows SLURM_CPUS_PER_TASK. `changes` are those of ``--set``.
 
     Raises
     ------
@@ -30,4 +31,5 @@ def array_script(plan: str, run: str, shards: int) -> str:
     """
     if shards < 1:
         raise InputError("--slurm", shards, "at least 1 task")
-    return _SCRIPT.format(shards=shards, plan=shlex.quote(plan), run=shlex.quote(run))
+    options = "".join(f" --set {shlex.quote(change)}" for change in changes)
+    return _SCRIPT.format(shards=shards, plan=shlex.quote(plan) + options, run=shlex.quote(run))

@@ -405,13 +405,17 @@ def read_run(run: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.Dat
             if meta.get(name) != first.get(name):
                 hint = f"One of them holds results of {what}; keep one run per folder."
                 raise InputError("run", str(run), f"files of one run ({first_path.name}, {path.name})", hint)
-    frame = pd.concat([part[2] for part in parts], ignore_index=True)
-    # where two shards have a case, the one with a result counts
+    frame = one_row_per_case([part[2] for part in parts])
+    return {name: first.get(name) for name in ("schema", "writer", "plan", *_SHARED)}, frame
+
+
+def one_row_per_case(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of several files sorted by key; where two have a case, one with a result counts."""
+    frame = pd.concat(frames, ignore_index=True)
     frame = frame.assign(lost=frame["status"] == "failed").sort_values(
         ["key", "lost"], kind="stable", ignore_index=True
     )
-    frame = frame.drop_duplicates("key", ignore_index=True).drop(columns="lost")
-    return {name: first.get(name) for name in ("schema", "writer", "plan", *_SHARED)}, frame
+    return frame.drop_duplicates("key", ignore_index=True).drop(columns="lost")
 
 
 def merge(run: Path, target: Path) -> int:

@@ -8,46 +8,28 @@ from __future__ import annotations
 
 import hashlib
 import os
-import signal
-import threading
 import time
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import numpy as np
 
 from ehl.errors import InputError
+from ehl.inputs import Case
 from ehl.oil import Oil
 from regression.cost import case_seconds
 from regression.evaluators import SOLVER, Evaluator, case_key, solve_outputs
 from regression.executors import Executor, compute, local_executor
 from regression.plan import Plan
+from regression.recorder import Progress as Progress
+from regression.recorder import Recorder, stop_requests
+from regression.retry import safer_setting
+from regression.sampling import Array
 from regression.store import ResultStore, finished_keys
 from regression.workers import TIME_CAP, WORKER_LOST, Task, Work
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a sweep is: cases of this shard.
-
-    Parameters
-    ----------
-    done, total, failed : int
-        Cases on disk or computed; of the shard; failed in this call.
-    remaining : float or None
-        Estimated wall time to the end [s], from the estimated cost of the cases and the pace so far; None before the
-        first case.
-    """
-
-    done: int
-    total: int
-    failed: int
-    remaining: float | None = None
 
 
 @dataclass(frozen=True)
@@ -96,30 +78,12 @@ class SweepReport:
     seconds_cases: float
 
 
-def sweep(
-    plan: Plan,
-    run: Path,
-    *,
-    evaluate: Evaluator = solve_outputs,
-    version: str = SOLVER,
-    jobs: int = 1,
-    executor: Executor | None = None,
-    shard: tuple[int, int] = (1, 1),
-    flush_every: int = 16,
-    flush_seconds: float = 1.0,
-    time_cap: float | None = 600.0,
-    retries: int = 1,
-    retry_failed: bool = False,
-    progress: Callable[[Progress], None] | None = None,
-) -> SweepReport:
-    """Compute the cases of a plan that are not on disk yet.
+@dataclass(frozen=True)
+class Conduct:
+    """How the cases of a sweep are computed.
 
     Parameters
     ----------
-    plan : Plan
-        What to compute.
-    run : Path
-        Folder of the results; made if there is none.
     evaluate : callable
         Case to results; may raise `ConvergenceError` with a reason. Picklable where workers compute.
     version : str
@@ -128,8 +92,6 @@ def sweep(
         Worker processes, one thread each; 1 computes in this process.
     executor : Executor, optional
         Where to compute in place of `jobs` local processes, as of `regression.dask_workers.dask_executor`.
-    shard : tuple of int
-        (i, n): every n-th case, beginning with the i-th. One file per shard, so that shards may run at once.
     flush_every : int
         Rows put on disk together.
     flush_seconds : float
@@ -143,6 +105,38 @@ def sweep(
         those that ran out of time or lost their worker as they were.
     progress : callable, optional
         Called after every case.
+    """
+
+    evaluate: Evaluator = solve_outputs
+    version: str = SOLVER
+    jobs: int = 1
+    executor: Executor | None = None
+    flush_every: int = 16
+    flush_seconds: float = 1.0
+    time_cap: float | None = 600.0
+    retries: int = 1
+    retry_failed: bool = False
+    progress: Callable[[Progress], None] | None = None
+
+    def __post_init__(self) -> None:
+        for name, least in (("jobs", 1), ("retries", 0), ("flush_every", 1)):
+            if getattr(self, name) < least:
+                raise InputError(name, getattr(self, name), f"at least {least}")
+
+
+def sweep(plan: Plan, run: Path, *, shard: tuple[int, int] = (1, 1), **conduct: Any) -> SweepReport:
+    """Compute the cases of a plan that are not on disk yet.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to compute.
+    run : Path
+        Folder of the results; made if there is none.
+    shard : tuple of int
+        (i, n): every n-th case, beginning with the i-th. One file per shard, so that shards may run at once.
+    **conduct
+        Fields of `Conduct`.
 
     Returns
     -------
@@ -157,51 +151,81 @@ def sweep(
     KeyboardInterrupt
         Ctrl-C or SIGTERM came; every finished case is on disk.
     """
-    clock = time.perf_counter()
+    how = Conduct(**conduct)
     number, shards = shard
     if not 1 <= number <= shards:
         raise InputError("shard", f"{number}/{shards}", "i/n with 1 <= i <= n")
-    if jobs < 1:
-        raise InputError("jobs", jobs, "at least 1")
-    if retries < 0:
-        raise InputError("retries", retries, "at least 0")
     path = shard_path(run, number, shards)
     indices = np.arange(number - 1, len(plan.points), shards)
-    cost = case_seconds(plan)[indices]
+    points = [PlannedCase(plan.points.origin[int(i)], partial(plan.case_at, int(i))) for i in indices]
+    return compute_cases(path, run_meta(plan, how.version), points, case_seconds(plan)[indices], how)
+
+
+@dataclass(frozen=True)
+class PlannedCase:
+    """A case to be computed, made when it is needed: a long plan would fill the memory."""
+
+    origin: str
+    case: Callable[[], Case]
+
+
+def compute_cases(
+    path: Path, meta: Mapping[str, str | int], points: Sequence[PlannedCase], cost: Array, how: Conduct
+) -> SweepReport:
+    """Compute those of some cases that are not in a result file yet, the longest first.
+
+    Parameters
+    ----------
+    path : Path
+        The result file; made if there is none.
+    meta : mapping
+        As of `run_meta`.
+    points : sequence of PlannedCase
+        The cases.
+    cost : array
+        Their estimated seconds.
+    how : Conduct
+        How they are computed.
+    """
+    clock = time.perf_counter()
     # the longest first: the last cases to run are short, and no core waits long for another
-    order = np.lexsort((indices, -cost))
-    with ResultStore(path, run_meta(plan, version)) as store, stop_requests() as stop:
+    order = np.lexsort((np.arange(len(points)), -cost))
+    with ResultStore(path, meta) as store, stop_requests() as stop:
         known = store.rows()
-        done = {key for key, (status, _, _) in known.items() if not (retry_failed and status == "failed")}
+        done = {key for key, (status, _, _) in known.items() if not (how.retry_failed and status == "failed")}
         # what another division into shards has computed counts as well
         done |= finished_keys(path)
-        tried = {key: _tried(reason, attempts) for key, (_, reason, attempts) in known.items()} if retry_failed else {}
-
+        tried = {key: _tried(*entry) for key, entry in known.items()}
         costs: dict[str, float] = {}
-        waiting: list[tuple[int, str]] = []
+        waiting: list[tuple[str, PlannedCase]] = []
         for position in order:
-            index = int(indices[position])
-            key = case_key(plan.case_at(index), version)
+            point = points[int(position)]
+            case = point.case()
+            key = case_key(case, how.version)
+            if tried.get(key) and safer_setting(case, tried[key]) is None:
+                # nothing is left to try: the row keeps the solver's reason
+                continue
             if key not in done and key not in costs:
                 costs[key] = float(cost[position])
-                waiting.append((index, key))
+                waiting.append((key, point))
+        resumed = len(points) - len(waiting)
+        recorder = Recorder(store, len(points), resumed, how.flush_every, how.flush_seconds, how.progress, stop, costs)
 
         def pending() -> Iterator[Task]:
-            for index, key in waiting:
+            for key, point in waiting:
                 if key not in recorder.recorded:
-                    yield Task(key, plan.points.origin[index], plan.case_at(index), tried.get(key, 0))
+                    yield Task(key, point.origin, point.case(), tried.get(key, 0))
 
-        resumed = len(indices) - len(waiting)
-        recorder = Recorder(store, len(indices), resumed, flush_every, flush_seconds, progress, stop, costs)
         try:
             recorder.show()
-            chosen = local_executor(jobs) if executor is None else executor
-            restarts = compute(pending, Work(evaluate, time_cap, retries), chosen, recorder.record)
+            executor = local_executor(how.jobs) if how.executor is None else how.executor
+            work = Work(how.evaluate, how.time_cap, how.retries)
+            restarts = compute(pending, work, executor, recorder.record)
         finally:
             recorder.flush()
     return SweepReport(
         path,
-        len(indices),
+        len(points),
         resumed,
         recorder.counts["converged"],
         recorder.counts["unsettled"],
@@ -232,93 +256,9 @@ def shard_path(run: Path, number: int, shards: int) -> Path:
     return run / f"shard-{number:04d}-of-{shards:04d}.h5"
 
 
-def _tried(reason: str, attempts: int) -> int:
-    """How many settings need not be tried again for a case that failed."""
-    return 0 if reason in (TIME_CAP, WORKER_LOST) else attempts
-
-
-@dataclass
-class Recorder:
-    """Puts rows on disk in groups, counts them, and ends the sweep between two cases when asked to."""
-
-    store: ResultStore
-    total: int
-    resumed: int
-    flush_every: int
-    flush_seconds: float
-    progress: Callable[[Progress], None] | None
-    stop: threading.Event
-    costs: Mapping[str, float]
-    counts: Counter[str] = field(default_factory=Counter)
-    reasons: dict[str, int] = field(default_factory=dict)
-    recorded: set[str] = field(default_factory=set)
-    safer: int = 0
-    seconds_cases: float = 0.0
-    _buffer: list[Mapping[str, Any]] = field(default_factory=list)
-    _start: float = field(default_factory=time.perf_counter)
-    _flushed: float = field(default_factory=time.perf_counter)
-    _cost_done: float = 0.0
-    _cost_all: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._cost_all = sum(self.costs.values())
-
-    def record(self, row: Mapping[str, Any]) -> None:
-        """Take a row; raises `KeyboardInterrupt` where the sweep was asked to stop."""
-        self._buffer.append(row)
-        self.recorded.add(row["key"])
-        self.counts[row["status"]] += 1
-        if row["status"] != "converged":
-            self.reasons[row["reason"]] = self.reasons.get(row["reason"], 0) + 1
-        if row["status"] != "failed" and row.get("setting"):
-            self.safer += 1
-        self.seconds_cases += float(row.get("seconds", 0.0))
-        self._cost_done += self.costs.get(row["key"], 0.0)
-        if len(self._buffer) >= self.flush_every or time.perf_counter() - self._flushed > self.flush_seconds:
-            self.flush()
-        self.show()
-        if self.stop.is_set():
-            raise KeyboardInterrupt
-
-    def flush(self) -> None:
-        """Put what is waiting on disk."""
-        self.store.append(self._buffer)
-        self._buffer.clear()
-        self._flushed = time.perf_counter()
-
-    def show(self) -> None:
-        """Tell how far the sweep is."""
-        if self.progress is not None:
-            done = self.resumed + self.counts.total()
-            self.progress(Progress(done, self.total, self.counts["failed"], self._remaining()))
-
-    def _remaining(self) -> float | None:
-        if self._cost_done <= 0.0:
-            return None
-        elapsed = time.perf_counter() - self._start
-        return elapsed * max(self._cost_all - self._cost_done, 0.0) / self._cost_done
-
-
-@contextmanager
-def stop_requests() -> Iterator[threading.Event]:
-    """Turn Ctrl-C and SIGTERM (a job at its time limit) into an event; a second Ctrl-C acts at once."""
-    stop = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield stop
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def ask(number: int, frame: FrameType | None) -> None:
-        stop.set()
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    for number in before:
-        signal.signal(number, ask)
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+def _tried(status: str, reason: str, attempts: int) -> int:
+    """How many settings need not be tried again for a case that is on disk."""
+    return attempts if status == "failed" and reason not in (TIME_CAP, WORKER_LOST) else 0
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:

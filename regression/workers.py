@@ -73,7 +73,6 @@ class Work:
         for step in range(task.tried, task.tried + self.retries + 1):
             safer = safer_setting(task.case, step)
             if safer is None:
-                row["reason"] = row["reason"] or "no_safer_setting"
                 return
             case, row["setting"] = safer
             row["attempts"] = step + 1

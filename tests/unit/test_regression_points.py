@@ -49,7 +49,7 @@ def test_constraints_keep_the_size_and_hold_at_every_case() -> None:
         contact = case.line_contact()
         assert contact.load_per_length <= 1500e3 * (1 + 1e-12)
         assert contact.speed_sliding <= 8.0
-    figures = constrained(bounded, bounded.points.columns, bounded.points.oil)
+    figures = constrained(bounded, bounded.points.columns, bounded.points.oils)
     assert figures["film_ratio"].min() >= 0.5
     # what the case itself computes
     loads = [case.line_contact().load_per_length for case in cases]
@@ -60,7 +60,7 @@ def test_constraints_keep_the_size_and_hold_at_every_case() -> None:
 def test_constrained_points_are_those_of_the_free_sequence_that_pass() -> None:
     free = plan(sampling={"size": 256, "seed": 3})
     bounded = plan(constraints=LIMITS)
-    figures = constrained(bounded, free.points.columns, free.points.oil)
+    figures = constrained(bounded, free.points.columns, free.points.oils)
     inside = (figures["load_per_length"] <= 1500e3) & (figures["film_ratio"] >= 0.5) & (figures["speed_sliding"] <= 8.0)
     for name, column in bounded.points.columns.items():
         np.testing.assert_array_equal(column, free.points.columns[name][inside][:64])
@@ -155,7 +155,7 @@ def test_several_oils_meet_the_same_points() -> None:
 
 def test_film_ratio_of_the_constraint_is_that_of_the_dataset() -> None:
     both = plan(lubricant={"oil": ["fva3", "75w90"]}, constraints={"film_ratio": {"low": 1e-3}})
-    figures = constrained(both, both.points.columns, both.points.oil)
+    figures = constrained(both, both.points.columns, both.points.oils)
     for index in (0, 70, 127):
         case = both.case_at(index)
         contact = case.line_contact()
@@ -228,7 +228,7 @@ def test_default_plan_is_what_it_says() -> None:
     default = load_plan("gear_default")
     assert default.count == len(default.points) == 2048
     assert default.model.roughness == "deterministic"
-    figures = constrained(default, default.points.columns, default.points.oil)
+    figures = constrained(default, default.points.columns, default.points.oils)
     ratio = figures["film_ratio"]
     # from boundary to full film, a good part of the cases on each side
     assert np.mean(ratio < 0.5) > 0.15

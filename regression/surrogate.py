@@ -1,0 +1,154 @@
+"""A Gaussian process over the points of a plan: what it knows of ln mu, and where it knows least.
+
+Linear trend and process on the transformed inputs (the unit cube of the plan's ranges, and the logarithm of the film
+ratio); hyperparameters by maximum likelihood. Leave-one-out residuals are exact for fixed hyperparameters (Rasmussen &
+Williams 2006, eq. 5.12).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# points the hyperparameters are found with; the process itself takes all
+FIT_POINTS = 400
+# a case without result says as much about its neighbourhood as one whose noise equals the signal
+FAILED_NOISE = 1.0
+
+
+@dataclass(frozen=True)
+class Surrogate:
+    """A fitted process.
+
+    Parameters
+    ----------
+    inputs : (n, d) array
+        Standardised inputs of all points, those without a result last.
+    results : int
+        How many have a result.
+    scales : (d,) array
+        Length scales.
+    signal : float
+        Variance of the process.
+    noise : (n,) array
+        Variance of the noise at each point.
+    residual : (results,) array
+        Leave-one-out errors of ln mu.
+    """
+
+    inputs: Array
+    results: int
+    scales: Array
+    signal: float
+    noise: Array
+    residual: Array
+
+    def correlation(self, a: Array, b: Array) -> Array:
+        """Matern 5/2 correlation between two sets of points, shape (len(a), len(b))."""
+        distance = np.sqrt(np.maximum(_squared_distances(a / self.scales, b / self.scales), 0.0))
+        s = np.sqrt(5.0) * distance
+        return np.asarray((1.0 + s + s * s / 3.0) * np.exp(-s))
+
+    def covariance(self, points: Array) -> Array:
+        """Covariance of ln mu at new points, given all points known: (m, m)."""
+        cross = self.signal * self.correlation(self.inputs, points)
+        known = self.signal * self.correlation(self.inputs, self.inputs) + np.diag(self.noise)
+        return np.asarray(
+            self.signal * self.correlation(points, points) - cross.T @ cho_solve(cho_factor(known), cross)
+        )
+
+    def chance(self, points: Array) -> Array:
+        """Chance of a result at new points: that of their neighbours, and one success beside them."""
+        near = self.correlation(points, self.inputs)
+        return np.asarray((1.0 + near[:, : self.results].sum(axis=1)) / (1.0 + near.sum(axis=1)))
+
+
+def _squared_distances(a: Array, b: Array) -> Array:
+    return np.asarray(np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None, :] - 2.0 * a @ b.T)
+
+
+def fit_surrogate(inputs: Array, log_mu: Array, own_error: Array, failed: Array) -> Surrogate:
+    """Fit the process to the points with a result.
+
+    Parameters
+    ----------
+    inputs : (n, d) array
+        Of the points with a result.
+    log_mu : (n,) array
+        ln mu there.
+    own_error : (n,) array
+        Relative error each result states of itself; its square is noise.
+    failed : (k, d) array
+        Inputs of the points without a result.
+    """
+    import warnings
+
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
+    design = np.column_stack([np.ones(len(inputs)), inputs])
+    trend, *_ = np.linalg.lstsq(design, log_mu, rcond=None)
+    rest = log_mu - design @ trend
+    spread = float(rest.std()) or 1.0
+    y = rest / spread
+    stated = (own_error / spread) ** 2
+    dimension = inputs.shape[1]
+    kernel = ConstantKernel(1.0, (1e-2, 1e2)) * Matern(np.ones(dimension), (0.05, 50.0), nu=2.5) + WhiteKernel(
+        1e-3, (1e-8, 1.0)
+    )
+    # a fixed choice: the same data give the same process
+    chosen = np.random.default_rng(0).permutation(len(inputs))[:FIT_POINTS]
+    process = GaussianProcessRegressor(kernel, alpha=1e-10 + stated[chosen], random_state=0)
+    with warnings.catch_warnings():
+        # a length scale at its bound says that the variable does not matter
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        process.fit(inputs[chosen], y[chosen])
+    found = process.kernel_
+    signal, white = float(found.k1.k1.constant_value), float(found.k2.noise_level)
+    scales = np.broadcast_to(np.asarray(found.k1.k2.length_scale, dtype=float), (dimension,)).copy()
+    noise = np.concatenate([white + 1e-10 + stated, np.full(len(failed), FAILED_NOISE * signal)])
+    everything = np.vstack([inputs, failed]) if len(failed) else inputs
+    surrogate = Surrogate(everything, len(inputs), scales, signal, noise, y)
+    known = signal * surrogate.correlation(inputs, inputs) + np.diag(noise[: len(inputs)])
+    inverse = np.linalg.inv(known)
+    left_out = spread * (inverse @ y) / np.diag(inverse)
+    return Surrogate(everything, len(inputs), scales, signal * spread**2, noise * spread**2, np.asarray(left_out))
+
+
+def choose_batch(surrogate: Surrogate, candidates: Array, weight: Array, size: int) -> list[int]:
+    """Indices of the candidates that lower the weighted variance where it is largest, one after the other.
+
+    A point that is chosen counts as known for the next: its variance falls and that of its neighbours with it, so that
+    a batch does not crowd. Where cases fail, the chance of a result lowers the score.
+
+    Parameters
+    ----------
+    surrogate : Surrogate
+        What is known.
+    candidates : (m, d) array
+        Standardised inputs.
+    weight : (m,) array
+        What the variance counts for at each.
+    size : int
+        How many are chosen; at most m.
+    """
+    covariance = surrogate.covariance(candidates)
+    value = weight * surrogate.chance(candidates)
+    noise = float(np.median(surrogate.noise[: surrogate.results]))
+    open_ = np.ones(len(candidates), dtype=bool)
+    chosen: list[int] = []
+    for _ in range(min(size, len(candidates))):
+        score = np.where(open_, value * np.diag(covariance), -np.inf)
+        best = int(np.argmax(score))
+        chosen.append(best)
+        open_[best] = False
+        column = covariance[:, best].copy()
+        covariance -= np.outer(column, column) / (column[best] + noise)
+    return chosen
