@@ -7,9 +7,7 @@ Newton's method in the two map coordinates for all pinion angles together, secon
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -31,8 +29,6 @@ _SETTLED = 1e-11
 _OUTSIDE = 1e-9
 # edges nearer to the sample than this share of the tooth depth are tried
 _NEAR = 0.08
-# and corners of edges nearer than this
-_CORNER = 0.2
 
 
 @dataclass(frozen=True)
@@ -69,6 +65,10 @@ class _State:
     slopes: FloatArray
     bends: FloatArray
 
+    def at(self, points: BoolArray) -> _State:
+        """Some of the points."""
+        return _State(self.limits[..., points], self.slopes[..., points], self.bends[..., points])
+
 
 @dataclass(frozen=True)
 class _Problem:
@@ -96,48 +96,26 @@ class _Problem:
         lag = found.gear_rotation - s.assembly.ratio * (s.direction * angle + s.roll_zero)
         return -s.forward * np.angle(np.exp(1j * lag)), found
 
-    def inside(self, now: _State) -> FloatArray:
-        """Newton step to a stationary point of the gap, downhill in every direction."""
-        size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
-        along = np.einsum("nij,in->nj", axes, now.slopes[0])
-        size = np.abs(size)
-        step = np.where(size > _LEVEL * size[:, -1:], along / size.clip(1e-300), 0.0)
-        return np.asarray(-np.einsum("nij,nj->in", axes, step))
+    def newton(self, angle: FloatArray, start: FloatArray, edges: IntArray) -> tuple[FloatArray, BoolArray]:
+        """Newton's method at n points, and which of them arrived.
 
-    def across(self, now: _State) -> FloatArray:
-        """Newton step in the steepest direction only: to the floor of the valley."""
-        size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
-        steepest = axes[:, :, -1].T
-        return np.asarray(-steepest * np.sum(steepest * now.slopes[0], axis=0) / size[:, -1])
-
-    def on_edge(self, now: _State, edge: int) -> FloatArray:
-        """Newton step to the least gap along an edge."""
-        slope, normal = now.slopes[0], now.slopes[1 + edge]
-        square = np.sum(normal * normal, axis=0)
-        tangent = np.stack([-normal[1], normal[0]]) / np.sqrt(square)
-        lift = np.sum(slope * normal, axis=0) / square
-        towards = -normal * now.limits[edge] / square
-        bend = now.bends[0] - lift * now.bends[1 + edge]
-        run = np.sum(tangent * (slope + np.einsum("ijn,jn->in", bend, towards)), axis=0)
-        curve = np.abs(np.einsum("in,ijn,jn->n", tangent, bend, tangent))
-        return np.asarray(towards - tangent * run / curve.clip(1e-300))
-
-    def corner(self, now: _State, edges: tuple[int, int]) -> FloatArray:
-        """Newton step to where two edges meet; none where they run alongside."""
-        matrix = np.moveaxis(now.slopes[[1 + edge for edge in edges]], -1, 0)
-        turned = np.abs(np.linalg.det(matrix)) < 1e-9 * np.abs(matrix).max(axis=(1, 2)) ** 2
-        matrix[turned] = np.eye(2)
-        step = np.linalg.solve(matrix, now.limits[list(edges)].T[..., None])[..., 0].T
-        return np.asarray(np.where(turned, 1.0, -step))
-
-    def newton(
-        self, angle: FloatArray, start: FloatArray, step: Callable[[_State], FloatArray]
-    ) -> tuple[FloatArray, BoolArray]:
-        """Points where the step vanishes, and which of them were reached."""
+        ``edges`` (2, n) says what is looked for: -1, -1 a stationary point, -2, -1 the floor of the valley, k, -1 the
+        least gap along edge k, k, l the corner of two edges.
+        """
         x, settled = start.copy(), np.zeros(angle.shape, dtype=bool)
         active = np.arange(angle.size)
         for _ in range(_ITERATIONS):
-            move = np.clip(step(self.state(angle[active], x[:, active])), -0.1, 0.1)
+            now, wanted = self.state(angle[active], x[:, active]), edges[:, active]
+            move = np.empty((2, active.size))
+            for kind, step in (
+                (wanted[0] == -1, _inside),
+                (wanted[0] == -2, _across),
+                ((wanted[0] >= 0) & (wanted[1] < 0), _on_edge),
+                (wanted[1] >= 0, _corner),
+            ):
+                if kind.any():
+                    move[:, kind] = step(now.at(kind), wanted[:, kind])
+            move = np.clip(move, -0.1, 0.1)
             x[:, active] += move
             done = np.abs(move).max(axis=0) < _SETTLED
             settled[active[done]] = True
@@ -147,6 +125,47 @@ class _Problem:
             if not active.size:
                 break
         return x, settled
+
+
+def _inside(now: _State, edges: IntArray) -> FloatArray:
+    """Newton step to a stationary point of the gap, downhill in every direction."""
+    size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
+    along = np.einsum("nij,in->nj", axes, now.slopes[0])
+    size = np.abs(size)
+    step = np.where(size > _LEVEL * size[:, -1:], along / size.clip(1e-300), 0.0)
+    return np.asarray(-np.einsum("nij,nj->in", axes, step))
+
+
+def _across(now: _State, edges: IntArray) -> FloatArray:
+    """Newton step in the steepest direction only: to the floor of the valley."""
+    size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
+    steepest = axes[:, :, -1].T
+    return np.asarray(-steepest * np.sum(steepest * now.slopes[0], axis=0) / size[:, -1])
+
+
+def _on_edge(now: _State, edges: IntArray) -> FloatArray:
+    """Newton step to the least gap along an edge."""
+    points = np.arange(edges.shape[1])
+    slope, normal = now.slopes[0], now.slopes[1 + edges[0], :, points].T
+    square = np.sum(normal * normal, axis=0)
+    tangent = np.stack([-normal[1], normal[0]]) / np.sqrt(square)
+    lift = np.sum(slope * normal, axis=0) / square
+    towards = -normal * now.limits[edges[0], points] / square
+    bend = now.bends[0] - lift * np.moveaxis(now.bends[1 + edges[0], :, :, points], 0, -1)
+    run = np.sum(tangent * (slope + np.einsum("ijn,jn->in", bend, towards)), axis=0)
+    curve = np.abs(np.einsum("in,ijn,jn->n", tangent, bend, tangent))
+    return np.asarray(towards - tangent * run / curve.clip(1e-300))
+
+
+def _corner(now: _State, edges: IntArray) -> FloatArray:
+    """Newton step to where two edges meet; a long one where they run alongside."""
+    points = np.arange(edges.shape[1])
+    matrix = np.stack([now.slopes[1 + edge, :, points] for edge in edges], axis=1)
+    alongside = np.abs(np.linalg.det(matrix)) < 1e-9 * np.abs(matrix).max(axis=(1, 2)) ** 2
+    matrix[alongside] = np.eye(2)
+    value = np.stack([now.limits[edge, points] for edge in edges], axis=1)
+    step = np.linalg.solve(matrix, value[..., None])[..., 0].T
+    return np.asarray(np.where(alongside, 1.0, -step))
 
 
 def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
@@ -160,7 +179,7 @@ def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
     lowest = np.argmin(gap + 0.5 * bend * (roll - angle[:, None]) ** 2, axis=1)
     sample = np.stack([grid_u[lowest], grid_v[lowest]]) / problem.scale[:, None]
 
-    found, settled = problem.newton(angle, sample, problem.inside)
+    found, settled = problem.newton(angle, sample, np.full((2, angle.size), -1))
     back, points = problem.back(angle, found)
     room = np.real(points.limits)
     edge, corner = np.full(angle.shape, -1), np.zeros(angle.shape, dtype=bool)
@@ -189,27 +208,25 @@ def _on_rim(
     active, corner, settled = np.full(angle.shape, -1), np.zeros(angle.shape, bool), np.zeros(angle.shape, bool)
     best = np.full(angle.shape, np.inf)
     depth = problem.surface.undercut_scale
-    close = near < _NEAR * depth
-    order = np.argsort(near, axis=0)
-    everywhere = np.ones(angle.shape, dtype=bool)
-    # flanks that touch in lines have no lowest point: any place on the floor of the valley will do
-    tries: list[tuple[tuple[int, ...], BoolArray, Callable[[_State], FloatArray]]] = [((), everywhere, problem.across)]
-    for edge in range(near.shape[0]):
-        tries.append(((edge,), close[edge] | (room[edge] < 0.0), partial(problem.on_edge, edge=edge)))
-    for one, two in combinations(range(3), 2):
-        nearest = np.sort(order[[one, two]], axis=0)
-        for pair in sorted({(int(a), int(b)) for a, b in nearest.T}):
-            wanted = (nearest == np.array(pair)[:, None]).all(axis=0) & (near[list(pair)].max(axis=0) < _CORNER * depth)
-            tries.append((pair, wanted, partial(problem.corner, edges=pair)))
-    for edges, wanted, step in tries:
-        some = np.flatnonzero(wanted)
-        if not some.size:
-            continue
-        x, ok = problem.newton(angle[some], sample[:, some], step)
-        value, touched = problem.back(angle[some], x)
+    edge, point = np.nonzero((near < _NEAR * depth) | (room < 0.0))
+    single = np.stack([edge, np.full(edge.shape, -1)])
+    nearest = np.sort(np.argsort(near, axis=0)[:3], axis=0)
+    for attempt in range(2):
+        if attempt == 1:
+            # no edge has its lowest point inside the others: a corner, or flanks that touch in lines, where any place
+            # on the floor of the valley will do
+            left = np.flatnonzero(~settled)
+            if not left.size:
+                break
+            pairs = [nearest[[i, j]][:, left] for i, j in combinations(range(3), 2)]
+            single = np.concatenate([*pairs, np.stack([np.full(left.shape, -2), np.full(left.shape, -1)])], axis=1)
+            point = np.tile(left, 4)
+        x, ok = problem.newton(angle[point], sample[:, point], single)
+        value, touched = problem.back(angle[point], x)
         ok &= np.real(touched.limits).min(axis=0) > -_OUTSIDE
-        better = some[ok & (value < best[some])]
-        picked = np.isin(some, better)
-        at[:, better], best[better], settled[better] = x[:, picked], value[picked], True
-        active[better], corner[better] = edges[0] if edges else -1, len(edges) == 2
+        for k in np.flatnonzero(ok)[np.argsort(-value[ok])]:
+            p = point[k]
+            if value[k] < best[p]:
+                at[:, p], best[p], settled[p] = x[:, k], value[k], True
+                active[p], corner[p] = max(int(single[0, k]), -1), single[1, k] >= 0
     return at, np.where(settled, best, least), active, corner, settled

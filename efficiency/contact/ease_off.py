@@ -56,7 +56,7 @@ def conjugate_points(gear: FlankPoints, assembly: Assembly) -> ConjugatePoints:
     return ConjugatePoints(f2, rate, position, normal)
 
 
-def pinion_phase(conjugate: ConjugatePoints, pinion: Flank) -> float:
+def pinion_phase(conjugate: ConjugatePoints, pinion: Flank, start: FloatArray | None = None) -> float:
     """Rotation of the pinion flank about its axis [rad] that brings it to zero ease-off at one conjugate point.
 
     Parameters
@@ -65,15 +65,20 @@ def pinion_phase(conjugate: ConjugatePoints, pinion: Flank) -> float:
         One point (n = 1).
     pinion : Flank
         Real pinion flank.
+    start : (3, 1) array, optional
+        Surface parameters of a pinion point nearby.
     """
     radius, z = np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2]
-    u, h = pinion.blank.coordinates(radius, z)
-    points, ok = pinion.solve(np.real(u), np.real(h))
+    if start is None:
+        u, h = pinion.blank.coordinates(radius, z)
+        points, ok = pinion.solve(np.real(u), np.real(h))
+    else:
+        parameters, ok = pinion.refine(radius, z, start)
+        points = pinion.points(parameters)
     if not ok.all():
         raise ConvergenceError("flank", "the pinion flank does not reach the design point")
     there = np.arctan2(conjugate.position[1], conjugate.position[0])
-    here = np.arctan2(points.position[1], points.position[0])
-    return float((there - here)[0])
+    return float((there - points.azimuth)[0])
 
 
 def ease_off(

@@ -344,7 +344,7 @@ def mesh_surface(
     """
     grid = grid or flank_grid(gear, pinion, assembly, overhang_root, shape)
     conjugate = conjugate_points(grid.points, assembly)
-    phase = pinion_phase(_last(conjugate), pinion)
+    phase = pinion_phase(_last(conjugate), pinion, grid.start[:, -1:])
     relief, parameters, found = ease_off(conjugate, pinion, phase, grid.start)
     present, bound = _present(grid, parameters, found & grid.found)
     if not present.all() and not grid.dense:

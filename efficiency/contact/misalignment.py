@@ -1,0 +1,213 @@
+"""Misalignment study: how the unloaded contact of a pair answers to E, P, G and alpha.
+
+The flank points are solved once; every state of misalignment takes them over and computes its ease-off, contact path,
+transmission error and pattern anew.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
+from itertools import product
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from efficiency.contact.mesh_surface import FlankGrid
+from efficiency.contact.pair import GearPair, Side, gear_pair
+from efficiency.contact.pattern import MARKING
+from efficiency.design import Design
+from ehl.errors import ConvergenceError, InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+AXES = ("E", "P", "G", "alpha")
+
+
+@dataclass(frozen=True)
+class MisalignmentPoint:
+    """Unloaded contact in one state of misalignment.
+
+    Attributes
+    ----------
+    E, P, G, alpha : float
+        Misalignments [m], alpha [rad].
+    peak_to_peak : float
+        Of the transmission error of the mesh [rad].
+    harmonic_1 : float
+        Its amplitude at the mesh frequency [rad].
+    crest_u, crest_depth : float
+        Where the transmission error is highest, on the gear: from the mean point to the heel [m], share of the depth.
+    pattern_area, pattern_length, pattern_width : float
+        Marked share of the mating flank; its extent as a share of face width and depth of the gear.
+    pattern_u, pattern_depth : float
+        Its centre, as for the crest.
+    absent : float
+        Share of the mating flank that is undercut.
+    edges : str
+        Edges in contact without load, separated by commas.
+    pattern_edges : str
+        Edges the pattern runs into.
+    status : {"converged", "edge contact", "failed"}
+        ``edge contact``: computed, an edge carries somewhere in the mesh.
+    reason : str
+        Why it failed.
+    """
+
+    E: float
+    P: float
+    G: float
+    alpha: float
+    peak_to_peak: float = np.nan
+    harmonic_1: float = np.nan
+    crest_u: float = np.nan
+    crest_depth: float = np.nan
+    pattern_area: float = np.nan
+    pattern_length: float = np.nan
+    pattern_width: float = np.nan
+    pattern_u: float = np.nan
+    pattern_depth: float = np.nan
+    absent: float = 0.0
+    edges: str = ""
+    pattern_edges: str = ""
+    status: Literal["converged", "edge contact", "failed"] = "failed"
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class MisalignmentStudy:
+    """Unloaded contact over a grid of misalignments.
+
+    Attributes
+    ----------
+    design, side : str
+        Name of the design and of the flank pair.
+    marking : float
+        Thickness of the marking compound [m].
+    E, P, G, alpha : tuple of float
+        Values of each misalignment; the points are all their combinations, alpha running fastest.
+    points : tuple of MisalignmentPoint
+        Results.
+    seconds : float
+        Wall time.
+    """
+
+    design: str
+    side: Side
+    marking: float
+    E: tuple[float, ...]
+    P: tuple[float, ...]
+    G: tuple[float, ...]
+    alpha: tuple[float, ...]
+    points: tuple[MisalignmentPoint, ...]
+    seconds: float
+    status: Literal["converged", "failed"] = field(init=False)
+
+    def __post_init__(self) -> None:
+        failed = all(point.status == "failed" for point in self.points)
+        object.__setattr__(self, "status", "failed" if failed else "converged")
+
+    def table(self) -> pd.DataFrame:
+        """One row per point, SI units, columns by the names of `MisalignmentPoint`."""
+        import pandas as pd
+
+        return pd.DataFrame([{f.name: getattr(point, f.name) for f in fields(point)} for point in self.points])
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain numbers and strings for JSON; what could not be computed is None."""
+        rows = []
+        for point in self.points:
+            row = {f.name: getattr(point, f.name) for f in fields(point)}
+            rows.append({k: None if isinstance(v, float) and np.isnan(v) else v for k, v in row.items()})
+        return {
+            "design": self.design,
+            "side": self.side,
+            "marking": self.marking,
+            **{axis: list(getattr(self, axis)) for axis in AXES},
+            "points": rows,
+            "seconds": self.seconds,
+            "status": self.status,
+        }
+
+
+def misalignment_study(
+    design: Design,
+    *,
+    E: Sequence[float] = (0.0,),
+    P: Sequence[float] = (0.0,),
+    G: Sequence[float] = (0.0,),
+    alpha: Sequence[float] = (0.0,),
+    side: Side = "drive",
+    marking: float = MARKING,
+    report: Callable[[int, int], None] | None = None,
+) -> MisalignmentStudy:
+    """Unloaded contact at all combinations of misalignments, added to those of the design.
+
+    Parameters
+    ----------
+    design : Design
+        The pair.
+    E, P, G, alpha : sequence of float
+        Values of each misalignment [m], alpha [rad].
+    side : {"drive", "coast"}
+        Which flanks are in contact.
+    marking : float
+        Thickness of the marking compound [m].
+    report : callable, optional
+        Called with the number of points done and of all points.
+
+    Returns
+    -------
+    MisalignmentStudy
+        A point that cannot be computed is a status with its reason, not an error.
+
+    Raises
+    ------
+    InputError
+        A value out of the range of the design file, or no value for a misalignment.
+    """
+    clock = time.perf_counter()
+    values = {name: tuple(float(x) for x in given) for name, given in zip(AXES, (E, P, G, alpha), strict=True)}
+    for name, given in values.items():
+        if not given:
+            raise InputError(name, "no value", "at least one value")
+    start = design.assembly.misalignment
+    points: list[MisalignmentPoint] = []
+    grid: FlankGrid | None = None
+    states = list(product(values["E"], values["P"], values["G"], values["alpha"]))
+    for number, state in enumerate(states):
+        moved = design.with_misalignment(**{n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)})
+        try:
+            pair = gear_pair(moved, side, grid=grid)
+        except ConvergenceError as error:
+            points.append(MisalignmentPoint(*state, reason=str(error)))
+        else:
+            grid = pair.surface.grid
+            points.append(_point(pair, state, marking))
+        if report is not None:
+            report(number + 1, len(states))
+    return MisalignmentStudy(
+        design.name, side, marking, **values, points=tuple(points), seconds=time.perf_counter() - clock
+    )
+
+
+def _point(pair: GearPair, state: tuple[float, float, float, float], marking: float) -> MisalignmentPoint:
+    mesh, pattern, surface = pair.transmission, pair.pattern(marking), pair.surface
+    return MisalignmentPoint(
+        *state,
+        peak_to_peak=mesh.peak_to_peak,
+        harmonic_1=float(mesh.harmonics[0]),
+        crest_u=surface.crest[0],
+        crest_depth=surface.crest[1],
+        pattern_area=pattern.area_share,
+        pattern_length=pattern.length,
+        pattern_width=pattern.width,
+        pattern_u=pattern.centre[0],
+        pattern_depth=pattern.centre[1],
+        absent=surface.absent.share if surface.absent is not None else 0.0,
+        edges=", ".join(mesh.edges),
+        pattern_edges=", ".join(pattern.edges),
+        status="edge contact" if mesh.edges else "converged",
+    )
