@@ -193,12 +193,8 @@ class Design(InputModel):
             )
         for side in ("concave", "convex"):
             if isinstance(getattr(self.gear, side), ConjugateFlankInput):
-                raise InputError(
-                    f"gear.{side}.ease_off",
-                    "given for the gear",
-                    "cutter and machine, or a grid",
-                    "Ease-offs are pinion's.",
-                )
+                allowed = "cutter and machine, or a grid: ease-offs belong to the pinion"
+                raise InputError(f"gear.{side}.ease_off", "given for the gear", allowed)
         return self
 
     def with_misalignment(self, *, E: float = 0.0, P: float = 0.0, G: float = 0.0, alpha: float = 0.0) -> Design:
