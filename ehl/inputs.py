@@ -199,14 +199,6 @@ class Case(InputModel):
                 "a measured profile only with model.roughness = 'deterministic'",
                 "Load sharing knows Rq alone.",
             )
-        oil = self.lubricant.temperature_oil
-        if deterministic and self.model.thermal != "off" and self.bulk_temperatures() != (oil, oil):
-            raise InputError(
-                "temperature_bulk",
-                self.bulk_temperatures(),
-                "the oil temperature, with model.roughness = 'deterministic'",
-                "The transient solver takes one temperature; give the oil that of the bodies.",
-            )
         return self
 
     @property
@@ -245,6 +237,8 @@ class Case(InputModel):
             for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
                 if solid.temperature_bulk is not None:
                     idle.append((f"{name}.temperature_bulk", "thermal is off"))
+        if self.model.elasticity == "fft" and self.model.roughness == "load_sharing":
+            idle.append(("model.elasticity", "load sharing has no transient"))
         if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
             shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
             idle += [(f"surface.{name}", "load sharing knows Rq alone") for name in shape if name in given]

@@ -82,6 +82,7 @@ def solve_mixed(
     bodies: tuple[Material, Material],
     *,
     thermal: bool,
+    bulk: tuple[float, float] | None = None,
 ) -> TransientResult:
     """Run the transient solver for one contact description.
 
@@ -91,6 +92,8 @@ def solve_mixed(
         As in `ehl.solve.solve_contact`.
     thermal : bool
         Whether heat matters.
+    bulk : tuple of float, optional
+        Bulk temperatures of both bodies [K]; that of the oil when not given.
 
     Returns
     -------
@@ -107,6 +110,8 @@ def solve_mixed(
         "thermal": thermal,
         "hardness": min(body.hardness for body in bodies),
         "materials": bodies,
+        "temperature_bulk": bulk,
+        "elasticity": model.elasticity,
     }
     try:
         if surface.roughness_rms > 0.0:

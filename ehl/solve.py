@@ -280,7 +280,7 @@ def _rough(
         skipped.append(f"film: {nil.told}")
         return _dry(smooth, nil, contact, surface, bodies, bulk, thermal=thermal)
     try:
-        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=thermal)
+        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=thermal, bulk=bulk)
     except ConvergenceError as error:
         return _failed(error.reason, smooth.iterations, 0.0)
     if run.status == "failed":

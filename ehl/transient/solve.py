@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ehl.contact import LineContact
 from ehl.errors import InputError
+from ehl.heat import FilmConductivity
 from ehl.lubricant import Lubricant
 from ehl.material import Material, load_material
 from ehl.transient._kernels.march import (
@@ -36,7 +37,7 @@ from ehl.transient.accuracy import BATCH, FRONT_STARTUP, Accuracy, Plan, make_pl
 from ehl.transient.batches import batch_means, paired_error
 from ehl.transient.result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.transient.run import Run
-from ehl.transient.scaling import Problem, Settings, build_problem, film_estimate
+from ehl.transient.scaling import Elasticity, Problem, Settings, build_problem, film_estimate
 from ehl.transient.soe import LogConvolution
 from ehl.transient.surfaces import RoughSurfaces
 
@@ -129,7 +130,9 @@ def solve_transient(
     thermal: bool = False,
     hardness: float = 8e9,
     materials: tuple[Material, Material] | None = None,
-    conductivity_rise: float = 0.0,
+    conductivity: FilmConductivity | None = None,
+    temperature_bulk: tuple[float, float] | None = None,
+    elasticity: Elasticity = "soe",
     nodes: int | None = None,
     travel: float | None = None,
     boundary_study: bool | None = None,
@@ -159,8 +162,12 @@ def solve_transient(
         Largest total pressure [Pa].
     materials : tuple of Material, optional
         Thermal properties of both bodies; steel when not given.
-    conductivity_rise : float
-        Growth of the film conductivity with pressure [1/Pa].
+    conductivity : FilmConductivity, optional
+        Growth of the film conductivity with pressure; that of `ehl.heat.FilmConductivity` when not given.
+    temperature_bulk : tuple of float, optional
+        Bulk temperatures of both bodies [K]; that of the oil when not given.
+    elasticity : {"soe", "fft"}
+        Elastic kernel of an accepted step: a sum of exponentials, or the exactly integrated one.
     nodes : int, optional
         Fixed number of nodes.
     travel : float, optional
@@ -194,8 +201,18 @@ def solve_transient(
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
     sliding_friction = boundary_friction if contact.speed_sliding > 0.0 else 0.0
+    growth = conductivity if conductivity is not None else FilmConductivity()
     settings = Settings(
-        round(length / plan.spacing), film, sliding_friction, peklenik_number, thermal, hardness, conductivity_rise
+        round(length / plan.spacing),
+        film,
+        sliding_friction,
+        peklenik_number,
+        thermal,
+        hardness,
+        conductivity_rise=growth.c1,
+        conductivity_bend=growth.c2,
+        temperature_bulk=temperature_bulk,
+        elasticity=elasticity,
     )
     coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))
 
