@@ -173,6 +173,10 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
             f"toe {target.crowning_toe * 1e6:.4g}, heel {target.crowning_heel * 1e6:.4g}, "
             f"root {target.relief_root * 1e6:.4g}, tip {target.relief_tip * 1e6:.4g}"
         )
+        moved = {"bias": target.bias, "contact_face": target.contact_face, "contact_depth": target.contact_depth}
+        wish += "".join(f", {name} {value:.4g}" for name, value in moved.items() if value)
+        if target.twist:
+            wish += f", twist {target.twist * 1e6:.4g}"
         if target.transmission_error is not None:
             wish += f", scaled to {np.degrees(target.transmission_error) * 3600:.4g} arcsec"
         lost = int(np.sum(~state.found))

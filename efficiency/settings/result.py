@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.design import Design
 from efficiency.settings.conjugate import FitGrid
@@ -51,8 +52,8 @@ class FlankFit:
         Distance of the conjugate start from the conjugate flank [m].
     undercut : tuple of UndercutPoint
         Points that do not exist on the flank.
-    transmission_error : float or None
-        Peak to peak of the unloaded transmission error over one pitch [rad]; None where it could not be computed.
+    transmission : Transmission or None
+        Unloaded transmission error of the mesh; None where it was not or could not be computed.
     """
 
     side: FlankSide
@@ -60,7 +61,12 @@ class FlankFit:
     fitted: FittedFlank
     start_error: float
     undercut: tuple[UndercutPoint, ...]
-    transmission_error: float | None = None
+    transmission: Transmission | None = None
+
+    @property
+    def transmission_error(self) -> float | None:
+        """Peak to peak of the unloaded transmission error of the mesh [rad]."""
+        return None if self.transmission is None else self.transmission.peak_to_peak
 
     @property
     def residual_map(self) -> FloatArray:

@@ -12,6 +12,7 @@ from efficiency.blank.pair import pair_blank
 from efficiency.blank.result import PairBlank
 from efficiency.contact.assembly import dot
 from efficiency.contact.pair import Side, gear_pair
+from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.design import Design
@@ -65,18 +66,18 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
         fitted = _by_side(fits)
         text, design = _design(inputs, blank, pair, gear, fitted)
         wanted = {side: targets[side].transmission_error for side in SIDES}
-        amplitude = {
-            side: unloaded_amplitude(design, _DRIVE[side]) if transmission or wanted[side] else None for side in SIDES
-        }
+        mesh = {side: unloaded_mesh(design, _DRIVE[side]) if transmission or wanted[side] else None for side in SIDES}
         off = {
-            side: float(want / have) for side, want in wanted.items() if want and (have := amplitude[side]) is not None
+            side: float(want / have.peak_to_peak)
+            for side, want in wanted.items()
+            if want and (have := mesh[side]) is not None
         }
         if all(abs(ratio - 1.0) < _AMPLITUDE_TOLERANCE for ratio in off.values()):
             break
         scale = {side: scale[side] * off.get(side, 1.0) for side in SIDES}
 
     reports = {
-        side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), amplitude[side])
+        side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), mesh[side])
         for side in SIDES
     }
     warnings = _warnings(blank, reports, transmission)
@@ -186,18 +187,12 @@ def _backlash_turns(pair: PairGeometry, fitted: dict[FlankSide, FittedFlank]) ->
     return turns
 
 
-def unloaded_amplitude(design: Design, side: Side) -> float | None:
-    """Peak to peak of the unloaded transmission error of one tooth pair, half a pitch to both sides of its crest [rad].
-
-    None where the pair does not mesh.
-    """
+def unloaded_mesh(design: Design, side: Side) -> Transmission | None:
+    """Unloaded transmission error of the mesh; None where the pair does not mesh."""
     try:
-        pair = gear_pair(design, side)
+        return gear_pair(design, side).transmission
     except ConvergenceError:
         return None
-    path, pitch = pair.path, pair.surface.pitch
-    inside = np.abs(path.pinion_angle - pair.surface.crest_roll) < 0.501 * pitch
-    return float(np.ptp(path.transmission_error[inside]))
 
 
 def _undercut(grid: FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
@@ -224,6 +219,9 @@ def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission
                 f"{side}: root {np.abs(error).max() * 1e3:.2f} mm off the blank's, more than half the clearance of "
                 f"{clearance * 1e3:.2f} mm"
             )
-        if transmission and report.transmission_error is None:
-            out.append(f"{side}: no unloaded transmission error, the flanks do not mesh over the whole map")
+        if report.transmission is None:
+            if transmission:
+                out.append(f"{side}: no unloaded transmission error, the flanks do not mesh over the whole map")
+        elif report.transmission.edges:
+            out.append(f"{side}: unloaded contact runs over an edge: {', '.join(report.transmission.edges)}")
     return tuple(out)
