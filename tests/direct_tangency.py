@@ -8,7 +8,7 @@ flank. Newton's method, marched from angle to angle; no ease-off, no map, no int
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,12 @@ from efficiency.contact.transmission import ContactPath
 from efficiency.cutting import newton
 from efficiency.cutting.flank import Flank
 from efficiency.cutting.newton import Array
-from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 
-_SUBSTEP = 0.02
+_STATES = ("offset", "E", "P", "G", "alpha", "shaft_angle")
+_SUBSTEP = 0.08
+_STATE_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -36,10 +37,12 @@ class Tangency:
     ----------
     pinion_rotation, gear_rotation : (n,) arrays
         Rotations f1, f2 about the axes of the mesh frame [rad]; the pinion flank is taken as cut, without phase.
-    parameters : (6, n) array
-        Surface parameters of the pinion and the gear point.
+    parameters : (7, n) array
+        Surface parameters of the pinion and the gear point, and the gear rotation.
     gear_u, gear_h : (n,) arrays
         Blank coordinates of the contact point on the gear [m].
+    found : (n,) bool array
+        Where there is such a contact; a march ends where there is none.
     """
 
     pinion_rotation: FloatArray
@@ -47,6 +50,7 @@ class Tangency:
     parameters: FloatArray
     gear_u: FloatArray
     gear_h: FloatArray
+    found: NDArray[np.bool_]
 
 
 def _rotate(vector: Array, angle: Array | FloatArray) -> Array:
@@ -76,57 +80,73 @@ def _rim(blank: Blank, edge: str, point: Array) -> tuple[Array, Array]:
     return off, gradient
 
 
-def tangency(
-    gear: Flank, pinion: Flank, assembly: Assembly, rotation: FloatArray, start: FloatArray, edge: str = ""
-) -> Tangency:
-    """March the contact point through pinion rotations, each from the one before.
-
-    Parameters
-    ----------
-    gear, pinion : Flank
-        The two flanks.
-    assembly : Assembly
-        Their position, misalignments included.
-    rotation : (n,) array
-        Pinion rotations f1 [rad], the first one near `start`.
-    start : (7,) array
-        Surface parameters of the pinion and the gear point and gear rotation f2 to start from.
-    edge : str
-        Edge of one member, such as ``"pinion tip"``, that touches the flank of the other; empty for two flanks.
-
-    Raises
-    ------
-    ConvergenceError
-        No tangency was found at one of the rotations.
-    """
-    x = np.array(start, dtype=np.float64)[:, None]
-    here, found = float(rotation[0]), []
-    for target in rotation:
-        # sub-steps: from one pitch to the next the contact moves farther than Newton's method forgives
-        count = max(1, int(np.ceil(abs(target - here) / _SUBSTEP)))
-        for f1 in here + (target - here) * np.arange(1, count + 1) / count:
-            x[6] += assembly.ratio * (target - here) / count
-            x, ok = _touch(gear, pinion, assembly, float(f1), x, edge)
-            if not ok:
-                raise ConvergenceError("tangency", f"no contact found at pinion rotation {f1:.4g} rad")
-        here = float(target)
-        found.append(x[:, 0].copy())
-    result = np.stack(found, axis=1)
-    point = np.real(gear.sweep(result[3:6])[0])
+def _result(gear: Flank, rotation: FloatArray, x: FloatArray, found: NDArray[np.bool_]) -> Tangency:
+    point = np.real(gear.sweep(x[3:6])[0])
     u, h = gear.blank.coordinates(np.hypot(point[0], point[1]), point[2])
-    return Tangency(rotation, result[6], result[:6], np.real(u), np.real(h))
+    return Tangency(rotation, x[6], x, np.real(u), np.real(h), found)
 
 
-def _touch(
-    gear: Flank, pinion: Flank, assembly: Assembly, f1: float, x: FloatArray, edge: str
-) -> tuple[FloatArray, bool]:
-    """Contact at one pinion rotation from a start nearby, (7, 1)."""
+def march(gear: Flank, pinion: Flank, assembly: Assembly, rotation: FloatArray, start: FloatArray) -> Tangency:
+    """March the contact of two flanks from the middle one of rising pinion rotations to both ends.
+
+    Flanks are continued beyond their blanks. `start` (7,): surface parameters of the pinion and the gear point and gear
+    rotation at the middle.
+    """
+    n = rotation.size
+    x, found = np.tile(np.asarray(start)[:, None], (1, n)), np.zeros(n, dtype=bool)
+    middle = n // 2
+    for part in (range(middle, n), range(middle, -1, -1)):
+        at, here = np.asarray(start, dtype=np.float64)[:, None].copy(), float(rotation[middle])
+        for k in part:
+            # sub-steps: from one pitch to the next the contact moves farther than Newton's method forgives
+            for finer in (1, 2, 4):
+                count = finer * max(1, int(np.ceil(abs(rotation[k] - here) / _SUBSTEP)))
+                there, ok = at.copy(), True
+                for f1 in here + (rotation[k] - here) * np.arange(1, count + 1) / count:
+                    there[6] += assembly.ratio * (rotation[k] - here) / count
+                    there, done = touching(gear, pinion, assembly, np.array([f1]), there)
+                    ok = ok and bool(done[0])
+                if ok:
+                    break
+            if not ok:
+                break
+            at = there
+            here = float(rotation[k])
+            x[:, k], found[k] = at[:, 0], True
+    return _result(gear, rotation, x, found)
+
+
+def follow(
+    gear: Flank, pinion: Flank, before: tuple[Assembly, Tangency], assembly: Assembly, rotation: FloatArray
+) -> Tangency:
+    """Lead the contact from one assembly and rotations to others, all points together."""
+    old, start = before
+    x, found = start.parameters.copy(), start.found.copy()
+    turned = start.pinion_rotation
+    for share in np.arange(1, _STATE_STEPS + 1) / _STATE_STEPS:
+        step = {name: getattr(old, name) + share * (getattr(assembly, name) - getattr(old, name)) for name in _STATES}
+        f1 = start.pinion_rotation + share * (rotation - start.pinion_rotation)
+        x[6] += assembly.ratio * (f1 - turned)
+        turned = f1
+        x, ok = touching(gear, pinion, replace(assembly, **step), f1, x)
+        found &= ok
+    return _result(gear, rotation, x, found)
+
+
+def touching(
+    gear: Flank, pinion: Flank, assembly: Assembly, f1: FloatArray, x: FloatArray, edge: str = ""
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Contact at pinion rotations f1 (n,) from starts nearby (7, n), and where it was found.
+
+    `edge`, such as ``"pinion tip"``, is the edge of one member that touches the flank of the other; empty: two flanks.
+    """
     size = gear.blank.mean_cone_distance
     limit = np.array([0.05 * size, 0.05, 0.05, 0.05 * size, 0.05, 0.05, 0.02])
     tolerance = 1e-9 * np.array([size, 1.0, 1.0, size, 1.0, 1.0, 1.0])
-    normal = np.real(_rotate(gear.sweep(x[3:6])[1], x[6]))[:, 0]
-    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    basis = np.stack([first, np.cross(normal, first)])
+    normal = np.real(_rotate(gear.sweep(x[3:6])[1], x[6]))
+    least = np.eye(3)[:, np.argmin(np.abs(normal), axis=0)]
+    first = np.cross(normal, least, axis=0)
+    second = np.cross(normal, first, axis=0)
     turned = assembly.pinion_frame
 
     def residual(y: Array) -> Array:
@@ -137,7 +157,8 @@ def _touch(
         gap = gap - np.array([[0.0], [0.0], [assembly.G]])
         facing_p, facing_g = turned @ _rotate(normal_p, at), _rotate(normal_g, y[6])
         if not edge:
-            rest = basis @ (facing_p + facing_g)
+            both = facing_p + facing_g
+            rest = np.stack([np.sum(first * both, axis=0), np.sum(second * both, axis=0)])
         elif edge.startswith("pinion"):
             off, gradient = _rim(pinion.blank, edge, p)
             along = turned @ _rotate(_cross(normal_p, gradient), at)
@@ -148,8 +169,16 @@ def _touch(
             rest = np.stack([off / size, np.sum(along * facing_p, axis=0)])
         return np.concatenate([gap, rest, condition_p[None], condition_g[None]])
 
-    x, ok = newton.solve(residual, x, limit, tolerance)
-    return x, bool(ok.all())
+    return newton.solve(residual, x, limit, tolerance, 15)
+
+
+def start_at(surface: MeshSurface, path: ContactPath, at: NDArray[np.int64]) -> FloatArray:
+    """Starts for Newton's method near points of a contact path, (7, n)."""
+    on_gear, _ = surface.gear.solve(path.u[at], path.height[at])
+    conjugate = conjugate_points(on_gear, surface.assembly)
+    _, on_pinion, _ = ease_off(conjugate, surface.pinion, surface.phase)
+    turned = surface.assembly.ratio * (surface.direction * path.pinion_angle[at] + surface.roll_zero)
+    return np.concatenate([on_pinion, on_gear.parameters, turned[None]])
 
 
 @dataclass(frozen=True)
@@ -164,44 +193,47 @@ class PathCheck:
         Of the contact point on the gear, in its blank coordinates [m].
     free, edge : int
         Pinion angles compared: two flanks, an edge and a flank.
+    tangency : Tangency
+        Of the two flanks, edges disregarded.
     """
 
     transmission_error: float
     distance: float
     free: int
     edge: int
+    tangency: Tangency
 
 
-def check_path(surface: MeshSurface, path: ContactPath) -> PathCheck:
-    """Compare a contact path of one tooth pair with direct tangency, run by run of the same kind of contact.
+def check_path(surface: MeshSurface, path: ContactPath, before: tuple[Assembly, Tangency] | None = None) -> PathCheck:
+    """Compare a contact path of one tooth pair with direct tangency.
 
-    Each run is marched through from its middle, which starts at the place that the path says; corners and the limit of
-    undercut have no tangency and are left out.
+    Two flanks: marched from the middle of the path, or led from the tangency of another state of misalignment
+    (`before`). Edges: each from the place that the path says; corners and the limit of undercut have no tangency and
+    are left out.
     """
-    assembly = surface.assembly
-    kinds = np.where(path.settled & ~path.corner, path.edge, -2)
-    cuts = np.flatnonzero(np.diff(kinds) != 0) + 1
-    error = distance = 0.0
-    compared = {True: 0, False: 0}
-    for run in np.split(np.arange(kinds.size), cuts):
-        kind = int(kinds[run[0]])
-        if kind == -2 or (kind >= 0 and EDGES[kind] == "pinion undercut"):
+    assembly, gear, pinion = surface.assembly, surface.gear, surface.pinion
+    rotation = surface.direction * path.pinion_angle + surface.roll_zero + surface.phase
+    if before is None:
+        middle = np.array([path.pinion_angle.size // 2])
+        exact = march(gear, pinion, assembly, rotation, start_at(surface, path, middle)[:, 0])
+    else:
+        exact = follow(gear, pinion, before, assembly, rotation)
+    errors, distances = [], []
+
+    def compare(at: NDArray[np.int64], other: Tangency) -> None:
+        lag = other.gear_rotation - assembly.ratio * (rotation[at] - surface.phase)
+        errors.append(np.abs(path.transmission_error[at] - surface.forward * lag).max(initial=0.0))
+        distances.append(np.hypot(path.u[at] - other.gear_u, path.height[at] - other.gear_h).max(initial=0.0))
+
+    free = np.flatnonzero(path.free & exact.found)
+    compare(free, _result(gear, rotation[free], exact.parameters[:, free], exact.found[free]))
+    edges = 0
+    for kind in np.unique(path.edge[path.edge >= 0]):
+        at = np.flatnonzero((path.edge == kind) & ~path.corner & path.settled)
+        if EDGES[kind] == "pinion undercut" or not at.size:
             continue
-        middle = run.size // 2
-        at = run[middle : middle + 1]
-        on_gear, _ = surface.gear.solve(path.u[at], path.height[at])
-        touching = conjugate_points(on_gear, assembly)
-        _, on_pinion, _ = ease_off(touching, surface.pinion, surface.phase)
-        shift = surface.direction * path.pinion_angle[at] + surface.roll_zero - touching.gear_roll / assembly.ratio
-        start = np.concatenate([on_pinion[:, 0], on_gear.parameters[:, 0], touching.gear_roll + assembly.ratio * shift])
-        for part in (run[middle:], run[middle::-1]):
-            rotation = surface.direction * path.pinion_angle[part] + surface.roll_zero
-            exact = tangency(
-                surface.gear, surface.pinion, assembly, rotation + surface.phase, start, "" if kind < 0 else EDGES[kind]
-            )
-            lag = exact.gear_rotation - assembly.ratio * rotation
-            error = max(error, float(np.abs(path.transmission_error[part] - surface.forward * lag).max()))
-            off = np.hypot(path.u[part] - exact.gear_u, path.height[part] - exact.gear_h)
-            distance = max(distance, float(off.max()))
-        compared[kind < 0] += run.size
-    return PathCheck(error, distance, compared[True], compared[False])
+        x, ok = touching(gear, pinion, assembly, rotation[at], start_at(surface, path, at), EDGES[kind])
+        assert ok.all(), f"no contact of the {EDGES[kind]}"
+        compare(at, _result(gear, rotation[at], x, ok))
+        edges += at.size
+    return PathCheck(float(max(errors)), float(max(distances)), free.size, edges, exact)
