@@ -93,14 +93,19 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     start : (3, k) array
         Cutting parameters to start from.
     """
-    x = np.array(start)
+    x, change = np.array(start), np.zeros_like(start)
     alive = np.ones(u.size, dtype=bool)
     rows, founds = [], []
     for s in lengths:
-        moved, found = at_length(flank, u, np.stack([s, x[1], x[2]]))
+        # the next point lies ahead by the share of the last step, where there was one
+        step = s - x[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(change[0] == 0.0, 0.0, np.clip(step / change[0], -2.0, 2.0))
+        moved, found = at_length(flank, u, np.stack([s, *(x[1:] + share * change[1:])]))
         alive = alive & found
-        x = np.where(alive, moved, x)
-        rows.append(x.copy())
+        change = np.where(alive, moved - x, 0.0)
+        x = x + change
+        rows.append(x)
         founds.append(alive)
     parameters = np.stack(rows)
     flat = np.moveaxis(parameters, 1, 0).reshape(3, -1)

@@ -66,6 +66,22 @@ class FlankLimits:
         return np.where(self.undercut, self.start - np.where(self.undercut, self.regression, 0.0), 0.0)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What a designer has to know of these limits, in words: undercut with its place, and missing parts."""
+        told = []
+        if self.undercut.any():
+            worst = int(np.argmax(self.undercut_depth))
+            u, start, lost = self.u[worst] * 1e3, self.start[worst] * 1e3, self.undercut_depth[worst] * 1e6
+            told.append(
+                f"undercut at {self.undercut.sum()} of {self.u.size} stations, worst {u:+.4g} mm along the face from the "
+                f"mean point: the flank ends {start:+.4g} mm from the pitch cone, {lost:.3g} um over its edge of "
+                "regression"
+            )
+        if np.isnan(self.root).any():
+            told.append(f"the blade tip does not reach the root at {np.isnan(self.root).sum()} stations")
+        return tuple(told)
+
+    @property
     def root_error(self) -> FloatArray:
         """Height of the cut root over the blank's root cone, negative where it is cut too deep [m]."""
         return self.root - self.blank_root
@@ -150,15 +166,21 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
 def _edge_of_regression(
     flank: CutFlank, u: FloatArray, profile: Columns, behind: BoolArray, undercut: BoolArray
 ) -> Columns:
-    """The undercut stations from the middle of the tooth to the edge of regression, found by bisection."""
+    """The undercut stations from the middle of the tooth to the edge of regression, found by false position."""
     own = np.flatnonzero(undercut)
     last = np.argmax(behind[:, own], axis=0)
     front, back = profile.parameters[last - 1, :, own].T, profile.parameters[last, :, own].T
-    sign = np.sign(profile.regression[0, own])
-    for _ in range(30):
-        x, _ = at_length(flank, u[own], 0.5 * (front + back))
-        ahead = regression(flank, x) * sign > 0.0
-        front, back = np.where(ahead, x, front), np.where(ahead, back, x)
+    ahead, beyond = profile.regression[last - 1, own], profile.regression[last, own]
+    kept = np.zeros(own.size)
+    for _ in range(10):
+        x, _ = at_length(flank, u[own], front + ahead / (ahead - beyond) * (back - front))
+        rate = regression(flank, x)
+        nearer = rate * ahead > 0.0
+        # Illinois: an end that stays twice counts half
+        beyond = np.where(nearer, beyond * np.where(kept > 0.0, 0.5, 1.0), rate)
+        ahead = np.where(nearer, rate, ahead * np.where(kept < 0.0, 0.5, 1.0))
+        front, back = np.where(nearer, x, front), np.where(nearer, back, x)
+        kept = np.where(nearer, 1.0, -1.0)
     middle = profile.parameters[0, :, own].T
     share = 1.0 - np.linspace(1.0, 0.0, 2 * _ROWS)[:, None] ** 2
     return columns(flank, u[own], middle[0] + share * (front[0] - middle[0]), middle)

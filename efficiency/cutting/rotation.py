@@ -10,12 +10,12 @@ from efficiency.cutting.newton import Array
 def turn(vector: Array, angle: Array | float) -> Array:
     """Rotate vectors about z."""
     c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c])
+    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c])
 
 
 def spin(vector: Array) -> Array:
     """Velocity of points that turn about z at 1 rad/s."""
-    return np.stack([-vector[1], vector[0], 0.0 * vector[2]])
+    return np.array([-vector[1], vector[0], 0.0 * vector[2]])
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -25,7 +25,7 @@ def dot(a: Array, b: Array) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """Vector product."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def unit(vector: Array) -> Array:
