@@ -73,8 +73,8 @@ class FlankLimits:
             worst = int(np.argmax(self.undercut_depth))
             u, start, lost = self.u[worst] * 1e3, self.start[worst] * 1e3, self.undercut_depth[worst] * 1e6
             told.append(
-                f"undercut at {self.undercut.sum()} of {self.u.size} stations, worst {u:+.4g} mm along the face from the "
-                f"mean point: the flank ends {start:+.4g} mm from the pitch cone, {lost:.3g} um over its edge of "
+                f"undercut at {self.undercut.sum()} of {self.u.size} stations, worst {u:+.4g} mm along the face from "
+                f"the mean point: the flank ends {start:+.4g} mm from the pitch cone, {lost:.3g} um over its edge of "
                 "regression"
             )
         if np.isnan(self.root).any():
