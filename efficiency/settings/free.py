@@ -25,6 +25,7 @@ PLACES = (
 )
 ROLL = Parameter("machine", "roll_ratio", 0.02)
 MODIFIED = (Parameter("machine", "modified_roll_2c", 0.01), Parameter("machine", "modified_roll_6d", 0.02))
+HELICAL = Parameter("machine", "helical_motion_1", 1e-3)
 ANGLE = Parameter("blade", "blade_angle", 0.01)
 RADIUS = Parameter("blade", "point_radius", 1e-3)
 OFFSET = Parameter("blade", "radius_offset", 1e-3)
@@ -52,3 +53,11 @@ def free_settings(inputs: SettingsInput) -> FreeSettings:
     if hobbed:
         return FreeSettings(machine, (ANGLE, OFFSET, *bend, PHASE))
     return FreeSettings((*machine, PHASE), (ANGLE, RADIUS, *bend))
+
+
+def with_motions(free: FreeSettings) -> FreeSettings:
+    """The same with modified roll and helical motion, for wishes that the plain settings leave above the limit."""
+    motions = (*MODIFIED, HELICAL)
+    if free.common:
+        return FreeSettings((*free.common, *(m for m in motions if m not in free.common)), free.own)
+    return FreeSettings((), (*free.own, *(m for m in motions if m not in free.own)))

@@ -21,7 +21,7 @@ from efficiency.settings.cradle import fit_on_cradle
 from efficiency.settings.design_file import design_text, header, parse_design, written_flank
 from efficiency.settings.ease_off_target import wanted_relief
 from efficiency.settings.fit import FitResult, FittedFlank, fit
-from efficiency.settings.free import free_settings
+from efficiency.settings.free import FreeSettings, free_settings, with_motions
 from efficiency.settings.gear import SIDES, GearCut, PairGeometry, cut_gear, pair_geometry
 from efficiency.settings.inputs import FlankTarget, SettingsInput
 from efficiency.settings.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
@@ -112,7 +112,7 @@ def _fit(
     # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
     thinner = standing_back(pair) if free.common and not pair.blade_groups else 0.0
 
-    def attempt(weight: float, sides: Sequence[FlankSide]) -> FitResult:
+    def attempt(sides: Sequence[FlankSide], weight: float, settings: FreeSettings) -> FitResult:
         wanted = [
             wanted_flank(
                 pair, starts[side], scale[side] * wanted_relief(targets[side], grid.x, grid.y), weight, thinner
@@ -120,18 +120,24 @@ def _fit(
             for side in sides
         ]
         if inputs.cutting.machine == "cradle":
-            return fit_on_cradle(pair, wanted, gear.screw, free, inputs.cutting.tilt_limit)
-        return fit(wanted, free.common, free.own)
+            return fit_on_cradle(pair, wanted, gear.screw, settings, inputs.cutting.tilt_limit)
+        return fit(wanted, settings.common, settings.own)
 
+    # where the plain settings do not do: more motions, then a root somewhat off the blank's as the lesser evil
+    weight = root_weight(inputs, pair)
+    ways = [(weight, free), (weight, with_motions(free))]
+    if weight > 0.0 and inputs.targets.root_weight is None:
+        ways.append((_LOOSER * weight, with_motions(free)))
     fits = []
     for sides in [SIDES] if free.common else [(side,) for side in SIDES]:
-        weight = root_weight(inputs, pair)
-        result = attempt(weight, sides)
-        if result.rms > RESIDUAL_LIMIT and weight > 0.0 and inputs.targets.root_weight is None:
-            # a root somewhat off the blank's is the lesser evil, as long as the clearance holds
-            looser = attempt(_LOOSER * weight, sides)
-            result = looser if looser.rms < result.rms else result
-        fits.append(result)
+        best: FitResult | None = None
+        for way in ways:
+            result = attempt(sides, *way)
+            best = result if best is None or result.rms < best.rms else best
+            if best.rms < RESIDUAL_LIMIT:
+                break
+        assert best is not None
+        fits.append(best)
     return fits
 
 
