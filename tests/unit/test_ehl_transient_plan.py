@@ -133,3 +133,19 @@ def test_too_short_profile_names_the_cutoff(tmp_path) -> None:  # type: ignore[n
     path.write_text("x [um], height [um]\n" + "\n".join(f"{i},{0.1 * (i % 3)}" for i in range(100)), encoding="utf-8")
     with pytest.raises(InputError, match="cutoff_long"):
         solve_case(case(profile_1=str(path), cutoff_long="800 um"))
+
+
+@pytest.mark.parametrize(("ratio", "nodes"), [(0.3, 168), (0.15, 292), (0.05, 340)])
+def test_spots_of_thin_films_set_the_mesh_however_long_the_waves(ratio: float, nodes: float) -> None:
+    """Nodes per b that kept mu within 1.5 % of 600 per b for correlation lengths of 0.2 and 0.4 b."""
+    line = contact(pressure=1.5e9)
+    wave = generate_profile(0.4e-6, 0.4 * line.half_width, 32.0 * line.half_width, 0.02 * line.half_width, 1)
+    plans = {
+        level: make_plan(level, line, RoughSurfaces(wave), ratio * wave.rms, drained=False, thermal=False)
+        for level in ("fast", "standard", "reference")
+    }
+    assert 1.0 / plans["standard"].spacing == pytest.approx(nodes, rel=0.01)
+    assert plans["standard"].spacing == pytest.approx(2.0 * plans["reference"].spacing)
+    assert plans["fast"].spacing <= 2.5 * plans["standard"].spacing * (1.0 + 1e-12)
+    thick = make_plan("standard", line, RoughSurfaces(wave), 0.5 * wave.rms, drained=False, thermal=False)
+    assert thick.spacing > plans["standard"].spacing
