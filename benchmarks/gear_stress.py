@@ -7,7 +7,7 @@
 Stages: blank (ISO 23509), gear (its settings, Formate or generated), pinion (the flank conjugate to the gear's
 less a crowning), contact (ease-off, path, transmission error of the drive side). Rows are appended to a CSV as they
 come; the same command again goes on where it stopped. Outcomes: "answered"; "refused" with a reason of `REASONS`;
-"wrong" (any other exception, a reason not listed, a number that is not finite): must not occur.
+"wrong" (any other exception, a reason not listed, a number not finite or out of all proportion): must not occur.
 """
 
 from __future__ import annotations
@@ -37,6 +37,8 @@ from ehl.errors import ConvergenceError, InputError
 from ehl.validation import validate
 
 OUT = Path("benchmarks/out/gear_stress.csv")
+# share of the gear's pitch above which a transmission error cannot come from the crowning laid on
+TRANSMISSION_LIMIT = 0.02
 STAGES = ("blank", "gear", "pinion", "contact")
 # stage and field or reason of the error -> what it means
 REASONS = {
@@ -126,8 +128,11 @@ def contact_numbers(pair: PairBlank, generated: bool, until: str) -> dict[str, f
     inside = np.abs(path.pinion_angle - surface.crest_roll) < 0.501 * surface.pitch
     place = np.stack([path.u, path.height])[:, inside]
     gone = surface.absent
+    error = float(np.ptp(path.transmission_error[inside]))
+    if error > TRANSMISSION_LIMIT * 2.0 * math.pi / pair.gear.teeth:
+        raise ArithmeticError(f"transmission error {math.degrees(error):.3g} deg, undercut {gone}")
     return {
-        "transmission_error": float(np.ptp(path.transmission_error[inside])) * 3600.0 * 180.0 / math.pi,
+        "transmission_error": error * 3600.0 * 180.0 / math.pi,
         "path_length": float(np.hypot(*np.diff(place, axis=1)).sum()) * 1e3,
         "undercut_share": 0.0 if gone is None else float(gone.share),
     }
