@@ -1,13 +1,15 @@
-"""Commands of the geometry: what `gear --geometry` shows, and `export`."""
+"""Commands of the geometry: what `gear --geometry` shows, `export`, `misalignment`."""
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from efficiency.commands import DesignArgument, UnitsOption
+from efficiency.commands import DesignArgument, JsonOption, UnitsOption
 
 if TYPE_CHECKING:
     from efficiency.design import Design
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 _WHAT = ("tooth", "member", "grid", "summary")
 _LEAST, _MOST = 3, 400
+_MOST_STATES = 10_000
 
 
 def show_geometry(
@@ -101,6 +104,82 @@ def export(
         print(line)
 
 
+def misalignment(
+    design: DesignArgument,
+    e: Annotated[
+        str | None, typer.Option("--E", help="Along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.")
+    ] = None,
+    p: Annotated[str | None, typer.Option("--P", help="Along the pinion axis, from apex to heel.")] = None,
+    g: Annotated[str | None, typer.Option("--G", help="Along the gear axis, from apex to heel.")] = None,
+    alpha: Annotated[str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
+    side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "drive",
+    marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
+    json_output: JsonOption = False,
+    csv: Annotated[Path | None, typer.Option(help="Write all states as CSV (SI units).")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
+) -> None:
+    """Misalignment study: unloaded contact over a grid of E, P, G and alpha, added to those of the design.
+
+    Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
+    """
+    from efficiency.contact.misalignment import misalignment_study
+    from efficiency.contact.pattern import MARKING
+    from efficiency.design import load_design
+    from efficiency.geometry import MARKING_LIMITS, chosen_sides
+    from efficiency.output.misalignment_table import print_study, write_study
+    from ehl.errors import InputError
+    from ehl.report import print_json
+
+    thickness = MARKING if marking is None else MARKING_LIMITS.check(marking, "--marking", bare=False)
+    given = {"E": e, "P": p, "G": g, "alpha": alpha}
+    values = {name: (0.0,) if text is None else _values(name, text) for name, text in given.items()}
+    if all(text is None for text in given.values()):
+        raise InputError("--E, --P, --G, --alpha", None, "at least one of them with its values")
+    states = math.prod(len(part) for part in values.values())
+    if states > _MOST_STATES:
+        raise InputError("--E, --P, --G, --alpha", f"{states} states", f"at most {_MOST_STATES} combinations")
+    pair = load_design(design)
+    offset, along_pinion, along_gear, shaft = values.values()
+    studies = [
+        misalignment_study(pair, E=offset, P=along_pinion, G=along_gear, alpha=shaft, side=part, marking=thickness)
+        for part in chosen_sides(side)
+    ]
+    if csv is not None:
+        write_study(csv, studies)
+    if plot is not None:
+        from efficiency.output.plots_misalignment import save_study_figures
+
+        save_study_figures(pair, studies, plot)
+    if json_output:
+        print_json({"studies": [study.to_dict() for study in studies]})
+    else:
+        for study in studies:
+            print_study(study)
+    failed = sum(point.status == "failed" for study in studies for point in study.points)
+    if failed:
+        typer.echo(f"not converged: {failed} of {states * len(studies)} states", err=True)
+        raise typer.Exit(1)
+
+
+def _values(name: str, text: str) -> tuple[float, ...]:
+    """Values of one misalignment: a list, or ``from:to:number unit``."""
+    from efficiency.design import Misalignment
+    from ehl.errors import InputError
+    from ehl.expectation import quantity_of
+
+    option, quantity = f"--{name}", quantity_of(Misalignment, name)
+    if ":" not in text:
+        return tuple(quantity.check_list(text, option))
+    match = re.fullmatch(r"\s*([^:]+):([^:]+):\s*(\d+)\s*([^\d:][^:]*)", text)
+    count = int(match[3]) if match else 0
+    if match is None or not 2 <= count <= _MOST_STATES:
+        raise InputError(option, text, "'from:to:number unit' such as '-0.2:0.2:9 mm', with a number of at least 2")
+    first, last = (quantity.check(f"{match[k].strip()} {match[4]}", option, bare=False) for k in (1, 2))
+    # values that are zero but for the last binary digit are zero
+    steps = (first + (last - first) * k / (count - 1) for k in range(count))
+    return tuple(0.0 if abs(step) < 1e-12 * abs(last - first) else step for step in steps)
+
+
 def _members(text: str) -> tuple[Member, ...]:
     from ehl.errors import InputError
 
@@ -116,3 +195,4 @@ def _members(text: str) -> tuple[Member, ...]:
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     app.command()(export)
+    app.command()(misalignment)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.pair import GearPair, Side, gear_pair
-from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
-from efficiency.contact.transmission import Transmission, transmission
+from efficiency.contact.pattern import MARKING, ContactPattern
+from efficiency.cutting.cutter import FlankSide
 from efficiency.design import Design
-from efficiency.output.inspection_grid import lowest_fraction
+from efficiency.output.inspection_grid import Member, lowest_fraction
 from ehl.errors import ConvergenceError, InputError
 from ehl.units import Quantity
 
@@ -23,6 +23,8 @@ FloatArray = NDArray[np.float64]
 
 MARKING_LIMITS = Quantity("m", gt=0.0, le=1e-3)
 _SIDES: tuple[Side, ...] = ("drive", "coast")
+_MEMBERS: tuple[Member, ...] = ("pinion", "gear")
+_FLANKS: tuple[FlankSide, ...] = ("concave", "convex")
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,6 @@ class SideGeometry:
         Both flanks and the map of their mesh.
     cycle : tuple of MeshPosition
         Contact lines over one pinion pitch.
-    transmission : Transmission
-        Unloaded transmission error, of one tooth pair and of all of them, with its harmonics.
     pattern : ContactPattern
         Contact pattern for the marking thickness.
     contact_ratio : float
@@ -63,7 +63,6 @@ class SideGeometry:
     side: Side
     pair: GearPair
     cycle: tuple[MeshPosition, ...]
-    transmission: Transmission
     pattern: ContactPattern
     contact_ratio: float
     path_ratio: float
@@ -77,8 +76,8 @@ class SideGeometry:
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers for JSON, SI units."""
-        mesh, pattern, path = self.transmission, self.pattern, self.transmission.path
-        kept_out = ("pair", "cycle", "transmission", "pattern")
+        mesh, pattern, path = self.pair.transmission, self.pattern, self.pair.path
+        kept_out = ("pair", "cycle", "pattern")
         return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in kept_out} | {
             "transmission_error_peak_to_peak": mesh.peak_to_peak,
             "harmonics": mesh.harmonics.tolist(),
@@ -192,11 +191,7 @@ def pair_geometry(design: Design, sides: Sequence[Side] = _SIDES, marking: float
     """
     start = time.perf_counter()
     MARKING_LIMITS.check(marking, "marking")
-    flanks = {
-        f"{name}_{side}": _flank_summary(design, name, side)
-        for name in ("pinion", "gear")
-        for side in ("concave", "convex")
-    }
+    flanks = {f"{name}_{side}": _flank_summary(design, name, side) for name in _MEMBERS for side in _FLANKS}
     notes = tuple(
         f"the {name.replace('_', ' ')} flank ends {100.0 * flank.lowest:.1f} % of the whole depth above the root cone"
         for name, flank in flanks.items()
@@ -223,10 +218,8 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
     start = time.perf_counter()
     pair = gear_pair(design, side)
     cycle = mesh_cycle(pair)
-    surface = pair.surface
-    mesh = transmission(surface)
-    pattern = contact_pattern(surface, mesh, marking)
-    path = mesh.path
+    surface, path = pair.surface, pair.path
+    pattern = pair.pattern(marking)
     per_pitch = 0.5 * (path.pinion_angle.size - 1)
     roll, relief = _shared_part(pair)
     middle = path.pinion_angle.size // 2
@@ -236,7 +229,6 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
         side=side,
         pair=pair,
         cycle=cycle,
-        transmission=mesh,
         pattern=pattern,
         contact_ratio=float(np.ptp(roll)) / surface.pitch,
         path_ratio=float(path.free[:-1].sum()) / per_pitch,
@@ -245,7 +237,7 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
         contact_u=float(path.u[middle]),
         contact_height=float(path.height[middle]),
         path_angle=float(np.arctan(dh / du)) if du != 0.0 else 0.5 * np.pi,
-        notes=_side_notes(pair, mesh, pattern),
+        notes=_side_notes(pair, pattern),
         seconds=time.perf_counter() - start,
     )
 
@@ -264,31 +256,17 @@ def _shared_part(pair: GearPair) -> tuple[FloatArray, FloatArray]:
     return roll, relief
 
 
-def _side_notes(pair: GearPair, mesh: Transmission, pattern: ContactPattern) -> tuple[str, ...]:
-    notes = []
-    absent = pair.surface.absent
-    if absent is not None:
-        notes.append(
-            f"the pinion is undercut: {100.0 * absent.share:.1f} % of the shared flank is missing, from "
-            f"{1e3 * absent.u[0]:+.1f} to {1e3 * absent.u[1]:+.1f} mm along the face of the gear, at "
-            f"{100.0 * absent.fraction[0]:.0f} to {100.0 * absent.fraction[1]:.0f} % of its depth from the root"
-        )
-    if mesh.edges:
-        notes.append("edge contact of the unloaded mesh: " + ", ".join(mesh.edges))
-    if not mesh.path.settled.all():
-        notes.append(f"contact point not settled at {np.sum(~mesh.path.settled)} of {mesh.path.settled.size} angles")
-    if pattern.edges:
-        notes.append("the contact pattern runs into: " + ", ".join(pattern.edges))
-    return tuple(notes)
+def _side_notes(pair: GearPair, pattern: ContactPattern) -> tuple[str, ...]:
+    runs_into = ("the contact pattern runs into: " + ", ".join(pattern.edges),) if pattern.edges else ()
+    return pair.notes + runs_into
 
 
-def _flank_summary(design: Design, member: str, side: str) -> FlankSummary:
-    part = design.pinion if member == "pinion" else design.gear
-    flank = part.flank("concave" if side == "concave" else "convex")
+def _flank_summary(design: Design, member: Member, side: FlankSide) -> FlankSummary:
+    flank = design.flank(member, side)
     mean, found = flank.solve(np.zeros(1), np.zeros(1))
     if not found.all():
         raise ConvergenceError("undercut", f"the {side} flank of the {member} does not reach the mean point")
-    spiral, pressure = mean.angles(part.blank.pitch_angle)
+    spiral, pressure = mean.angles(flank.blank.pitch_angle)
     return FlankSummary(float(spiral[0]), float(pressure[0]), lowest_fraction(flank))
 
 

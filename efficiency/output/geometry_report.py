@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 def side_figures(side: SideGeometry) -> Iterator[tuple[str, Figure, str]]:
     """(name, figure, caption) of one side."""
-    pair, path = side.pair, side.transmission.path
+    pair, path = side.pair, side.pair.path
     yield "teeth_in_mesh", tooth_pair_figure(pair), "Teeth in mesh; positions include the misalignments."
     yield (
         "ease_off_gear",

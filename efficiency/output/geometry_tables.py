@@ -43,11 +43,11 @@ def contact_rows(geometry: PairGeometry) -> list[tuple[str, ...]]:
     rows: list[tuple[str, str, Callable[[SideGeometry], str]]] = [
         ("contact ratio, potential", "pitches", lambda s: f"{s.contact_ratio:.3f}"),
         ("unloaded contact inside the edges", "pitches", lambda s: f"{s.path_ratio:.2f}"),
-        ("transmission error, peak to peak", "arcsec", lambda s: _arcsec(s.transmission.peak_to_peak)),
-        ("transmission error, peak to peak", "µrad", lambda s: f"{1e6 * s.transmission.peak_to_peak:.4g}"),
-        ("transmission error, harmonic 1", "arcsec", lambda s: _arcsec(s.transmission.harmonics[0])),
-        ("transmission error, harmonic 2", "arcsec", lambda s: _arcsec(s.transmission.harmonics[1])),
-        ("transmission error, harmonic 3", "arcsec", lambda s: _arcsec(s.transmission.harmonics[2])),
+        ("transmission error, peak to peak", "arcsec", lambda s: _arcsec(s.pair.transmission.peak_to_peak)),
+        ("transmission error, peak to peak", "µrad", lambda s: f"{1e6 * s.pair.transmission.peak_to_peak:.4g}"),
+        ("transmission error, harmonic 1", "arcsec", lambda s: _arcsec(s.pair.transmission.harmonics[0])),
+        ("transmission error, harmonic 2", "arcsec", lambda s: _arcsec(s.pair.transmission.harmonics[1])),
+        ("transmission error, harmonic 3", "arcsec", lambda s: _arcsec(s.pair.transmission.harmonics[2])),
         (f"{top}: from the mean point to the heel", "mm", lambda s: f"{1e3 * s.contact_u:+.3f}"),
         (f"{top}: over the pitch cone of the gear", "mm", lambda s: f"{1e3 * s.contact_height:+.3f}"),
         (f"{top}: path against the line to the heel", "deg", lambda s: f"{math.degrees(s.path_angle):+.1f}"),
@@ -137,7 +137,7 @@ def print_geometry(geometry: PairGeometry, units: Units = "metric") -> None:
 
 def key_side(side: SideGeometry) -> str:
     """Transmission error of a side for a headline."""
-    return f"{side.transmission.peak_to_peak * ARCSEC:.3g} arcsec"
+    return f"{side.pair.transmission.peak_to_peak * ARCSEC:.3g} arcsec"
 
 
 def _arcsec(value: float) -> str:

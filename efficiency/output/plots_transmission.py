@@ -19,7 +19,7 @@ def transmission_figure(side: SideGeometry) -> Figure:
     """Transmission error of one tooth pair with its neighbours; below them all the curve of the mesh."""
     figure = Figure(figsize=(6.6, 3.8), layout="constrained")
     axes = figure.add_subplot()
-    mesh, pair = side.transmission, side.pair
+    mesh, pair = side.pair.transmission, side.pair
     path, pitch = mesh.path, pair.surface.pitch
     roll, error = path.pinion_angle / pitch, path.transmission_error * ARCSEC
     for shift, colour, name in ((-1.0, GREY, "neighbours"), (1.0, GREY, None), (0.0, BLUE, "one tooth pair")):
@@ -50,7 +50,7 @@ def harmonics_figure(side: SideGeometry) -> Figure:
     """Amplitudes of the transmission error at multiples of the mesh frequency."""
     figure = Figure(figsize=(6.6, 3.8), layout="constrained")
     axes = figure.add_subplot()
-    values = side.transmission.harmonics * ARCSEC
+    values = side.pair.transmission.harmonics * ARCSEC
     order = np.arange(1, values.size + 1)
     axes.bar(order, values, color=BLUE, width=0.6)
     for at, value in zip(order, values, strict=True):

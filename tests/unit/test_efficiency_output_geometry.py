@@ -53,7 +53,7 @@ def test_geometry_of_both_sides(geometry: PairGeometry) -> None:
         assert side.contact_ratio == pytest.approx(lines, abs=0.06)
         assert 1.0 < side.path_ratio < side.contact_ratio
         # close to a parabola: amplitudes of its orders fall with their square
-        harmonics = side.transmission.harmonics
+        harmonics = side.pair.transmission.harmonics
         assert harmonics[0] / harmonics[1] == pytest.approx(4.0, rel=0.02)
     assert len(json.dumps(geometry.to_dict(), allow_nan=False)) > 1000
 
@@ -98,7 +98,7 @@ def test_contact_table_has_a_column_for_each_side(geometry: PairGeometry) -> Non
     assert all(len(row) == 4 for row in rows)
     cells = {row[0]: row[2:] for row in rows if row[1] == "arcsec"}
     for side, text in zip(geometry.sides.values(), cells["transmission error, peak to peak"], strict=True):
-        assert float(text) == pytest.approx(np.degrees(side.transmission.peak_to_peak) * 3600.0, abs=5e-4)
+        assert float(text) == pytest.approx(np.degrees(side.pair.transmission.peak_to_peak) * 3600.0, abs=5e-4)
 
 
 def test_misalignment_in_words(design: Design) -> None:

@@ -1,0 +1,214 @@
+"""Figures of a misalignment study: sections, maps, contact patterns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.output.misalignment_table import ARCSEC, AXES, SHOWN_UNITS, varied
+from efficiency.output.plots_geometry import flank_axes, flank_figure
+from ehl.errors import ConvergenceError, InputError
+from ehl.plots import BLUE, GREY, ORANGE, save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from efficiency.contact.misalignment import MisalignmentPoint, MisalignmentStudy
+    from efficiency.contact.pattern import ContactPattern
+    from efficiency.design import Design
+
+FloatArray = NDArray[np.float64]
+
+_PATTERNS = 7
+
+
+def sections(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[MisalignmentPoint]]:
+    """Values of one misalignment, in the unit shown, and the states with all others nearest to zero."""
+    others = {other: min(getattr(study, other), key=abs) for other in AXES if other != name}
+    chosen = [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
+    chosen.sort(key=lambda point: float(getattr(point, name)))
+    return np.array([getattr(point, name) for point in chosen]) * SHOWN_UNITS[name][1], chosen
+
+
+def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
+    """One row per varied misalignment: transmission error, places along the face, size of the pattern."""
+    names = varied(studies[0]) or ["E"]
+    figure = Figure(figsize=(11.0, 0.9 + 2.7 * len(names)), layout="constrained")
+    grid = np.atleast_2d(figure.subplots(len(names), 3, squeeze=False))
+    for row, name in zip(grid, names, strict=True):
+        for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
+            values, points = sections(study, name)
+            _lines(row, values, points, colour, study.side)
+        unit = SHOWN_UNITS[name][0]
+        for axes, label in zip(
+            row, ("TE, peak to peak [arcsec]", "along the gear face [mm]", "of the gear [%]"), strict=True
+        ):
+            axes.set(xlabel=f"{name} [{unit}]", ylabel=label)
+            axes.grid(alpha=0.3)
+        row[0].set_ylim(0.0, None)
+        row[2].set_ylim(0.0, None)
+    for axes, title in zip(
+        grid[0], ("unloaded transmission error", "place of the contact", "size of the pattern"), strict=True
+    ):
+        axes.set_title(title, fontsize=10)
+        axes.legend(fontsize=7, framealpha=0.6)
+    others = "" if len(names) == 1 else "; each with the others nearest to zero"
+    figure.suptitle(
+        f"{studies[0].design}: misalignments, marking {1e6 * studies[0].marking:.4g} µm{others}", fontsize=11
+    )
+    return figure
+
+
+def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoint], colour: str, side: str) -> None:
+    def of(field: str, factor: float) -> FloatArray:
+        return np.array([getattr(point, field) for point in points]) * factor
+
+    row[0].plot(values, of("peak_to_peak", ARCSEC), color=colour, marker="o", ms=4, label=side)
+    edge = np.array([point.status == "edge contact" for point in points])
+    if edge.any():
+        row[0].plot(values[edge], of("peak_to_peak", ARCSEC)[edge], "x", color="k", ms=7, label=f"{side}, edge contact")
+    row[1].plot(values, of("crest_u", 1e3), color=colour, marker="o", ms=4, label=f"{side}, highest point of the TE")
+    row[1].plot(values, of("pattern_u", 1e3), color=colour, marker=".", ls="--", label=f"{side}, middle of the pattern")
+    row[2].plot(
+        values, of("pattern_length", 100.0), color=colour, marker="o", ms=4, label=f"{side}, length / face width"
+    )
+    row[2].plot(values, of("pattern_area", 100.0), color=colour, marker=".", ls="--", label=f"{side}, area share")
+
+
+def map_figure(study: MisalignmentStudy) -> Figure | None:
+    """Maps over the first two varied misalignments, the others nearest to zero; None where fewer than two vary."""
+    names = varied(study)
+    if len(names) < 2:
+        return None
+    first, second = names[:2]
+    others = {other: min(getattr(study, other), key=abs) for other in AXES if other not in (first, second)}
+    states = {
+        (getattr(p, first), getattr(p, second)): p
+        for p in study.points
+        if all(getattr(p, other) == value for other, value in others.items())
+    }
+    x, y = (np.array(sorted(getattr(study, name))) for name in (first, second))
+    figure = Figure(figsize=(12.0, 3.9), layout="constrained")
+    for axes, (field, factor, label) in zip(
+        figure.subplots(1, 3),
+        (
+            ("peak_to_peak", ARCSEC, "transmission error, peak to peak [arcsec]"),
+            ("pattern_u", 1e3, "middle of the pattern, to the heel [mm]"),
+            ("pattern_area", 100.0, "pattern, share of the flank [%]"),
+        ),
+        strict=True,
+    ):
+        values = np.array([[getattr(states[a, b], field) for a in x] for b in y]) * factor
+        across, up = x * SHOWN_UNITS[first][1], y * SHOWN_UNITS[second][1]
+        shown = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="viridis", shading="nearest")
+        figure.colorbar(shown, ax=axes, label=label)
+        middle = 0.5 * (np.nanmin(values) + np.nanmax(values)) if np.isfinite(values).any() else 0.0
+        if values.size <= 121:
+            for place in np.ndindex(values.shape):
+                text = f"{values[place]:.3g}" if np.isfinite(values[place]) else ""
+                at = (across[place[1]], up[place[0]])
+                axes.annotate(
+                    text, at, ha="center", va="center", fontsize=7, color="k" if values[place] > middle else "w"
+                )
+        axes.set(xlabel=f"{first} [{SHOWN_UNITS[first][0]}]", ylabel=f"{second} [{SHOWN_UNITS[second][0]}]")
+    figure.suptitle(f"{study.design}, {study.side}: {first} and {second}", fontsize=11)
+    return figure
+
+
+def pattern_figure(
+    study: MisalignmentStudy, name: str, contacts: Sequence[tuple[float, GearPair, ContactPattern]]
+) -> Figure:
+    """Outlines of the contact pattern on the gear for values of one misalignment, and the paths of contact.
+
+    Parameters
+    ----------
+    study : MisalignmentStudy
+        For names and units.
+    name : str
+        The misalignment that varies.
+    contacts : sequence of (value, GearPair, ContactPattern)
+        Value of the misalignment in SI units, mesh and pattern.
+    """
+    unit, factor = SHOWN_UNITS[name]
+    figure, axes = flank_figure(contacts[0][1], "gear", f"contact pattern over {name},")
+    shades = colormaps["coolwarm"](np.linspace(0.0, 1.0, len(contacts)))
+    for colour, (value, pair, pattern) in zip(shades, contacts, strict=True):
+        aligned = value == 0.0
+        tint = GREY if aligned else colour
+        axes.plot([], [], color=tint, lw=2.0, label=f"{value * factor:+.3g} {unit}")
+        if pattern.marked.any():
+            gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0))
+            axes.contour(
+                pattern.gear_u * 1e3,
+                pattern.gear_height * 1e3,
+                gap,
+                levels=[pattern.thickness],
+                colors=[tint],
+                linewidths=2.0 if aligned else 1.4,
+            )
+        axes.plot(
+            np.where(pair.path.free, pair.path.u, np.nan) * 1e3, pair.path.height * 1e3, color=tint, lw=1.0, ls="--"
+        )
+    flank_axes(axes, contacts[0][1], "gear")
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), title=name)
+    what = f"contact pattern over {name}, marking {1e6 * study.marking:.4g} µm, on the gear"
+    axes.set_title(f"{study.design}, {study.side}:\n{what}", fontsize=10)
+    return figure
+
+
+def section_contacts(
+    design: Design, study: MisalignmentStudy, name: str
+) -> list[tuple[float, GearPair, ContactPattern]]:
+    """Mesh and pattern at values of one misalignment, seven at most, the others nearest to zero.
+
+    States that cannot be computed are left out.
+    """
+    values, points = sections(study, name)
+    chosen = np.unique(np.linspace(0, values.size - 1, _PATTERNS).round().astype(int))
+    start = design.assembly.misalignment
+    found: list[tuple[float, GearPair, ContactPattern]] = []
+    for number in chosen:
+        point = points[number]
+        moved = design.with_misalignment(**{axis: getattr(start, axis) + getattr(point, axis) for axis in AXES})
+        try:
+            pair = gear_pair(moved, study.side, grid=found[0][1].surface.grid if found else None)
+        except ConvergenceError:
+            continue
+        found.append((float(getattr(point, name)), pair, pair.pattern(study.marking)))
+    return found
+
+
+def study_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[tuple[str, Figure]]:
+    """(name, figure): sections of all studies, then maps and patterns of each."""
+    yield "misalignment", section_figure(studies)
+    for study in studies:
+        figure = map_figure(study)
+        if figure is not None:
+            yield f"{study.side}_map", figure
+        for name in varied(study):
+            contacts = section_contacts(design, study, name)
+            if contacts:
+                yield f"{study.side}_pattern_{name}", pattern_figure(study, name, contacts)
+
+
+def save_study_figures(design: Design, studies: Sequence[MisalignmentStudy], folder: Path) -> None:
+    """All figures as PNG files.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--plot", str(folder), "a folder that can be written", f"{error}.") from None
+    for name, figure in study_figures(design, studies):
+        save_figure(figure, folder / f"{name}.png")
