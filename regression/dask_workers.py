@@ -17,10 +17,11 @@ from typing import Any
 from ehl import __version__
 from ehl.errors import InputError, MixedEhlError
 from regression.executors import MOST_LOST, Executor, Row, WorkersLost
-from regression.workers import Task, Work, one_thread
+from regression.workers import Task, Work, dead_end, one_thread
 
 # cases at each thread of a worker: one runs, one waits
 _DEPTH = 2
+CONNECT = 10  # how long an address may take to answer [s]
 _LOOK = 5.0  # how often a silent cluster is looked at [s]
 
 
@@ -151,7 +152,8 @@ def _in_dask_worker(task: Task, work: Work, version: str) -> Row:
     if version != __version__:
         raise _OtherVersion(__version__)
     one_thread()
-    return work(task)
+    with dead_end(work.time_cap):
+        return work(task)
 
 
 @contextmanager
@@ -192,7 +194,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
         client = (
             distributed.Client(scheduler_file=address)
             if address.endswith(".json")
-            else distributed.Client(address, timeout=10)
+            else distributed.Client(address, timeout=CONNECT)
         )
     except (OSError, TimeoutError, ValueError) as error:
         hint = f"{error}. Is `dask scheduler` running there?"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ehl.errors import MixedEhlError
-from regression.workers import Task, Work, become_worker, lost_row
+from regression.workers import Task, Work, become_worker, dead_end, lost_row
 
 # so many cases in a row each took their worker along, and none was finished: no case is to blame for that
 MOST_LOST = 5
@@ -97,7 +97,8 @@ class LocalProcesses:
 
 def _in_worker(parent: int, task: Task, work: Work) -> Row:
     become_worker(parent)
-    return work(task)
+    with dead_end(work.time_cap):
+        return work(task)
 
 
 def local_executor(jobs: int) -> Executor:

@@ -18,8 +18,10 @@ Mask = NDArray[np.bool_]
 
 # points the hyperparameters are found with; the process itself takes all
 FIT_POINTS = 400
-# a case without result says as much about its neighbourhood as one whose noise equals the signal
-FAILED_NOISE = 1.0
+# a case without result: noise over signal, so that its place counts as nearly visited and no value is made up for it
+FAILED_NOISE = 0.1
+# the chance of a result: neighbours count against so many cases of the usual success
+USUAL = 0.1
 
 
 @dataclass(frozen=True)
@@ -51,9 +53,7 @@ class Surrogate:
 
     def correlation(self, a: Array, b: Array) -> Array:
         """Matern 5/2 correlation between two sets of points, shape (len(a), len(b))."""
-        distance = np.sqrt(np.maximum(_squared_distances(a / self.scales, b / self.scales), 0.0))
-        s = np.sqrt(5.0) * distance
-        return np.asarray((1.0 + s + s * s / 3.0) * np.exp(-s))
+        return _matern(a, b, self.scales)
 
     def covariance(self, points: Array) -> Array:
         """Covariance of ln mu at new points, given all points known: (m, m)."""
@@ -64,9 +64,17 @@ class Surrogate:
         )
 
     def chance(self, points: Array) -> Array:
-        """Chance of a result at new points: that of their neighbours, and one success beside them."""
-        near = self.correlation(points, self.inputs)
-        return np.asarray((1.0 + near[:, : self.results].sum(axis=1)) / (1.0 + near.sum(axis=1)))
+        """Chance of a result at new points: the share of results among their neighbours, drawn to that of all."""
+        count, dimension = self.inputs.shape
+        # as far as points of an even filling are apart
+        near = _matern(points, self.inputs, np.full(dimension, count ** (-1.0 / dimension)))
+        rate = self.results / count
+        return np.asarray((USUAL * rate + near[:, : self.results].sum(axis=1)) / (USUAL + near.sum(axis=1)))
+
+
+def _matern(a: Array, b: Array, scales: Array) -> Array:
+    s = np.sqrt(5.0 * np.maximum(_squared_distances(a / scales, b / scales), 0.0))
+    return np.asarray((1.0 + s + s * s / 3.0) * np.exp(-s))
 
 
 def _squared_distances(a: Array, b: Array) -> Array:
