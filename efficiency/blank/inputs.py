@@ -1,11 +1,12 @@
 """The blank file of a bevel or hypoid pair: what a designer types, in the terms of ISO 23509.
 
-Where the standard recommends a value it is the default; `PairBlank.defaults` names those that were taken.
+Where the standard recommends a value it is the default; `PairBlank.defaults` names what was taken.
 """
 
 from __future__ import annotations
 
-from math import pi, radians
+from collections.abc import Iterator
+from math import degrees, pi, radians
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -128,6 +129,11 @@ class PairBlankInput(InputModel):
     taper: DepthTaper | None = None
     backlash: Backlash = Backlash()
 
+    @property
+    def defaults(self) -> tuple[str, ...]:
+        """What the file leaves out, with the value taken; lengths in mm, angles in deg."""
+        return tuple(_left_out(self, ""))
+
     @model_validator(mode="after")
     def _one_of_each(self) -> Self:
         given = [name for name in ("outer_pitch_diameter_gear", "mean_pitch_diameter_gear") if getattr(self, name)]
@@ -170,6 +176,17 @@ class PairBlankInput(InputModel):
                 "Hypoid pairs take Method 1, 2 or 3.",
             )
         return self
+
+
+def _left_out(model: InputModel, where: str) -> Iterator[str]:
+    for name, info in type(model).model_fields.items():
+        value = getattr(model, name)
+        if isinstance(value, InputModel):
+            yield from _left_out(value, f"{where}{name}.")
+        elif name not in model.model_fields_set and value is not None and name not in ("source", "data_type", "value"):
+            unit = next((item.unit for item in info.metadata if isinstance(item, Quantity)), "")
+            shown = f"{degrees(value):.6g} deg" if unit == "rad" else f"{1e3 * value:.6g} mm" if unit == "m" else value
+            yield f"{where}{name} = {shown}"
 
 
 def load_blank(name: str | Path) -> PairBlankInput:

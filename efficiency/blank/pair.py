@@ -230,7 +230,7 @@ def pair_blank(inputs: PairBlankInput) -> PairBlank:
         trials=cones.trials,
         closure=cones.closure,
         tangency_error=cones.spiral_1 - touching.spiral_1,
-        defaults=(*factor.defaults, *(() if inputs.taper else (f"taper.type = {taper!r}",))),
+        defaults=(*inputs.defaults, *factor.defaults, *(() if inputs.taper else (f"taper.type = {taper}",))),
     )
     check_dimensions(pair)
     return replace(pair, warnings=blank_warnings(pair))
