@@ -1,0 +1,158 @@
+"""Parts of the transient engine against each other: elastic kernels, step tolerance, shear laws.
+
+    python benchmarks/mixed_engine.py STUDY --out benchmarks/out
+
+Variants take turns over the same travel of the same surfaces, so that ratios of time are of one run. Each study prints
+its table and writes CSV; one core, two to five minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from mixed_scenes import (
+    STEEL,
+    Scene,
+    eyring_oil,
+    friction,
+    gaussian_pair,
+    line,
+    print_table,
+    speed_of_film_ratio,
+    startup_of,
+    write_csv,
+)
+
+from ehl.rheology import RisingStress
+from ehl.transient._kernels.march import FILM_MEAN, ITERATIONS
+from ehl.transient.run import Run
+from ehl.transient.scaling import build_problem
+from ehl.transient.solve import elastic_error
+
+RMS = 0.4e-6
+WINDOW = 4.0
+TURNS = 8
+
+
+def changed(scene: Scene, mesh: float, **settings: object) -> Run:
+    """A run with other settings."""
+    usual = scene.run(mesh).problem.settings
+    return Run(
+        build_problem(
+            scene.contact, scene.lubricant, scene.surfaces, (STEEL, STEEL), replace(usual, **settings)  # type: ignore[arg-type]
+        )
+    )  # fmt: skip
+
+
+def in_turns(runs: Mapping[str, Run], startup: float) -> dict[str, tuple[float, float, float, float]]:
+    """mu, mean film [m], iterations and us per step of runs that roll the same way in turns."""
+    records: dict[str, list[np.ndarray]] = {name: [] for name in runs}
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    for run in runs.values():
+        run.advance(round(startup * run.problem.units.steps_per_half_width))
+    for _ in range(TURNS):
+        for name, run in runs.items():
+            steps = round(WINDOW / TURNS * run.problem.units.steps_per_half_width)
+            begun = time.process_time()
+            records[name].append(run.advance(steps)[0])
+            times[name].append((time.process_time() - begun) / steps)
+    found = {}
+    for name, run in runs.items():
+        every = np.concatenate(records[name])
+        film = float(every[:, FILM_MEAN].mean()) * run.problem.units.film
+        found[name] = float(friction(every).mean()), film, float(every[:, ITERATIONS].mean()), np.median(times[name])
+    return found
+
+
+def elasticity(out: Path) -> None:
+    """The sum of exponentials against the exactly integrated kernel."""
+    oil = eyring_oil()
+    columns = (
+        "lambda",
+        "gamma",
+        "nodes",
+        "mu soe",
+        "mu fft / soe - 1",
+        "film fft / soe - 1",
+        "soe off by [nm]",
+        "time",
+    )
+    rows = []
+    for ratio, gamma in ((4.0, math.inf), (1.5, math.inf), (0.5, 1.0), (0.3, math.inf), (0.06, math.inf), (0.02, 1.0)):
+        contact = line(speed_of_film_ratio(ratio, RMS, oil))
+        scene = Scene(contact, oil, gaussian_pair(contact, RMS, 0.15), 30e-9, gamma)
+        for mesh in (64.0, 128.0, 256.0):
+            runs = {kernel: changed(scene, mesh, elasticity=kernel) for kernel in ("soe", "fft")}
+            found = in_turns(runs, startup_of(scene) + 0.5)
+            (mu, film, _, seconds), (mu_fft, film_fft, _, seconds_fft) = found["soe"], found["fft"]
+            off = 1e9 * elastic_error(runs["soe"]) * scene.boundary_film
+            nodes = runs["soe"].problem.x.size
+            changes = mu_fft / mu - 1.0, film_fft / film - 1.0
+            rows.append((ratio, gamma, nodes, mu, *changes, off, seconds_fft / seconds))
+    print_table("elastic kernels", columns, rows)
+    write_csv(out / "mixed_elasticity.csv", columns, rows)
+
+
+def tolerance(out: Path) -> None:
+    """The step tolerance on coarse and very fine meshes."""
+    oil = eyring_oil()
+    columns = ("lambda", "nodes per b", "tolerance", "mu", "film [nm]", "iterations", "us per step")
+    rows = []
+    for ratio in (4.0, 1.5, 0.3):
+        contact = line(speed_of_film_ratio(ratio, RMS, oil))
+        scene = Scene(contact, oil, gaussian_pair(contact, RMS, 0.15))
+        for mesh in (64.0, 128.0, 300.0, 600.0):
+            runs = {f"{value:g}": changed(scene, mesh, tolerance=value) for value in (1e-4, 2e-5, 2e-6)}
+            for name, (mu, film, iterations, seconds) in in_turns(runs, 3.4).items():
+                rows.append((ratio, mesh, name, mu, 1e9 * film, iterations, 1e6 * seconds))
+    print_table("step tolerance", columns, rows)
+    write_csv(out / "mixed_tolerance.csv", columns, rows)
+
+
+def laws(out: Path) -> None:
+    """What the shear laws cost, and what they make of one rough contact; the coefficients are round numbers."""
+    plain = eyring_oil()
+    carreau = {"rheology": "carreau", "carreau_stress": 5e6, "carreau_exponent": 0.5}
+    smooth = {"limiting_shear": "smooth", "limiting_shear_coefficient": 0.06, "limiting_shear_ambient": 2e6}
+    oils = {
+        "eyring": plain,
+        "newtonian": replace(plain, rheology="newtonian"),
+        "eyring, tau0(p)": replace(plain, eyring_stress=RisingStress(5e6, 0.035, 0.5e9, 3.5e9)),
+        "carreau": replace(plain, **carreau),  # type: ignore[arg-type]
+        "eyring, smooth limit": replace(plain, **smooth),  # type: ignore[arg-type]
+        "carreau, smooth limit": replace(plain, **carreau, **smooth),  # type: ignore[arg-type]
+    }
+    columns = ("lambda", "heat", "law", "mu", "film [nm]", "iterations", "time over eyring")
+    rows = []
+    for ratio in (1.5, 0.3):
+        contact = line(speed_of_film_ratio(ratio, RMS, plain))
+        scene = Scene(contact, plain, gaussian_pair(contact, RMS, 0.15))
+        for thermal in (False, True):
+            runs = {name: scene.with_(lubricant=oil, thermal=thermal).run(100.0) for name, oil in oils.items()}
+            found = in_turns(runs, 5.0)
+            for name, (mu, film, iterations, seconds) in found.items():
+                rows.append((ratio, thermal, name, mu, 1e9 * film, iterations, seconds / found["eyring"][3]))
+    print_table("shear laws", columns, rows)
+    write_csv(out / "mixed_laws.csv", columns, rows)
+
+
+STUDIES = {"elasticity": elasticity, "tolerance": tolerance, "laws": laws}
+
+
+def main() -> None:
+    """Run one study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", choices=STUDIES)
+    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
+    given = parser.parse_args()
+    STUDIES[given.study](given.out)
+
+
+if __name__ == "__main__":
+    main()
