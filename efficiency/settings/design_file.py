@@ -16,7 +16,7 @@ from efficiency.design import Design
 from efficiency.settings.fit import FittedFlank
 from efficiency.settings.free_axis import tilt_and_swivel
 from efficiency.settings.gear import SIDES
-from efficiency.settings.inputs import SettingsInput
+from efficiency.settings.inputs import FlankTarget, SettingsInput
 from ehl.validation import validate
 
 _LENGTHS = {
@@ -33,6 +33,9 @@ _LENGTHS = {
     "cutter_radius",
     "reference_height",
     "radius_offset",
+    "lengthwise_crowning",
+    "profile_crowning",
+    "twist",
 }
 _ANGLES = {
     "cradle_angle",
@@ -126,11 +129,37 @@ def cutter_table(blade: Blade, mirror: float) -> Table:
     return table
 
 
-def _member(name: str, blank: MemberBlank, flanks: dict[FlankSide, CutFlank], extra: Table) -> list[tuple[str, Table]]:
+def ease_off_table(target: FlankTarget, scale: float) -> Table:
+    """Ease-off of a pinion flank that is defined by it."""
+    return {
+        "lengthwise_crowning": scale * target.crowning_toe,
+        "profile_crowning": scale * target.relief_tip,
+        "bias": target.bias,
+        "twist": scale * target.twist,
+        "contact_face": target.contact_face,
+        "contact_depth": target.contact_depth,
+    }
+
+
+PinionFlanks = dict[FlankSide, CutFlank] | dict[FlankSide, Table]
+
+
+def _member(name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table) -> list[tuple[str, Table]]:
+    tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.design_table())]
+    cut: dict[FlankSide, CutFlank] = {}
+    for side, flank in flanks.items():
+        if isinstance(flank, CutFlank):
+            cut[side] = flank
+        else:
+            tables.append((f"{name}.{side}.ease_off", flank))
+    return tables + (_cut_tables(name, blank, cut) if cut else [])
+
+
+def _cut_tables(name: str, blank: MemberBlank, flanks: dict[FlankSide, CutFlank]) -> list[tuple[str, Table]]:
     mirror = 1.0 if blank.hand == "right" else -1.0
     machines = {side: machine_table(flanks[side].machine) for side in SIDES}
     cutters = {side: cutter_table(flanks[side].blade, mirror) for side in SIDES}
-    tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.design_table())]
+    tables: list[tuple[str, Table]] = []
     shared_machine = machines["concave"] == machines["convex"]
     if shared_machine:
         tables.append((f"{name}.machine", machines["concave"]))
@@ -160,12 +189,22 @@ def written_flank(flank: CutFlank, phase: float) -> CutFlank:
 def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[str]:
     """Comment of a design file: what it is, where from, what was chosen."""
     cutting, blank = inputs.cutting, inputs.blank
+    conjugate = cutting.pinion == "conjugate"
     lines = [
         f"{inputs.name}: made by `mixed-ehl settings` from a blank and contact targets.",
         f"Blank: {blank.source or blank.name} (ISO 23509 Method {blank.method}).",
-        f"Gear: {cutting.gear}, {blank.process}. Pinion: {cutting.pinion}, {cutting.machine} machine, fitted to the",
-        "conjugate flank plus ease-off, in um at the ends of the face and of the working depth of the gear:",
+        f"Gear: {cutting.gear}, {blank.process}.",
     ]
+    if conjugate:
+        lines.append(
+            "Pinion: no settings; its flanks are the conjugate ones less an ease-off, whether or not a machine can cut"
+        )
+        lines.append("them. Ease-off in um at the ends of the face and of the working depth of the gear:")
+    else:
+        lines.append(
+            f"Pinion: {cutting.pinion}, {cutting.machine} machine, fitted to the conjugate flank plus ease-off, in um"
+        )
+        lines.append("at the ends of the face and of the working depth of the gear:")
     targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     for side in SIDES:
         target, state = targets[side], fitted[side]
@@ -180,11 +219,9 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
         if target.transmission_error is not None:
             wish += f", scaled to {np.degrees(target.transmission_error) * 3600:.4g} arcsec"
         lost = int(np.sum(~state.found))
-        lines += [
-            f"  {side} pinion flank: {wish};",
-            f"    residual {state.rms * 1e6:.2f} um rms, {state.largest * 1e6:.2f} um at most, "
-            f"{lost} of {state.found.size} points undercut.",
-        ]
+        residual = f"residual {state.rms * 1e6:.2f} um rms, {state.largest * 1e6:.2f} um at most, "
+        lines.append(f"  {side} pinion flank: {wish};")
+        lines.append(f"    {'' if conjugate else residual}{lost} of {state.found.size} points undercut.")
     lines += [
         "Machine settings and cutters are constructed, not published; ease-off, operating point, oil, material and",
         "roughness are our choice where the source does not name them. No fillet is defined.",
@@ -195,7 +232,7 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
 def design_text(
     inputs: SettingsInput,
     blank: PairBlank,
-    pinion: dict[FlankSide, CutFlank],
+    pinion: PinionFlanks,
     gear: dict[FlankSide, CutFlank],
     header: Iterable[str],
 ) -> str:

@@ -14,13 +14,17 @@ def wanted_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArr
     """Relief [m] at places on the face (-1 toe, 1 heel) and the working depth (-1 root, 1 tip of the gear).
 
     With ``X = x - contact_face - bias (y - contact_depth)`` and ``Y = y - contact_depth`` it is
-    ``(heel + toe)/2 X^2 + (heel - toe)/2 X^3 + (tip + root)/2 Y^2 + (tip - root)/2 Y^3 + twist X Y``: smooth, and the
-    amounts of the targets at the ends of both axes for a contact in the middle.
+    ``(heel + toe)/2 X^2 + (heel - toe)/2 X^3 + (tip + root)/2 Y^2 + (tip - root)/2 Y^3 + twist (x - contact_face) Y``:
+    smooth, and the amounts of the targets at the ends of both axes for a contact in the middle.
     """
     across = y - target.contact_depth
     along = x - target.contact_face - target.bias * across
     lengthwise = _ends(along, target.crowning_toe, target.crowning_heel)
-    return lengthwise + _ends(across, target.relief_root, target.relief_tip) + target.twist * along * across
+    return (
+        lengthwise
+        + _ends(across, target.relief_root, target.relief_tip)
+        + target.twist * (x - target.contact_face) * across
+    )
 
 
 def _ends(x: FloatArray, low: float, high: float) -> FloatArray:

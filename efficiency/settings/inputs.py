@@ -30,7 +30,8 @@ class Cutting(InputModel):
     gear : str
         ``"formate"`` (not generated) or ``"generated"``.
     pinion : str
-        ``"both_flanks"``: one machine setting for both flanks (completing); ``"each_flank"``: a setting per flank.
+        ``"both_flanks"``: one machine setting for both flanks (completing); ``"each_flank"``: a setting per flank;
+        ``"conjugate"``: no settings, the flanks are defined as conjugate to the gear's plus the ease-off.
     machine : str
         ``"free_form"``: any relative motion; ``"cradle"``: machine root angle near the pinion's root cone and tilt
         within `tilt_limit`.
@@ -42,7 +43,7 @@ class Cutting(InputModel):
     """
 
     gear: Literal["formate", "generated"] = "formate"
-    pinion: Literal["both_flanks", "each_flank"] = "both_flanks"
+    pinion: Literal["both_flanks", "each_flank", "conjugate"] = "both_flanks"
     machine: Literal["free_form", "cradle"] = "free_form"
     tilt_limit: Annotated[float, Quantity("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
     blades: Literal["straight", "curved"] | None = None
@@ -138,6 +139,17 @@ class SettingsInput(InputModel):
     @classmethod
     def _by_name(cls, value: Any) -> Any:
         return load_blank(value).model_dump() if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _ease_off_alone(self) -> Self:
+        if self.cutting.pinion == "conjugate":
+            for side in ("drive", "coast"):
+                target: FlankTarget = getattr(self.targets, side)
+                for one, other in (("crowning_toe", "crowning_heel"), ("relief_root", "relief_tip")):
+                    if getattr(target, one) != getattr(target, other):
+                        allowed = f"equal to {one} where the pinion is conjugate"
+                        raise InputError(f"targets.{side}.{other}", getattr(target, other), allowed)
+        return self
 
     @property
     def curved_blades(self) -> bool:

@@ -20,7 +20,8 @@ def settings_tables(result: SettingsResult) -> None:
     console.print(_settings(result))
     console.print(_residuals(result))
     for flank in result.flanks:
-        console.print(_map(flank))
+        if flank.fitted.largest > 1e-9:
+            console.print(_map(flank))
     for warning in result.warnings:
         console.print(f"warning: {warning}")
     console.print(f"{result.iterations} iterations, {result.seconds:.2f} s, {result.status}")
@@ -42,8 +43,8 @@ def _settings(result: SettingsResult) -> Table:
     columns = {}
     for member in ("pinion", "gear"):
         for side in ("concave", "convex"):
-            cut = getattr(getattr(result.design, member), side)
-            columns[f"{member} {side}"] = cut.cutter.model_dump() | cut.machine.model_dump()
+            given = getattr(getattr(result.design, member), side).model_dump()
+            columns[f"{member} {side}"] = {name: value for table in given.values() for name, value in table.items()}
     names = dict.fromkeys(name for values in columns.values() for name in values)
     table = _table(result.design.name, "setting", *columns)
     for name in names:

@@ -18,9 +18,9 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.design import Design
 from efficiency.settings.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
 from efficiency.settings.cradle import fit_on_cradle
-from efficiency.settings.design_file import design_text, header, parse_design, written_flank
+from efficiency.settings.design_file import Table, design_text, ease_off_table, header, parse_design, written_flank
 from efficiency.settings.ease_off_target import wanted_relief
-from efficiency.settings.fit import FitResult, FittedFlank, fit
+from efficiency.settings.fit import FitResult, FittedFlank, fit, measure
 from efficiency.settings.free import FreeSettings, free_settings, with_motions
 from efficiency.settings.gear import SIDES, GearCut, PairGeometry, cut_gear, pair_geometry
 from efficiency.settings.inputs import FlankTarget, SettingsInput
@@ -33,6 +33,7 @@ FloatArray = NDArray[np.float64]
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01
 _LOOSER = 0.2
+_WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
 
 
 def machine_settings(inputs: SettingsInput, transmission: bool = True) -> SettingsResult:
@@ -62,9 +63,12 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
     targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     scale = dict.fromkeys(SIDES, 1.0)
     for _ in range(5):
-        fits = _fit(inputs, pair, gear, grid, starts, scale)
-        fitted = _by_side(fits)
-        text, design = _design(inputs, blank, pair, gear, fitted)
+        if inputs.cutting.pinion == "conjugate":
+            fits, fitted = [], {side: _uncut(pair, starts[side]) for side in SIDES}
+        else:
+            fits = _fit(inputs, pair, gear, grid, starts, scale)
+            fitted = _by_side(fits)
+        text, design = _design(inputs, blank, pair, gear, fitted, scale)
         wanted = {side: targets[side].transmission_error for side in SIDES}
         mesh = {side: unloaded_mesh(design, _DRIVE[side]) if transmission or wanted[side] else None for side in SIDES}
         off = {
@@ -81,6 +85,8 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
         for side in SIDES
     }
     warnings = _warnings(blank, reports, transmission)
+    if inputs.cutting.pinion == "conjugate":
+        warnings = ("pinion: flanks defined by conjugate plus ease-off, not cut by settings", *warnings)
     if grid.lowest > 0.03:
         warnings = (
             f"gear: undercut below {grid.lowest:.2g} of its working depth; no contact was asked for there",
@@ -163,20 +169,32 @@ def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
     return found
 
 
+def _uncut(pair: PairGeometry, start: ConjugateFlankStart) -> FittedFlank:
+    """The conjugate flank itself: nothing is left to fit, only its undercut is looked for."""
+    wanted = wanted_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
+    return measure(wanted, wanted.flank, wanted.phase, wanted.parameters)
+
+
 def _design(
     inputs: SettingsInput,
     blank: PairBlank,
     pair: PairGeometry,
     gear: GearCut,
     fitted: dict[FlankSide, FittedFlank],
+    scale: dict[FlankSide, float],
 ) -> tuple[str, Design]:
+    cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in SIDES}
+    if inputs.cutting.pinion == "conjugate":
+        targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+        defined: dict[FlankSide, Table] = {side: ease_off_table(targets[side], scale[side]) for side in SIDES}
+        text = design_text(inputs, blank, defined, cut_flanks, header(inputs, fitted))
+        return text, parse_design(text)
     # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
     back = _backlash_turns(pair, fitted)
     middle = 0.5 * sum(fitted[side].phase for side in SIDES)
     pinion: dict[FlankSide, CutFlank] = {
         side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in SIDES
     }
-    cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in SIDES}
     text = design_text(inputs, blank, pinion, cut_flanks, header(inputs, fitted))
     return text, parse_design(text)
 
@@ -214,7 +232,9 @@ def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission
     out = []
     for side, report in reports.items():
         if report.fitted.rms > RESIDUAL_LIMIT:
-            out.append(f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g} um")
+            out.append(
+                f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}"
+            )
         if report.undercut:
             count, where = len(report.undercut), report.undercut[0].place
             out.append(f"{side}: {count} of {report.grid.u.size} points undercut ({where})")
