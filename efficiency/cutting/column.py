@@ -18,6 +18,9 @@ from efficiency.cutting.rotation import dot
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+# every so many rows the edge is followed step by step
+_STRIDE = 4
+
 
 @dataclass(frozen=True)
 class Columns:
@@ -93,21 +96,27 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     start : (3, k) array
         Cutting parameters to start from.
     """
-    x, change = np.array(start), np.zeros_like(start)
-    alive = np.ones(u.size, dtype=bool)
-    rows, founds = [], []
-    for s in lengths:
-        # the next point lies ahead by the share of the last step, where there was one
-        step = s - x[0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(change[0] == 0.0, 0.0, np.clip(step / change[0], -2.0, 2.0))
-        moved, found = at_length(flank, u, np.stack([s, *(x[1:] + share * change[1:])]))
+    count = lengths.shape[0]
+    marks = np.unique(np.linspace(0, count - 1, -(-count // _STRIDE) + 1).round().astype(np.int64))
+    x, alive = np.array(start), np.ones(u.size, dtype=bool)
+    marked, reached = [], []
+    for s in lengths[marks]:
+        moved, found = at_length(flank, u, np.stack([s, x[1], x[2]]))
         alive = alive & found
-        change = np.where(alive, moved - x, 0.0)
-        x = x + change
-        rows.append(x)
-        founds.append(alive)
-    parameters = np.stack(rows)
+        x = np.where(alive, moved, x)
+        marked.append(x)
+        reached.append(alive)
+    # the rows between from those beside them, all at once
+    place = np.arange(count)
+    after = np.searchsorted(marks, place)
+    before = np.maximum(after - 1, 0)
+    share = ((place - marks[before]) / np.maximum(marks[after] - marks[before], 1))[:, None, None]
+    path = np.stack(marked)
+    between = path[before] + share * (path[after] - path[before])
+    between[:, 0] = lengths
+    solved, found = at_length(flank, np.tile(u, count), np.moveaxis(between, 1, 0).reshape(3, -1))
+    exists = found.reshape(lengths.shape) & np.stack(reached)[after]
+    parameters = np.where(exists[:, None], np.moveaxis(solved.reshape(3, *lengths.shape), 0, 1), between)
     flat = np.moveaxis(parameters, 1, 0).reshape(3, -1)
     points = flank.points(flat)
     _, height = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
@@ -127,5 +136,5 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
         normal=by_row(points.normal),
         height=np.real(height).reshape(shape),
         regression=rate,
-        found=np.stack(founds),
+        found=exists,
     )

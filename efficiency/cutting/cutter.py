@@ -8,7 +8,7 @@ angle lean it out of that plane.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -105,10 +105,6 @@ class Blade:
         if self.tip_arc is None:
             return self.profile.length_at(0.0)
         return self.profile_start - float(np.real((0.5 * np.pi - self.tip_arc.angle) * self.edge_radius))
-
-    def with_part(self, part: EdgePart) -> Blade:
-        """The same blade, cutting with its profile or with its edge radius."""
-        return replace(self, part=part)
 
     def edge(self, s: Array) -> tuple[Array, Array, Array]:
         """Edge in the head at cutter angle zero: points, their first and their second derivative by s.

@@ -176,15 +176,17 @@ class CutFlank(Flank):
         The equation of meshing is ``normal . d point / d phi`` [m]; a non-generated flank has phi in its place.
         """
         s, th, phi = x
-        index, pose = self.index_ratio, self.machine.at(phi)
-        edge, along, _ = self.blade.edge(s)
-        in_cutter, tangent = turn(edge, th), turn(along, th)
-        point = pose.place(in_cutter)
-        if index:
-            cutting = pose.direct(spin(in_cutter)) + index * pose.about_work(point + pose.shift[0])
-            normal = unit(cross(pose.direct(tangent), -self.blade.sign * cutting))
+        pose = self.machine.at(phi)
+        if not self.index_ratio:
+            in_cutter, facing = self.blade.surface(s, th)
+            point, normal = pose.place(in_cutter), pose.direct(facing)
         else:
-            normal = pose.direct(unit(cross(tangent, -self.blade.sign * spin(in_cutter))))
+            edge, along, _ = self.blade.edge(s)
+            in_cutter = turn(edge, th)
+            point = pose.place(in_cutter)
+            # the indexing work turns away under the blade
+            cutting = pose.direct(spin(in_cutter)) + self.index_ratio * pose.about_work(point + pose.shift[0])
+            normal = -self.blade.sign * unit(cross(pose.direct(turn(along, th)), cutting))
         condition = dot(normal, pose.rolling(point)) if self.machine.generated else phi + 0.0 * s
         return (*pose.to_work(point, normal, self._indexed(th)), condition)
 
