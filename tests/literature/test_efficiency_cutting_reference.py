@@ -280,3 +280,39 @@ def test_gleason_gear_root_and_back_of_the_cutter(side: str) -> None:
     assert depth[-1] == pytest.approx(values["printed"]["whole_depth_heel"], abs=0.005)
     assert not limits.undercut.any()
     assert mutilation(gear, limits.roll) is None
+
+
+@pytest.mark.parametrize(("side", "sign"), [("concave", 1.0), ("convex", -1.0)])
+def test_formate_gear_of_a_face_mill_loses_pressure_angle(side: str, sign: float) -> None:
+    """AGMA 929 C blank as Formate gear, machine centre at the root apex, blades turned for the root cone.
+
+    Each flank stands beside the middle of the slot, where the cone has turned away under the blade: about 0.8 deg less
+    pressure angle (an independent computation for another gear); here half the slot is 2.6 and 3.3 deg wide.
+    """
+    blank = Blank(
+        39,
+        np.radians(70.2532),
+        81.273 * MM,
+        25.4 * MM,
+        1.58937 * MM,
+        5.80048 * MM,
+        np.radians(2.1342),
+        np.radians(6.4935),
+    )
+    spiral, rc, root_angle = np.radians(35.0), 114.3 * MM, blank.pitch_angle - blank.dedendum_angle
+    sink = blank.mean_cone_distance * np.sin(blank.dedendum_angle) - blank.mean_dedendum * np.cos(blank.dedendum_angle)
+    along = blank.mean_cone_distance * np.cos(blank.dedendum_angle) + sink / np.tan(root_angle)
+    horizontal, vertical = along - rc * np.sin(spiral), rc * np.cos(spiral)
+    machine = MachineSettings(
+        radial_setting=float(np.hypot(horizontal, vertical)),
+        cradle_angle=float(np.arctan2(vertical, horizontal)),
+        machine_root_angle=root_angle,
+        roll_ratio=0.0,
+        machine_centre_to_back=float(sink / np.sin(root_angle)),
+        generated=False,
+    )
+    blade = Blade(rc + sign * 1.10013 * MM, np.radians(20.0) - sign * blank.dedendum_angle * np.sin(spiral), side)  # type: ignore[arg-type]
+    at = np.zeros(1)
+    found, pressure = CutFlank(blade, machine, blank).solve(at, at)[0].angles(blank.pitch_angle)
+    assert np.degrees(found[0]) == pytest.approx(35.0, abs=0.6)
+    assert 0.6 < 20.0 - np.degrees(pressure[0]) < 1.2
