@@ -261,4 +261,7 @@ def _with_places(content: dict[str, Any], folder: Path) -> dict[str, Any]:
             flank = content.get(member, {}).get(side, {}) if isinstance(content.get(member, {}), dict) else {}
             if isinstance(flank, dict) and isinstance(flank.get("grid"), str):
                 flank["grid"] = str(folder / flank["grid"])
+            ease_off = flank.get("ease_off") if isinstance(flank, dict) else None
+            if isinstance(ease_off, dict) and isinstance(ease_off.get("map"), str):
+                ease_off["map"] = str(folder / ease_off["map"])
     return content

@@ -10,7 +10,8 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
+from efficiency.contact.conjugate import EaseOff, EaseOffTarget, conjugate_flank
+from efficiency.contact.ease_off_map import read_ease_off_map
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.edge import Protuberance, Relief
@@ -266,6 +267,14 @@ class GridFlankInput(InputModel):
         return grid_flank(read_point_grid(Path(self.grid)), side, blank, hand)
 
 
+class EaseOffTerm(InputModel):
+    """One further term of an ease-off: ``relief length^length_power depth^depth_power``, both from -1 to 1."""
+
+    length_power: Annotated[int, Field(ge=0, le=8)]
+    depth_power: Annotated[int, Field(ge=0, le=8)]
+    relief: Relieved
+
+
 class EaseOffInput(InputModel):
     """Ease-off of a pinion flank from the conjugate one, over face and working depth (see `EaseOffTarget`)."""
 
@@ -275,11 +284,28 @@ class EaseOffInput(InputModel):
     twist: Relieved = 0.0
     contact_face: Place = 0.0
     contact_depth: Place = 0.0
+    terms: tuple[EaseOffTerm, ...] = ()
+    map: str | None = None
+
+    @model_validator(mode="after")
+    def _readable(self) -> Self:
+        if self.map is not None:
+            read_ease_off_map(Path(self.map))
+        return self
 
     def target(self) -> EaseOffTarget:
-        """Numbers of the ease-off."""
+        """Numbers of the ease-off, without its map."""
         centre = self.contact_face, self.contact_depth
-        return EaseOffTarget(self.lengthwise_crowning, self.profile_crowning, self.bias, self.twist, centre)
+        terms = tuple((term.length_power, term.depth_power, term.relief) for term in self.terms)
+        return EaseOffTarget(self.lengthwise_crowning, self.profile_crowning, self.bias, self.twist, centre, terms)
+
+    def relief(self) -> EaseOff:
+        """The whole ease-off: what the map gives is added."""
+        target = self.target()
+        if self.map is None:
+            return target
+        given = read_ease_off_map(Path(self.map))
+        return lambda length, depth: target(length, depth) + given(length, depth)
 
 
 class ConjugateFlankInput(InputModel):
@@ -289,7 +315,7 @@ class ConjugateFlankInput(InputModel):
 
     def flank(self, gear: Flank, blank: Blank, assembly: Assembly) -> Flank:
         """The flank conjugate to a gear flank in an assembly."""
-        return conjugate_flank(gear, blank, assembly, self.ease_off.target())
+        return conjugate_flank(gear, blank, assembly, self.ease_off.relief())
 
 
 def _way(content: Any) -> str:

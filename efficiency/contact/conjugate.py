@@ -24,7 +24,7 @@ from efficiency.cutting.newton import Array
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
-Relief = Callable[[FloatArray, FloatArray], FloatArray]
+EaseOff = Callable[[FloatArray, FloatArray], FloatArray]
 """Ease-off [m] at (length, depth) of the gear flank, both from -1 to 1, see `EaseOffTarget`."""
 
 ORIGIN = "the flank conjugate to the gear flank with an ease-off, not cut by settings"
@@ -142,7 +142,7 @@ class ConjugateFlank(Flank):
         return self.start
 
 
-def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: Relief) -> ConjugateFlank:
+def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseOff) -> ConjugateFlank:
     """Build the pinion flank conjugate to a gear flank, less an ease-off.
 
     Parameters

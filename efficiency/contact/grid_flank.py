@@ -6,14 +6,15 @@ columns ``row,column,x,y,z`` or ``row,column,x,y,z,nx,ny,nz``, one line per poin
 the heel; the numbers only serve to name a point. Work frame of the member: z along its axis from the apex to the heel,
 origin at the crossing point of the axes; normals out of the tooth, unit length. Units mm, m or inch.
 
-The points become a smooth surface, azimuth as a polynomial of the blank coordinates. Its degree is the one that
-predicts points it has not seen best (leave one out); what it misses them by is the error of the flank.
+The points become a smooth surface, azimuth as a polynomial of the blank coordinates; normals give its slopes where that
+helps. Its degree is the one that predicts points it has not seen best (leave one out, with its normal); what it misses
+them by is the error of the flank.
 """
 
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -197,10 +198,16 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Gr
     middle = turn[int(np.argmin((u / blank.face_width) ** 2 + (v - 0.5) ** 2))]
     azimuth = middle + np.angle(np.exp(1j * (turn - middle)))
 
-    u_range, v_range = (float(u.min()), float(u.max())), (float(v.min()), float(v.max()))
-    shape = _best_shape(grid, u, v, azimuth, u_range, v_range)
-    patch = Patch.fit_points(u_range, v_range, shape, u, v, {"azimuth": azimuth})
-    missed = np.abs(_left_out(shape, u, v, azimuth, u_range, v_range))
+    samples = _Samples(u, v, azimuth, (float(u.min()), float(u.max())), (float(v.min()), float(v.max())), None)
+    shape = _best_shape(grid, samples)
+    if grid.normal is not None:
+        # near a limit of undercut the normals turn faster than a polynomial can: the points alone then do better
+        sloped = replace(samples, slopes=_slopes(grid, blank, u, v))
+        other = _best_shape(grid, sloped)
+        if np.ptp(sloped.left_out(other)) < np.ptp(samples.left_out(shape)):
+            samples, shape = sloped, other
+    missed = np.abs(samples.left_out(shape))
+    patch = samples.fit(shape)
     rest = azimuth - patch(u, v, ("azimuth",))[0]
     sense = normal_sense(side, hand)
     flank = GridFlank(side, blank, sense, patch, f"the points of {grid.path}", 0.0)
@@ -236,51 +243,92 @@ def _normal_error(grid: PointGrid, normal: FloatArray) -> float:
     return float(angle.max())
 
 
-def _matrix(
-    shape: tuple[int, int], u: FloatArray, v: FloatArray, u_range: tuple[float, float], v_range: tuple[float, float]
-) -> FloatArray:
-    along, over = (
-        chebyshev.chebvander(2.0 * (x - low) / (high - low) - 1.0, count - 1)
-        for x, (low, high), count in zip((u, v), (u_range, v_range), shape, strict=True)
-    )
-    return np.asarray((along[:, :, None] * over[:, None, :]).reshape(u.size, -1))
+def _slopes(grid: PointGrid, blank: Blank, u: FloatArray, v: FloatArray) -> FloatArray:
+    """Slopes of the azimuth along u and v that the normals stand for, (2, n)."""
+    assert grid.normal is not None
+    (x, y, _), (nx, ny, nz) = grid.position, grid.normal
+    radius = np.hypot(x, y)
+    out, around = (nx * x + ny * y) / radius, (ny * x - nx * y) / radius
+    worst = int(np.argmin(np.abs(around)))
+    if abs(around[worst]) < 0.05:
+        raise InputError(grid.place(worst), "a normal square to the way around the axis", "the normal of a flank")
+    by_radius, by_z = -out / (around * radius), -nz / (around * radius)
+    sine, cosine = np.sin(blank.pitch_angle), np.cos(blank.pitch_angle)
+    by_u, by_h = by_radius * sine + by_z * cosine, by_radius * cosine - by_z * sine
+    depth = blank.tip(u) - blank.root(u)
+    # along a line of constant depth fraction the height changes as well
+    climb = blank.height(u + 1.0, v) - blank.height(u, v)
+    return np.stack([by_u + by_h * climb, by_h * depth])
 
 
-def _left_out(
-    shape: tuple[int, int],
-    u: FloatArray,
-    v: FloatArray,
-    azimuth: FloatArray,
-    u_range: tuple[float, float],
-    v_range: tuple[float, float],
-) -> FloatArray:
-    """By how much the surface through all other points misses each point [rad]."""
-    basis = np.linalg.qr(_matrix(shape, u, v, u_range, v_range))[0]
-    rest = azimuth - basis @ (basis.T @ azimuth)
-    return np.asarray(rest / (1.0 - np.sum(basis**2, axis=1)).clip(1e-3))
+@dataclass(frozen=True)
+class _Samples:
+    """Azimuth over the flank at scattered points, with slopes where there are normals."""
+
+    u: FloatArray
+    v: FloatArray
+    azimuth: FloatArray
+    u_range: tuple[float, float]
+    v_range: tuple[float, float]
+    slopes: FloatArray | None
+
+    def rows(self, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
+        """Equations (n, 1 or 3, coefficients) and their right sides (n, 1 or 3), slopes weighted to lengths."""
+        along: list[FloatArray] = []
+        over: list[FloatArray] = []
+        for at, (low, high), count, basis in (
+            (self.u, self.u_range, shape[0], along),
+            (self.v, self.v_range, shape[1], over),
+        ):
+            x = 2.0 * (at - low) / (high - low) - 1.0
+            basis.append(np.asarray(chebyshev.chebvander(x, count - 1), np.float64))
+            slope = chebyshev.chebder(np.eye(count), scl=2.0 / (high - low)) if count > 1 else np.zeros((1, 1))
+            basis.append(np.asarray(chebyshev.chebvander(x, slope.shape[0] - 1) @ slope, np.float64))
+
+        def product(a: FloatArray, b: FloatArray) -> FloatArray:
+            return np.asarray((a[:, :, None] * b[:, None, :]).reshape(self.u.size, -1))
+
+        parts, values = [product(along[0], over[0])], [self.azimuth]
+        if self.slopes is not None:
+            # a slope over a third of the spacing of the points weighs as much as a point
+            steps = 0.33 * np.array([np.ptp(self.u), np.ptp(self.v)]) / np.sqrt(self.u.size)
+            parts += [steps[0] * product(along[1], over[0]), steps[1] * product(along[0], over[1])]
+            values += [steps[0] * self.slopes[0], steps[1] * self.slopes[1]]
+        return np.stack(parts, axis=1), np.stack(values, axis=1)
+
+    def fit(self, shape: tuple[int, int]) -> Patch:
+        """Smooth azimuth."""
+        matrix, values = self.rows(shape)
+        solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[-1]), values.ravel(), rcond=None)[0]
+        return Patch(("azimuth",), self.u_range, self.v_range, np.asarray(solution, np.float64).reshape(*shape, 1))
+
+    def left_out(self, shape: tuple[int, int]) -> FloatArray:
+        """By how much the surface through all other points misses each point [rad]."""
+        matrix, values = self.rows(shape)
+        n, m, k = matrix.shape
+        basis = np.linalg.qr(matrix.reshape(-1, k))[0].reshape(n, m, k)
+        rest = values - np.einsum("nmk,k->nm", basis, np.einsum("nmk,nm->k", basis, values))
+        own = np.eye(m) - np.einsum("nik,njk->nij", basis, basis)
+        # a point that alone holds a coefficient cannot be left out
+        held = np.linalg.det(own) < 1e-9
+        own[held] = 1e-3 * np.eye(m)
+        return np.asarray(np.linalg.solve(own, rest[..., None])[:, 0, 0])
 
 
-def _best_shape(
-    grid: PointGrid,
-    u: FloatArray,
-    v: FloatArray,
-    azimuth: FloatArray,
-    u_range: tuple[float, float],
-    v_range: tuple[float, float],
-) -> tuple[int, int]:
+def _best_shape(grid: PointGrid, samples: _Samples) -> tuple[int, int]:
     """Numbers of coefficients that predict left-out points best."""
-    most_u, most_v = np.unique(grid.column).size - 1, np.unique(grid.row).size - 1
+    per_point = 1 if samples.slopes is None else 2
+    most_u, most_v = (per_point * np.unique(x).size - 1 for x in (grid.column, grid.row))
     tries = {(min(k, most_u, 16), min(max(3, round(0.75 * k)), most_v, 12)) for k in range(3, 17)}
     scored = []
     for shape in sorted(tries):
-        if shape[0] < 2 or shape[1] < 2 or shape[0] * shape[1] > 0.75 * u.size:
+        if min(shape) < 2 or shape[0] * shape[1] > 0.75 * per_point * samples.u.size:
             continue
-        missed = _left_out(shape, u, v, azimuth, u_range, v_range)
-        scored.append((float(np.sqrt(np.mean(missed**2))), shape))
+        scored.append((float(np.sqrt(np.mean(samples.left_out(shape) ** 2))), shape))
     if not scored:
-        raise InputError("grid", f"{grid.path} with {u.size} points", "at least 5 rows and 5 columns")
-    best, shape = min(scored)
-    if best > 0.2 * np.ptp(azimuth) + 1e-9:
+        raise InputError("grid", f"{grid.path} with {samples.u.size} points", "at least 5 rows and 5 columns")
+    best = min(scored)[0]
+    if best > 0.05 * float(np.ptp(samples.azimuth)) + 1e-4:
         raise InputError("grid", grid.path, "points of one smooth flank", "They do not lie on a smooth surface.")
     # the smallest that does nearly as well: it is the calmer one beyond the points
     return next(one for score, one in sorted(scored, key=lambda item: item[1][0] * item[1][1]) if score <= 1.2 * best)

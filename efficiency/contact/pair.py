@@ -7,6 +7,8 @@ from functools import cached_property
 from typing import Literal
 
 from efficiency.blank.cones import ToothShape
+from efficiency.contact.conjugate import ConjugateFlank
+from efficiency.contact.grid_flank import GridFlank
 from efficiency.contact.mesh_surface import SHAPE, FlankGrid, MeshSurface, mesh_surface
 from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
 from efficiency.contact.thickness import tooth_shapes
@@ -79,6 +81,10 @@ class GearPair:
     def notes(self) -> tuple[str, ...]:
         """What a designer has to know of the contact without load."""
         notes = []
+        for name, flank in (("pinion", self.surface.pinion), ("gear", self.surface.gear)):
+            if isinstance(flank, (ConjugateFlank, GridFlank)):
+                error = f"{flank.error * 1e6:.2g} um" if flank.error > 1e-9 else "below 1 nm"
+                notes.append(f"the {flank.side} {name} flank is {flank.origin}; error of that surface {error}")
         gone = self.surface.absent
         if gone is not None:
             u, v = (tuple(1e3 * x for x in gone.u), gone.fraction)
