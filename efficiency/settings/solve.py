@@ -33,6 +33,8 @@ FloatArray = NDArray[np.float64]
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01
 _LOOSER = 0.2
+# a flank farther off than this needs no transmission error, and a larger one is none
+_MESHES, _MESHES_ANGLE = 2.0 * RESIDUAL_LIMIT, 0.01
 _WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
 
 
@@ -70,7 +72,10 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
             fitted = _by_side(fits)
         text, design = _design(inputs, blank, pair, gear, fitted, scale)
         wanted = {side: targets[side].transmission_error for side in SIDES}
-        mesh = {side: unloaded_mesh(design, _DRIVE[side]) if transmission or wanted[side] else None for side in SIDES}
+        mesh = {
+            side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or wanted[side] else None
+            for side in SIDES
+        }
         off = {
             side: float(want / have.peak_to_peak)
             for side, want in wanted.items()
@@ -211,12 +216,15 @@ def _backlash_turns(pair: PairGeometry, fitted: dict[FlankSide, FittedFlank]) ->
     return turns
 
 
-def unloaded_mesh(design: Design, side: Side) -> Transmission | None:
-    """Unloaded transmission error of the mesh; None where the pair does not mesh."""
+def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmission | None:
+    """Unloaded transmission error of the mesh; None where the pair does not mesh, or is far from what was wanted."""
+    if fitted.rms > _MESHES:
+        return None
     try:
-        return gear_pair(design, side).transmission
+        mesh = gear_pair(design, side).transmission
     except ConvergenceError:
         return None
+    return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None
 
 
 def _undercut(grid: FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
