@@ -1,4 +1,4 @@
-"""Commands of the geometry: what `gear --geometry` shows, `export`, `misalignment`."""
+"""Commands of the geometry: what `gear --geometry` shows, `export`, `import`, `misalignment`."""
 
 from __future__ import annotations
 
@@ -99,9 +99,31 @@ def export(
         if "grid" in wanted:
             written += export_grids(pair, name, output, rows, columns, margin)
     if "summary" in wanted:
-        written.append(export_summary(pair, output, shown))
+        written += export_summary(pair, output, shown)
     for line in written:
         print(line)
+
+
+def import_summary(
+    sheet: Annotated[Path, typer.Argument(metavar="SHEET", help="Machine summary, one 'label, value' a line.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Design file to write (TOML).")],
+    like: Annotated[
+        str | None, typer.Option(help="Design that gives what a sheet does not: assembly, materials, operation.")
+    ] = None,
+) -> None:
+    """Read a machine summary (inch or metric) into a design file."""
+    from efficiency.output.design_import import design_from_sheet
+    from ehl.errors import InputError
+
+    text, notes = design_from_sheet(sheet, like)
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError("--output", str(output), "a writable file", f"{error}.") from None
+    print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
+    for note in notes:
+        print(f"note     {note}")
 
 
 def misalignment(
@@ -195,4 +217,5 @@ def _members(text: str) -> tuple[Member, ...]:
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     app.command()(export)
+    app.command("import")(import_summary)
     app.command()(misalignment)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_summary
+from efficiency.output.setting_sheet import write_sheet
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid
 from efficiency.output.stl import write_stl
 from efficiency.output.tooth_grid import Member, ToothGrid, tooth_grid
@@ -63,8 +64,12 @@ def export_grids(
     return written
 
 
-def export_summary(design: Design, folder: Path, units: Units = "metric") -> str:
-    """CSV of blanks, cutters and machine settings."""
-    path = folder / "machine_summary.csv"
-    write_summary(path, design, units)
-    return f"{path}: blanks, cutters and settings of four flanks, {units}"
+def export_summary(design: Design, folder: Path, units: Units = "metric") -> list[str]:
+    """Blanks, cutters and machine settings: CSV with a column for each flank, and a setting sheet to read back."""
+    table, sheet = folder / "machine_summary.csv", folder / "setting_sheet.csv"
+    write_summary(table, design, units)
+    write_sheet(sheet, design, units)
+    return [
+        f"{table}: blanks, cutters and settings of four flanks, {units}",
+        f"{sheet}: the same, one entry a line, {units}",
+    ]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Units = Literal["metric", "inch"]
 FLANKS = ("pinion concave", "pinion convex", "gear concave", "gear convex")
 _INCH = 0.0254
-_KINDS = ("type", "process")
+KINDS = ("type", "process")
 
 # shown unit, factor from SI, decimals
 _SHOWN: dict[str, dict[str, tuple[str, float, int]]] = {
@@ -136,7 +136,7 @@ def _entries(section: str, model: BaseModel) -> Iterator[tuple[tuple[str, str], 
     """((section, name), (value, SI unit)) of a model and the models in it; what is not set is left out."""
     names = type(model).model_fields
     # the kind of a cutter or machine comes before its numbers
-    for name in sorted(names, key=lambda name: name not in _KINDS):
+    for name in sorted(names, key=lambda name: name not in KINDS):
         value = getattr(model, name)
         if isinstance(value, BaseModel):
             yield from _entries(f"{section}.{name}" if section else name, value)

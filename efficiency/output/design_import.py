@@ -1,0 +1,58 @@
+"""From a machine summary to a design file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from efficiency.cutting.summary import Summary, read_summary
+from efficiency.design import Design, load_design
+from ehl._data import data_path
+from ehl.validation import read_toml, validate
+
+_OF_SHEET = ("blank", "cutter", "machine", "concave", "convex")
+
+
+def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[str]]:
+    """Text of a design file with the blanks, cutters and settings of a machine summary.
+
+    Parameters
+    ----------
+    sheet : Path
+        File for `efficiency.cutting.summary.read_summary`.
+    like : str, optional
+        Design file or name of a shipped design that gives what a sheet does not hold: assembly, operating point,
+        materials, and all of a member that the sheet does not mention. The result is then checked.
+
+    Returns
+    -------
+    text : str
+        The design file.
+    notes : list of str
+        Lines that were not read, and what is missing.
+
+    Raises
+    ------
+    InputError
+        The sheet cannot be read, or the design does not fit together.
+    """
+    summary = read_summary(sheet)
+    notes = [f"not read: {line}" for line in summary.unread]
+    if like is None:
+        notes.append("name, assembly and operation are missing; --like DESIGN takes them from another design")
+        return summary.toml(), notes
+    load_design(like)
+    path = Path(like)
+    shipped = not path.suffix and not path.exists()
+    content = read_toml(data_path("designs", f"{like}.toml") if shipped else path)
+    content |= {"name": sheet.stem, "source": f"machine summary {sheet.name}; the rest as {content['name']}"}
+    for member, tables in summary.tables.items():
+        kept = {key: value for key, value in content[member].items() if key not in _OF_SHEET}
+        content[member] = kept | _complete(tables, content[member])
+    validate(Design, content)
+    return Summary(content, summary.unread).toml(), notes
+
+
+def _complete(tables: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
+    """Tables of a member, its blank from the base where the sheet has none."""
+    return tables if "blank" in tables else {"blank": base["blank"]} | tables
