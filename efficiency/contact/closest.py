@@ -89,6 +89,13 @@ class _Problem:
         both = 0.5 * (bends + np.swapaxes(bends, 1, 2))
         return _State(np.real(found.limits[:, :n]), np.real(slopes[..., :n]), both)
 
+    def on_map(self, x: FloatArray) -> BoolArray:
+        """Which points lie on the map; beyond it the polynomials mean nothing."""
+        low, high = (
+            np.array([self.surface.patch.u_range, self.surface.patch.v_range]).T[:, :, None] / self.scale[:, None]
+        )
+        return np.asarray(((x >= low) & (x <= high)).all(axis=0))
+
     def back(self, angle: FloatArray, x: FloatArray) -> tuple[FloatArray, Touch]:
         """Rotation that the gear is short of its place [rad], and the points."""
         found = touch(self.surface, angle, *(x * self.scale[:, None]))
@@ -176,7 +183,8 @@ def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
     within = surface.margin(grid_u, grid_v) >= 0.0
     grid_u, grid_v = grid_u[within], grid_v[within]
     gap, bend, roll = surface.patch(grid_u, grid_v, ("turn_back", "bend", "roll"))
-    lowest = np.argmin(gap + 0.5 * bend * (roll - angle[:, None]) ** 2, axis=1)
+    rough = gap + 0.5 * bend * (roll - angle[:, None]) ** 2
+    lowest = np.argmin(rough, axis=1)
     sample = np.stack([grid_u[lowest], grid_v[lowest]]) / problem.scale[:, None]
 
     found, settled = problem.newton(angle, sample, np.full((2, angle.size), -1))
@@ -184,13 +192,15 @@ def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
     room = np.real(points.limits)
     edge, corner = np.full(angle.shape, -1), np.zeros(angle.shape, dtype=bool)
     # a stationary point above the sample is not the one looked for
-    lost = ~settled | (back > problem.back(angle, sample)[0] + 1e-12)
+    lost = ~settled | ~problem.on_map(found) | (back > problem.back(angle, sample)[0] + 1e-12)
     rest = np.flatnonzero(lost | (room.min(axis=0) < -_OUTSIDE))
     if rest.size:
         at, back[rest], edge[rest], corner[rest], settled[rest] = _on_rim(
             problem, angle[rest], sample[:, rest], room[:, rest]
         )
         found[:, rest] = at
+        # where no place is found the sample stands in, with its value near its line of contact
+        back = np.where(settled, back, rough.min(axis=1))
     return Closest(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled)
 
 
@@ -203,8 +213,7 @@ def _on_rim(
     of them that the sample is nearest to.
     """
     at = sample.copy()
-    least, points = problem.back(angle, sample)
-    near = np.real(points.limits)
+    near = np.real(problem.back(angle, sample)[1].limits)
     active, corner, settled = np.full(angle.shape, -1), np.zeros(angle.shape, bool), np.zeros(angle.shape, bool)
     best = np.full(angle.shape, np.inf)
     depth = problem.surface.undercut_scale
@@ -223,10 +232,10 @@ def _on_rim(
             point = np.tile(left, 4)
         x, ok = problem.newton(angle[point], sample[:, point], single)
         value, touched = problem.back(angle[point], x)
-        ok &= np.real(touched.limits).min(axis=0) > -_OUTSIDE
+        ok &= problem.on_map(x) & (np.real(touched.limits).min(axis=0) > -_OUTSIDE)
         for k in np.flatnonzero(ok)[np.argsort(-value[ok])]:
             p = point[k]
             if value[k] < best[p]:
                 at[:, p], best[p], settled[p] = x[:, k], value[k], True
                 active[p], corner[p] = max(int(single[0, k]), -1), single[1, k] >= 0
-    return at, np.where(settled, best, least), active, corner, settled
+    return at, best, active, corner, settled
