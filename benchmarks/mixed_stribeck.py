@@ -24,7 +24,7 @@ from mixed_scenes import (
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
 from ehl.transient._kernels.march import MACRO_LOAD, SHARE
-from ehl.transient.solve import Window
+from ehl.transient.solve import Window, net_exchange
 
 
 def masjedi_khonsari_2012(contact: LineContact, oil: Lubricant, rms: float, hardness: float) -> float:
@@ -56,9 +56,6 @@ def stribeck(out: Path, window: float) -> None:
             member.roll(window)
             records = member.records
             drained = math.isfinite(gamma)
-            exchange = np.cumsum(np.sum(member.exchanges, axis=0)) / len(records)
-            middle = member.run.problem.model.contact
-            throughput = float(member.run.state.mass[middle.middle_first : middle.middle_last].mean())
             rows.append(
                 (
                     gamma,
@@ -69,7 +66,7 @@ def stribeck(out: Path, window: float) -> None:
                     1.0 - float(records[:, MACRO_LOAD].mean()) if drained else math.nan,
                     masjedi_khonsari_2012(contact, oil, rms, STEEL.hardness),
                     math.erfc(ratio),
-                    float(np.abs(exchange).max()) / throughput,
+                    net_exchange(member)[0],
                     lagged_share(records),
                 )
             )

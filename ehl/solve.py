@@ -67,6 +67,9 @@ class ContactResult:
         skipped, films too hot for any law, and the bounds of roughness finer than the mesh.
     mesh_error, statistical_error : float
         The first two parts of `friction_error` [-].
+    realisation_error : float
+        Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu; not in
+        `friction_error`, which is about the surfaces given [-].
     friction_boundary_half, friction_boundary_double : float
         mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-]. With
         the reason "mesh_budget" mu without and with all of the fine roughness.
@@ -106,6 +109,7 @@ class ContactResult:
     friction_error: float = math.nan
     mesh_error: float = math.nan
     statistical_error: float = math.nan
+    realisation_error: float = math.nan
     friction_boundary_half: float = math.nan
     friction_boundary_double: float = math.nan
     skipped: tuple[str, ...] = ()
@@ -191,6 +195,7 @@ def solve_contact(
         friction_error=smooth.friction_error + (left_out.friction_change if left_out else 0.0),
         mesh_error=smooth.friction_error,
         statistical_error=0.0,
+        realisation_error=0.0,
         notes=smooth.notes,
         iterations=smooth.iterations,
         film=film,
@@ -312,6 +317,7 @@ def _rough(
         friction_error=run.mesh_error + run.statistical_error + bounds,
         mesh_error=run.mesh_error,
         statistical_error=run.statistical_error,
+        realisation_error=run.realisation_error,
         friction_boundary_half=run.friction_boundary_half,
         friction_boundary_double=run.friction_boundary_double,
         notes=(*smooth.notes, *run.notes),
@@ -361,6 +367,7 @@ def _dry(
         friction_error=nil.friction_error,
         mesh_error=0.0,
         statistical_error=0.0,
+        realisation_error=0.0,
         heat=None,
         dry=nil.contact,
     )

@@ -17,6 +17,7 @@ REASONS = (
     "",
     "statistical_interval",
     "macroscopic_pressure",
+    "net_exchange",
     "unconverged_steps",
     "lagged_steps",
     "film_jump",
@@ -139,6 +140,9 @@ class TransientResult:
         Time means of the largest film and surface temperature [K]; the inlet temperature without heat.
     statistical_error : float
         Half width of the 90 % interval of mu by batch means, over mu; nan without enough batches.
+    realisation_error : float
+        Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu: the figure above,
+        larger where the window is longer than the profiles or a surface brings little new roughness.
     mesh_error : float
         Estimated error of mesh and time step, over mu: difference to a run with twice the spacing over the same
         roughness, with its spread over the window (`ehl.transient.batches.paired_error`).
@@ -149,6 +153,9 @@ class TransientResult:
     net_exchange : float
         Largest running sum of the mean side drainage along x over the throughput [-]; small when the macroscopic
         pressure has settled.
+    net_exchange_chance : float
+        What chance makes of it in a window as short as this one (1 % level) [-]; nan without enough batches. Above this
+        by more than 0.1 the result is unsettled.
     capped_share : float
         Mean share of the nodes whose pressure is at the hardness [-].
     elastic_error : float
@@ -191,11 +198,13 @@ class TransientResult:
     temperature_film_max: float
     temperature_flash: float
     statistical_error: float
+    realisation_error: float
     mesh_error: float
     friction_boundary_half: float
     friction_boundary_double: float
     boundary_film: float
     net_exchange: float
+    net_exchange_chance: float
     capped_share: float
     elastic_error: float
     fallbacks: Fallbacks

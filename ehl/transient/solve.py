@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from ehl.contact import LineContact
 from ehl.errors import InputError
@@ -50,6 +51,8 @@ LAGGED_ALLOWED = 0.02
 MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry more than there is
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
 MOST_REPEATS = 3  # of a block in which that happened
+NET_EXCHANGE_ALLOWED = 0.1  # of the throughput, beyond what chance makes
+FEWEST_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
 PECLET_WARNING = 2.0
 
@@ -63,7 +66,7 @@ class Window:
     started: list[Array] = field(default_factory=list)
     recorded: list[Array] = field(default_factory=list)
     sums: list[Array] = field(default_factory=list)  # of the profiles, by block
-    exchanges: list[Array] = field(default_factory=list)  # of the side drainage, by block
+    exchanges: list[Array] = field(default_factory=list)  # of the side drainage per step, by block and batch
     repeats: int = 0
 
     def start(self, travel: float) -> None:
@@ -73,11 +76,16 @@ class Window:
 
     def roll(self, travel: float) -> None:
         """Roll a block and average."""
+        batches = max(1, round(travel / BATCH))
+        pieces = [self._advance(travel / batches) for _ in range(batches)]
+        self.recorded.append(np.concatenate([records for records, _, _ in pieces]))
+        self.sums.append(np.sum([profiles * len(records) for records, profiles, _ in pieces], axis=0))
+        self.exchanges.append(np.array([exchange for _, _, exchange in pieces]))
+
+    def _advance(self, travel: float) -> tuple[Array, Array, Array]:
         before = self.run.macroscopic.total_exchange.copy()
         records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
-        self.recorded.append(records)
-        self.sums.append(profiles * len(records))
-        self.exchanges.append(self.run.macroscopic.total_exchange - before)
+        return records, profiles, (self.run.macroscopic.total_exchange - before) / len(records)
 
     def astray(self) -> bool:
         """Whether the film of a step of the last block is many times the usual one."""
@@ -319,6 +327,9 @@ def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
         return "unsettled", "lagged_steps"
     if records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
         return "unsettled", "macroscopic_pressure"
+    exchanged, chance = net_exchange(fine)
+    if exchanged > max(chance, 0.0) + NET_EXCHANGE_ALLOWED:
+        return "unsettled", "net_exchange"
     if half_width > plan.tolerance * abs(mean):
         return "unsettled", "statistical_interval"
     return "converged", ""
@@ -350,8 +361,7 @@ def _result(
     inlet = lubricant.temperature
     profiles = fine.profiles
     x = problem.x * units.half_width
-    exchange = np.cumsum(np.sum(fine.exchanges, axis=0)) / len(records)
-    throughput = float(run.state.mass[model.contact.middle_first : model.contact.middle_last].mean())
+    exchanged, chance = net_exchange(fine)
     stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
     ratio = mu / mu_coarse if mu_coarse != 0.0 else 1.0
     return TransientResult(
@@ -370,11 +380,13 @@ def _result(
         temperature_film_max=float(mean[TEMPERATURE_MAX]) if hot else inlet,
         temperature_flash=inlet + float(mean[FLASH_MAX]) if hot else inlet,
         statistical_error=half_width / scale,
+        realisation_error=realisation_error(fine, surfaces, contact, half_width / scale),
         mesh_error=_mesh_error(coarse, fine) / scale,
         friction_boundary_half=half * ratio,
         friction_boundary_double=double * ratio,
         boundary_film=problem.settings.boundary_film,
-        net_exchange=float(np.abs(exchange).max()) / throughput,
+        net_exchange=exchanged,
+        net_exchange_chance=chance,
         capped_share=float(mean[CAPPED_NODES]) / problem.x.size,
         elastic_error=elastic_error(run),
         fallbacks=Fallbacks(*(int(n) for n in stages)),
@@ -398,6 +410,47 @@ def _result(
         snapshot=snapshot(run),
         run=run,
     )
+
+
+def net_exchange(window: Window) -> tuple[float, float]:
+    """Largest running sum of the mean exchange along x over the throughput, and what chance alone makes of it.
+
+    The macroscopic pressure answers every surplus with a deficit, so that the sum over time wanders about a line: its
+    slope is the mean exchange, free of what the ends of the window happen to hold. Chance: half width of the interval
+    of that slope by the residuals of batches of 2 b, at a level of 1 % for all places together; nan with fewer than 4.
+    """
+    run = window.run
+    middle = slice(run.problem.model.contact.middle_first, run.problem.model.contact.middle_last)
+    sums = np.cumsum(np.concatenate(window.exchanges), axis=1) / float(run.state.mass[middle].mean())
+    count = len(sums)
+    if count < FEWEST_EXCHANGES:
+        return float(np.abs(sums.mean(axis=0)).max()), math.nan
+    total = np.vstack([np.zeros(sums.shape[1]), np.cumsum(sums, axis=0)])
+    moment = np.arange(count + 1) - 0.5 * count
+    slope = moment @ total / float(moment @ moment)
+    place = int(np.argmax(np.abs(slope)))
+    left = total[:, place] - total[:, place].mean() - slope[place] * moment
+    spread = math.sqrt(float(left @ left) / ((count - 1) * float(moment @ moment)))
+    return abs(float(slope[place])), float(student.ppf(1.0 - 0.5 * EXCHANGE_LEVEL / PLACES, count - 1)) * spread
+
+
+def realisation_error(window: Window, surfaces: RoughSurfaces, contact: LineContact, statistical: float) -> float:
+    """Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu (ours).
+
+    The interval of the time mean counts the whole travel T as fresh roughness. Surface i brings at most its period, and
+    l_i = T |u_i|/u_r + lc of it: the variance grows by the mean of T/l_i, weighted with the variances of the heights.
+    """
+    rough = [
+        (p, u)
+        for p, u in zip((surfaces.profile_1, surfaces.profile_2), (contact.speed_1, contact.speed_2), strict=True)
+        if p and p.rms
+    ]
+    travel = len(window.records) / window.run.problem.units.steps_per_half_width
+    growth = 0.0
+    for profile, speed in rough:
+        seen = travel * abs(speed) / contact.speed_entrainment + profile.correlation_length / contact.half_width
+        growth += (profile.rms / surfaces.rms) ** 2 * travel / min(seen, profile.length / contact.half_width)
+    return statistical * math.sqrt(max(growth, 1.0)) if rough else 0.0
 
 
 def _mesh_error(coarse: Window, fine: Window) -> float:
