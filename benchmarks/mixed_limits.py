@@ -36,6 +36,8 @@ from ehl.transient.accuracy import inlet_sweep
 from ehl.transient.run import Run
 from ehl.transient.scaling import film_estimate
 
+CONSTANT = FilmConductivity(0.0, 0.0)  # the film conductivity of the prototype the runs are compared with
+
 
 def smooth_limit(out: Path) -> None:
     """Transient runs of smooth surfaces against the steady solvers, without and with heat."""
@@ -75,10 +77,10 @@ def smooth_limit(out: Path) -> None:
             thermal="on",
             accuracy="standard",
             conduction="one_dimensional",
-            conductivity=FilmConductivity(0.0, 0.0),
+            conductivity=CONSTANT,
             rolling_heat=False,
         )
-        moving = solve_transient(contact, oil, nodes=500, thermal=True)
+        moving = solve_transient(contact, oil, nodes=500, thermal=True, conductivity=CONSTANT)
         rows.append(
             (
                 "thermal",
@@ -224,7 +226,7 @@ def slip_curves(out: Path) -> None:
         for slip in slips:
             contact = line(speed, slip, p_h)
             a = solve_transient(contact, oil, nodes=256)
-            b = solve_transient(contact, oil, nodes=256, thermal=True)
+            b = solve_transient(contact, oil, nodes=256, thermal=True, conductivity=CONSTANT)
             cold.append(a.friction_coefficient)
             hot.append(b.friction_coefficient)
             film, flash = b.temperature_film_max - 373.15, b.temperature_flash - 373.15

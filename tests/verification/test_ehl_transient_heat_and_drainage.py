@@ -10,6 +10,7 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
 
 from ehl.contact import LineContact
+from ehl.heat import FilmConductivity
 from ehl.heat.conduction import material_point_matrix
 from ehl.lubricant import Lubricant
 from ehl.material import load_material
@@ -34,6 +35,7 @@ def contact(speed: float = 10.0, slide_to_roll: float = 0.3) -> LineContact:
     )
 
 
+CONSTANT = FilmConductivity(0.0, 0.0)
 OIL = Lubricant(0.0106, 12e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
 
 
@@ -89,7 +91,7 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
     line = contact(15.0, 1.0)
     oil = Lubricant(0.0106, 15e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
     cold = solve_transient(line, oil, nodes=240)
-    warm = solve_transient(line, oil, nodes=240, thermal=True)
+    warm = solve_transient(line, oil, nodes=240, thermal=True, conductivity=CONSTANT)
     assert cold.friction_coefficient == pytest.approx(0.0334, rel=0.02)
     assert warm.friction_coefficient == pytest.approx(0.0076, rel=0.03)
     assert warm.temperature_film_max > warm.temperature_flash > oil.temperature + 30.0
@@ -98,8 +100,8 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
 
 def test_film_conductivity_growing_with_pressure_cools_the_film() -> None:
     line = contact(10.0, 1.0)
-    poor = solve_transient(line, OIL, nodes=160, thermal=True)
-    good = solve_transient(line, OIL, nodes=160, thermal=True, conductivity_rise=1e-9)
+    poor = solve_transient(line, OIL, nodes=160, thermal=True, conductivity=CONSTANT)
+    good = solve_transient(line, OIL, nodes=160, thermal=True)
     assert good.temperature_film_max < poor.temperature_film_max - 1.0
     assert good.friction_coefficient > poor.friction_coefficient
 
