@@ -5,6 +5,7 @@ joblib's dask backend is not used: it ignores n_jobs and hung when a task kept k
 
 from __future__ import annotations
 
+import logging
 import time
 import uuid
 from collections.abc import Iterator
@@ -44,7 +45,7 @@ class DaskCluster:
     """
 
     client: Any
-    patience: float = 120.0
+    patience: float = 60.0
 
     def rows(self, tasks: Iterator[Task], work: Work, in_flight: dict[str, Task]) -> Iterator[Row]:
         """As `regression.executors.Executor.rows`."""
@@ -184,7 +185,13 @@ def dask_executor(address: str) -> Iterator[Executor]:
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 0, "distributed.comm.timeouts.connect": "30s"}),
             distributed.LocalCluster(
-                n_workers=int(count), threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0
+                n_workers=int(count),
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                memory_limit=0,
+                # what happens to workers is said by the sweep, once
+                silence_logs=logging.CRITICAL,
             ) as cluster,
             distributed.Client(cluster) as client,
         ):

@@ -135,20 +135,20 @@ class ResultStore:
             raise InputError("run", str(self.path), "a disk that can be written", hint) from None
 
     def _write(self, packed: Rows) -> None:
-        self._take_room(len(packed))
+        blocks = len(packed) // _CHUNK + 2
+        self._take_room(blocks * _BLOCK_BYTES)
         for name in (*NUMBER_UNITS, *TEXT_WIDTHS):
             self._extend(name, packed[name])
         self._extend("check", checksums(packed))
         self._to_disk()
         # flushing gave the rest of the room back
-        self._take_room(len(packed))
+        self._take_room(blocks * (_CHUNK * KEY_WIDTH + 4096))
         self._extend("key", packed["key"])
         self._to_disk()
 
-    def _take_room(self, rows: int) -> None:
-        """Take what the rows may need from the disk: HDF5 crashes the process when a disk fills up under it."""
-        room = (rows // _CHUNK + 2) * _BLOCK_BYTES
-        os.posix_fallocate(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), room)
+    def _take_room(self, size: int) -> None:
+        """Take bytes behind the end from the disk: HDF5 crashes the process when a disk fills up under it."""
+        os.posix_fallocate(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), size)
 
     def _extend(self, name: str, values: np.ndarray[Any, Any]) -> None:
         """Put values behind the last of a column; h5py's own indexing takes ten times as long."""

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import pytest
+
+from ehl.errors import InputError
 from regression.dataset import load_dataset, run_status
 from regression.evaluators import published_outputs, solve_outputs
 from regression.fit import fit_formula
@@ -119,3 +125,58 @@ def test_shards_merged_are_the_single_run(tmp_path: Path) -> None:
     merged, whole = load_dataset(tmp_path / "merged.h5"), load_dataset(tmp_path / "whole")
     assert merged.data_hash == whole.data_hash
     assert fit_formula(merged, "power_law").to_json() == fit_formula(whole, "power_law").to_json()
+
+
+def _formula(run: Path) -> str:
+    return fit_formula(load_dataset(run), "power_law").to_json()
+
+
+def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_path: Path) -> None:
+    """A limit on the size of files stands for the disk; benchmarks/sweep_kills.py fills a real one."""
+    plan = load_plan(_plan(tmp_path, 256))
+    evaluate = partial(published_outputs, name="arana_2019")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (900_000, before[1]))
+    try:
+        with pytest.raises(InputError, match=r"disk that can be written\. .*Make room and give the same command again"):
+            sweep(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    kept = run_status(tmp_path / "full").finished
+    assert 0 < kept < 256
+    resumed = sweep(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+    assert (resumed.resumed, resumed.converged) == (kept, 256 - kept)
+    sweep(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
+    assert _formula(tmp_path / "full") == _formula(tmp_path / "whole")
+
+
+def test_a_truncated_shard_is_resumed_bit_identically(tmp_path: Path) -> None:
+    plan = load_plan(_plan(tmp_path, 128))
+    evaluate = partial(published_outputs, name="arana_2019")
+    for run in ("whole", "cut"):
+        sweep(plan, tmp_path / run, evaluate=evaluate, version="arana_2019")
+    (path,) = (tmp_path / "cut").glob("*.h5")
+    os.truncate(path, int(0.9 * path.stat().st_size))
+    resumed = sweep(plan, tmp_path / "cut", evaluate=evaluate, version="arana_2019")
+    assert resumed.saved == resumed.resumed == 64
+    assert resumed.converged == 64
+    assert load_dataset(tmp_path / "cut").data_hash == load_dataset(tmp_path / "whole").data_hash
+    assert _formula(tmp_path / "cut") == _formula(tmp_path / "whole")
+
+
+def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[..., Any]) -> None:
+    path = _plan(tmp_path, 64)
+    run, name = tmp_path / "run", "arana_2019"
+    with subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(path), str(run), name, "1"], stdout=subprocess.PIPE, text=True
+    ) as first:
+        assert first.stdout is not None
+        first.stdout.readline()
+        os.kill(first.pid, signal.SIGSTOP)
+        second = mixed_ehl("sweep", path, "-o", run, "--with", name, "--jobs", "1")
+        os.kill(first.pid, signal.SIGCONT)
+        first.stdout.read()
+        assert first.wait() == 0
+    assert second.code == 2
+    assert "Is the same shard running?" in second.err
+    assert run_status(run).complete
