@@ -74,10 +74,12 @@ def fit_on_cradle(
     """
     result: FitResult | None = None
     here = list(wanted)
-    for share in cradle_shares(pair, screw, steps):
+    shares = cradle_shares(pair, screw, steps)
+    for share in shares:
         following = generating_screw(pair.assembly, float(share))
         here = [_on_cradle(pair, want, screw, following) for want in here]
-        result = fit(here, free.common, free.own)
+        # on the way a coarse fit is enough to keep the flanks near
+        result = fit(here, free.common, free.own, max_iterations=60 if share == shares[-1] else 12)
         here = [_from_fit(want, fitted) for want, fitted in zip(here, result.flanks, strict=True)]
         screw = following
     assert result is not None

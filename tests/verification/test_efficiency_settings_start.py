@@ -1,0 +1,147 @@
+"""Exactly conjugate start, derivatives of the fit, root line: against independent computations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from efficiency.blank.inputs import load_blank
+from efficiency.blank.pair import pair_blank
+from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
+from efficiency.cutting.flank import CutFlank
+from efficiency.settings.conjugate import conjugate_start, fit_grid
+from efficiency.settings.fit import Parameter, _derivatives, measure, with_setting
+from efficiency.settings.free_axis import free_axis, tilt_and_swivel
+from efficiency.settings.gear import SIDES, PairGeometry, cut_gear, pair_geometry
+from efficiency.settings.generating import generating_screw
+from efficiency.settings.root_line import RootLine
+from efficiency.settings.wanted import wanted_flank
+
+
+def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairGeometry:
+    inputs = load_blank(name)
+    if left_hand_gear:
+        inputs = inputs.model_copy(update={"hand_pinion": "right", "hand_gear": "left"})
+    return pair_geometry(pair_blank(inputs), generated)
+
+
+@pytest.mark.parametrize("left_hand_gear", [False, True])
+@pytest.mark.parametrize("generated", [False, True])
+@pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fm_hypoid_13x42", "fh_spiral_bevel_12x37", "iso23509_f2"])
+def test_the_mirrored_gear_cutter_cuts_the_conjugate_pinion(name: str, generated: bool, left_hand_gear: bool) -> None:
+    pair = geometry(name, generated, left_hand_gear)
+    gear = cut_gear(pair)
+    grid = fit_grid(pair, 0.1, (5, 4))
+    for side in SIDES:
+        start = conjugate_start(pair, gear, side, grid)
+        assert start.error < 1e-13
+        condition = start.flank.sweep(start.parameters)[2]
+        assert np.abs(condition).max() < 1e-12
+
+
+def test_ease_off_of_the_start_is_nothing_by_the_contact_analysis() -> None:
+    pair = geometry("fm_hypoid_13x42", False)
+    gear = cut_gear(pair)
+    grid = fit_grid(pair, 0.1, (5, 4))
+    start = conjugate_start(pair, gear, "concave", grid)
+    points, _ = gear.convex.solve(grid.u, grid.h)
+    conjugate = conjugate_points(points, pair.assembly)
+    middle = conjugate_points(gear.convex.points(points.parameters[:, 7:8]), pair.assembly)
+    phase = pinion_phase(middle, start.flank)
+    relief, _, found = ease_off(conjugate, start.flank, phase)
+    assert found.all()
+    assert np.abs(relief).max() < 1e-12
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5])
+def test_generating_screw_is_a_combination_of_both_twists(share: float) -> None:
+    assembly = geometry("fh_hypoid_9x34", False).assembly
+    screw = generating_screw(assembly, share)
+    point = np.array([0.03, -0.02, 0.05])
+    axis, origin = assembly.pinion_axis[:, 0], assembly.pinion_origin[:, 0]
+    pinion = np.cross(axis, point - origin)
+    gear = assembly.ratio * np.cross([0.0, 0.0, 1.0], point)
+    speed = screw.rate * (np.cross(screw.direction, point - screw.point) + screw.pitch * screw.direction)
+    np.testing.assert_allclose(speed, share * pinion + (1.0 - share) * gear, rtol=0.0, atol=1e-15)
+
+
+def test_formate_gear_has_the_angles_of_its_blank() -> None:
+    for name in ("fh_hypoid_9x34", "fm_hypoid_13x42"):
+        pair = geometry(name, False)
+        gear = cut_gear(pair)
+        spirals = []
+        for side in SIDES:
+            points, _ = gear.flank(side).solve(np.array([pair.calculation_gear]), np.zeros(1))
+            spiral, pressure = points.angles(pair.gear.pitch_angle)
+            spirals.append(float(spiral[0]))
+            assert float(pressure[0]) == pytest.approx(pair.pressure(side), abs=1e-9)
+        assert np.mean(spirals) == pytest.approx(pair.spiral_gear, abs=1e-9)
+
+
+def test_derivatives_of_the_residual_by_settings_against_differences() -> None:
+    pair = geometry("fh_hypoid_9x34", False)
+    gear = cut_gear(pair)
+    start = conjugate_start(pair, gear, "convex", fit_grid(pair, 0.1, (5, 4)))
+    wanted = wanted_flank(pair, start, np.zeros(20), 0.02)
+    now = measure(wanted, wanted.flank, wanted.phase, wanted.parameters)
+    parameters = [
+        Parameter("machine", "axis_x", 0.01),
+        Parameter("machine", "roll_ratio", 0.02),
+        Parameter("machine", "blank_offset", 1e-3),
+        Parameter("machine", "modified_roll_2c", 0.01),
+        Parameter("blade", "blade_angle", 0.01),
+        Parameter("blade", "curvature", 1.0),
+        Parameter("phase", "phase", 0.01),
+    ]
+    exact = _derivatives(wanted, now, parameters)
+    assert now.root is not None
+    for k, parameter in enumerate(parameters):
+        rows = []
+        for step in (1e-4 * parameter.scale, -1e-4 * parameter.scale):
+            flank, phase = wanted.flank, wanted.phase
+            if parameter.part == "phase":
+                phase += step
+            else:
+                flank = with_setting(flank, parameter, getattr(getattr(flank, parameter.part), parameter.name) + step)
+            moved = measure(wanted, flank, phase, now.parameters, now.root)
+            rows.append(np.concatenate([moved.relief, moved.root_error]))
+        difference = (rows[0] - rows[1]) / 2e-4
+        np.testing.assert_allclose(exact[:, k], difference, rtol=0.0, atol=2e-6 * np.abs(difference).max())
+
+
+def test_free_axis_is_the_same_flank() -> None:
+    pair = geometry("fh_hypoid_9x34", False)
+    start = conjugate_start(pair, cut_gear(pair), "concave", fit_grid(pair, 0.1, (5, 4)))
+    flank, parameters = free_axis(start.flank, start.parameters)
+    np.testing.assert_allclose(flank.sweep(parameters)[0], start.flank.sweep(start.parameters)[0], atol=1e-15)
+    back = tilt_and_swivel(flank)
+    assert back.machine.tilt == pytest.approx(start.flank.machine.tilt, abs=1e-12)
+    np.testing.assert_allclose(back.sweep(start.parameters)[0], start.flank.sweep(start.parameters)[0], atol=1e-14)
+
+
+def test_root_line_is_the_lowest_point_of_the_tip() -> None:
+    pair = geometry("fm_hypoid_13x42", False)
+    start = conjugate_start(pair, cut_gear(pair), "concave", fit_grid(pair, 0.1, (5, 4)))
+    wanted = wanted_flank(pair, start, np.zeros(20), 0.02)
+    assert wanted.root is not None
+    state = wanted.root.cut(wanted.flank)
+    lowest = [_lowest(wanted.flank, wanted.root, k, state.parameters[:, k]) for k in range(3)]
+    np.testing.assert_allclose(state.error, lowest, rtol=0.0, atol=1e-9)
+
+
+def _lowest(flank: CutFlank, root: RootLine, k: int, near: np.ndarray) -> float:
+    """Lowest height of the tip circle at a station, by scanning the cradle roll around the solution."""
+    heights = []
+    for phi in near[1] + np.linspace(-0.01, 0.01, 21):
+        th = float(near[0])
+        for _ in range(20):
+            u, slope = [], 1e-6
+            for angle in (th, th + slope):
+                point = flank.sweep(np.array([[0.0], [angle], [phi]]))[0]
+                u.append(flank.blank.coordinates(np.hypot(point[0], point[1]), point[2])[0][0])
+            th -= (u[0] - root.u[k]) * slope / (u[1] - u[0])
+        point = flank.sweep(np.array([[0.0], [th], [phi]]))[0]
+        heights.append(flank.blank.coordinates(np.hypot(point[0], point[1]), point[2])[1][0] - root.height[k])
+    best = int(np.argmin(heights))
+    assert 0 < best < 20
+    return float(heights[best])
