@@ -16,6 +16,7 @@ from efficiency.design import Design
 from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
+from efficiency.settings.inputs import SettingsInput
 from ehl.inputs import Case
 from ehl.material import Material
 from ehl.oil import Oil
@@ -46,7 +47,7 @@ def keys(model: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[str]:
                 yield from keys(inner, seen)
 
 
-@pytest.mark.parametrize("model", [Case, Oil, Material, Plan, Design, PairBlankInput, Formula])
+@pytest.mark.parametrize("model", [Case, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, Formula])
 def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     assert set(keys(model, set())) <= NAMES
 
