@@ -33,7 +33,7 @@ def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy)
     for point in study.points[::2]:
         alone = gear_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P))
         assert point.peak_to_peak == pytest.approx(alone.transmission.peak_to_peak, rel=1e-4)
-        assert point.crest_u == pytest.approx(alone.surface.crest[0], abs=1e-8)
+        assert point.crest_u == pytest.approx(alone.surface.crest[0], abs=1e-7)
         assert point.pattern_area == pytest.approx(alone.pattern().area_share, abs=2e-3)
         assert point.edges == ", ".join(alone.transmission.edges)
 
