@@ -48,8 +48,8 @@ _LEAD = (7, 6)
 # a flank counts as absent where its regularity falls below this share of that at the design point: the fields of the
 # map have a singularity at zero, and the flank ends there anyway. Measured: docs/gear_geometry.md
 _UNDERCUT = 0.08
-# share of the mating flank that may be absent. Beyond it the rest of the map says nothing: of 153 random pairs eight were
-# above, with transmission errors of degrees or none at all, none of those below was (benchmarks/gear_stress.py)
+# share of the mating flank that may be absent. Beyond it the rest of the map says nothing: of 153 random pairs eight
+# were above, with transmission errors of degrees or none at all, none of those below was (benchmarks/gear_stress.py)
 _LARGEST_ABSENT = 0.3
 # change of the relative regularity from node to node beyond the linear one that no regular flank makes
 _LEAP = 0.07
