@@ -68,6 +68,8 @@ class Mesh:
         Of the fine grid.
     axes : tuple of Axis, optional
         Of pinion and gear; only friction in the equilibrium needs them.
+    notes : tuple of str
+        What is to be known of the geometry.
     """
 
     design: str
@@ -77,6 +79,7 @@ class Mesh:
     teeth: TeethElasticity
     points_per_line: int
     axes: tuple[Axis, Axis] | None = None
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def build(
@@ -88,6 +91,7 @@ class Mesh:
         positions: int = 24,
         points_per_line: int = 31,
         axes: tuple[Axis, Axis] | None = None,
+        notes: tuple[str, ...] = (),
     ) -> Mesh:
         """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
         if positions < 4 or positions % 2:
@@ -96,7 +100,7 @@ class Mesh:
             raise InputError("points_per_line", points_per_line, "a number of at least 5")
         fine = make_cycle(positions, points_per_line)
         coarse = make_cycle(positions, (points_per_line + 1) // 2)
-        return cls(design, side, fine, coarse, teeth, points_per_line, axes)
+        return cls(design, side, fine, coarse, teeth, points_per_line, axes, notes)
 
 
 @dataclass(frozen=True)
@@ -230,7 +234,7 @@ def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
 
 
 def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[str, ...]:
-    notes = limit_notes(loaded.fine, loaded.mesh.teeth)
+    notes = loaded.mesh.notes + limit_notes(loaded.fine, loaded.mesh.teeth)
     missing = int(np.count_nonzero(_missing(friction)))
     if missing:
         notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)
