@@ -105,6 +105,8 @@ def gear(
 
     A comma-separated list of torques, speeds or temperatures ('100, 200, 300 N m') makes a map.
     """
+    from threadpoolctl import threadpool_limits
+
     from efficiency.output.tables import efficiency_table, map_table, save_gear_figures, save_map_figure
     from efficiency.run import run_gear, run_map
     from ehl.errors import InputError
@@ -123,16 +125,19 @@ def gear(
         if unused is not None:
             raise InputError(f"--{name}", str(unused), "only together with --geometry")
     pair = aligned_design(design, misaligned)
+    # matrices are small: threads of the linear algebra would only wait for each other
     lists = _lists(torque, speed, temperature)
     chosen = _side(side or "drive")
     if any(len(values) > 1 for values in lists):
-        grid = run_map(pair, friction, *lists, oil=oil, side=chosen)
+        with threadpool_limits(1):
+            grid = run_map(pair, friction, *lists, oil=oil, side=chosen)
         if plot is not None:
             save_map_figure(grid, plot)
         print_json(grid.to_dict()) if json_output else map_table(grid)
         status, reason = grid.status, grid.reason
     else:
-        result = run_gear(pair, friction, _conditions(lists, oil), side=chosen)
+        with threadpool_limits(1):
+            result = run_gear(pair, friction, _conditions(lists, oil), side=chosen)
         if plot is not None:
             save_gear_figures(result, plot)
         print_json(result.to_dict()) if json_output else efficiency_table(result)
@@ -156,6 +161,8 @@ def compare(
     plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).")] = None,
 ) -> None:
     """Compare friction models, constant mu and closed forms on one gear pair."""
+    from threadpoolctl import threadpool_limits
+
     from efficiency.output.plots_load import plot_comparison
     from efficiency.output.tables import comparison_table
     from efficiency.run import run_compare
@@ -167,7 +174,8 @@ def compare(
     for values, name in zip(lists, ("--torque", "--speed", "--temperature"), strict=True):
         if len(values) > 1:
             raise InputError(name, values, "one value; lists make a map with `mixed-ehl gear`")
-    comparison = run_compare(design, friction, _conditions(lists, oil), side=_side(side))
+    with threadpool_limits(1):
+        comparison = run_compare(design, friction, _conditions(lists, oil), side=_side(side))
     if plot is not None:
         save_figure(plot_comparison(comparison), plot)
     print_json(comparison.to_dict()) if json_output else comparison_table(comparison)

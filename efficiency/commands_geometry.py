@@ -30,6 +30,8 @@ def show_geometry(
     units: str,
 ) -> None:
     """Compute and show geometry and unloaded contact; exit code 1 where a side could not be computed."""
+    from threadpoolctl import threadpool_limits
+
     from efficiency.contact.pattern import MARKING
     from efficiency.geometry import MARKING_LIMITS, chosen_sides, pair_geometry
     from efficiency.output.geometry_tables import print_geometry
@@ -38,7 +40,9 @@ def show_geometry(
 
     thickness = MARKING if marking is None else MARKING_LIMITS.check(marking, "--marking", bare=False)
     shown = chosen_units(units)
-    geometry = pair_geometry(design, chosen_sides(side), thickness)
+    # matrices are small: threads of the linear algebra would only wait for each other
+    with threadpool_limits(1):
+        geometry = pair_geometry(design, chosen_sides(side), thickness)
     if plot is not None:
         from efficiency.output.geometry_report import save_geometry_figures
 
@@ -144,6 +148,8 @@ def misalignment(
 
     Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
     """
+    from threadpoolctl import threadpool_limits
+
     from efficiency.contact.misalignment import misalignment_study
     from efficiency.contact.pattern import MARKING
     from efficiency.design import load_design
@@ -162,10 +168,11 @@ def misalignment(
         raise InputError("--E, --P, --G, --alpha", f"{states} states", f"at most {_MOST_STATES} combinations")
     pair = load_design(design)
     offset, along_pinion, along_gear, shaft = values.values()
-    studies = [
-        misalignment_study(pair, E=offset, P=along_pinion, G=along_gear, alpha=shaft, side=part, marking=thickness)
-        for part in chosen_sides(side)
-    ]
+    with threadpool_limits(1):
+        studies = [
+            misalignment_study(pair, E=offset, P=along_pinion, G=along_gear, alpha=shaft, side=part, marking=thickness)
+            for part in chosen_sides(side)
+        ]
     if csv is not None:
         write_study(csv, studies)
     if plot is not None:

@@ -16,6 +16,7 @@ from efficiency.output.geometry_tables import (
     key_side,
     misalignment_text,
     setting_tables,
+    words,
 )
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from efficiency.output.plots_blank import blank_figure
@@ -142,7 +143,12 @@ def _settings(geometry: PairGeometry, units: Units) -> Section:
         "2. Cutters and machine settings",
         [
             *(
-                Table((part, "unit", *FLANKS), rows, "What is zero for all four flanks is left out.", text_columns=2)
+                Table(
+                    (words(part), "unit", *FLANKS),
+                    rows,
+                    "What is zero for all four flanks is left out.",
+                    text_columns=2,
+                )
                 for part, rows in tables.items()
             ),
             Table(FLANK_HEADER, flank_rows(geometry), "Flanks at their mean points."),

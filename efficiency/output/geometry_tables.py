@@ -121,7 +121,7 @@ def print_geometry(geometry: PairGeometry, units: Units = "metric") -> None:
     summary = summary_rows(design, units)
     show(f"{design.name}: blanks", ("quantity", "unit", "pinion", "gear"), blank_table(summary), 2)
     for part, rows in setting_tables(summary).items():
-        show(f"{part.capitalize()} of each flank", SETTING_HEADER, rows, 2)
+        show(f"{words(part).capitalize()} of each flank", SETTING_HEADER, rows, 2)
     show("Flanks at their mean points", FLANK_HEADER, flank_rows(geometry), 1)
     if geometry.sides:
         show(

@@ -143,7 +143,7 @@ def _entries(section: str, model: BaseModel) -> Iterator[tuple[tuple[str, str], 
         elif isinstance(value, (int, float, str)):
             metadata = find_place(type(model), (name,)).metadata
             unit = next((item.unit for item in metadata if isinstance(item, Quantity)), "")
-            yield (section or "flank", name), (value, unit)
+            yield (section or "points", name), (value, unit)
 
 
 def _dimensions(blank: Blank) -> dict[str, tuple[float, str]]:
