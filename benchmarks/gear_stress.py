@@ -62,14 +62,14 @@ REASONS = {
     "gear:cutter_radius": "the lead angle of the face-hobbing head would exceed 90 deg",
     "pinion:undercut": "the generated gear flank is undercut within its working depth",
     "pinion:no_mesh": "points of the gear flank never touch a conjugate pinion",
-    "contact:undercut": "a flank is undercut at its mean point",
+    "contact:undercut": "the pinion is undercut over a third of its flank, or a flank at its mean point",
     "contact:flank": "the conjugate pinion flank does not pass through its mean point",
     "contact:no_mesh": "the blank of the pinion hardly reaches the gear flank",
     "contact:no_contact": "the blanks share no part of the flank",
 }
 NUMBERS = (
     "module_normal", "pitch_angle_pinion", "pitch_angle_gear", "spiral_pinion", "spiral_gear", "offset_angle",
-    "contact_ratio_profile", "contact_ratio_total", "transmission_error", "path_length", "undercut_share",
+    "profile_shift", "contact_ratio_profile", "contact_ratio_total", "transmission_error", "path_length", "undercut_share",
 )  # fmt: skip
 
 
@@ -112,6 +112,7 @@ def blank_numbers(pair: PairBlank) -> dict[str, float]:
         "spiral_pinion": math.degrees(pair.pinion.mean_spiral_angle),
         "spiral_gear": math.degrees(pair.gear.mean_spiral_angle),
         "offset_angle": math.degrees(pair.offset_angle),
+        "profile_shift": pair.profile_shift,
         "contact_ratio_profile": pair.virtual_drive.contact_ratio_profile,
         "contact_ratio_total": pair.virtual_drive.contact_ratio_total,
     }

@@ -4,7 +4,8 @@ Ratios 1 to 6, offsets 0 to half the mean radius of the gear, gear spiral angles
 shaft angles 60 to 120 deg. "Sensible" ties together what belongs together: the gear is no crown gear (its pitch angle
 up to 85 deg), the pinion's spiral angle is at most 55 deg, the face 0.15 to 0.3 of the outer cone distance and at most
 10 modules wide, the cutter radius 0.7 to 1.2 mean cone distances and above that of parallel slots, the lead angle of a
-face-hobbing head below 25 deg.
+face-hobbing head below 25 deg. Where the blank warns of undercut the designer's remedy is taken: another addendum
+factor, then larger pressure angles; what stays undercut is drawn again.
 """
 
 from __future__ import annotations
@@ -13,6 +14,10 @@ from math import asin, atan2, ceil, cos, degrees, pi, radians, sin
 from typing import Any
 
 import numpy as np
+
+from efficiency.blank.inputs import PairBlankInput
+from efficiency.blank.pair import pair_blank
+from ehl.errors import InputError
 
 HEADS = (3, 5, 7, 11, 13, 17)
 
@@ -23,7 +28,31 @@ def blank_content(seed: int, index: int) -> dict[str, Any]:
     while True:
         content = _draw(rng)
         if content is not None:
-            return {"name": f"random_{seed}_{index}", **content}
+            content = _without_undercut({"name": f"random_{seed}_{index}", **content})
+        if content is not None:
+            return content
+
+
+def _without_undercut(content: dict[str, Any]) -> dict[str, Any] | None:
+    """The blank after the designer's remedy, or None where there is none."""
+    for more in (0.0, 2.0, 4.0, 6.0):
+        angles = {side: angle + radians(more) for side, angle in content["pressure_angle"].items()}
+        trial = {**content, "pressure_angle": angles}
+        for _ in range(3):
+            try:
+                pair = pair_blank(PairBlankInput.model_validate(trial))
+            except InputError:
+                return trial
+            if not any(point.undercut for point in pair.undercut):
+                return trial
+            least = max(point.limit for point in pair.undercut if point.member == "pinion")
+            most = min(point.limit for point in pair.undercut if point.member == "gear")
+            depth = 2.0 * pair.addendum_factor
+            factor = 0.5 - max(min(pair.profile_shift, most - 0.02), least + 0.02) / depth
+            if not 0.06 <= factor <= 0.5:
+                break
+            trial = {**trial, "depth": {"data_type": "II", "gear_addendum_factor": factor}}
+    return None
 
 
 def _draw(rng: np.random.Generator) -> dict[str, Any] | None:
