@@ -69,7 +69,8 @@ REASONS = {
 }
 NUMBERS = (
     "module_normal", "pitch_angle_pinion", "pitch_angle_gear", "spiral_pinion", "spiral_gear", "offset_angle",
-    "profile_shift", "contact_ratio_profile", "contact_ratio_total", "transmission_error", "path_length", "undercut_share",
+    "profile_shift", "contact_ratio_profile", "contact_ratio_total", "transmission_error", "path_length",
+    "undercut_share",
 )  # fmt: skip
 
 
