@@ -52,8 +52,8 @@ class PairGeometry:
     calculation_gear, calculation_pinion : float
         Calculation point from the middle of the face towards the heel [m]; spiral angle, pressure angles, thickness and
         offset angle belong there.
-    spiral_gear : float
-        Mean spiral angle of the gear.
+    spiral_gear, spiral_pinion : float
+        Mean spiral angles.
     pressure_concave, pressure_convex : float
         Normal pressure angles of the gear flanks.
     thickness_gear : float
@@ -61,7 +61,7 @@ class PairGeometry:
     clearance : float
         Between tip and root [m].
     backlash : float
-        Normal backlash [m], taken off the pinion.
+        Normal backlash [m], taken off the normal circular thickness of the pinion.
     cutter_radius : float
         Nominal radius of the gear cutter [m].
     blade_groups : int
@@ -78,6 +78,7 @@ class PairGeometry:
     calculation_gear: float
     calculation_pinion: float
     spiral_gear: float
+    spiral_pinion: float
     pressure_concave: float
     pressure_convex: float
     thickness_gear: float
@@ -333,6 +334,7 @@ def pair_geometry(blank: PairBlank, generated_gear: bool) -> PairGeometry:
         calculation_gear=-blank.gear.middle_shift,
         calculation_pinion=-blank.pinion.middle_shift,
         spiral_gear=blank.gear.mean_spiral_angle,
+        spiral_pinion=blank.pinion.mean_spiral_angle,
         pressure_concave=blank.pressure_angle_coast,
         pressure_convex=blank.pressure_angle_drive,
         thickness_gear=blank.gear.mean_normal_thickness,

@@ -57,4 +57,4 @@ def root_line(pair: PairGeometry, position: FloatArray, parameters: FloatArray, 
 def standing_back(pair: PairGeometry) -> float:
     """Angle of each pinion flank that gives the pair its backlash [rad]."""
     radius, _ = pair.pinion.axial(np.array([pair.calculation_pinion]), np.zeros(1))
-    return 0.5 * pair.backlash / float(radius[0])
+    return 0.5 * pair.backlash / float(radius[0] * np.cos(pair.spiral_pinion))

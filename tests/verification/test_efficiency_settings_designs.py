@@ -7,6 +7,7 @@ import pytest
 
 from efficiency.blank.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
+from efficiency.contact.thickness import gear_thickness, pinion_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design import load_design
 from efficiency.settings.conjugate import fit_grid
@@ -64,3 +65,18 @@ def test_undercut_is_named_where_it_is() -> None:
     assert [point.place for point in drive.undercut] == ["toe, tip of the gear"] * 3
     assert coast.undercut == ()
     assert np.isnan(drive.residual_map[:, 2]).sum() == 3
+
+
+@pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fh_spiral_bevel_12x37"])
+def test_blade_phases_leave_the_tooth_that_touching_flanks_and_backlash_ask_for(name: str) -> None:
+    design, place = load_design(name), np.zeros(1)
+    (one, _), (other, _) = (design.flank("pinion", side).solve(place, place) for side in ("concave", "convex"))
+    blank = design.pinion.blank.blank()
+    angle = (other.azimuth - one.azimuth) % (2.0 * np.pi / blank.teeth)
+    spiral = 0.5 * (one.angles(blank.pitch_angle)[0] + other.angles(blank.pitch_angle)[0])
+    cut = np.hypot(one.position[0], one.position[1]) * angle * np.cos(spiral)
+    # turned until they touch one point of each flank, against the mean of the fit on both: a few micrometres
+    assert cut == pytest.approx(pinion_thickness(design, place, place), abs=5e-6)
+    assert gear_thickness(design, place, place) == pytest.approx(
+        pair_blank(load_targets(name).blank).gear.mean_normal_thickness, abs=1e-8
+    )
