@@ -10,6 +10,7 @@ import typer
 import efficiency.commands
 import efficiency.commands_blank
 import efficiency.commands_geometry
+import efficiency.commands_plan
 import efficiency.commands_settings
 import ehl.cli
 import regression.cli
@@ -45,6 +46,7 @@ regression.cli.register(app)
 efficiency.commands.register(app)
 efficiency.commands_blank.register(app)
 efficiency.commands_geometry.register(app)
+efficiency.commands_plan.register(app)
 efficiency.commands_settings.register(app)
 
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from regression.dataset import RunStatus
     from regression.formula import Formula
     from regression.friction_models import FrictionEstimate
+    from regression.gear_ranges import SeenRange
     from regression.plan import Plan
     from regression.sweep import SweepReport
 
@@ -76,6 +77,27 @@ def estimate_report(plan: Plan, jobs: int) -> None:
         highlight=False,
         soft_wrap=True,
     )
+
+
+_SEEN: dict[str, tuple[float, float, str]] = {
+    **_SHOWN,
+    "radius_equivalent": (1e3, 0.0, "mm"),
+    "speed_entrainment": (1.0, 0.0, "m/s"),
+    "roughness_rms": (1e6, 0.0, "um"),
+    "pressure_velocity": (1e-9, 0.0, "GW/m2"),
+}
+
+
+def seen_table(ranges: dict[str, SeenRange]) -> None:
+    """What gears see: the ends of each range, its median, and the extremes."""
+    table = Table(title="what the contact points see, weighted with the work lost there")
+    for name in ("variable", "unit", "least", "from", "median", "to", "most"):
+        table.add_column(name, justify="left" if name in ("variable", "unit") else "right")
+    for name, seen in ranges.items():
+        factor, shift, unit = _SEEN.get(name, (1.0, 0.0, ""))
+        figures = (seen.least, seen.low, seen.median, seen.high, seen.most)
+        table.add_row(name, unit, *(f"{factor * (value + shift):.3g}" for value in figures))
+    Console().print(table)
 
 
 def failed_table(status: RunStatus) -> None:
