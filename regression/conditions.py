@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ehl.film_formulas import moes_1992
 from ehl.lubricant import Lubricant, dowson_higginson_1966
 from ehl.oil import Oil
+from ehl.rheology import RisingStress
 from ehl.state import ContactState
 
 Array = NDArray[np.float64]
@@ -56,15 +57,17 @@ UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
 def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, float]:
     """The oil's figures at inlet temperature that a case stores, by the names of `LUBRICANT_UNITS`.
 
-    `viscosity_mean_pressure` is taken at the mean Hertz pressure of the line contact, pi p_h/4.
+    `viscosity_mean_pressure`, and an Eyring stress that rises with pressure, are taken at the mean Hertz pressure of the
+    line contact, pi p_h/4.
     """
     mean_pressure = np.asarray(0.25 * np.pi * pressure_hertz)
+    stress = lubricant.eyring_stress
     return {
         "viscosity_inlet": lubricant.viscosity_inlet,
         "viscosity_kinematic": lubricant.viscosity_inlet / lubricant.density,
         "viscosity_mean_pressure": float(lubricant.viscosity(mean_pressure)),
         "pressure_viscosity": lubricant.pressure_viscosity,
-        "eyring_stress": lubricant.eyring_stress,
+        "eyring_stress": float(stress(mean_pressure)) if isinstance(stress, RisingStress) else stress,
         "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
         "temperature_viscosity": lubricant.temperature_viscosity,
         "thermal_conductivity": lubricant.thermal_conductivity,
@@ -117,7 +120,10 @@ def _oil_columns(state: ContactState, lubricant_at: Callable[[float], Lubricant]
         row = lubricant_row(lubricant, 0.0)
         for name, column in columns.items():
             column[here] = row[name]
-        columns["viscosity_mean_pressure"][here] = lubricant.viscosity(0.25 * np.pi * pressure[here])
+        mean_pressure = 0.25 * np.pi * pressure[here]
+        columns["viscosity_mean_pressure"][here] = lubricant.viscosity(mean_pressure)
+        if isinstance(lubricant.eyring_stress, RisingStress):
+            columns["eyring_stress"][here] = lubricant.eyring_stress(mean_pressure)
     return columns
 
 
