@@ -1,7 +1,8 @@
-"""Friction by solving the lubricated contact itself, at enough points of the mesh to interpolate the others.
+"""Friction by solving the lubricated contact itself, at every point of the mesh or at enough to interpolate the others.
 
 The points of a mesh are a smooth two-parameter family of conditions, so a few dozen solutions, spread as far apart as
-possible, carry the whole of it; the last of them are first predicted by the others, which measures the error.
+possible, carry the whole of it; the last of them are first predicted by the others, which measures the error. The
+deterministic rough solver is asked that way, the others solve every point.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from ehl.contact import LineContact
 from ehl.errors import InputError
 from ehl.inputs import ModelInput, SurfaceInput
+from ehl.lubricant import Lubricant
 from ehl.material import Material, load_material
 from ehl.oil import Oil
 from ehl.solve import ContactResult, solve_contact
@@ -23,8 +25,10 @@ from regression.friction_models import FrictionEstimate, FrictionFlag
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Scene = tuple[LineContact, Lubricant, SurfaceInput]
 
 POINTS, HELD_OUT = 80, 16
+FEWEST_PER_JOB = 12  # contacts below which a worker process does not pay
 # interval of the interpolation, in RMS errors at the held-out points
 _WIDTH = 2.0
 # slide-to-roll ratio below which friction is nearly proportional to it
@@ -43,6 +47,8 @@ class EhlFriction:
         Leave the roughness out.
     points : int or None
         Most contacts that are solved; None solves every point.
+    jobs : int or None
+        Worker processes; None takes one per core.
     bodies : tuple of Material
         Pinion and gear.
     model : ModelInput
@@ -51,7 +57,8 @@ class EhlFriction:
 
     name: str
     smooth: bool = False
-    points: int | None = POINTS
+    points: int | None = None
+    jobs: int | None = None
     bodies: tuple[Material, Material] = field(default_factory=lambda: (load_material("steel"),) * 2)
     model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
 
@@ -60,7 +67,7 @@ class EhlFriction:
 
         Where points are interpolated, `lower` and `upper` are two RMS errors of the prediction of held-out contacts
         away, weighted with their sliding power; where all are solved, the solver's own error. A contact that does not
-        converge leaves nan at the points next to it, flagged.
+        converge leaves nan at the points next to it, flagged; one that is only unsettled counts with its error.
         """
         place = _coordinates(state)
         power = state.load_per_length * state.speed_sliding
@@ -81,50 +88,73 @@ class EhlFriction:
     ) -> tuple[FloatArray, FloatArray]:
         """Friction at chosen points and its absolute error, nan where it failed; neighbours start each other."""
         mu, error = np.full(chosen.size, np.nan), np.full(chosen.size, np.nan)
-        before: ContactResult | None = None
-        for k in _chain(place[chosen]):
-            at = int(chosen[k])
-            temperature = float(state.temperature_oil[at])
-            result = solve_contact(
-                _contact(state, at),
-                oil.at(temperature),
-                self._surface(state, at),
-                self.model,
-                self.bodies,
-                (temperature, temperature),
-                before,
-            )
-            if result.status == "converged":
-                before = result
-                mu[k] = result.friction_coefficient
-                error[k] = abs(result.friction_coefficient) * result.friction_error
+        order = np.array(_chain(place[chosen]))
+        jobs = max(1, min(self.jobs or _cores(), chosen.size // FEWEST_PER_JOB))
+        parts = np.array_split(order, jobs)
+        tasks = [[self._contact(state, oil, int(at)) for at in chosen[part]] for part in parts]
+        if jobs == 1:
+            solved = [_solve_chain(tasks[0], self.model, self.bodies)]
+        else:
+            from joblib import Parallel, delayed, parallel_config
+
+            with parallel_config(backend="loky", inner_max_num_threads=1):
+                solved = Parallel(n_jobs=jobs)(delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
+        for part, values in zip(parts, solved, strict=True):
+            mu[part], error[part] = values
         return mu, error
 
-    def _surface(self, state: ContactState, at: int) -> SurfaceInput:
-        if self.smooth:
-            return SurfaceInput()
-        return SurfaceInput(
-            roughness_rms_1=float(state.roughness_rms_1[at]), roughness_rms_2=float(state.roughness_rms_2[at])
-        )
+    def _contact(self, state: ContactState, oil: Oil, at: int) -> Scene:
+        rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))
+        surface = SurfaceInput(roughness_rms_1=rms[0], roughness_rms_2=rms[1])
+        return _line(state, at), oil.at(float(state.temperature_oil[at])), surface
+
+
+def _cores() -> int:
+    from joblib import cpu_count
+
+    return int(cpu_count())
+
+
+def _solve_chain(scenes: list[Scene], model: ModelInput, bodies: tuple[Material, Material]) -> FloatArray:
+    """Friction and its absolute error, shape (2, n), of contacts of which each starts the next."""
+    found = np.full((2, len(scenes)), np.nan)
+    before: ContactResult | None = None
+    for k, (line, lubricant, surface) in enumerate(scenes):
+        bulk = (lubricant.temperature, lubricant.temperature)
+        result = solve_contact(line, lubricant, surface, model, bodies, bulk, before)
+        if result.status != "failed":
+            before = result
+            found[:, k] = result.friction_coefficient, abs(result.friction_coefficient) * result.friction_error
+    return found
 
 
 def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> EhlFriction:
-    """The model of a name: ``ehl``, ``ehl:smooth``, each also with ``:all`` for no interpolation.
+    """The model of a name: ``ehl`` (load sharing), ``ehl:smooth`` or ``ehl:deterministic``.
+
+    The first two solve every point, the last 80 of them; ``:all`` and ``:sampled`` at the end change that.
 
     Raises
     ------
     InputError
-        Another word after the colon.
+        Another word after the colon, or two that exclude each other.
     """
     words = spec.split(":")
-    if words[0] != "ehl" or not set(words[1:]) <= {"smooth", "all"}:
-        raise InputError("friction model", spec, "ehl, ehl:smooth, ehl:all or ehl:smooth:all")
+    wanted = set(words[1:])
+    clash = {"smooth", "deterministic"} <= wanted or {"all", "sampled"} <= wanted
+    if words[0] != "ehl" or clash or not wanted <= {"smooth", "deterministic", "all", "sampled"}:
+        raise InputError(
+            "friction model", spec, "ehl, ehl:smooth or ehl:deterministic, with :all or :sampled at the end"
+        )
     steel = load_material("steel")
-    points = None if "all" in words else POINTS
-    return EhlFriction(spec, "smooth" in words, points, bodies or (steel, steel))
+    deterministic = "deterministic" in wanted
+    sampled = "sampled" in wanted or (deterministic and "all" not in wanted)
+    model = ModelInput(accuracy="fast", roughness="deterministic" if deterministic else "load_sharing")
+    return EhlFriction(
+        spec, "smooth" in wanted, POINTS if sampled else None, bodies=bodies or (steel, steel), model=model
+    )
 
 
-def _contact(state: ContactState, at: int) -> LineContact:
+def _line(state: ContactState, at: int) -> LineContact:
     return LineContact.from_pressure(
         radius_equivalent=float(state.radius_equivalent[at]),
         effective_modulus=float(state.effective_modulus[at]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -63,7 +64,7 @@ def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyP
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(1500)
-    estimate = EhlFriction("ehl").evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(state, OIL)
     assert len(solver.asked) == module.POINTS
     assert all(estimate.flag == FrictionFlag.OK)
     wrong = np.abs(estimate.mu - exact(state))
@@ -77,7 +78,7 @@ def test_few_points_are_all_solved_once_and_start_each_other(monkeypatch: pytest
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(30)
-    estimate = EhlFriction("ehl").evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(state, OIL)
     np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
     np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
     assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
@@ -89,7 +90,8 @@ def test_all_solves_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(150)
-    np.testing.assert_allclose(ehl_friction("ehl:all").evaluate(state, OIL).mu, exact(state), rtol=1e-9)
+    model = replace(ehl_friction("ehl:deterministic:all"), jobs=1)
+    np.testing.assert_allclose(model.evaluate(state, OIL).mu, exact(state), rtol=1e-9)
     assert len(solver.asked) == 150
 
 
@@ -97,14 +99,14 @@ def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> Non
     for spec, rough in (("ehl:smooth", 0.0), ("ehl", 0.3e-6)):
         solver = Solver()
         monkeypatch.setattr(module, "solve_contact", solver)
-        ehl_friction(spec).evaluate(states(5), OIL)
+        ehl_friction(spec).evaluate(states(5), OIL)  # too few for worker processes
         assert set(solver.rough) == {rough}
 
 
 def test_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz > 1.4e9))
     state = states(1000)
-    estimate = EhlFriction("ehl").evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(state, OIL)
     unknown = estimate.flag == FrictionFlag.NOT_CONVERGED
     assert 0 < np.count_nonzero(unknown) < 250
     np.testing.assert_array_equal(unknown, np.isnan(estimate.mu))
@@ -113,7 +115,7 @@ def test_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch: pytest.M
 
 def test_hopeless_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: True))
-    estimate = EhlFriction("ehl").evaluate(states(200), OIL)
+    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(states(200), OIL)
     assert np.all(np.isnan(estimate.mu))
     assert np.all(estimate.flag == FrictionFlag.NOT_CONVERGED)
 
@@ -123,7 +125,7 @@ def test_equal_points(monkeypatch: pytest.MonkeyPatch) -> None:
     state = ContactState.of(
         pressure_hertz=np.full(4, 1e9), radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0
     )
-    estimate = EhlFriction("ehl", points=None).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", jobs=1).evaluate(state, OIL)
     assert np.ptp(estimate.mu) == 0.0
 
 
@@ -143,9 +145,37 @@ def test_real_solver_at_two_points() -> None:
     assert np.all(rough.mu < 0.1)
 
 
+def test_worker_processes_give_the_same_friction() -> None:
+    state = states(2 * module.FEWEST_PER_JOB, 4)
+    one, two = (EhlFriction("ehl", jobs=jobs).evaluate(state, OIL) for jobs in (1, 2))
+    # each chain of neighbours begins anew in its process, so starts differ, and solutions within their own error
+    np.testing.assert_allclose(two.mu, one.mu, atol=float(np.max(one.upper - one.mu)))
+    assert np.all(two.flag == FrictionFlag.OK)
+
+
+def test_deterministic_roughness_at_two_points() -> None:
+    state = ContactState.of(
+        pressure_hertz=[0.8e9, 1.0e9],
+        radius_equivalent=0.012,
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        slide_to_roll=[0.1, 0.2],
+        roughness_rms_1=0.4e-6,
+    )
+    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl:deterministic"))
+    assert np.all(rough.flag == FrictionFlag.OK)
+    assert np.all((rough.mu > 0.8 * smooth.mu) & (rough.mu < 0.1))
+    assert np.all(rough.upper - rough.mu > smooth.upper - smooth.mu)
+
+
 def test_names() -> None:
     assert isinstance(ehl_friction("ehl:smooth"), FrictionModel)
-    assert ehl_friction("ehl:smooth:all").points is None
-    for spec in ("ehl:rough", "ehl:", "ehl2"):
+    assert ehl_friction("ehl:smooth").points is None
+    assert ehl_friction("ehl:sampled").points == module.POINTS
+    assert ehl_friction("ehl").model.roughness == "load_sharing"
+    assert ehl_friction("ehl:deterministic").points == module.POINTS
+    assert ehl_friction("ehl:deterministic:all").points is None
+    assert ehl_friction("ehl:deterministic").model.roughness == "deterministic"
+    for spec in ("ehl:rough", "ehl:", "ehl2", "ehl:smooth:deterministic", "ehl:all:sampled"):
         with pytest.raises(InputError, match="friction model"):
             ehl_friction(spec)
