@@ -33,6 +33,8 @@ FloatArray = NDArray[np.float64]
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01
 _LOOSER = 0.2
+# coefficients of the map of the mesh: enough for the transmission error to 0.03 arcsec
+_SHAPE = (12, 10)
 # a flank farther off than this needs no transmission error, and a larger one is none
 _MESHES, _MESHES_ANGLE = 2.0 * RESIDUAL_LIMIT, 0.01
 _WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
@@ -221,7 +223,7 @@ def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmissi
     if fitted.rms > _MESHES:
         return None
     try:
-        mesh = gear_pair(design, side).transmission
+        mesh = gear_pair(design, side, shape=_SHAPE).transmission
     except ConvergenceError:
         return None
     return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None
