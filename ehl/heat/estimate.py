@@ -86,7 +86,7 @@ def estimate_thermal_effect(
     stress = float(lubricant.shear_stress(pressure, np.array([film]), speed)[0]) if speed > 0.0 else 0.0
     # d ln tau/d ln eta (1 for a Newtonian film), without the limit: that may hold at the centre only
     law = replace(lubricant.shear_law, limit_slope=math.inf)
-    log_viscous = np.log(lubricant.viscosity(pressure) * max(speed, 1e-300) / film)
+    log_viscous = lubricant.log_viscosity(pressure, temperature) + math.log(max(speed, 1e-300) / film)
     sensitivity = float(law.log_stress(log_viscous, pressure)[1][0])
     heat = speed * stress
     rise_film = heat * film / (8.0 * k_film)
