@@ -62,10 +62,13 @@ def _conditions(lists: Lists, oil: str | None) -> Conditions:
 
 def aligned_design(design: str, misalignment: dict[str, str | None]) -> Design:
     """A design with what the command line says of its misalignment."""
+    from threadpoolctl import threadpool_limits
+
     from efficiency.design import Misalignment, load_design
     from ehl.expectation import quantity_of
 
-    loaded = load_design(design)
+    with threadpool_limits(1):
+        loaded = load_design(design)
     given = {
         name: quantity_of(Misalignment, name).check(text, f"--{name}", bare=False)
         for name, text in misalignment.items()

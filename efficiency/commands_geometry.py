@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from efficiency.output.tooth_grid import Member
 
 _WHAT = ("tooth", "member", "grid", "summary")
-_LEAST, _MOST = 3, 400
+_LEAST, _MOST = 5, 200
 _MOST_STATES = 10_000
 
 
@@ -75,6 +75,8 @@ def export(
     units: UnitsOption = "metric",
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design."""
+    from threadpoolctl import threadpool_limits
+
     from efficiency.design import load_design
     from efficiency.output.files import export_grids, export_member, export_summary, export_tooth_space
     from efficiency.output.machine_summary import chosen_units
@@ -93,17 +95,19 @@ def export(
     length = Quantity("m", ge=0.0, le=3.0)
     thickness = None if rim is None else length.check(rim, "--rim", bare=False)
     hole = None if bore is None else length.check(bore, "--bore", bare=False)
-    pair, shown, members = load_design(design), chosen_units(units), _members(member)
+    shown, members = chosen_units(units), _members(member)
     written: list[str] = []
-    for name in members:
-        if "tooth" in wanted:
-            written.append(export_tooth_space(pair, name, output, rows, columns, thickness))
-        if "member" in wanted:
-            written.append(export_member(pair, name, output, rows, columns, thickness, hole))
-        if "grid" in wanted:
-            written += export_grids(pair, name, output, rows, columns, margin)
-    if "summary" in wanted:
-        written += export_summary(pair, output, shown)
+    with threadpool_limits(1):
+        pair = load_design(design)
+        for name in members:
+            if "tooth" in wanted:
+                written.append(export_tooth_space(pair, name, output, rows, columns, thickness))
+            if "member" in wanted:
+                written.append(export_member(pair, name, output, rows, columns, thickness, hole))
+            if "grid" in wanted:
+                written += export_grids(pair, name, output, rows, columns, margin)
+        if "summary" in wanted:
+            written += export_summary(pair, output, shown)
     for line in written:
         print(line)
 
@@ -166,9 +170,9 @@ def misalignment(
     states = math.prod(len(part) for part in values.values())
     if states > _MOST_STATES:
         raise InputError("--E, --P, --G, --alpha", f"{states} states", f"at most {_MOST_STATES} combinations")
-    pair = load_design(design)
     offset, along_pinion, along_gear, shaft = values.values()
     with threadpool_limits(1):
+        pair = load_design(design)
         studies = [
             misalignment_study(pair, E=offset, P=along_pinion, G=along_gear, alpha=shaft, side=part, marking=thickness)
             for part in chosen_sides(side)

@@ -93,6 +93,14 @@ def test_every_axis_has_a_name_and_a_unit(geometry: PairGeometry, design: Design
                 assert re.search(r"\[[^\]]+\]", label), label
 
 
+def test_figures_of_an_undercut_hypoid_pair() -> None:
+    found = pair_geometry(load_design("fh_hypoid_9x34"), ("drive",))
+    assert any("undercut" in note for note in all_notes(found))
+    for name, figure, _ in side_figures(found.sides["drive"]):
+        if name in ("teeth_in_mesh", "ease_off_pinion", "contact_pattern_gear"):
+            assert len(list(drawn(figure))) >= 2
+
+
 def test_contact_table_has_a_column_for_each_side(geometry: PairGeometry) -> None:
     rows = contact_rows(geometry)
     assert all(len(row) == 4 for row in rows)
@@ -246,7 +254,7 @@ def test_bad_geometry_arguments_are_a_sentence(mixed_ehl: Cli, arguments: tuple[
     [
         (("--what", "step"), ["--what", "tooth, member, grid, summary"]),
         (("--member", "worm"), ["--member", "pinion, gear or both"]),
-        (("--rows", "1"), ["--rows", "from 3"]),
+        (("--rows", "4"), ["--rows", "from 5"]),
         (("--margin", "0.6"), ["--margin", "0.3"]),
         (("--bore", "1 m", "--what", "member"), ["--bore", "below"]),
         (("--bore", "10"), ["--bore", "unit"]),

@@ -15,6 +15,7 @@ from efficiency.design import Design, load_design
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid
 from efficiency.output.stl import read_stl, write_stl
 from efficiency.output.tooth_grid import Member, ToothGrid, tooth_grid
+from ehl._data import data_names
 from ehl.errors import InputError
 
 MEMBERS: tuple[Member, ...] = ("pinion", "gear")
@@ -133,6 +134,18 @@ def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
         member_solid(grids["pinion"], rim=0.5)
     with pytest.raises(InputError, match="file"):
         read_stl(Path("does_not_exist.stl"))
+
+
+@pytest.mark.parametrize("name", data_names("designs"))
+def test_solids_of_every_shipped_design_close(name: str) -> None:
+    shipped = load_design(name)
+    for member in MEMBERS:
+        grid = tooth_grid(shipped, member, 9, 9)
+        np.testing.assert_allclose(grid.height[-1], grid.blank.tip(grid.u[-1]), atol=1e-12)
+        for solid, euler in ((tooth_space_solid(grid), 2), (member_solid(grid, bore=0.0), 2)):
+            assert solid.closed
+            assert solid.euler_characteristic == euler
+            assert solid.volume > 0.0
 
 
 def test_fillet_of_the_solid_is_the_one_the_cutter_leaves(design: Design) -> None:
