@@ -319,14 +319,15 @@ def memory(options: argparse.Namespace) -> None:
     """Resident memory of one process over many small cases."""
     picked = [scene for scene in scenes("gear", 8 * options.memory, options.seed) if scene.row["kind"] == "gaussian"]
     rows = []
-    for number, scene in enumerate(picked[: options.memory]):
-        small = scene.row | {"radius_equivalent": 5e-3, "correlation_length": 4e-5}
-        solved(Scene(scene.index % 8, small), options.accuracy, 1.0)
-        rows.append({"case": number, "resident_mb": _resident()})
     with (options.out / "stress_memory.csv").open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, rows[0])
+        writer = csv.DictWriter(stream, ("case", "resident_mb"))
         writer.writeheader()
-        writer.writerows(rows)
+        for number, scene in enumerate(picked[: options.memory]):
+            small = scene.row | {"radius_equivalent": 5e-3, "correlation_length": 4e-5}
+            solved(Scene(scene.index % 8, small), options.accuracy, 1.0)
+            rows.append({"case": number, "resident_mb": _resident()})
+            writer.writerow(rows[-1])
+            stream.flush()
     for at in (0, *(round(share * (len(rows) - 1)) for share in (0.1, 0.25, 0.5, 0.75, 1.0))):
         print(f"case {at:5d}: {rows[at]['resident_mb']:7.1f} MB resident")
     print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0:.1f} MB")
