@@ -1,4 +1,4 @@
-"""What the cost estimate of a plan is worth: its seconds against those of finished runs, and a fit to them.
+"""What the cost estimate of a plan is worth: its seconds against the processor time of finished runs, and a fit.
 
     python benchmarks/sweep_cost.py RUN...
 
@@ -32,7 +32,7 @@ def main() -> None:
     terms = cost_terms(
         (rough["half_width"] / rough["correlation_length"]).to_numpy(), rough["film_ratio_formula"].to_numpy()
     )
-    seconds = rough["seconds"].to_numpy()
+    seconds = rough["seconds_cpu"].to_numpy()
     constant, factor = LEVEL[options.accuracy]
     estimate = factor * np.exp(constant + terms @ np.array(ROUGH))
     error = np.abs(np.log(estimate / seconds))

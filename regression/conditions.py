@@ -57,8 +57,8 @@ UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
 def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, float]:
     """The oil's figures at inlet temperature that a case stores, by the names of `LUBRICANT_UNITS`.
 
-    `viscosity_mean_pressure`, and an Eyring stress that rises with pressure, are taken at the mean Hertz pressure of the
-    line contact, pi p_h/4.
+    `viscosity_mean_pressure`, and an Eyring stress that rises with pressure, are taken at the mean Hertz pressure of
+    the line contact, pi p_h/4.
     """
     mean_pressure = np.asarray(0.25 * np.pi * pressure_hertz)
     stress = lubricant.eyring_stress

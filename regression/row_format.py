@@ -43,8 +43,8 @@ SURFACE_UNITS: dict[str, str] = {
     "peklenik_number": "",
     "seed": "",
 }
-# wall time is provenance: it differs from run to run and is no part of the data
-TIMING_UNITS: dict[str, str] = {"seconds": "s"}
+# times are provenance: they differ from run to run and are no part of the data
+TIMING_UNITS: dict[str, str] = {"seconds": "s", "seconds_cpu": "s"}
 NUMBER_UNITS: dict[str, str] = {
     **STATE_UNITS,
     **LUBRICANT_UNITS,

@@ -55,7 +55,7 @@ class Work:
 
     def __call__(self, task: Task) -> dict[str, Any]:
         """Row of one case. Never raises: what goes wrong becomes status "failed" and a reason."""
-        clock = time.perf_counter()
+        clock, processor = time.perf_counter(), time.thread_time()
         row = _unfinished(task)
         try:
             row |= input_row(task.case)
@@ -69,6 +69,7 @@ class Work:
             late = self.time_cap is not None and time.perf_counter() - clock >= self.time_cap
             row["reason"] = row["reason"] or (TIME_CAP if late else f"error:{type(error).__name__}")
         row["seconds"] = time.perf_counter() - clock
+        row["seconds_cpu"] = time.thread_time() - processor
         return row
 
     def _attempt(self, task: Task, row: dict[str, Any]) -> None:

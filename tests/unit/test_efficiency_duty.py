@@ -38,9 +38,11 @@ def coarse_mesh(name: str, side: Side) -> GearMesh:
 @pytest.fixture(autouse=True)
 def _one_mesh_per_side(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every test takes the same coarse mesh."""
-    monkeypatch.setattr(
-        duty_module, "gear_mesh", lambda design, side, positions, points: coarse_mesh(design.name, side)
-    )
+
+    def made(design: Design, side: Side, positions: int, points_per_line: int) -> GearMesh:
+        return coarse_mesh(design.name, side)
+
+    monkeypatch.setattr(duty_module, "gear_mesh", made)
 
 
 @pytest.fixture

@@ -159,6 +159,7 @@ def test_mu_refuses_bad_values(mixed_ehl: Call, changes: dict[str, str], words: 
 
 def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
+    (tmp_path / "empty.toml").write_text("")
     for arguments, words in (
         (("mu", "xu_kahraman_2007", *point()), "--oil is missing"),
         (("mu", "nothing", *point()), "xu_kahraman_2007"),
@@ -168,6 +169,12 @@ def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
         (("sweep", plan, "-o", run, "--with", "magic"), "xu_kahraman_2007"),
         (("sweep", plan, "-o", run, "--time-cap", "30"), "ambiguous"),
         (("sweep", plan, "-o", run, "--jobs", "0"), "at least 1"),
+        (("sweep", plan, "-o", run, "--retries", "-1"), "at least 0"),
+        (("sweep", plan), "-o RUN"),
+        (("sweep", plan, "-o", run, "--set", "sampling.size"), "KEY=VALUE"),
+        (("sweep", plan, "-o", run, "--set", "variables.speed_entrainment.high=0.5"), "Exchange the two ends"),
+        (("sweep", tmp_path / "empty.toml", "-o", run), "docs/sweep.md"),
+        (("sweep", plan, "-o", run, "--dask", "local:x"), "local:N"),
         (("sweep", plan, "-o", plan), "can be written"),
         (("sweep", "status", run), "mixed-ehl sweep PLAN.toml"),
         (("fit", run, "-o", tmp_path / "f.json"), "mixed-ehl sweep PLAN.toml"),
@@ -187,9 +194,48 @@ def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, 
     assert "not converged" in swept.err
 
 
+def test_estimate_and_changes_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    estimate = mixed_ehl("sweep", plan, "--estimate", "--jobs", "2", "--set", "sampling.size=64")
+    assert estimate.code == 0
+    assert "64 cases (load_sharing, standard)" in estimate.out
+    assert "with 2 workers" in estimate.out
+    run = ("-o", tmp_path / "run", "--with", "arana_2019", "--jobs", "1", "--set", "lubricant.oil=75w90")
+    assert mixed_ehl("sweep", plan, *run).code == 0
+    # the change is part of the plan: without it the folder holds another run
+    other = mixed_ehl("sweep", plan, *run[:-2])
+    assert other.code == 2
+    assert "another plan" in other.err
+
+
+def test_failed_cases_are_listed(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    plan.write_text(PLAN.replace('low = "0.4 GPa"', 'low = "50 MPa"').replace('high = "15 m/s"', 'high = "150 m/s"'))
+    mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
+    listed = mixed_ehl("sweep", "status", tmp_path / "run", "--failed")
+    assert "failed cases" in listed.out
+    content = json.loads(mixed_ehl("sweep", "status", tmp_path / "run", "--json").out)
+    failed = content["failed"]
+    assert len(failed) == sum(content["shards"][0]["failed"].values()) > 0
+    assert {case["reason"] for case in failed} == {"undefined"}
+    assert set(failed[0]["conditions"]) >= {"pressure_hertz", "slide_to_roll", "temperature_oil"}
+
+
+def test_adaptive_sweep_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    plan.write_text(PLAN + "[adaptive]\nbatch = 4\nbudget = 40\n")
+    swept = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "arana_2019", "--jobs", "1", "--adaptive")
+    assert swept.code == 0
+    assert "2 batches added; ended because the budget is spent" in swept.out
+    assert "cross-validated error of mu" in swept.err
+    assert "8 added by the adaptive sweep" in mixed_ehl("sweep", "status", tmp_path / "run").out
+    shards = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--adaptive", "--shard", "1/2")
+    assert shards.code == 2
+    assert "no shards with --adaptive" in shards.err
+
+
 def test_slurm_script_is_shell(mixed_ehl: Call, tmp_path: Path) -> None:
-    printed = mixed_ehl("sweep", "demo", "-o", tmp_path / "run", "--slurm", "8")
+    change = ("--set", "lubricant.oil=fva3")
+    printed = mixed_ehl("sweep", "demo", "-o", tmp_path / "run", "--slurm", "8", *change)
     assert printed.code == 0
+    assert "mixed-ehl sweep demo --set lubricant.oil=fva3 -o" in printed.out
     assert not (tmp_path / "run").exists()
     subprocess.run(["bash", "-n"], input=printed.out, text=True, check=True)
 
