@@ -14,6 +14,8 @@ from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.pair import GearPair, Side, gear_pair
 from efficiency.contact.pattern import MARKING, ContactPattern
 from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.limits import flank_limits
 from efficiency.design import Design
 from efficiency.output.inspection_grid import Member, lowest_fraction
 from ehl.errors import ConvergenceError, InputError
@@ -24,6 +26,7 @@ FloatArray = NDArray[np.float64]
 MARKING_LIMITS = Quantity("m", gt=0.0, le=1e-3)
 _SIDES: tuple[Side, ...] = ("drive", "coast")
 _MEMBERS: tuple[Member, ...] = ("pinion", "gear")
+_STATIONS = 9
 _FLANKS: tuple[FlankSide, ...] = ("concave", "convex")
 
 
@@ -114,11 +117,18 @@ class FlankSummary:
         Spiral angle and normal pressure angle [rad].
     lowest : float
         Fraction of the whole depth from which on the flank spans the face, 0 where it reaches the root cone [-].
+    undercut : float
+        Share of the face over which a cut flank turns back on itself above the end of the blade profile [-].
+    root_error : (float, float) or None
+        From where to where the root the blade tips cut stands over the root cone of the blank [m]; None where the flank
+        is not given by cutter and machine, or the cutter does not reach.
     """
 
     spiral_angle: float
     pressure_angle: float
     lowest: float
+    undercut: float
+    root_error: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
@@ -192,11 +202,7 @@ def pair_geometry(design: Design, sides: Sequence[Side] = _SIDES, marking: float
     start = time.perf_counter()
     MARKING_LIMITS.check(marking, "marking")
     flanks = {f"{name}_{side}": _flank_summary(design, name, side) for name in _MEMBERS for side in _FLANKS}
-    notes = tuple(
-        f"the {name.replace('_', ' ')} flank ends {100.0 * flank.lowest:.1f} % of the whole depth above the root cone"
-        for name, flank in flanks.items()
-        if flank.lowest > 0.0
-    )
+    notes = tuple(note for name, flank in flanks.items() for note in _flank_notes(design, name, flank))
     found: dict[Side, SideGeometry] = {}
     failures: dict[Side, str] = {}
     for side in sides:
@@ -267,7 +273,38 @@ def _flank_summary(design: Design, member: Member, side: FlankSide) -> FlankSumm
     if not found.all():
         raise ConvergenceError("undercut", f"the {side} flank of the {member} does not reach the mean point")
     spiral, pressure = mean.angles(flank.blank.pitch_angle)
-    return FlankSummary(float(spiral[0]), float(pressure[0]), lowest_fraction(flank))
+    undercut, root = 0.0, None
+    if isinstance(flank, CutFlank):
+        try:
+            limits = flank_limits(flank, _STATIONS)
+        except ConvergenceError:
+            pass
+        else:
+            undercut = float(limits.undercut.mean())
+            if np.isfinite(limits.root_error).all():
+                root = float(limits.root_error.min()), float(limits.root_error.max())
+    return FlankSummary(float(spiral[0]), float(pressure[0]), lowest_fraction(flank), undercut, root)
+
+
+def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
+    """What a designer should know of one flank."""
+    member = name.partition("_")[0]
+    own, mate = (design.pinion, design.gear) if member == "pinion" else (design.gear, design.pinion)
+    clearance = own.blank.mean_dedendum - mate.blank.mean_addendum
+    what = f"the {name.replace('_', ' ')} flank"
+    notes = []
+    if flank.lowest > 0.0:
+        notes.append(f"{what} ends {100.0 * flank.lowest:.1f} % of the whole depth above the root cone")
+    if flank.undercut > 0.0:
+        share = 100.0 * flank.undercut
+        notes.append(f"{what} is undercut over {share:.0f} % of its face, above the end of the blade profile")
+    if flank.root_error is not None and flank.root_error[1] > max(clearance, 0.0):
+        height = 1e3 * flank.root_error[1]
+        notes.append(
+            f"{what}: the blade tips leave a root up to {height:.2f} mm above the root cone, more than the clearance of "
+            f"{1e3 * clearance:.2f} mm: the mating tip would reach it"
+        )
+    return notes
 
 
 def chosen_sides(text: str) -> tuple[Side, ...]:

@@ -63,7 +63,15 @@ def test_flank_angles_agree_with_the_blank(geometry: PairGeometry) -> None:
         assert np.degrees(flank.spiral_angle) == pytest.approx(35.0, abs=0.5)
         assert np.degrees(flank.pressure_angle) == pytest.approx(20.0, abs=0.2)
     assert geometry.flanks["pinion_concave"].lowest > 0.0
-    assert any("pinion concave flank ends" in note for note in all_notes(geometry))
+    notes = all_notes(geometry)
+    assert any("pinion concave flank ends" in note for note in notes)
+    # the pinion settings of this pair define the flanks only; the gear is cut to its root cone
+    assert any("pinion convex flank: the blade tips" in note for note in notes)
+    for name in ("gear_concave", "gear_convex"):
+        root = geometry.flanks[name].root_error
+        assert root is not None
+        assert max(abs(value) for value in root) < 5e-5
+        assert geometry.flanks[name].undercut == 0.0
 
 
 def test_a_side_that_fails_is_told(design: Design, monkeypatch: pytest.MonkeyPatch) -> None:
