@@ -301,8 +301,8 @@ def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
     if flank.root_error is not None and flank.root_error[1] > max(clearance, 0.0):
         height = 1e3 * flank.root_error[1]
         notes.append(
-            f"{what}: the blade tips leave a root up to {height:.2f} mm above the root cone, more than the clearance of "
-            f"{1e3 * clearance:.2f} mm: the mating tip would reach it"
+            f"{what}: the blade tips leave a root up to {height:.2f} mm above the root cone, more than the clearance "
+            f"of {1e3 * clearance:.2f} mm: the mating tip would reach it"
         )
     return notes
 
