@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 Array = NDArray[np.inexact[Any]]
 
 _STEP = 1e-30
-_STALLED = 8
+_STALLED = 4
 
 
 def complex_jacobian(function: Callable[[Array], Array], x: FloatArray) -> tuple[FloatArray, FloatArray]:
