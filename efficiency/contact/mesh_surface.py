@@ -8,6 +8,7 @@ exist, and the map keeps how far it reaches.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly, dot, turn
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, regularity
-from efficiency.contact.patch import Patch
+from efficiency.contact.patch import Patch, PointFit
 from efficiency.cutting.flank import Flank, FlankPoints
 from ehl.errors import ConvergenceError
 
@@ -413,17 +414,20 @@ def _map(
         "u1": np.real(u1),
         "h1": np.real(h1),
     }
-    base = _fitted(grid, grid.found, fields)
+    on_gear = _fitter(grid, grid.found)
+    base = on_gear(fields)
     # off their line of contact the conjugate flanks part as bend (roll - angle)^2/2 at a point fixed to the pinion
     frame = line_frame(base, grid.u, grid.v)
     share = dot(direction * assembly.sliding(in_mesh), turn(frame.gradient, conjugate.gear_roll))
-    base = base.joined(_fitted(grid, grid.found, {"bend": conjugate.rate * (1.0 - share) / lever}))
+    base = base.joined(on_gear({"bend": conjugate.rate * (1.0 - share) / lever}))
     if bound is not None:
         base = base.joined(bound.raised(base.shape))
 
+    on_pinion = _fitter(grid, present)
+
     def with_ease_off(relief: FloatArray) -> Patch:
         real = dict(zip(PINION, conjugate.position + relief * conjugate.normal, strict=True))
-        return base.joined(_fitted(grid, present, {"ease_off": relief, "turn_back": relief / lever} | real))
+        return base.joined(on_pinion({"ease_off": relief, "turn_back": relief / lever} | real))
 
     middle = (0.0, float(grid.v[-1]))
     start = MeshSurface(
@@ -444,7 +448,9 @@ def _map(
     crest, lowest = _crest(start)
     phase += direction * lowest / abs(assembly.ratio)
     relief, parameters, found = ease_off(conjugate, grid.pinion, phase, parameters)
-    present &= found
+    if not found[present].all():
+        present = present & found
+        on_pinion = _fitter(grid, present)
     if present.mean() < 1.0 - 2.0 * _LARGEST_ABSENT:
         raise _undercut(grid.pinion, 1.0 - float(present.mean()), "map")
     surface = replace(start, phase=phase, crest=crest, patch=with_ease_off(np.where(present, relief, 0.0)))
@@ -463,14 +469,19 @@ def _undercut(pinion: Flank, share: float, of: str) -> ConvergenceError:
     )
 
 
-def _fitted(grid: FlankGrid, present: BoolArray, fields: dict[str, FloatArray]) -> Patch:
-    """Patch of values at the nodes: interpolated, or fitted to the nodes present where there are more of them."""
-    if not grid.dense:
-        values = {name: value[:-1] for name, value in fields.items()}
-        return Patch.fit(grid.u_range, grid.v_range, grid.shape, values)
-    at = grid.u[present], grid.v[present]
-    chosen = {name: value[present] for name, value in fields.items()}
-    return Patch.fit_points(grid.u_range, grid.v_range, grid.shape, *at, chosen)
+def _fitter(grid: FlankGrid, present: BoolArray) -> Callable[[dict[str, FloatArray]], Patch]:
+    """What makes patches of values at the nodes: interpolation, or least squares over the nodes present."""
+    if present.all():
+        rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
+        nodes = (grid.u.size - 1) // rows, rows
+
+        def whole(fields: dict[str, FloatArray]) -> Patch:
+            values = {name: value[:-1] for name, value in fields.items()}
+            return Patch.fit(grid.u_range, grid.v_range, nodes, values).lowered(grid.shape)
+
+        return whole
+    fit = PointFit(grid.u_range, grid.v_range, grid.shape, grid.u[present], grid.v[present])
+    return lambda fields: fit({name: value[present] for name, value in fields.items()})
 
 
 def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: FloatArray) -> float:

@@ -14,13 +14,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
-from scipy.linalg import lstsq
+from scipy.linalg import qr, solve_triangular
 
 from efficiency.cutting.newton import Array
 
 FloatArray = NDArray[np.float64]
 
-# singular values below this share of the greatest are taken for directions that the points do not see
+# pivots below this share of the greatest are taken for directions that the points do not see
 _RANK = 1e-13
 
 
@@ -94,12 +94,7 @@ class Patch:
         fields: dict[str, FloatArray],
     ) -> Patch:
         """Least squares to values at any points (n,), of which there should be twice as many as coefficients."""
-        empty = cls(("none",), u_range, v_range, np.zeros((*shape, 1)))
-        along, over = empty._basis(u, v, 0, 0)
-        matrix = np.asarray(along[:, :, None] * over[:, None, :]).reshape(u.size, -1)
-        values = np.stack(list(fields.values()), axis=-1)
-        solution = lstsq(matrix, values, cond=_RANK, lapack_driver="gelsy", check_finite=False)[0]
-        return cls(tuple(fields), u_range, v_range, np.asarray(solution).reshape(*shape, len(fields)))
+        return PointFit(u_range, v_range, shape, u, v)(fields)
 
     def joined(self, other: Patch) -> Patch:
         """The fields of two patches over the same rectangle with the same shape."""
@@ -108,6 +103,10 @@ class Patch:
             names=self.names + other.names,
             coefficients=np.concatenate([self.coefficients, other.coefficients], axis=-1),
         )
+
+    def lowered(self, shape: tuple[int, int]) -> Patch:
+        """The same fields without their highest coefficients: from nodes, the least squares of that shape."""
+        return replace(self, coefficients=self.coefficients[: shape[0], : shape[1]])
 
     def raised(self, shape: tuple[int, int]) -> Patch:
         """The same fields with more coefficients, which are zero."""
@@ -173,3 +172,32 @@ class Patch:
         chosen = self.coefficients[:, :, [self.names.index(name) for name in names]]
         first = np.tensordot(along, chosen, axes=(1, 0))
         return np.asarray(np.einsum("nbk,nb->kn", first, over))
+
+
+class PointFit:
+    """Least squares on fixed points, factorised once: `Patch.fit_points` for several sets of fields."""
+
+    def __init__(
+        self,
+        u_range: tuple[float, float],
+        v_range: tuple[float, float],
+        shape: tuple[int, int],
+        u: FloatArray,
+        v: FloatArray,
+    ) -> None:
+        self._empty = Patch(("none",), u_range, v_range, np.zeros((*shape, 1)))
+        along, over = self._empty._basis(u, v, 0, 0)
+        matrix = np.asarray(along[:, :, None] * over[:, None, :]).reshape(u.size, -1)
+        self._basis, triangle, self._order = qr(matrix, mode="economic", pivoting=True, check_finite=False)
+        size = np.abs(np.diag(triangle))
+        self._rank = int(np.count_nonzero(size > _RANK * size[0]))
+        self._triangle = triangle[: self._rank, : self._rank]
+
+    def __call__(self, fields: dict[str, FloatArray]) -> Patch:
+        """Patch of values at the points."""
+        values = np.stack(list(fields.values()), axis=-1)
+        solution = np.zeros((self._order.size, values.shape[1]))
+        right = (self._basis.T @ values)[: self._rank]
+        solution[self._order[: self._rank]] = solve_triangular(self._triangle, right, check_finite=False)
+        shape = (*self._empty.shape, len(fields))
+        return replace(self._empty, names=tuple(fields), coefficients=solution.reshape(shape))

@@ -24,7 +24,7 @@ BoolArray = NDArray[np.bool_]
 
 ORDERS = 10
 # angles of the path of one pair in a pitch, and of the curve of the mesh
-_PER_PITCH, _FINE = 48, 1024
+_PER_PITCH, _FINE = 32, 1024
 
 
 @dataclass(frozen=True)
