@@ -52,8 +52,8 @@ def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
         ):
             axes.set(xlabel=f"{name} [{unit}]", ylabel=label)
             axes.grid(alpha=0.3)
-        row[0].set_ylim(0.0, None)
-        row[2].set_ylim(0.0, None)
+        for axes in (row[0], row[2]):
+            axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
     for axes, title in zip(
         grid[0], ("unloaded transmission error", "place of the contact", "size of the pattern"), strict=True
     ):
@@ -156,6 +156,7 @@ def pattern_figure(
         axes.plot(
             np.where(pair.path.free, pair.path.u, np.nan) * 1e3, pair.path.height * 1e3, color=tint, lw=1.0, ls="--"
         )
+    axes.plot([], [], color="k", lw=1.0, ls="--", label="path of contact")
     flank_axes(axes, contacts[0][1], "gear")
     axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), title=name)
     what = f"contact pattern over {name}, marking {1e6 * study.marking:.4g} µm, on the gear"

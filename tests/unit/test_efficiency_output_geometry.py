@@ -224,6 +224,12 @@ def test_readme_shows_the_example_commands() -> None:
         assert line in page
 
 
+def test_help_lists_the_commands(mixed_ehl: Cli) -> None:
+    page = mixed_ehl("--help").out
+    for command in ("gear", "export", "import", "misalignment"):
+        assert command in page
+
+
 def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:
     outcome = mixed_ehl("gear", PAIR, "--geometry", "--json", "--side", "coast", "--marking", "8 um")
     assert outcome.code == 0
