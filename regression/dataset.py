@@ -168,7 +168,7 @@ def run_status(run: Path) -> RunStatus:
         unsettled = int((frame["status"] == "unsettled").sum())
         converged = len(frame) - len(failed) - unsettled
         reasons = {str(reason): int(count) for reason, count in failed["reason"].value_counts().items()}
-        seconds = float(frame["seconds"].sum())
+        seconds = float(frame["seconds_cpu"].sum())
         shards.append(ShardStatus(path, len(frame), converged, unsettled, reasons, seconds))
         frames.append(frame)
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])

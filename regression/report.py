@@ -102,6 +102,9 @@ def seen_table(ranges: dict[str, SeenRange]) -> None:
 
 def failed_table(status: RunStatus) -> None:
     """The cases of a run that have no result."""
+    if not status.failed:
+        Console().print("no failed cases")
+        return
     table = Table(title=f"{len(status.failed)} failed cases")
     names = ("reason", "tries", "p_h [GPa]", "R [mm]", "u_r [m/s]", "SR", "T [degC]", "Rq [um]", "s", "key")
     for name in names:
