@@ -101,7 +101,7 @@ class FittedFlank:
     @property
     def root_error(self) -> FloatArray:
         """Height of the cut root over the wanted one at the stations of the root line [m]."""
-        return np.zeros(0) if self.root is None else self.root.error
+        return np.zeros(0) if self.root is None or not np.isfinite(self.root.error).all() else self.root.error
 
     @property
     def rms(self) -> float:
@@ -193,22 +193,23 @@ def measure(
     return FittedFlank(flank, phase, parameters, relief, relief - wanted.target, found, state)
 
 
-def _derivatives(wanted: WantedFlank, now: FittedFlank, parameters: Sequence[Parameter]) -> FloatArray:
-    """Rows of points and root over the settings, (n + k, m), in metres per scale."""
+def _derivatives(wanted: WantedFlank, now: FittedFlank, parameters: Sequence[Parameter], weighed: bool) -> FloatArray:
+    """Rows of points, and of the root where it is weighed, over the settings, (n + k, m), in metres per scale."""
     point, facing, _ = now.flank.sweep(now.parameters)
     share = 1.0 / dot(facing, turn(wanted.normal, -now.phase))
+    root_state = now.root if weighed else None
     columns = []
     for parameter in parameters:
         if parameter.part == "phase":
             spun = np.stack([-point[1], point[0], np.zeros_like(point[0])])
             change = dot(facing, spun) * share
-            root = np.zeros(now.root_error.size)
+            root = np.zeros(0 if root_state is None else root_state.error.size)
         else:
             value = getattr(getattr(now.flank, parameter.part), parameter.name)
             moved = with_setting(now.flank, parameter, value + 1j * _STEP)
             change = dot(facing, np.asarray(moved.sweep(now.parameters)[0].imag) / _STEP) * share
-            root = np.zeros(0) if now.root is None else now.root.derivative(moved, _STEP)
-        columns.append(np.concatenate([change, root]) * parameter.scale)
+            root = np.zeros(0) if root_state is None else root_state.derivative(moved, _STEP)
+        columns.append(np.concatenate([np.real(change), root]) * parameter.scale)
     return np.stack(columns, axis=1)
 
 
@@ -255,16 +256,17 @@ def fit(
     def rows(state: Sequence[FittedFlank], vector: FloatArray) -> FloatArray:
         parts = []
         for want, now in zip(wanted, state, strict=True):
-            parts += [
-                now.residual * np.where(now.found, 1.0, _MISSED),
-                now.root_error * (want.root.weight if want.root else 0.0),
-            ]
+            parts.append(now.residual * np.where(now.found, 1.0, _MISSED))
+            if want.root is not None and want.root.weight > 0.0:
+                assert now.root is not None
+                parts.append(now.root.error * want.root.weight)
         return np.concatenate([*parts, ridge * vector])
 
     def jacobian(state: Sequence[FittedFlank]) -> FloatArray:
         blocks = []
         for k, (want, now) in enumerate(zip(wanted, state, strict=True)):
-            block = _derivatives(want, now, parameters)
+            weighed = want.root is not None and want.root.weight > 0.0
+            block = _derivatives(want, now, parameters, weighed)
             block[: now.residual.size] *= np.where(now.found, 1.0, _MISSED)[:, None]
             block[now.residual.size :] *= want.root.weight if want.root else 0.0
             wide = np.zeros((block.shape[0], total))

@@ -100,7 +100,8 @@ class Targets(InputModel):
     drive, coast : FlankTarget
         Drive is the concave pinion flank.
     root_weight : float
-        Residual that one metre of root error counts as; left out, 0.02 for uniform depth, 0.03 for tapered teeth.
+        Residual that one metre of root error counts as; left out, 0.02 where both face-hobbed flanks share a setting,
+        0.03 elsewhere.
     """
 
     drive: FlankTarget = FlankTarget()

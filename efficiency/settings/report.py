@@ -63,7 +63,7 @@ def _residuals(result: SettingsResult) -> Table:
             f"{fitted.rms * 1e6:.2f}",
             f"{fitted.largest * 1e6:.2f}",
             f"{len(flank.undercut)} of {fitted.found.size}",
-            " / ".join(f"{error * 1e3:+.3f}" for error in fitted.root_error) or "free",
+            " / ".join(f"{error * 1e3:+.3f}" for error in fitted.root_error) or "not found",
             "" if amplitude is None else f"{np.degrees(amplitude) * 3600:.2f}",
         )
     return table

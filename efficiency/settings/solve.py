@@ -155,15 +155,10 @@ def _fit(
 
 
 def root_weight(inputs: SettingsInput, pair: PairGeometry) -> float:
-    """Residual that a metre of root error counts as.
-
-    Where each face-hobbed flank has its own setting, the few free settings leave no room for the root.
-    """
+    """Residual that a metre of root error counts as: less where both flanks share few settings."""
     if inputs.targets.root_weight is not None:
         return inputs.targets.root_weight
-    if not pair.blade_groups:
-        return 0.03
-    return 0.02 if inputs.cutting.pinion == "both_flanks" else 0.0
+    return 0.02 if pair.blade_groups and inputs.cutting.pinion == "both_flanks" else 0.03
 
 
 def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:

@@ -27,7 +27,7 @@ def wanted_flank(
     relief : (n,) array
         Wanted relief at the points of the grid [m].
     root_weight : float
-        Residual per root error; 0: the root is left alone.
+        Residual per root error; 0: the root is left alone and only measured.
     thinner : float
         Angle by which the flank is to stand back from contact [rad].
     """
@@ -39,7 +39,7 @@ def wanted_flank(
         spun = np.stack([-point[1], point[0], np.zeros(point.shape[1])])
         rate = np.median(dot(np.real(facing), spun) / dot(np.real(facing), turn(conjugate.normal, -phase)))
         phase -= float(np.sign(rate)) * thinner
-    root = root_line(pair, conjugate.position, parameters, root_weight) if root_weight else None
+    root: RootLine | None = root_line(pair, conjugate.position, parameters, root_weight)
     if root is not None and not np.isfinite(root.cut(flank).error).all():
         root = None
     return WantedFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)

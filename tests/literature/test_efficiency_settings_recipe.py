@@ -124,7 +124,7 @@ def test_given_settings_have_the_given_residual_and_transmission_error(
         phase -= float(arm @ now.residual[now.found] / (arm @ arm))
     assert now.rms * 1e6 == pytest.approx(rms, abs=0.05)
     assert now.largest * 1e6 == pytest.approx(largest, abs=0.8)
-    assert np.sum(~now.found) == missing
+    assert np.sum(~now.found) == pytest.approx(missing, abs=1)
 
     mesh = transmission(mesh_surface(mate, flank, pair.assembly))
     arcsec = np.degrees(1.0) * 3600.0

@@ -93,7 +93,7 @@ def test_derivatives_of_the_residual_by_settings_against_differences() -> None:
         Parameter("blade", "curvature", 1.0),
         Parameter("phase", "phase", 0.01),
     ]
-    exact = _derivatives(wanted, now, parameters)
+    exact = _derivatives(wanted, now, parameters, True)
     assert now.root is not None
     for k, parameter in enumerate(parameters):
         rows = []
