@@ -23,7 +23,7 @@ BoolArray = NDArray[np.bool_]
 _STEP = 1e-30
 # directions in which the gap is flatter than this share of the steepest count as level: conjugate flanks touch in lines
 _LEVEL = 1e-8
-_ITERATIONS = 20
+_ITERATIONS = 12
 _SETTLED = 1e-11
 # how far outside an edge a contact still counts as inside [m]
 _OUTSIDE = 1e-9

@@ -97,7 +97,10 @@ class ConjugateFlank(Flank):
     sense : float
         +1 or -1: turns the product of the tangents out of the tooth.
     start : (3, 1) array
-        Parameters near the mean point.
+        Parameters near `place`.
+    place : (float, float)
+        Blank coordinates (u, h) [m] where the search for points starts: in the middle of the face, halfway up the
+        addendum, as the mean point may lie at the limit of undercut.
     origin : str
         What the flank is, in words for results.
     error : float
@@ -110,6 +113,7 @@ class ConjugateFlank(Flank):
     patch: Patch
     sense: float
     start: FloatArray
+    place: tuple[float, float]
     origin: str
     error: float
 
@@ -138,8 +142,13 @@ class ConjugateFlank(Flank):
         return (*assembly.to_pinion(point + relief * normal, out, f2 / ratio), condition)
 
     def guess(self) -> FloatArray:
-        """Parameters near the mean point."""
+        """Parameters near `anchor`."""
         return self.start
+
+    @property
+    def anchor(self) -> tuple[float, float]:
+        """Halfway up the addendum: the mean point may lie at the limit of undercut."""
+        return self.place
 
 
 def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseOff) -> ConjugateFlank:
@@ -179,10 +188,11 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
 
     conjugate = conjugate_points(points, assembly)
     u1, h1 = blank.coordinates(np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2])
-    nearest = int(np.argmin(np.real(u1) ** 2 + np.real(h1) ** 2))
+    nearest = int(np.argmin(np.real(u1) ** 2 + (np.real(h1) - 0.5 * blank.mean_addendum) ** 2))
+    place = float(np.real(u1[nearest])), float(np.real(h1[nearest]))
     start = np.array([u[nearest], v[nearest], conjugate.gear_roll[nearest]])[:, None]
     side: FlankSide = "convex" if gear.side == "concave" else "concave"
     error = max(patch.tail[name] for name in POSITION)
-    flank = ConjugateFlank(side, blank, assembly, patch, 1.0, start, ORIGIN, error)
+    flank = ConjugateFlank(side, blank, assembly, patch, 1.0, start, place, ORIGIN, error)
     looks = dot(flank.points(start).normal, conjugate.normal[:, nearest : nearest + 1])
-    return ConjugateFlank(side, blank, assembly, patch, -float(np.sign(looks[0])), start, ORIGIN, error)
+    return ConjugateFlank(side, blank, assembly, patch, -float(np.sign(looks[0])), start, place, ORIGIN, error)

@@ -144,7 +144,7 @@ class MeshSurface:
         [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its frame,
         phase included [m]) and, where the pinion is undercut, ``regular`` (positive where its flank exists).
     interpolation_error : float
-        Estimated error of the ease-off between the nodes [m].
+        Estimated error of ease-off and gear flank between the nodes, along the normal [m].
     absent : Absent, optional
         The part of the mating flank that is undercut.
     grid : FlankGrid
@@ -454,7 +454,10 @@ def _map(
     if present.mean() < 1.0 - 2.0 * _LARGEST_ABSENT:
         raise _undercut(grid.pinion, 1.0 - float(present.mean()), "map")
     surface = replace(start, phase=phase, crest=crest, patch=with_ease_off(np.where(present, relief, 0.0)))
-    error = surface.patch.tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
+    tail = surface.patch.tail
+    error = tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
+    # the gear flank is interpolated as well: its azimuth, along the normal
+    error += tail["azimuth"] * float(lever[-1])
     absent = _absent(surface)
     if absent is not None and absent.share > _LARGEST_ABSENT:
         raise _undercut(grid.pinion, absent.share, "mating flank")
