@@ -305,7 +305,12 @@ def _milled(pair: PairGeometry) -> GearCut:
         if np.abs(value).max() < 1e-9:
             break
         columns = [(excess(x + 1e-3 * scale * unit) - value) / 1e-3 for unit in np.eye(5)]
-        x = x - scale * np.linalg.solve(np.stack(columns, axis=1), value)
+        try:
+            x = x - scale * np.linalg.solve(np.stack(columns, axis=1), value)
+        except np.linalg.LinAlgError:
+            raise ConvergenceError(
+                "gear_settings", "radii, angles and place of the gear cutter are not defined"
+            ) from None
     else:
         if np.abs(value).max() > 1e-6:
             raise ConvergenceError("gear_settings", "no point radii and blade angles give the slot of the gear")
