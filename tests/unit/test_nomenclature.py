@@ -12,6 +12,7 @@ import pytest
 from pydantic import BaseModel
 
 from efficiency.blank.inputs import PairBlankInput
+from efficiency.contact.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.design import Design
 from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
@@ -56,7 +57,7 @@ def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     "record",
     [
         ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow,
-        PairGeometry, SideGeometry, FlankSummary,
+        PairGeometry, SideGeometry, FlankSummary, MisalignmentPoint, MisalignmentStudy,
     ],
 )  # fmt: skip
 def test_every_result_is_listed(record: type) -> None:
