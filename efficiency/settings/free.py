@@ -47,6 +47,8 @@ def free_settings(inputs: SettingsInput) -> FreeSettings:
     machine = (*plain, *MODIFIED)
     if inputs.cutting.pinion == "each_flank":
         return FreeSettings((), (*machine, ANGLE, RADIUS, *bend, PHASE))
+    if hobbed and inputs.cutting.radius_offsets == "none":
+        return FreeSettings((*machine, HELICAL), (ANGLE, *bend, PHASE))
     if hobbed:
         return FreeSettings(plain if inputs.cutting.machine == "free_form" else machine, (ANGLE, OFFSET, *bend, PHASE))
     return FreeSettings((*machine, PHASE), (ANGLE, RADIUS, *bend))

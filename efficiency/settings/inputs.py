@@ -47,6 +47,7 @@ class Cutting(InputModel):
     machine: Literal["free_form", "cradle"] = "free_form"
     tilt_limit: Annotated[float, Quantity("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
     blades: Literal["straight", "curved"] | None = None
+    radius_offsets: Literal["free", "none"] = "free"
 
 
 class FlankTarget(InputModel):

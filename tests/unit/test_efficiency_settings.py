@@ -61,6 +61,15 @@ def test_pinion_without_settings_is_labelled() -> None:
     assert result.rms < 1e-12
 
 
+def test_blades_can_stay_at_the_radius_of_their_head() -> None:
+    result = machine_settings(changed(radius_offsets="none"), transmission=False)
+    for side in ("concave", "convex"):
+        cutter = getattr(result.design.pinion, side).cutter
+        assert cutter.radius_offset == 0.0
+        assert cutter.cutter_radius == pytest.approx(0.076)
+    assert result.rms < 3e-6
+
+
 def test_cradle_machine_keeps_root_angle_and_tilt() -> None:
     limit = np.radians(7.0)
     result = machine_settings(changed(pinion="each_flank", machine="cradle", tilt_limit=limit), transmission=False)
