@@ -95,7 +95,7 @@ class GearPair:
             )
         if self.transmission.edges:
             notes.append("unloaded contact runs over an edge: " + ", ".join(self.transmission.edges))
-        if not self.path.settled.all():
+        if not self.transmission.settled:
             notes.append("the place of the unloaded contact is approximate at some pinion angles")
         return tuple(notes)
 

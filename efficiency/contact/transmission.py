@@ -90,6 +90,8 @@ class Transmission:
         Amplitudes at the first orders of the mesh frequency [rad].
     edges : tuple of str
         Edges in contact while their pair carries: edge contact of the unloaded mesh.
+    settled : bool
+        Whether the contact was found wherever a pair carries.
     """
 
     path: ContactPath
@@ -99,6 +101,7 @@ class Transmission:
     peak_to_peak: float
     harmonics: FloatArray
     edges: tuple[str, ...]
+    settled: bool
 
     @property
     def pitch(self) -> float:
@@ -148,7 +151,8 @@ def transmission(surface: MeshSurface) -> Transmission:
     carrier = best - 1
     reached = angle + carrier * pitch
     nearest = np.rint((reached - path.pinion_angle[0]) / pitch * _PER_PITCH).astype(int)
-    touched = np.unique(path.edge[np.unique(nearest)])
+    carrying = np.unique(nearest)
+    touched = np.unique(path.edge[carrying])
     return Transmission(
         path=path,
         pinion_angle=angle,
@@ -157,4 +161,5 @@ def transmission(surface: MeshSurface) -> Transmission:
         peak_to_peak=float(np.ptp(error)),
         harmonics=2.0 * np.abs(np.fft.rfft(error))[1 : ORDERS + 1] / _FINE,
         edges=tuple(EDGES[k] for k in touched[touched >= 0]),
+        settled=bool(path.settled[carrying].all()),
     )
