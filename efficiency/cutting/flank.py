@@ -88,7 +88,12 @@ class Flank(ABC):
 
     @abstractmethod
     def guess(self) -> FloatArray:
-        """Parameters (3, 1) near the mean point."""
+        """Parameters (3, 1) near the place `anchor`."""
+
+    @property
+    def anchor(self) -> tuple[float, float]:
+        """Blank coordinates (u, h) [m] where the search for points starts: the mean point."""
+        return 0.0, 0.0
 
     def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Point, normal and condition, (7, n), and their derivatives by the parameters, (n, 7, 3), exact."""
@@ -107,9 +112,10 @@ class Flank(ABC):
     def solve(self, u: FloatArray, h: FloatArray) -> tuple[FlankPoints, NDArray[np.bool_]]:
         """Flank points at blank coordinates (u, h), and which of them exist.
 
-        All points start from the mean point of the blank and are led to their places together.
+        All points start from `anchor` and are led to their places together.
         """
-        start, found = self._to(np.zeros((1, 2)), self.guess())
+        anchor = np.array([self.anchor])
+        start, found = self._to(anchor, self.guess())
         if not found.all():
             raise ConvergenceError(
                 "flank", f"the {self.side} flank does not reach the mean point of its blank; check the settings"
@@ -118,7 +124,7 @@ class Flank(ABC):
         target = np.stack([u, h], axis=1)
         ok = np.ones(u.size, dtype=bool)
         for share in (0.5, 1.0):
-            x, ok = self._to(share * target, x)
+            x, ok = self._to(anchor + share * (target - anchor), x)
         return self.points(x), ok
 
     def refine(self, radius: FloatArray, z: FloatArray, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
