@@ -23,7 +23,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from direct_tangency import check_path
 
 from efficiency.contact.contact_lines import mesh_cycle
-from efficiency.contact.mesh_surface import SHAPE, mesh_surface
+from efficiency.contact.flank_grid import SHAPE
+from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.misalignment import misalignment_study
 from efficiency.contact.pair import Side, gear_pair
 from efficiency.contact.transmission import contact_path

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from efficiency.contact.mesh_surface import FlankGrid
+from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.pair import GearPair, Side, gear_pair
 from efficiency.contact.pattern import MARKING
 from efficiency.design import Design

@@ -8,8 +8,9 @@ from typing import Literal
 
 from efficiency.blank.cones import ToothShape
 from efficiency.contact.conjugate import ConjugateFlank
+from efficiency.contact.flank_grid import SHAPE, FlankGrid
 from efficiency.contact.grid_flank import GridFlank
-from efficiency.contact.mesh_surface import SHAPE, FlankGrid, MeshSurface, mesh_surface
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
 from efficiency.contact.thickness import tooth_shapes
 from efficiency.contact.transmission import ContactPath, Transmission, transmission

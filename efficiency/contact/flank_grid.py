@@ -1,0 +1,168 @@
+"""Flank points solved once for a map of the mesh, and taken over by every misaligned state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase
+from efficiency.contact.patch import Patch
+from efficiency.cutting.flank import Flank, FlankPoints
+from ehl.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SHAPE = (18, 14)
+# how far the map goes beyond the blank along the face and over the tip (fractions of face and depth): line ends can
+# then be bracketed, and unloaded contact just over an edge is still seen
+_OVERHANG = (0.04, 0.06)
+# more points than coefficients in both directions where a part of the flank is absent
+_OVERSAMPLING = 1.5
+# points solved from the mean point of the blank; all others start from the surface through them
+_LEAD = (7, 6)
+
+
+@dataclass(frozen=True)
+class FlankGrid:
+    """Solved flank points at the nodes of a map, the design point last; shared by all misaligned states.
+
+    Attributes
+    ----------
+    gear, pinion : Flank
+        The two flanks.
+    u_range, v_range : (float, float)
+        Extent of the map.
+    shape : (int, int)
+        Coefficients along u and v.
+    dense : bool
+        More nodes than coefficients: absent points are allowed.
+    u, v : (n + 1,) arrays
+        Nodes.
+    points : FlankPoints
+        Of the gear.
+    found : (n + 1,) bool array
+        Where the gear flank exists.
+    start : (3, n + 1) array
+        Surface parameters of pinion points nearby.
+    """
+
+    gear: Flank
+    pinion: Flank
+    u_range: tuple[float, float]
+    v_range: tuple[float, float]
+    shape: tuple[int, int]
+    dense: bool
+    u: FloatArray
+    v: FloatArray
+    points: FlankPoints
+    found: BoolArray
+    start: FloatArray
+
+    def denser(self, assembly: Assembly) -> FlankGrid:
+        """The same map with more nodes than coefficients."""
+        return _grid(self.gear, self.pinion, assembly, self.u_range, self.v_range, self.v[-1], self.shape, True)
+
+
+def flank_grid(
+    gear: Flank, pinion: Flank, assembly: Assembly, overhang_root: float = 0.06, shape: tuple[int, int] = SHAPE
+) -> FlankGrid:
+    """Solve the flank points of a map; parameters as in `mesh_surface`."""
+    half = 0.5 * gear.blank.face_width * (1.0 + _OVERHANG[0])
+    u_range = (-half, half)
+    deepest = _deepest_contact(gear, pinion, assembly, u_range)
+    v_range = (deepest - overhang_root, 1.0 + _OVERHANG[1])
+    return _grid(gear, pinion, assembly, u_range, v_range, 0.5 * (deepest + 1.0), shape, False)
+
+
+def _grid(
+    gear: Flank,
+    pinion: Flank,
+    assembly: Assembly,
+    u_range: tuple[float, float],
+    v_range: tuple[float, float],
+    middle: float,
+    shape: tuple[int, int],
+    dense: bool,
+) -> FlankGrid:
+    rate = _OVERSAMPLING if dense else 1.0
+    u, v = Patch.nodes(u_range, v_range, (int(np.ceil(rate * shape[0])), int(np.ceil(rate * shape[1]))))
+    # the design point rides along as the last point
+    u, v = np.append(u, 0.0), np.append(v, middle)
+    lead_u, lead_v = Patch.nodes(u_range, v_range, _LEAD)
+    lead_u, lead_v = np.append(lead_u, 0.0), np.append(lead_v, middle)
+
+    lead, found = gear.solve(lead_u, gear.blank.height(lead_u, lead_v))
+    if not found[-1]:
+        raise ConvergenceError("undercut", f"the {gear.side} gear flank does not reach its design point")
+    radius, z = gear.blank.axial(u, gear.blank.height(u, v))
+    parameters, on_gear = gear.refine(
+        radius, z, _spread(lead_u, lead_v, lead.parameters, found, u_range, v_range, u, v)
+    )
+    # a missing gear point takes the place of the design point, so that no number of it spreads
+    points = gear.points(np.where(on_gear, parameters, parameters[:, -1:]))
+
+    conjugate = conjugate_points(gear.points(np.where(found, lead.parameters, lead.parameters[:, -1:])), assembly)
+    phase = pinion_phase(last_point(conjugate), pinion)
+    turned = turn(conjugate.position, -phase)
+    u1, h1 = pinion.blank.coordinates(np.hypot(turned[0], turned[1]), turned[2])
+    facing, reached = pinion.solve(np.real(u1), np.real(h1))
+    if not reached[-1]:
+        raise ConvergenceError("undercut", f"the {pinion.side} pinion flank does not reach its design point")
+    _, near, met = ease_off(conjugate, pinion, phase, np.where(reached, facing.parameters, facing.parameters[:, -1:]))
+    start = _spread(lead_u, lead_v, near, found & reached & met, u_range, v_range, u, v)
+    if not dense and not (on_gear.all() and reached.all() and met.all()):
+        return _grid(gear, pinion, assembly, u_range, v_range, middle, shape, True)
+    return FlankGrid(gear, pinion, u_range, v_range, shape, dense, u, v, points, on_gear, start)
+
+
+def _spread(
+    u: FloatArray,
+    v: FloatArray,
+    parameters: FloatArray,
+    found: BoolArray,
+    u_range: tuple[float, float],
+    v_range: tuple[float, float],
+    to_u: FloatArray,
+    to_v: FloatArray,
+) -> FloatArray:
+    """Surface parameters at many nodes from those of a few: starts for Newton's method."""
+    whole = bool(found.all())
+    names = ("a", "b", "c")
+    values = dict(zip(names, parameters[:, found], strict=True))
+    # the fewer points there are, the stiffer the surface through them
+    lead = Patch.fit_points(u_range, v_range, _LEAD if whole else (4, 3), u[found], v[found], values)
+    return lead(to_u, to_v, names)
+
+
+def last_point(conjugate: ConjugatePoints) -> ConjugatePoints:
+    """The last of some conjugate points: the design point."""
+    return ConjugatePoints(
+        conjugate.gear_roll[-1:], conjugate.rate[-1:], conjugate.position[:, -1:], conjugate.normal[:, -1:]
+    )
+
+
+def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tuple[float, float]) -> float:
+    """Smallest fraction v of the gear's depth that the pinion's face cone reaches inside the face width."""
+    columns, rows = np.linspace(*u_range, 7), np.linspace(0.0, 1.0, 9)
+    u, v = (grid.ravel() for grid in np.meshgrid(columns, rows, indexing="ij"))
+    points, found = gear.solve(u, gear.blank.height(u, v))
+    f2, _ = assembly.roll(points.position, points.normal)
+    found &= np.isfinite(f2)
+    f2 = np.where(found, f2, 0.0)
+    in_mesh = assembly.gear_in_mesh(points.position, f2)
+    position, _ = assembly.to_pinion(in_mesh, points.normal, f2 / assembly.ratio)
+    u1, h1 = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
+    # a root that is undercut or never meshes lies below the deepest contact all the same
+    room = np.where(found, pinion.blank.tip(np.real(u1)) - np.real(h1), -1.0).reshape(columns.size, rows.size)
+    # room under the pinion's face cone grows with v; where it is never negative the whole depth is reached
+    crossing = [float(np.interp(0.0, column, rows)) for column in room]
+    deepest = min(crossing)
+    if deepest > 0.9:
+        raise ConvergenceError(
+            "no_mesh", "the pinion blank hardly reaches the gear flank; check the blanks and the offset"
+        )
+    return deepest
