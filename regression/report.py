@@ -73,7 +73,7 @@ def estimate_report(plan: Plan, jobs: int) -> None:
         console.print(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}", highlight=False)
     console.print(
         f"about {duration(estimate.seconds)} of CPU time, {duration(estimate.wall(jobs))} with {jobs} workers, longest "
-        f"case {duration(estimate.longest)}; single cases are estimated within a factor of 2 or so",
+        f"case {duration(estimate.longest)}; single cases may take twice or half of it",
         highlight=False,
         soft_wrap=True,
     )
