@@ -148,7 +148,7 @@ class ResultStore:
 
     def _take_room(self, size: int) -> None:
         """Take bytes behind the end from the disk: HDF5 crashes the process when a disk fills up under it."""
-        os.posix_fallocate(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), size)
+        _reserve(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), size)
 
     def _extend(self, name: str, values: np.ndarray[Any, Any]) -> None:
         """Put values behind the last of a column; h5py's own indexing takes ten times as long."""
@@ -187,12 +187,18 @@ class ResultStore:
                 raise
 
 
+def _reserve(descriptor: int, start: int, size: int) -> None:
+    """Take bytes of a file from the disk, where the system can."""
+    if hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(descriptor, start, size)
+
+
 def _create(path: Path, meta: Mapping[str, str | int]) -> None:
     """Make an empty result file; it appears under its name only when it is whole."""
     draft = path.with_name(f"{path.name}.{os.getpid()}.new")
     try:
         with draft.open("wb") as file:
-            os.posix_fallocate(file.fileno(), 0, 2 * _BLOCK_BYTES + len(str(meta["plan"])))
+            _reserve(file.fileno(), 0, 2 * _BLOCK_BYTES + len(str(meta["plan"])))
         with h5py.File(draft, "w", libver=_LIBVER) as file:
             file.attrs["schema"] = STORE_SCHEMA
             file.attrs["writer"] = f"mixed-ehl {__version__}"
