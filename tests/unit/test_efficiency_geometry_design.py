@@ -73,7 +73,7 @@ def test_bad_input_names_field_value_and_range(tmp_path: Path, old: str, new: st
 def test_unreadable_files(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="an existing TOML file"):
         load_design(tmp_path / "missing.toml")
-    with pytest.raises(InputError, match="one of .*fm_spiral_bevel_14x39"):
+    with pytest.raises(InputError, match=r"one of .*fm_spiral_bevel_14x39"):
         load_design("no_such_design")
     with pytest.raises(InputError, match="readable"):
         load_design(tmp_path)
