@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ehl.contact import LineContact
 from ehl.film_formulas import moes_1992
-from ehl.lubricant import ROELANDS_TEMPERATURE, Lubricant
+from ehl.lubricant import KELVIN, ROELANDS_TEMPERATURE, Lubricant
 from ehl.material import Material
 from ehl.transient._kernels.elasticity import exponential_product
 from ehl.transient._kernels.motion import SAMPLES
@@ -180,8 +180,7 @@ def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, later
     shear = lubricant.shear_law
     stress = shear.reference(p)
     rise, bend = lubricant.density_constants
-    beta = lubricant.temperature_viscosity
-    slope = beta * (lubricant.temperature - ROELANDS_TEMPERATURE) / c0 if law == 1 else beta
+    slope, bend_thermal, c0_rise, c1_rise = _temperature_slopes(lubricant, c0, p)
     flow = units.time_step * p * units.film**2 / (12.0 * lubricant.viscosity_inlet)
     return Fluid(
         law=law,
@@ -199,9 +198,28 @@ def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, later
         limit=min(lubricant.limiting_shear_coefficient, NO_LIMIT) if shear.limit_slope_alone else NO_LIMIT,
         temperature=lubricant.temperature,
         slope=slope,
+        slope_bend=bend_thermal,
+        c0_rise=c0_rise,
+        c1_rise=c1_rise,
         shear=shear.numbers(p, stress, units.film / units.half_width),
         short=shear.limit_slope_alone and shear.rheology in ("newtonian", "eyring"),
     )
+
+
+def _temperature_slopes(lubricant: Lubricant, c0: float, pressure: float) -> tuple[float, float, float, float]:
+    """How the exponent of the viscosity falls with temperature: slope, its bend, and the rise of both constants."""
+    beta = lubricant.temperature_viscosity
+    if lubricant.viscosity_law == "roelands":
+        return beta * (lubricant.temperature - ROELANDS_TEMPERATURE) / c0, 0.0, 0.0, 0.0
+    if lubricant.viscosity_law == "barus":
+        return beta, 0.0, 0.0, 0.0
+    _, c0_rise, _, c1_rise = lubricant.modulus_constants
+    bend = 0.0
+    if lubricant.temperature_constants:
+        b, c = lubricant.temperature_constants
+        span = lubricant.temperature - KELVIN + c
+        beta, bend = b / span**2, 1.0 / span
+    return beta, bend, c0_rise / pressure, c1_rise
 
 
 def scaled_heat(

@@ -186,10 +186,11 @@ def test_shear_row_matches_the_lubricant(law: str, rheology: str) -> None:
     np.testing.assert_allclose(tau, expected, rtol=1e-8)
 
 
-@pytest.mark.parametrize("law", ["barus", "roelands"])
+@pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
 @pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
 def test_heated_shear_stress_balances(law: str, rheology: str) -> None:
-    contact, oil, fluid = scaled(law, rheology, limiting_shear_coefficient=0.08)
+    vogel = {"temperature_constants": (800.0, 95.0)} if law == "modulus" else {}
+    contact, oil, fluid = scaled(law, rheology, limiting_shear_coefficient=0.08, **vogel)
     n = 40
     rng = np.random.default_rng(5)
     pressure, film = 1.5 * rng.random(n), 0.1 + rng.random(n)

@@ -11,6 +11,8 @@ from mixed_limits import attenuation, dry_error
 from mixed_scenes import STEEL, Scene, eyring_oil, family, friction, gaussian_pair, line, speed_of_film_ratio
 
 from ehl.heat import FilmConductivity
+from ehl.lubricant import Lubricant
+from ehl.oil import Oil
 from ehl.thermal_steady import solve_steady_thermal
 from ehl.transient import solve_transient
 from ehl.transient._kernels.march import MACRO_LOAD, SHARE
@@ -88,9 +90,19 @@ def test_without_oil_the_contact_is_the_dry_one(gamma: float) -> None:
     assert touching == pytest.approx(dry, rel=0.02)
 
 
-@pytest.mark.parametrize(("speed", "slip", "pressure"), [(5.0, 0.3, 1e9), (15.0, 1.0, 2e9)])
-def test_heat_agrees_with_the_steady_thermal_solver(speed: float, slip: float, pressure: float) -> None:
-    contact, oil = line(speed, slip, pressure), eyring_oil()
+@pytest.mark.parametrize(
+    ("oil", "speed", "slip", "pressure"),
+    [
+        (eyring_oil(), 5.0, 0.3, 1e9),
+        (eyring_oil(), 15.0, 1.0, 2e9),
+        # a modulus law, whose stiffness under pressure falls with temperature
+        (Oil.load("fva3").at(353.15), 5.0, 0.3, 0.7e9),
+        (Oil.load("fva3").at(353.15), 15.0, 1.0, 1.3e9),
+    ],
+    ids=["roelands", "roelands_hot", "modulus", "modulus_hot"],
+)
+def test_heat_agrees_with_the_steady_thermal_solver(oil: Lubricant, speed: float, slip: float, pressure: float) -> None:
+    contact = line(speed, slip, pressure)
     steady = solve_steady_thermal(
         contact,
         oil,

@@ -23,10 +23,14 @@ KINK = 20.0  # times smaller where the limiting stress or the bracket breaks New
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def thermal_factor(temperature, fluid):
-    """How temperature enters the viscosity: a factor of the exponent for Roelands, a summand for the other laws."""
+    """How temperature enters the viscosity: a factor of the exponent for Roelands, a summand for Barus.
+
+    The modulus law takes the temperature rise itself: its stiffness under pressure depends on temperature too.
+    """
     if fluid.law == ROELANDS:
         return exp(-fluid.slope * log((temperature - ROELANDS_ZERO) / (fluid.temperature - ROELANDS_ZERO)))
-    return -fluid.slope * (temperature - fluid.temperature)
+    rise = temperature - fluid.temperature
+    return rise if fluid.law == MODULUS else -fluid.slope * rise
 
 
 @njit(**INTERNAL)
@@ -60,10 +64,12 @@ def viscosity_rows(rows, fluid):
             slope[i] = fluid.c0
     else:
         for i in range(n):
-            exponent[i] = p[i] / (fluid.c0 + fluid.c1 * p[i]) + thermal[i]
+            stiffness = fluid.c0 + fluid.c0_rise * thermal[i] + (fluid.c1 + fluid.c1_rise * thermal[i]) * p[i]
+            exponent[i] = p[i] / stiffness - fluid.slope * thermal[i] / (1.0 + fluid.slope_bend * thermal[i])
         for i in range(n):
-            d = fluid.c0 + fluid.c1 * p[i]
-            slope[i] = fluid.c0 / (d * d)
+            start = fluid.c0 + fluid.c0_rise * thermal[i]
+            stiffness = start + (fluid.c1 + fluid.c1_rise * thermal[i]) * p[i]
+            slope[i] = start / (stiffness * stiffness)
     for i in range(n):
         if exponent[i] > LOG_VISCOSITY_MAX:
             exponent[i] = LOG_VISCOSITY_MAX
@@ -212,6 +218,14 @@ def heated_shear_row(cold, rate, scale, p, fluid, temperature, tau, slope):
             tau[i] = (cold[i] + fluid.c0) * thermal_factor(temperature[i], fluid) - fluid.c0
         for i in range(n):
             slope[i] = -(tau[i] + fluid.c0) * fluid.slope / (temperature[i] - ROELANDS_ZERO)
+    elif fluid.law == MODULUS:
+        for i in range(n):
+            rise = temperature[i] - fluid.temperature
+            stiffening = fluid.c0_rise + fluid.c1_rise * p[i]
+            stiffness = fluid.c0 + fluid.c1 * p[i] + stiffening * rise
+            bend = 1.0 + fluid.slope_bend * rise
+            tau[i] = p[i] / stiffness - fluid.slope * rise / bend
+            slope[i] = -p[i] * stiffening / (stiffness * stiffness) - fluid.slope / (bend * bend)
     else:
         for i in range(n):
             tau[i] = cold[i] - fluid.slope * (temperature[i] - fluid.temperature)

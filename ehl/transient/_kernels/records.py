@@ -30,6 +30,9 @@ class Fluid(NamedTuple):
     limit: float  # Lambda of tau <= Lambda p
     temperature: float  # inlet [K]
     slope: float  # Roelands: exponent s0; else beta [1/K]
+    slope_bend: float = 0.0  # modulus law: ln eta falls by slope rise/(1 + bend rise) at p = 0 [1/K]
+    c0_rise: float = 0.0  # modulus law: growth of c0 and c1 with temperature [1/K]
+    c1_rise: float = 0.0
     shear: ShearNumbers = PLAIN  # the shear law
     short: bool = True  # whether the vectorised forms of Newton and Ree-Eyring serve
 
