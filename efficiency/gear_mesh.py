@@ -74,7 +74,8 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
         Axis(placement.pinion_axis[:, 0], placement.pinion_origin[:, 0]),
         Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
     )
-    mesh = Mesh.build(design.name, side, make_cycle, teeth, positions, points_per_line, axes, pair.notes)
+    unloaded = pair.transmission.peak_to_peak
+    mesh = Mesh.build(design.name, side, make_cycle, teeth, positions, points_per_line, axes, pair.notes, unloaded)
     return GearMesh(pair, mesh, _pitch_geometry(design.pinion.blank, design.gear.blank, pinion, gear))
 
 

@@ -65,8 +65,11 @@ def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
     return Peak(float(at.pressure_hertz[point]), place, _edge(at.position, point, teeth))
 
 
-def limit_notes(load: LoadDistribution, teeth: TeethElasticity) -> tuple[str, ...]:
-    """What a user has to know of the load: pressure above the hardness, a peak at an edge, flanks that do not match."""
+def limit_notes(load: LoadDistribution, teeth: TeethElasticity, unloaded: float) -> tuple[str, ...]:
+    """What a user has to know of the load: pressure above the hardness, a peak at an edge, flanks that do not match.
+
+    `unloaded` is the transmission error without load, peak to peak [rad].
+    """
     peak = pressure_peak(load, teeth)
     notes = []
     above, loaded = points_above_hardness(load, teeth)
@@ -80,7 +83,6 @@ def limit_notes(load: LoadDistribution, teeth: TeethElasticity) -> tuple[str, ..
         notes.append(
             f"the greatest pressure{figures} lies at the {peak.edge}; contact of the edge itself is not modelled"
         )
-    unloaded = float(np.ptp([p.position.transmission_error for p in load.positions]))
     if unloaded > _LARGE_ERROR:
         notes.append(
             f"the unloaded transmission error, {unloaded / ARCSEC:.0f} arcsec peak to peak, is above "

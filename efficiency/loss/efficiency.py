@@ -70,6 +70,8 @@ class Mesh:
         Of pinion and gear; only friction in the equilibrium needs them.
     notes : tuple of str
         What is to be known of the geometry.
+    transmission_error : float
+        Without load, peak to peak of all pairs together [rad]; nan where only the positions know it.
     """
 
     design: str
@@ -80,6 +82,7 @@ class Mesh:
     points_per_line: int
     axes: tuple[Axis, Axis] | None = None
     notes: tuple[str, ...] = ()
+    transmission_error: float = math.nan
 
     @classmethod
     def build(
@@ -92,6 +95,7 @@ class Mesh:
         points_per_line: int = 31,
         axes: tuple[Axis, Axis] | None = None,
         notes: tuple[str, ...] = (),
+        transmission_error: float = math.nan,
     ) -> Mesh:
         """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
         if positions < 4 or positions % 2:
@@ -100,7 +104,14 @@ class Mesh:
             raise InputError("points_per_line", points_per_line, "a number of at least 5")
         fine = make_cycle(positions, points_per_line)
         coarse = make_cycle(positions, (points_per_line + 1) // 2)
-        return cls(design, side, fine, coarse, teeth, points_per_line, axes, notes)
+        return cls(design, side, fine, coarse, teeth, points_per_line, axes, notes, transmission_error)
+
+    @property
+    def unloaded_error(self) -> float:
+        """Transmission error without load, peak to peak [rad]."""
+        if math.isnan(self.transmission_error):
+            return float(np.ptp([p.transmission_error for p in self.fine]))
+        return self.transmission_error
 
 
 @dataclass(frozen=True)
@@ -159,7 +170,6 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     reason = _reason(loaded, both)
     sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
     power_loss = float(losses.mean())
-    unloaded = np.array([p.transmission_error for p in mesh.fine])
     return EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
@@ -182,7 +192,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
         pressure_max=loaded.fine.pressure_max,
         transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
-        transmission_error_unloaded=float(np.ptp(unloaded)),
+        transmission_error_unloaded=mesh.unloaded_error,
         ranges=_ranges(fine, oil),
         outside_range_share=_share(fine, estimate, FrictionFlag.OUTSIDE_RANGE),
         flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
@@ -234,7 +244,7 @@ def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
 
 
 def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[str, ...]:
-    notes = loaded.mesh.notes + limit_notes(loaded.fine, loaded.mesh.teeth)
+    notes = loaded.mesh.notes + limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
     missing = int(np.count_nonzero(_missing(friction)))
     if missing:
         notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)

@@ -146,7 +146,7 @@ def test_a_peak_at_the_tip_edge_is_told(loaded: LoadedMesh) -> None:
     assert 0.0 < depth - at.height_gear[point] < at.length[point]
     assert peak.edge == "tip edge of the gear"
     assert peak.place.startswith("midway toe to heel, near the tip of the gear flank")
-    (note,) = limit_notes(loaded.fine, loaded.mesh.teeth)
+    (note,) = limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
     assert "tip edge of the gear" in note
 
 
@@ -168,7 +168,7 @@ def test_a_peak_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
         positions.append(replace(position, pressure_hertz=pressure))
     inner = replace(loaded.fine, positions=tuple(positions))
     assert pressure_peak(inner, loaded.mesh.teeth).edge == ""
-    assert limit_notes(inner, loaded.mesh.teeth) == ()
+    assert limit_notes(inner, loaded.mesh.teeth, loaded.mesh.unloaded_error) == ()
 
 
 def test_failed_load_is_a_failure(mesh: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
