@@ -124,7 +124,8 @@ class Assembly:
         """Gear rotation at which gear points touch the conjugate pinion, and how fast they come into mesh.
 
         The equation of meshing ``n . (v1 - v2) = 0`` is ``a cos f2 + b sin f2 + c = 0`` with constants of the point,
-        solved in closed form; of its two roots the one nearer to the axial plane of the pinion is taken.
+        solved in closed form. Of its two roots the one with positive rate is taken: a gear point then leaves the pinion
+        before and after it touches, at the other it would cut into it. So all points of a flank are on one branch.
 
         Parameters
         ----------
@@ -148,10 +149,8 @@ class Assembly:
         size = np.hypot(a, b)
         with np.errstate(invalid="ignore"):
             half = np.arccos(-c / size)
-        middle = np.arctan2(b, a)
         azimuth = np.arctan2(point[1], point[0])
-        roots = np.stack([middle + half, middle - half])
-        distance = np.abs(np.angle(np.exp(1j * (roots + azimuth))))
-        f2 = np.where(distance[0] <= distance[1], roots[0], roots[1])
+        # the rate is -ratio size sin(half), and the ratio is negative
+        f2 = np.arctan2(b, a) + half
         f2 = np.angle(np.exp(1j * (f2 + azimuth))) - azimuth
         return f2, self.ratio * (b * np.cos(f2) - a * np.sin(f2))

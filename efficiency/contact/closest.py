@@ -47,6 +47,9 @@ class Closest:
         Where a second edge is active: a corner touches.
     settled : (n,) bool array
         False where no minimum was found and the best sample stands in for it.
+    expected : (n,) array
+        `back` as the ease-off of the best sample near its line of contact has it [rad]: coarse, and independent of the
+        search.
     """
 
     u: FloatArray
@@ -55,6 +58,7 @@ class Closest:
     edge: IntArray
     corner: BoolArray
     settled: BoolArray
+    expected: FloatArray
 
 
 @dataclass(frozen=True)
@@ -154,14 +158,15 @@ def _on_edge(now: _State, edges: IntArray) -> FloatArray:
     """Newton step to the least gap along an edge."""
     points = np.arange(edges.shape[1])
     slope, normal = now.slopes[0], now.slopes[1 + edges[0], :, points].T
-    square = np.sum(normal * normal, axis=0)
+    square = np.sum(normal * normal, axis=0).clip(1e-300)
     tangent = np.stack([-normal[1], normal[0]]) / np.sqrt(square)
     lift = np.sum(slope * normal, axis=0) / square
     towards = -normal * now.limits[edges[0], points] / square
     bend = now.bends[0] - lift * np.moveaxis(now.bends[1 + edges[0], :, :, points], 0, -1)
     run = np.sum(tangent * (slope + np.einsum("ijn,jn->in", bend, towards)), axis=0)
     curve = np.abs(np.einsum("in,ijn,jn->n", tangent, bend, tangent))
-    return np.asarray(towards - tangent * run / curve.clip(1e-300))
+    # along a straight edge there is no least gap; steps are cut to the tenth part of the map anyway
+    return np.asarray(towards - tangent * run / np.maximum(curve, np.abs(run)).clip(1e-300))
 
 
 def _corner(now: _State, edges: IntArray) -> FloatArray:
@@ -184,7 +189,7 @@ def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
     grid_u, grid_v = grid_u[within], grid_v[within]
     gap, bend, roll = surface.patch(grid_u, grid_v, ("turn_back", "bend", "roll"))
     rough = gap + 0.5 * bend * (roll - angle[:, None]) ** 2
-    lowest = np.argmin(rough, axis=1)
+    lowest, expected = np.argmin(rough, axis=1), rough.min(axis=1)
     sample = np.stack([grid_u[lowest], grid_v[lowest]]) / problem.scale[:, None]
 
     found, settled = problem.newton(angle, sample, np.full((2, angle.size), -1))
@@ -200,8 +205,8 @@ def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
         )
         found[:, rest] = at
         # where no place is found the sample stands in, with its value near its line of contact
-        back = np.where(settled, back, rough.min(axis=1))
-    return Closest(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled)
+        back = np.where(settled, back, expected)
+    return Closest(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled, expected)
 
 
 def _on_rim(

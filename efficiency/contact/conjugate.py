@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly, dot, turn
-from efficiency.contact.ease_off import conjugate_points
+from efficiency.contact.ease_off import conjugate_points, relative_regularity
+from efficiency.contact.flank_grid import UNDERCUT
 from efficiency.contact.mesh_surface import NORMAL, POSITION
 from efficiency.contact.patch import Patch
 from efficiency.cutting.cutter import FlankSide
-from efficiency.cutting.flank import Flank
+from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.newton import Array
 from ehl.errors import ConvergenceError
 
@@ -31,6 +32,9 @@ ORIGIN = "the flank conjugate to the gear flank with an ease-off, not cut by set
 # coefficients of the gear flank, and how far it is taken beyond its blank (fractions of face and depth)
 _SHAPE = (24, 20)
 _BEYOND_FACE, _BEYOND_DEPTH = 0.2, 0.12
+# where the gear flank is undercut: more points than coefficients, and the share of its regularity that is still taken,
+# less than that of the map (`UNDERCUT`), so that the map lies inside
+_OVERSAMPLING, _LEAST_REGULAR = 1.5, 0.5 * UNDERCUT
 _FIELDS = (*POSITION, *NORMAL, "relief")
 
 
@@ -175,16 +179,22 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
     low, high = -blank.mean_addendum, own.mean_addendum
     lowest = (low + own.mean_dedendum) / (own.mean_addendum + own.mean_dedendum)
     u_range, v_range = (-half, half), (lowest - _BEYOND_DEPTH, 1.0 + _BEYOND_DEPTH)
-    u, v = Patch.nodes(u_range, v_range, _SHAPE)
+    u, v, points, present = _regular_points(gear, u_range, v_range, _SHAPE)
+    whole = bool(present.all())
+    if not whole:
+        # undercut, as a rule below the working depth: least squares over the part that exists
+        denser = int(np.ceil(_OVERSAMPLING * _SHAPE[0])), int(np.ceil(_OVERSAMPLING * _SHAPE[1]))
+        u, v, points, present = _regular_points(gear, u_range, v_range, denser)
+        u, v, points = u[present], v[present], gear.points(points.parameters[:, present])
     h = own.height(u, v)
-    points, found = gear.solve(u, h)
-    if not found.all():
-        raise ConvergenceError(
-            "undercut", f"the {gear.side} gear flank does not exist at {np.sum(~found)} of {found.size} points"
-        )
     length, depth = 2.0 * u / own.face_width, (h - 0.5 * (low + high)) / (0.5 * (high - low))
     fields = dict(zip(_FIELDS, [*points.position, *points.normal, relief(length, depth)], strict=True))
-    patch = Patch.fit(u_range, v_range, _SHAPE, fields)
+    if whole:
+        patch = Patch.fit(u_range, v_range, _SHAPE, fields)
+        error = max(patch.tail[name] for name in POSITION)
+    else:
+        patch = Patch.fit_points(u_range, v_range, _SHAPE, u, v, fields)
+        error = float(np.abs(dot(points.normal, patch(u, v, POSITION) - points.position)).max())
 
     conjugate = conjugate_points(points, assembly)
     u1, h1 = blank.coordinates(np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2])
@@ -192,7 +202,21 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
     place = float(np.real(u1[nearest])), float(np.real(h1[nearest]))
     start = np.array([u[nearest], v[nearest], conjugate.gear_roll[nearest]])[:, None]
     side: FlankSide = "convex" if gear.side == "concave" else "concave"
-    error = max(patch.tail[name] for name in POSITION)
     flank = ConjugateFlank(side, blank, assembly, patch, 1.0, start, place, ORIGIN, error)
     looks = dot(flank.points(start).normal, conjugate.normal[:, nearest : nearest + 1])
     return ConjugateFlank(side, blank, assembly, patch, -float(np.sign(looks[0])), start, place, ORIGIN, error)
+
+
+def _regular_points(
+    gear: Flank, u_range: tuple[float, float], v_range: tuple[float, float], shape: tuple[int, int]
+) -> tuple[FloatArray, FloatArray, FlankPoints, NDArray[np.bool_]]:
+    """Gear points at the nodes of a patch, and where the flank is regular there."""
+    u, v = Patch.nodes(u_range, v_range, shape)
+    # a point halfway up the addendum rides along for comparison
+    height = np.append(gear.blank.height(u, v), 0.5 * gear.blank.mean_addendum)
+    points, found = gear.solve(np.append(u, 0.0), height)
+    if not found[-1]:
+        raise ConvergenceError("undercut", f"the {gear.side} gear flank does not exist halfway up its addendum")
+    present = relative_regularity(gear, points.parameters, found)[:-1] > _LEAST_REGULAR
+    nodes = FlankPoints(points.parameters[:, :-1], points.position[:, :-1], points.normal[:, :-1])
+    return u, v, nodes, present

@@ -145,3 +145,11 @@ def regularity(flank: Flank, parameters: FloatArray) -> FloatArray:
     """
     state, slope = flank.linearise(parameters)
     return np.asarray(np.linalg.det(_bordered(slope, state[3:6])))
+
+
+def relative_regularity(flank: Flank, parameters: FloatArray, found: NDArray[np.bool_]) -> FloatArray:
+    """`regularity` as a share of that at the last point, (n,); -1 where the flank was not found."""
+    measure = np.full(found.shape, -1.0)
+    measure[found] = regularity(flank, parameters[:, found])
+    measure[found] /= measure[-1]
+    return measure

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly, turn
-from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase
+from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
 from efficiency.contact.patch import Patch
 from efficiency.cutting.flank import Flank, FlankPoints
 from ehl.errors import ConvergenceError
@@ -20,6 +20,9 @@ SHAPE = (18, 14)
 # how far the map goes beyond the blank along the face and over the tip (fractions of face and depth): line ends can
 # then be bracketed, and unloaded contact just over an edge is still seen
 _OVERHANG = (0.04, 0.06)
+# a flank counts as absent where its regularity falls below this share of that at the design point: its fields have a
+# singularity at zero, and the flank ends there anyway. Measured: docs/gear_geometry.md
+UNDERCUT = 0.08
 # more points than coefficients in both directions where a part of the flank is absent
 _OVERSAMPLING = 1.5
 # points solved from the mean point of the blank; all others start from the surface through them
@@ -45,7 +48,9 @@ class FlankGrid:
     points : FlankPoints
         Of the gear.
     found : (n + 1,) bool array
-        Where the gear flank exists.
+        Where the gear flank exists and is regular.
+    regular : (n + 1,) array
+        Regularity of the gear flank as a share of that at the design point, -1 where it was not found.
     start : (3, n + 1) array
         Surface parameters of pinion points nearby.
     """
@@ -60,6 +65,7 @@ class FlankGrid:
     v: FloatArray
     points: FlankPoints
     found: BoolArray
+    regular: FloatArray
     start: FloatArray
 
     def denser(self, assembly: Assembly) -> FlankGrid:
@@ -102,6 +108,8 @@ def _grid(
     parameters, on_gear = gear.refine(
         radius, z, _spread(lead_u, lead_v, lead.parameters, found, u_range, v_range, u, v)
     )
+    regular = relative_regularity(gear, parameters, on_gear)
+    on_gear = regular > UNDERCUT
     # a missing gear point takes the place of the design point, so that no number of it spreads
     points = gear.points(np.where(on_gear, parameters, parameters[:, -1:]))
 
@@ -116,7 +124,7 @@ def _grid(
     start = _spread(lead_u, lead_v, near, found & reached & met, u_range, v_range, u, v)
     if not dense and not (on_gear.all() and reached.all() and met.all()):
         return _grid(gear, pinion, assembly, u_range, v_range, middle, shape, True)
-    return FlankGrid(gear, pinion, u_range, v_range, shape, dense, u, v, points, on_gear, start)
+    return FlankGrid(gear, pinion, u_range, v_range, shape, dense, u, v, points, on_gear, regular, start)
 
 
 def _spread(

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly, dot, turn
-from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, regularity
-from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point
+from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
+from efficiency.contact.flank_grid import SHAPE, UNDERCUT, FlankGrid, flank_grid, last_point
 from efficiency.contact.patch import Patch, PointFit
 from efficiency.cutting.flank import Flank
 from ehl.errors import ConvergenceError
@@ -39,14 +39,13 @@ EDGES = (
     "pinion root",
     "pinion undercut",
 )
-# a flank counts as absent where its regularity falls below this share of that at the design point: the fields of the
-# map have a singularity at zero, and the flank ends there anyway. Measured: docs/gear_geometry.md
-_UNDERCUT = 0.08
-# share of the mating flank that may be absent. Beyond it the rest of the map says nothing: of 153 random pairs eight
-# were above, with transmission errors of degrees or none at all, none of those below was (benchmarks/gear_stress.py)
+# share of the mating flank that may be absent; beyond it too little is left to speak of a pair (docs/gear_geometry.md)
 _LARGEST_ABSENT = 0.3
-# change of the relative regularity from node to node beyond the linear one that no regular flank makes
-_LEAP = 0.07
+# interpolation error, as a share of the tooth depth, from which a map says nothing
+_LARGEST_ERROR = 0.01
+# change of the relative regularity from node to node beyond the linear one that no regular flank makes, with that many
+# nodes over the depth; it grows with the square of their distance
+_LEAP, _LEAP_ROWS = 0.07, 21
 
 
 @dataclass(frozen=True)
@@ -218,8 +217,8 @@ def mesh_surface(
     Raises
     ------
     ConvergenceError
-        A flank does not exist at the design point, the gear flank does not exist somewhere in the mating region, or
-        the members do not mesh there.
+        A flank does not exist at the design point, too much of the mating region is undercut, the members do not mesh
+        there, or the fields are not smooth enough to be mapped.
     """
     grid = grid or flank_grid(gear, pinion, assembly, overhang_root, shape)
     conjugate = conjugate_points(grid.points, assembly)
@@ -232,36 +231,48 @@ def mesh_surface(
 
 
 def _present(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> tuple[BoolArray, Patch | None]:
-    """Which points belong to the regular part of the pinion flank, and the field that bounds it.
+    """Which points belong to the regular part of both flanks, and the field that bounds it.
 
     Beyond its limit of undercut a flank has no points, but Newton's method may end on another sheet of the surface. So
     each column of nodes is followed from the middle of the depth outwards, and ends where the regularity falls below
     the limit, or leaves the line it came on.
     """
-    measure = np.full(found.shape, -1.0)
-    measure[found] = regularity(grid.pinion, parameters[:, found])
-    measure[found] /= measure[-1]
-    if (measure > _UNDERCUT).all() or not grid.dense:
-        return measure > _UNDERCUT, None
+    measure = relative_regularity(grid.pinion, parameters, found)
+    if (measure > UNDERCUT).all() or not grid.dense:
+        return measure > UNDERCUT, None
+    inside, bound = _followed(grid, measure, ~grid.found)
+    if not grid.found.all():
+        on_gear, its_bound = _followed(grid, grid.regular, np.zeros_like(found))
+        inside, bound = inside & on_gear, np.minimum(bound, its_bound)
+    field = np.append(bound.ravel() - UNDERCUT, 1.0)
+    shape = min(10, grid.shape[0]), min(9, grid.shape[1])
+    patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
+    return np.append(inside.ravel(), True) & found, patch
+
+
+def _followed(grid: FlankGrid, measure: FloatArray, unknown: BoolArray) -> tuple[BoolArray, FloatArray]:
+    """Columns of nodes as far as the flank goes, and its relative regularity there, continued beyond; both (nu, nv).
+
+    Where the measure is unknown (no point of the mating flank) it goes on as it came.
+    """
     rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
-    v, columns = grid.v[:rows], measure[:-1].reshape(-1, rows)
+    v, columns, hidden = grid.v[:rows], measure[:-1].reshape(-1, rows), unknown[:-1].reshape(-1, rows)
     middle = int(np.argmin(np.abs(v - grid.v[-1])))
+    leap = _LEAP * (_LEAP_ROWS / rows) ** 2
     inside = np.zeros(columns.shape, dtype=bool)
-    inside[:, middle] = columns[:, middle] > _UNDERCUT
+    inside[:, middle] = columns[:, middle] > UNDERCUT
     bound = columns.copy()
     for step, order in ((1, range(middle + 1, rows)), (-1, range(middle - 1, -1, -1))):
         for k in order:
             before, second = k - step, max(0, min(rows - 1, k - 2 * step))
             rate = (bound[:, before] - bound[:, second]) / (v[before] - v[second])
             ahead = bound[:, before] + rate * (v[k] - v[before])
-            goes_on = np.abs(columns[:, k] - ahead) < _LEAP
-            inside[:, k] = inside[:, before] & goes_on & (columns[:, k] > _UNDERCUT)
+            goes_on = np.abs(columns[:, k] - ahead) < leap
+            inside[:, k] = inside[:, before] & goes_on & (columns[:, k] > UNDERCUT)
             # outside the flank the line it came on goes on, below the limit
-            bound[:, k] = np.where(inside[:, k], columns[:, k], np.minimum(ahead, bound[:, before]).clip(-1.0, 0.0))
-    field = np.append(bound.ravel() - _UNDERCUT, 1.0)
-    shape = min(10, grid.shape[0]), min(9, grid.shape[1])
-    patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
-    return np.append(inside.ravel(), True), patch
+            beyond = np.where(hidden[:, k], ahead, np.minimum(ahead, bound[:, before]).clip(-1.0, 0.0))
+            bound[:, k] = np.where(inside[:, k], columns[:, k], beyond)
+    return inside, bound
 
 
 def _map(
@@ -327,23 +338,28 @@ def _map(
         present = present & found
         on_pinion = _fitter(grid, present)
     if present.mean() < 1.0 - 2.0 * _LARGEST_ABSENT:
-        raise _undercut(grid.pinion, 1.0 - float(present.mean()), "map")
+        raise _undercut(grid, 1.0 - float(present.mean()), "map")
     surface = replace(start, phase=phase, crest=crest, patch=with_ease_off(np.where(present, relief, 0.0)))
     tail = surface.patch.tail
     error = tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
     # the gear flank is interpolated as well: its azimuth, along the normal
     error += tail["azimuth"] * float(lever[-1])
+    if not error < _LARGEST_ERROR * start.undercut_scale:
+        raise ConvergenceError(
+            "map", f"the flanks are not smooth enough for the map of the mesh: error {error * 1e6:.3g} um"
+        )
     absent = _absent(surface)
     if absent is not None and absent.share > _LARGEST_ABSENT:
-        raise _undercut(grid.pinion, absent.share, "mating flank")
+        raise _undercut(grid, absent.share, "mating flank")
     return replace(surface, interpolation_error=error, absent=absent)
 
 
-def _undercut(pinion: Flank, share: float, of: str) -> ConvergenceError:
+def _undercut(grid: FlankGrid, share: float, of: str) -> ConvergenceError:
+    who = f"{grid.pinion.side} pinion flank" if grid.found.all() else f"{grid.gear.side} gear flank, or its mate,"
     return ConvergenceError(
         "undercut",
-        f"the {pinion.side} pinion flank is undercut, {share:.0%} of the {of} is missing; raise the pinion's "
-        "addendum, the pressure angle or the spiral angle",
+        f"the {who} is undercut, {share:.0%} of the {of} is missing; change the profile shift, or raise "
+        "the pressure angle or the spiral angle",
     )
 
 

@@ -17,6 +17,7 @@ from scipy.interpolate import Akima1DInterpolator
 from efficiency.contact.closest import closest
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
 from efficiency.contact.touch import touch
+from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -25,6 +26,9 @@ BoolArray = NDArray[np.bool_]
 ORDERS = 10
 # angles of the path of one pair in a pitch, and of the curve of the mesh
 _PER_PITCH, _FINE = 32, 1024
+# verdict on the result: how many times the transmission error that the ease-off has to first order, beyond a share of
+# the angular pitch of the gear that is small in any case; and the share above which no pair of teeth carries smoothly
+_PROPORTION, _SMALL, _LARGEST = 3.0, 5e-4, 0.1
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class ContactPath:
         Where the end of an edge touches, cut off by a second one.
     settled : (n,) bool array
         False where no minimum was found: the place is then that of the best sample.
+    expected : (n,) array
+        Transmission error as the ease-off has it, to first order and on a coarse grid [rad].
     """
 
     pinion_angle: FloatArray
@@ -58,6 +64,7 @@ class ContactPath:
     edge: IntArray
     corner: BoolArray
     settled: BoolArray
+    expected: FloatArray
 
     @property
     def free(self) -> BoolArray:
@@ -129,24 +136,37 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     point = surface.patch(found.u, found.v, ("px", "py", "pz"))
     u1, h1 = surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2])
     return ContactPath(
-        angle, -found.back, u, surface.height(u, v), np.real(u1), np.real(h1), found.edge, found.corner, found.settled
+        angle,
+        -found.back,
+        u,
+        surface.height(u, v),
+        np.real(u1),
+        np.real(h1),
+        found.edge,
+        found.corner,
+        found.settled,
+        -found.expected,
     )
 
 
 def transmission(surface: MeshSurface) -> Transmission:
-    """Transmission error of the unloaded mesh over one pitch, all tooth pairs together."""
+    """Transmission error of the unloaded mesh over one pitch, all tooth pairs together.
+
+    Raises
+    ------
+    ConvergenceError
+        The blanks share no part of the flank, or the transmission error is out of proportion with the ease-off.
+    """
     pitch, crest = surface.pitch, surface.crest_roll
     first, last = surface.roll_range
     # so that the neighbours of the pair at its highest point are on their way in and out
     crest = float(np.clip(crest, first + 0.5 * pitch, max(last, first + pitch) - 0.5 * pitch))
     path = contact_path(surface, crest + np.linspace(-1.0, 1.0, 2 * _PER_PITCH + 1) * pitch)
     angle = crest + (np.arange(_FINE) / _FINE - 0.5) * pitch
-    # local cubics: where an edge takes over, the kink stays where it is
-    curve = Akima1DInterpolator(path.pinion_angle, path.transmission_error, method="makima")
-    single = np.stack([curve(angle + k * pitch) for k in (-1, 0, 1)])
-    single = np.where(np.isnan(single), -np.inf, single)
-    best = np.argmax(single, axis=0)
-    error = np.asarray(single[best, np.arange(_FINE)])
+    error, best = _envelope(path.pinion_angle, path.transmission_error, angle, pitch)
+    _plausible(
+        surface, float(np.ptp(error)), float(np.ptp(_envelope(path.pinion_angle, path.expected, angle, pitch)[0]))
+    )
     # a pair one pitch further along in mesh has a larger roll angle
     carrier = best - 1
     reached = angle + carrier * pitch
@@ -163,3 +183,24 @@ def transmission(surface: MeshSurface) -> Transmission:
         edges=tuple(EDGES[k] for k in touched[touched >= 0]),
         settled=bool(path.settled[carrying].all()),
     )
+
+
+def _envelope(at: FloatArray, single: FloatArray, angle: FloatArray, pitch: float) -> tuple[FloatArray, IntArray]:
+    """Curve of the foremost pair at angles of one pitch, and which of the three pairs that is."""
+    # local cubics: where an edge takes over, the kink stays where it is
+    curve = Akima1DInterpolator(at, single, method="makima")
+    pairs = np.stack([curve(angle + k * pitch) for k in (-1, 0, 1)])
+    pairs = np.where(np.isnan(pairs), -np.inf, pairs)
+    best = np.argmax(pairs, axis=0)
+    return np.asarray(pairs[best, np.arange(angle.size)]), best
+
+
+def _plausible(surface: MeshSurface, error: float, expected: float) -> None:
+    """Refuse a transmission error that the ease-off, to first order, does not come near, or above any flank's."""
+    pitch = 2.0 * np.pi / surface.assembly.teeth_gear
+    if error > _LARGEST * pitch or error > _PROPORTION * expected + _SMALL * pitch:
+        raise ConvergenceError(
+            "transmission",
+            f"the unloaded transmission error, {np.degrees(error):.3g} deg peak to peak, is out of proportion with "
+            f"the ease-off, about {np.degrees(expected):.3g} deg; the contact found cannot be right",
+        )
