@@ -66,10 +66,11 @@ def hot_friction(result: ContactResult) -> float:
 
 
 def largest_shear(result: ContactResult) -> float:
-    """Largest shear stress of the film [Pa]; with roughness in the last step."""
+    """Largest shear stress of the film [Pa]; with roughness that of the last step, or the mean of all where it is larger."""
     if result.transient is not None:
         run = result.transient.run
-        return float(run.state.shear.max()) * run.problem.units.pressure
+        mean = result.friction_fluid * math.pi / 4.0  # over the Hertz width, in p_h
+        return max(float(run.state.shear.max()), mean) * run.problem.units.pressure
     if result.dry is not None:
         return 0.0
     assert result.film is not None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from ehl.inputs import Case
 from ehl.lubricant import Lubricant
 from ehl.solve import ContactResult, solve_case
 from ehl.steady import solve_steady
+from ehl.transient import TransientResult
 from ehl.validation import validate
 from ehl.verdict import disbelief
 
@@ -53,6 +56,17 @@ def test_a_good_result_stands(good: ContactResult) -> None:
 )
 def test_what_cannot_stand(good: ContactResult, change: dict[str, float], reason: str) -> None:
     assert disbelief(replace(good, **change)) == reason
+
+
+def test_rough_film_beyond_any_shear_strength_in_the_mean_fails(good: ContactResult) -> None:
+    """The last step of a rough run may be a calm one: the mean friction must be possible too."""
+    run = SimpleNamespace(
+        state=SimpleNamespace(shear=np.array([0.1])),
+        problem=SimpleNamespace(units=SimpleNamespace(pressure=0.7e9)),
+    )
+    rough = replace(good, transient=cast("TransientResult", SimpleNamespace(run=run)))
+    assert disbelief(rough) == ""
+    assert disbelief(replace(rough, friction_coefficient=5e6, friction_fluid=5e6)) == "shear_strength"
 
 
 def test_newtonian_film_beyond_any_shear_strength_fails() -> None:
