@@ -66,7 +66,7 @@ def hot_friction(result: ContactResult) -> float:
 
 
 def largest_shear(result: ContactResult) -> float:
-    """Largest shear stress of the film [Pa]; with roughness that of the last step, or the mean of all where it is larger."""
+    """Largest shear stress of the film [Pa]; with roughness of the last step, or the mean of all where it is larger."""
     if result.transient is not None:
         run = result.transient.run
         mean = result.friction_fluid * math.pi / 4.0  # over the Hertz width, in p_h
