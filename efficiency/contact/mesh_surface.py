@@ -246,8 +246,12 @@ def _present(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> tuple
         inside, bound = inside & on_gear, np.minimum(bound, its_bound)
     field = np.append(bound.ravel() - UNDERCUT, 1.0)
     shape = min(10, grid.shape[0]), min(9, grid.shape[1])
+    present = np.append(inside.ravel(), True) & found
     patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
-    return np.append(inside.ravel(), True) & found, patch
+    # no place without points may lie inside: there the fields of the map are extrapolated
+    over = patch(grid.u[~present], grid.v[~present], ("regular",))[0].max(initial=0.0)
+    patch.coefficients[0, 0] -= over
+    return present, patch
 
 
 def _followed(grid: FlankGrid, measure: FloatArray, unknown: BoolArray) -> tuple[BoolArray, FloatArray]:
@@ -257,6 +261,8 @@ def _followed(grid: FlankGrid, measure: FloatArray, unknown: BoolArray) -> tuple
     """
     rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
     v, columns, hidden = grid.v[:rows], measure[:-1].reshape(-1, rows), unknown[:-1].reshape(-1, rows)
+    # only what is small matters: towards the undercut limit of the gear the measure of the pinion grows without bound
+    columns = np.where(columns > 1.0, 2.0 - 1.0 / columns.clip(1.0), columns)
     middle = int(np.argmin(np.abs(v - grid.v[-1])))
     leap = _LEAP * (_LEAP_ROWS / rows) ** 2
     inside = np.zeros(columns.shape, dtype=bool)
@@ -332,6 +338,9 @@ def _map(
     )
     # turn the pinion until its highest point touches: the smallest ease-off becomes zero
     crest, lowest = _crest(start)
+    reached = relief[present] / lever[present]
+    if lowest < reached.min() - np.ptp(reached) - _LARGEST_ERROR * start.undercut_scale / lever[-1]:
+        raise ConvergenceError("map", "the ease-off runs out of its points next to the limit of undercut")
     phase += direction * lowest / abs(assembly.ratio)
     relief, parameters, found = ease_off(conjugate, grid.pinion, phase, parameters)
     if not found[present].all():
