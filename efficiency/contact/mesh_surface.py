@@ -250,7 +250,8 @@ def _present(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> tuple
     patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
     # no place without points may lie inside: there the fields of the map are extrapolated
     over = patch(grid.u[~present], grid.v[~present], ("regular",))[0].max(initial=0.0)
-    patch.coefficients[0, 0] -= over
+    # more than that is the fit of the field, not the flank; the verdicts on map and contact stand behind it
+    patch.coefficients[0, 0] -= min(over, UNDERCUT)
     return present, patch
 
 
