@@ -108,7 +108,7 @@ def fit_formula(dataset: Dataset, family_name: str = "xu", *, corners: bool = Fa
         corners=None if corners else corner_scores(dataset, family, fitted.values, mu_b),
         folds=folds,
         bands=bands(frame, held_out),
-        interval=interval_of(frame, error),
+        interval=interval_of(frame, error, fold_numbers(frame)),
         noise_floor=noise_floor(frame),
         data=DataIdentity(
             hash=dataset.data_hash,

@@ -68,12 +68,17 @@ class Band(InputModel):
 
 
 class WidthBand(InputModel):
-    """Half width of the interval within one band of `film_ratio_formula` (low <= value < high)."""
+    """Half width of the interval within one band of `film_ratio_formula` (low <= value < high).
+
+    `coverage` is the share of the band's held-out cases that lie within widths calibrated on the other folds; None in
+    files written before it was measured.
+    """
 
     low: Finite
     high: Finite | None
     count: int
     log_width: Width
+    coverage: Annotated[float, Quantity("", ge=0.0, le=1.0)] | None = None
 
     @model_validator(mode="after")
     def _ordered(self) -> WidthBand:

@@ -166,6 +166,17 @@ def formula_report(formula: Formula) -> None:
         errors = (f"{100.0 * x:.1f} %" for x in (band.mape, band.p95, band.bias))
         table.add_row(band.variable, *ends, str(band.count), *errors)
     console.print(table)
+    for width in formula.interval.bands:
+        if width.coverage is not None:
+            end = "up" if width.high is None else f"{width.high:g}"
+            deviation = math.sqrt(formula.interval.level * (1.0 - formula.interval.level) / width.count)
+            console.print(
+                f"{100.0 * formula.interval.level:.0f} % interval, film ratio {width.low:g} to {end}: factor "
+                f"{math.exp(width.log_width):.3f}, covers {100.0 * width.coverage:.1f} % of {width.count} held out "
+                f"(two binomial standard errors: {200.0 * deviation:.1f} %)",
+                highlight=False,
+                soft_wrap=True,
+            )
     worst = formula.validation.worst
     where = ", ".join(f"{name} {value:.4g}" for name, value in worst.conditions.items())
     console.print(

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from regression.conditions import Array
 from regression.formula import Band, Interval, Scores, WidthBand, WorstCase
@@ -81,22 +82,56 @@ def bands(frame: pd.DataFrame, predicted: Array) -> tuple[Band, ...]:
     return tuple(result)
 
 
-def interval_of(frame: pd.DataFrame, error: Array) -> Interval:
-    """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is."""
+def interval_of(frame: pd.DataFrame, error: Array, folds: NDArray[np.int64] | None = None) -> Interval:
+    """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        The fitted rows.
+    error : array, shape (n,)
+        Absolute error of ln mu of every row, held out.
+    folds : array of int, shape (n,), optional
+        Fold each row was held out with: measures the coverage of every band, with widths from the other folds.
+    """
     ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
+    widths = _band_widths(ratio, error)
+    if folds is not None:
+        covered = _covered_by_other_folds(ratio, error, folds)
+        widths = tuple(
+            band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
+        )
+    return Interval(
+        level=INTERVAL_LEVEL, log_width=conformal_width(error, INTERVAL_LEVEL), largest=float(error.max()), bands=widths
+    )
+
+
+def _band_widths(ratio: Array, error: Array) -> tuple[WidthBand, ...]:
     widths = []
     for low, high in itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)):
-        inside = (ratio >= low) & (ratio < high)
-        if np.count_nonzero(inside) >= _LEAST_IN_BAND:
-            width = conformal_width(error[inside], INTERVAL_LEVEL)
+        inside = (ratio >= low) & (ratio < high if math.isfinite(high) else True)
+        count = int(np.count_nonzero(inside))
+        if count >= _LEAST_IN_BAND:
             end = high if math.isfinite(high) else None
-            widths.append(WidthBand(low=low, high=end, count=int(np.count_nonzero(inside)), log_width=width))
-    return Interval(
-        level=INTERVAL_LEVEL,
-        log_width=conformal_width(error, INTERVAL_LEVEL),
-        largest=float(error.max()),
-        bands=tuple(widths),
-    )
+            width = conformal_width(error[inside], INTERVAL_LEVEL)
+            widths.append(WidthBand(low=low, high=end, count=count, log_width=width))
+    return tuple(widths)
+
+
+def _inside(band: WidthBand, ratio: Array) -> NDArray[np.bool_]:
+    return np.asarray((ratio >= band.low) & (True if band.high is None else ratio < band.high))
+
+
+def _covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether each held-out error lies within the width that the errors of all other folds give its band."""
+    covered = np.zeros(len(error), dtype=bool)
+    for number in np.unique(folds):
+        held = folds == number
+        width = np.full(len(error), conformal_width(error[~held], INTERVAL_LEVEL))
+        for band in _band_widths(ratio[~held], error[~held]):
+            width[_inside(band, ratio)] = band.log_width
+        covered[held] = error[held] <= width[held]
+    return covered
 
 
 def conformal_width(error: Array, level: float) -> float:
