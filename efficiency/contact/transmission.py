@@ -202,5 +202,6 @@ def _plausible(surface: MeshSurface, error: float, expected: float) -> None:
         raise ConvergenceError(
             "transmission",
             f"the unloaded transmission error, {np.degrees(error):.3g} deg peak to peak, is out of proportion with "
-            f"the ease-off, about {np.degrees(expected):.3g} deg; the contact found cannot be right",
+            f"the ease-off, about {np.degrees(expected):.3g} deg; the flanks do not match: check machine settings, "
+            "hypoid offset and misalignments",
         )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from efficiency.design import load_design
+from efficiency.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.load.limits import limit_notes, pressure_peak
 from efficiency.load.load_distribution import distribute_load
@@ -28,7 +28,7 @@ from efficiency.output.plots_load import (
 )
 from efficiency.run import Conditions, run_compare, run_gear, run_map
 from ehl._data import data_path
-from ehl.errors import InputError
+from ehl.errors import ConvergenceError, InputError
 from ehl.oil import Oil
 from ehl.state import ContactState
 from regression.formula import load_formula
@@ -150,14 +150,21 @@ def test_a_peak_at_the_tip_edge_is_told(loaded: LoadedMesh) -> None:
     assert "tip edge of the gear" in note
 
 
-def test_flanks_that_do_not_match_are_told() -> None:
+def with_offset(offset: float) -> Design:
     """The shipped bevel pair with the axes moved apart as if it were a hypoid pair."""
-    apart = DESIGN.model_copy(update={"assembly": DESIGN.assembly.model_copy(update={"hypoid_offset": 0.01})})
-    result = run_gear(apart, positions=4, points_per_line=9)
-    assert (result.status, result.reason) == ("failed", "pressure_above_hardness")
+    return DESIGN.model_copy(update={"assembly": DESIGN.assembly.model_copy(update={"hypoid_offset": offset})})
+
+
+def test_flanks_that_do_not_match_are_told() -> None:
+    result = run_gear(with_offset(0.003), positions=4, points_per_line=9)
     arcsec = math.degrees(result.transmission_error_unloaded) * 3600.0
     assert arcsec > 100.0
     assert f"transmission error, {arcsec:.0f} arcsec peak to peak" in result.notes[-1]
+
+
+def test_flanks_that_do_not_match_at_all_are_refused() -> None:
+    with pytest.raises(ConvergenceError, match="check machine settings, hypoid offset"):
+        run_gear(with_offset(0.01), positions=4, points_per_line=9)
 
 
 def test_a_peak_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
