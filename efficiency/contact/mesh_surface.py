@@ -39,7 +39,7 @@ EDGES = (
     "pinion root",
     "pinion undercut",
 )
-# share of the mating flank that may be absent; beyond it too little is left to speak of a pair (docs/gear_geometry.md)
+# share of the mating flank that may be absent; beyond it too little is left to speak of a pair (our choice)
 _LARGEST_ABSENT = 0.3
 # interpolation error, as a share of the tooth depth, from which a map says nothing
 _LARGEST_ERROR = 0.01
