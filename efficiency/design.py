@@ -13,7 +13,7 @@ from efficiency.contact.assembly import Assembly
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
-from ehl._data import data_names, data_path
+from ehl._data import named_file
 from ehl.errors import InputError
 from ehl.expectation import quantity_of
 from ehl.material import Material, load_material
@@ -245,12 +245,7 @@ def load_design(name: str | Path) -> Design:
     InputError
         Naming field, value and allowed range.
     """
-    path = Path(name)
-    if not path.suffix and not path.exists():
-        names = data_names("designs")
-        if str(name) not in names:
-            raise InputError("design", str(name), "a TOML file or one of " + ", ".join(names))
-        path = data_path("designs", f"{name}.toml")
+    path = named_file("design", "designs", name)
     return validate(Design, _with_places(read_toml(path), path.parent))
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ehl.errors import InputError
+
 _PACKAGED = Path(__file__).resolve().parent / "_data"
 _CHECKOUT = Path(__file__).resolve().parent.parent / "data"
 
@@ -23,3 +25,14 @@ def data_path(*parts: str) -> Path:
 def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
     """Names (without suffix) of the shipped files in one data folder, sorted."""
     return tuple(sorted(path.name.removesuffix(suffix) for path in data_path(folder).glob(f"*{suffix}")))
+
+
+def named_file(field: str, folder: str, name: str | Path) -> Path:
+    """Path of a TOML file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
+    path = Path(name)
+    if path.suffix or path.exists():
+        return path
+    names = data_names(folder)
+    if str(name) not in names:
+        raise InputError(field, str(name), "a TOML file or one of " + ", ".join(names))
+    return data_path(folder, f"{name}.toml")

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ehl._data import data_names, data_path
+from ehl._data import named_file
 from ehl.errors import InputError
 from ehl.units import Quantity
 from ehl.validation import InputModel, read_toml, validate
@@ -197,10 +197,5 @@ def load_blank(name: str | Path) -> PairBlankInput:
     InputError
         Naming field, value and allowed range.
     """
-    path = Path(name)
-    if not path.suffix and not path.exists():
-        names = data_names("blanks")
-        if str(name) not in names:
-            raise InputError("blank", str(name), "a TOML file or one of " + ", ".join(names))
-        path = data_path("blanks", f"{name}.toml")
+    path = named_file("blank", "blanks", name)
     return validate(PairBlankInput, read_toml(path))

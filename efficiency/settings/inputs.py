@@ -10,7 +10,7 @@ from pydantic import field_validator, model_validator
 
 from efficiency.blank.inputs import PairBlankInput, load_blank
 from efficiency.design import OperatingPoint, Rms
-from ehl._data import data_names, data_path
+from ehl._data import named_file
 from ehl.errors import InputError
 from ehl.material import load_material
 from ehl.units import Quantity
@@ -169,10 +169,5 @@ def load_targets(name: str | Path) -> SettingsInput:
     InputError
         Naming field, value and allowed range.
     """
-    path = Path(name)
-    if not path.suffix and not path.exists():
-        names = data_names("targets")
-        if str(name) not in names:
-            raise InputError("targets", str(name), "a TOML file or one of " + ", ".join(names))
-        path = data_path("targets", f"{name}.toml")
+    path = named_file("targets", "targets", name)
     return validate(SettingsInput, read_toml(path))
