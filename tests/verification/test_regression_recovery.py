@@ -12,11 +12,12 @@ import pytest
 from ehl.oil import Oil
 from ehl.state import ContactState
 from ehl.validation import validate
+from regression.coefficients import Coefficients, fit_coefficients, linear_fit
 from regression.conditions import conditions_of
 from regression.dataset import Dataset, load_dataset
 from regression.evaluators import published_outputs
 from regression.families import LOAD_SHARE, XU
-from regression.fit import Coefficients, fit_coefficients, fit_formula, linear_fit
+from regression.fit import fit_formula
 from regression.plan import Plan
 from regression.published import XU_COEFFICIENTS
 from regression.sampling import sobol_unit, to_range
