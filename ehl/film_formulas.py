@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 def moes_1992(load: float, lubricant: float) -> float:
     """Film thickness H = (h/R)(2U)^-1/2 where dp/dx = 0, all four regimes blended.
@@ -34,6 +37,16 @@ def moes_1992(load: float, lubricant: float) -> float:
     iso = (rigid_iso ** (7 / 3) + elastic_iso ** (7 / 3)) ** (3 * s / 7)
     piezo = (rigid_piezo**-3.5 + elastic_piezo**-3.5) ** (-2 * s / 7)
     return float((iso + piezo) ** (1.0 / s))
+
+
+def moes_1992_array(load: NDArray[np.float64], lubricant: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`moes_1992` for arrays, with L > 0: ufuncs and arithmetic only, so that it can be exported as code."""
+    rigid_iso, elastic_iso = 3.0 / load, 2.621 * load**-0.2
+    rigid_piezo, elastic_piezo = 1.287 * lubricant ** (2 / 3), 1.311 * load**-0.125 * lubricant**0.75
+    blend = (7.0 + 8.0 * np.exp(-2.0 * elastic_iso / rigid_iso)) / 5.0
+    film_iso = (rigid_iso ** (7 / 3) + elastic_iso ** (7 / 3)) ** (3.0 * blend / 7.0)
+    film_piezo = (rigid_piezo**-3.5 + elastic_piezo**-3.5) ** (-2.0 * blend / 7.0)
+    return np.asarray((film_iso + film_piezo) ** (1.0 / blend))
 
 
 def dowson_higginson_1968(speed: float, load: float, material: float) -> float:

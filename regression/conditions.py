@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ehl.film_formulas import moes_1992
+from ehl.film_formulas import moes_1992_array
 from ehl.lubricant import Lubricant, dowson_higginson_1966
 from ehl.oil import Oil
 from ehl.rheology import RisingStress
@@ -87,13 +87,18 @@ def derive(columns: Mapping[str, ArrayLike]) -> dict[str, Array]:
     where only a formula is evaluated.
     """
     table = {name: np.asarray(columns[name], dtype=float) for name in (*STATE_UNITS, *LUBRICANT_UNITS)}
+    return table | derived_conditions(table)
+
+
+def derived_conditions(table: Conditions) -> dict[str, Array]:
+    """The variables of `DERIVED_UNITS` from the others, by ufuncs and arithmetic only."""
     pressure, radius, modulus = table["pressure_hertz"], table["radius_equivalent"], table["effective_modulus"]
     speed, along = table["speed_entrainment"], table["speed_sliding_lengthwise"]
     half_width = 4.0 * radius * pressure / modulus
     sliding = np.hypot(table["slide_to_roll"] * speed, along)
     film = _moes_film(table, 0.5 * np.pi * half_width * pressure)
     rough = np.hypot(table["roughness_rms_1"], table["roughness_rms_2"])
-    return table | {
+    return {
         "load_per_length": 0.5 * np.pi * half_width * pressure,
         "half_width": half_width,
         "speed_sum": 2.0 * speed,
@@ -133,6 +138,5 @@ def _moes_film(table: Conditions, load: Array) -> Array:
     root = np.sqrt(2.0 * speed_group)
     # an unloaded point has no contact; the least load keeps the formula finite there
     m = np.maximum(load / (modulus * radius) / root, 1e-6)
-    film = np.vectorize(moes_1992, otypes=[float])
-    height = film(m, table["pressure_viscosity"] * modulus * np.sqrt(root)) * radius * root
+    height = moes_1992_array(m, table["pressure_viscosity"] * modulus * np.sqrt(root)) * radius * root
     return np.asarray(height / dowson_higginson_1966(table["pressure_hertz"]))
