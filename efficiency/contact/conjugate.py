@@ -17,7 +17,8 @@ from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly, dot, turn
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.flank_grid import UNDERCUT
-from efficiency.contact.mesh_surface import NORMAL, POSITION
+from efficiency.contact.line_frame import POSITION
+from efficiency.contact.mesh_surface import NORMAL
 from efficiency.contact.patch import Patch
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import cross, dot, turn
-from efficiency.contact.mesh_surface import NORMAL, POSITION, MeshSurface, line_frame
+from efficiency.contact.line_frame import POSITION, line_frame
+from efficiency.contact.mesh_surface import NORMAL, MeshSurface
 from efficiency.contact.pair import GearPair
 from ehl.errors import ConvergenceError, InputError
 

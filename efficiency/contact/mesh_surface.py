@@ -16,16 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly, dot, turn
-from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
-from efficiency.contact.flank_grid import SHAPE, UNDERCUT, FlankGrid, flank_grid, last_point
+from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase
+from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point
+from efficiency.contact.line_frame import POSITION, line_frame
 from efficiency.contact.patch import Patch, PointFit
+from efficiency.contact.undercut_limit import regular_part
 from efficiency.cutting.flank import Flank
 from ehl.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-POSITION = ("x", "y", "z")
 NORMAL = ("nx", "ny", "nz")
 PINION = ("px", "py", "pz")
 EDGES = (
@@ -43,9 +44,6 @@ EDGES = (
 _LARGEST_ABSENT = 0.3
 # interpolation error, as a share of the tooth depth, from which a map says nothing
 _LARGEST_ERROR = 0.01
-# change of the relative regularity from node to node beyond the linear one that no regular flank makes, with that many
-# nodes over the depth; it grows with the square of their distance
-_LEAP, _LEAP_ROWS = 0.07, 21
 
 
 @dataclass(frozen=True)
@@ -224,62 +222,10 @@ def mesh_surface(
     conjugate = conjugate_points(grid.points, assembly)
     phase = pinion_phase(last_point(conjugate), pinion, grid.start[:, -1:])
     relief, parameters, found = ease_off(conjugate, pinion, phase, grid.start)
-    present, bound = _present(grid, parameters, found & grid.found)
+    present, bound = regular_part(grid, parameters, found & grid.found)
     if not present.all() and not grid.dense:
         return mesh_surface(gear, pinion, assembly, grid=grid.denser(assembly))
     return _map(grid, assembly, conjugate, phase, relief, parameters, present, bound)
-
-
-def _present(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> tuple[BoolArray, Patch | None]:
-    """Which points belong to the regular part of both flanks, and the field that bounds it.
-
-    Beyond its limit of undercut a flank has no points, but Newton's method may end on another sheet of the surface. So
-    each column of nodes is followed from the middle of the depth outwards, and ends where the regularity falls below
-    the limit, or leaves the line it came on.
-    """
-    measure = relative_regularity(grid.pinion, parameters, found)
-    if (measure > UNDERCUT).all() or not grid.dense:
-        return measure > UNDERCUT, None
-    inside, bound = _followed(grid, measure, ~grid.found)
-    if not grid.found.all():
-        on_gear, its_bound = _followed(grid, grid.regular, np.zeros_like(found))
-        inside, bound = inside & on_gear, np.minimum(bound, its_bound)
-    field = np.append(bound.ravel() - UNDERCUT, 1.0)
-    shape = min(10, grid.shape[0]), min(9, grid.shape[1])
-    present = np.append(inside.ravel(), True) & found
-    patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
-    # no place without points may lie inside: there the fields of the map are extrapolated
-    over = patch(grid.u[~present], grid.v[~present], ("regular",))[0].max(initial=0.0)
-    # more than that is the fit of the field, not the flank; the verdicts on map and contact stand behind it
-    patch.coefficients[0, 0] -= min(over, UNDERCUT)
-    return present, patch
-
-
-def _followed(grid: FlankGrid, measure: FloatArray, unknown: BoolArray) -> tuple[BoolArray, FloatArray]:
-    """Columns of nodes as far as the flank goes, and its relative regularity there, continued beyond; both (nu, nv).
-
-    Where the measure is unknown (no point of the mating flank) it goes on as it came.
-    """
-    rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
-    v, columns, hidden = grid.v[:rows], measure[:-1].reshape(-1, rows), unknown[:-1].reshape(-1, rows)
-    # only what is small matters: towards the undercut limit of the gear the measure of the pinion grows without bound
-    columns = np.where(columns > 1.0, 2.0 - 1.0 / columns.clip(1.0), columns)
-    middle = int(np.argmin(np.abs(v - grid.v[-1])))
-    leap = _LEAP * (_LEAP_ROWS / rows) ** 2
-    inside = np.zeros(columns.shape, dtype=bool)
-    inside[:, middle] = columns[:, middle] > UNDERCUT
-    bound = columns.copy()
-    for step, order in ((1, range(middle + 1, rows)), (-1, range(middle - 1, -1, -1))):
-        for k in order:
-            before, second = k - step, max(0, min(rows - 1, k - 2 * step))
-            rate = (bound[:, before] - bound[:, second]) / (v[before] - v[second])
-            ahead = bound[:, before] + rate * (v[k] - v[before])
-            goes_on = np.abs(columns[:, k] - ahead) < leap
-            inside[:, k] = inside[:, before] & goes_on & (columns[:, k] > UNDERCUT)
-            # outside the flank the line it came on goes on, below the limit
-            beyond = np.where(hidden[:, k], ahead, np.minimum(ahead, bound[:, before]).clip(-1.0, 0.0))
-            bound[:, k] = np.where(inside[:, k], columns[:, k], beyond)
-    return inside, bound
 
 
 def _map(
@@ -462,38 +408,3 @@ def _stationary(patch: Patch, start: FloatArray) -> FloatArray:
             return start
         at = at - np.array([bb * a - ab * b, aa * b - ab * a]) / determinant
     return at
-
-
-@dataclass(frozen=True)
-class LineFrame:
-    """Tangents of the gear flank at points of contact lines, gear frame.
-
-    Attributes
-    ----------
-    along : (3, n) array
-        Unit tangent of the line of constant roll angle, towards the heel.
-    gradient : (3, n) array
-        Tangential gradient of the roll angle [rad/m]: the line runs over the gear at ``1/|gradient|`` per unit speed.
-    rates_gradient, rates_along : (2, n) arrays
-        Change of (u, v) per metre along the gradient and along the line.
-    """
-
-    along: FloatArray
-    gradient: FloatArray
-    rates_gradient: FloatArray
-    rates_along: FloatArray
-
-
-def line_frame(patch: Patch, u: FloatArray, v: FloatArray) -> LineFrame:
-    """Directions of the contact lines through points of the gear flank."""
-    ru, rv = patch(u, v, POSITION, du=1), patch(u, v, POSITION, dv=1)
-    (roll_u,), (roll_v,) = patch(u, v, ("roll",), du=1), patch(u, v, ("roll",), dv=1)
-    along = (ru * roll_v - rv * roll_u) * np.sign(roll_v)
-    stretch = np.sqrt(dot(along, along))
-    rates_along = np.stack([roll_v, -roll_u]) * np.sign(roll_v) / stretch
-    e, f, g = dot(ru, ru), dot(ru, rv), dot(rv, rv)
-    area = e * g - f * f
-    up, vp = (g * roll_u - f * roll_v) / area, (e * roll_v - f * roll_u) / area
-    gradient = ru * up + rv * vp
-    size = np.sqrt(dot(gradient, gradient))
-    return LineFrame(along / stretch, gradient, np.stack([up, vp]) / size, rates_along)
