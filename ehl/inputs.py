@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ehl.contact import LineContact
 from ehl.errors import InputError
@@ -146,6 +146,15 @@ class ModelInput(InputModel):
     friction_tolerance: Annotated[float, Quantity("", ge=1e-4, le=0.5)] | None = None
     shortcuts: Literal["auto", "off"] = "auto"
     load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"
+    load_sharing_scale: Annotated[float, Quantity("", ge=0.05, le=20.0)] = 1.0
+
+    @model_serializer(mode="wrap")
+    def _without_unit_scale(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # the key of a case is the hash of its text: cases of the published law keep theirs
+        content: dict[str, Any] = handler(self)
+        if self.load_sharing_scale == 1.0:
+            content.pop("load_sharing_scale", None)
+        return content
 
 
 class Case(InputModel):
@@ -239,6 +248,8 @@ class Case(InputModel):
                     idle.append((f"{name}.temperature_bulk", "thermal is off"))
         if self.model.elasticity == "fft" and self.model.roughness == "load_sharing":
             idle.append(("model.elasticity", "load sharing has no transient"))
+        if self.model.roughness == "deterministic" and self.model.load_sharing_scale != 1.0:
+            idle.append(("model.load_sharing_scale", "the roughness is deterministic"))
         if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
             shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
             idle += [(f"surface.{name}", "load sharing knows Rq alone") for name in shape if name in given]

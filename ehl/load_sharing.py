@@ -42,7 +42,9 @@ class LoadSharing:
     friction_asperity: float
 
 
-def load_sharing(film_ratio: float, friction_smooth: float, boundary_friction: float, model: str) -> LoadSharing:
+def load_sharing(
+    film_ratio: float, friction_smooth: float, boundary_friction: float, model: str, scale: float = 1.0
+) -> LoadSharing:
     """Share the load between asperities and film.
 
     Parameters
@@ -55,8 +57,10 @@ def load_sharing(film_ratio: float, friction_smooth: float, boundary_friction: f
         mu_b of the asperity contacts [-].
     model : str
         A key of `LOAD_SHARES`.
+    scale : float
+        The share is read at `scale` times the film ratio [-]; 1 is the published law, others come from calibration.
     """
     if model not in LOAD_SHARES:
         raise InputError("model.load_sharing", model, "one of " + ", ".join(sorted(LOAD_SHARES)))
-    share = LOAD_SHARES[model](film_ratio) if math.isfinite(film_ratio) else 0.0
+    share = LOAD_SHARES[model](scale * film_ratio) if math.isfinite(film_ratio) else 0.0
     return LoadSharing(share, (1.0 - share) * friction_smooth, share * boundary_friction)

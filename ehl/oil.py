@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -95,6 +96,38 @@ class RisingStressInput(InputModel):
         return RisingStress(self.stress_low, self.stress_slope, self.pressure_start, self.pressure_end)
 
 
+class CalibratedValue(InputModel):
+    """One parameter fitted to measured friction: SI value, standard error of its logarithm, 95 % interval."""
+
+    value: float
+    standard_error: float
+    interval_low: float
+    interval_high: float
+    unit: str = ""
+
+
+class CalibrationRecord(InputModel):
+    """What of a card was calibrated, from what (`mixed-ehl calibrate`); numbers SI."""
+
+    file: str
+    file_hash: str
+    date: str
+    solver_version: str
+    card: str
+    model: str
+    geometry: str
+    coating: str = ""
+    rows_used: int
+    rows_excluded: int
+    outliers: tuple[int, ...] = ()
+    noise: float
+    fitted: dict[str, CalibratedValue]
+    undetermined: tuple[str, ...] = ()
+    held: dict[str, float] = Field(default_factory=dict)
+    conditions: dict[str, tuple[float, float]]
+    surface: dict[str, float] = Field(default_factory=dict)
+
+
 class Oil(InputModel):
     """An oil card (`data/oils/*.toml`). Each figure's source and certainty stand in the file."""
 
@@ -116,17 +149,19 @@ class Oil(InputModel):
     thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] = 0.14
     heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
+    # where figures come from does not change them
+    calibration: CalibrationRecord | None = Field(default=None, exclude=True)
 
     @classmethod
     def load(cls, name: str) -> Oil:
-        """A shipped oil by name.
+        """A shipped oil by name, or a card of the user by its path ending in .toml.
 
         Raises
         ------
         InputError
-            There is no such oil; the message lists those there are.
+            There is no such oil or file; the message lists the shipped ones.
         """
-        return _load_card(name)
+        return _load_card(name, _changed(name))
 
     def density(self, temperature: float) -> float:
         """Density at ambient pressure [kg/m3]; `temperature` in K."""
@@ -208,10 +243,22 @@ class Oil(InputModel):
         )
 
 
+def _changed(name: str) -> int:
+    """Time stamp of a card of the user, so that one that was written anew is read anew; 0 for shipped ones."""
+    if not name.endswith(".toml"):
+        return 0
+    try:
+        return Path(name).stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
 @cache
-def _load_card(name: str) -> Oil:
+def _load_card(name: str, changed: int) -> Oil:
     # a sweep asks for the same card once per case
+    if name.endswith(".toml"):
+        return validate(Oil, read_toml(name), name)
     names = data_names("oils")
     if name not in names:
-        raise InputError("oil", name, "one of " + ", ".join(names))
+        raise InputError("oil", name, "one of " + ", ".join(names) + ", or the path of a card ending in .toml")
     return validate(Oil, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")

@@ -247,7 +247,7 @@ def _shared(smooth: ContactResult, contact: LineContact, surface: SurfaceInput, 
     assert smooth.isothermal is not None
     film_ratio = smooth.isothermal.film_central / surface.roughness_rms
     boundary = surface.boundary_friction if contact.speed_sliding > 0.0 else 0.0
-    sharing = load_sharing(film_ratio, smooth.friction_fluid, boundary, model.load_sharing)
+    sharing = load_sharing(film_ratio, smooth.friction_fluid, boundary, model.load_sharing, model.load_sharing_scale)
     return replace(
         smooth,
         friction_coefficient=sharing.friction_fluid + sharing.friction_asperity,

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehl.errors import InputError
+from ehl.inputs import ModelInput
 from ehl.load_sharing import LOAD_SHARES, load_sharing
 
 
@@ -34,3 +35,16 @@ def test_arana_share_at_unit_film_ratio() -> None:
 def test_unknown_model() -> None:
     with pytest.raises(InputError, match="arana_2019"):
         load_sharing(1.0, 0.02, 0.1, "guess")
+
+
+@pytest.mark.parametrize("model", LOAD_SHARES)
+def test_scale_is_a_factor_on_the_film_ratio(model: str) -> None:
+    scaled, moved = load_sharing(0.5, 0.02, 0.1, model, 1.6), load_sharing(0.8, 0.02, 0.1, model)
+    assert scaled.asperity_load_share == pytest.approx(moved.asperity_load_share, rel=1e-12)
+    assert scaled.asperity_load_share < load_sharing(0.5, 0.02, 0.1, model).asperity_load_share
+
+
+def test_text_of_the_published_law_is_as_before_it_had_a_scale() -> None:
+    # keys of stored cases are hashes of this text
+    assert "load_sharing_scale" not in ModelInput().model_dump_json()
+    assert ModelInput(load_sharing_scale=2.0).model_dump()["load_sharing_scale"] == 2.0
