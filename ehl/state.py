@@ -32,6 +32,8 @@ class ContactState:
         Oil inlet temperature [K].
     roughness_rms_1, roughness_rms_2 : array
         Rq of both surfaces [m].
+    temperature_bulk_1, temperature_bulk_2 : array
+        Bulk temperatures of both bodies [K].
     """
 
     pressure_hertz: Array
@@ -43,11 +45,19 @@ class ContactState:
     temperature_oil: Array
     roughness_rms_1: Array
     roughness_rms_2: Array
+    temperature_bulk_1: Array
+    temperature_bulk_2: Array
 
     @classmethod
     def of(cls, **values: ArrayLike) -> ContactState:
-        """A state from scalars and arrays, broadcast to one shape; sliding, roughness default to 0, oil to 80 degC."""
+        """A state from scalars and arrays, broadcast to one shape.
+
+        Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil.
+        """
+        oil = values.get("temperature_oil", 353.15)
         values = {
+            "temperature_bulk_1": oil,
+            "temperature_bulk_2": oil,
             "slide_to_roll": 0.0,
             "speed_sliding_lengthwise": 0.0,
             "temperature_oil": 353.15,
