@@ -1,0 +1,236 @@
+"""Figures of a loaded flank: contact pattern under load, pressure, friction, film, sliding and loss over the tooth.
+
+A flank is drawn in blank coordinates, toe on the left, root below: along the pitch cone from the mean point, and square
+to it from the pitch cone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from ehl.plots import GREY, ORANGE
+
+if TYPE_CHECKING:
+    from efficiency.output.flank_map import FlankMap, Member
+
+FloatArray = NDArray[np.float64]
+
+_MM = 1e3
+_EDGE = "0.25"
+# share of the greatest load per length below which what is local (film, friction) is shown as at its neighbours: it runs
+# off where the load vanishes
+_CARRIES = 0.03
+
+
+class Field(NamedTuple):
+    """A field over the flank: what it is, its unit, the factor from SI, and its colours."""
+
+    name: str
+    title: str
+    label: str
+    factor: float
+    colours: str
+
+
+PRESSURE = Field("pressure_hertz", "Hertz pressure", "Hertz pressure [GPa]", 1e-9, "viridis")
+LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-3, "viridis")
+FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0, "cividis")
+FILM_RATIO = Field("film_ratio_formula", "film ratio (formula)", "film ratio λ [-]", 1.0, "YlGnBu")
+LOSS = Field("loss_density", "loss density", "power loss per area [W/mm²]", 1e-6, "inferno_r")
+SLIDE_TO_ROLL = Field("slide_to_roll_total", "sliding over rolling", "sliding over rolling, total [-]", 1.0, "PuBu")
+
+
+def field_values(flank: FlankMap, field: Field) -> FloatArray:
+    """A field in the unit shown; zero or nan without load."""
+    on_all = field.name in ("pressure_hertz", "load_per_length")
+    return field.factor * (flank.of_load(field.name) if on_all else flank.local(field.name))
+
+
+def field_figure(flank: FlankMap, field: Field, member: Member = "gear") -> Figure:
+    """A field over the part of the flank that carries load in the mesh cycle."""
+    figure, axes = _flank_figure(flank, member, field.title)
+    values = field_values(flank, field)
+    load = flank.of_load("load_per_length")
+    shown = _filled(np.where(load > _CARRIES * load.max(), values, np.nan))
+    finite = shown[np.isfinite(shown)]
+    if finite.size:
+        levels = _levels(finite, field)
+        x, y = _place(flank, member)
+        clipping = _contact_region(axes, flank, member)
+        beyond = "max" if float(finite.max()) > levels[-1] else "neither"
+        shades = axes.contourf(x, y, np.clip(shown, levels[0], None), levels=levels, cmap=field.colours, extend=beyond)
+        lines = axes.contour(x, y, shown, levels=levels[1:-1:2], colors="w", linewidths=0.5)
+        for artist in (shades, lines):
+            artist.set_clip_path(clipping, axes.transData)
+        figure.colorbar(shades, ax=axes, label=field.label, shrink=0.9)
+    _outline(axes, flank, member)
+    return figure
+
+
+def contact_figure(flank: FlankMap, member: Member = "gear") -> Figure:
+    """Contact pattern under load: greatest pressure each place sees, and the loaded lines at one position."""
+    figure, axes = _flank_figure(flank, member, f"contact pattern at {flank.result.torque_pinion:.4g} N m")
+    x, y = _place(flank, member)
+    pressure = flank.of_load("pressure_hertz") * 1e-9
+    axes.plot([], [], color=_EDGE, lw=0.6, label="potential lines")
+    axes.add_collection(LineCollection(list(np.stack([x, y], axis=2)[::2]), colors=_EDGE, linewidths=0.3, alpha=0.6))
+    if pressure.max() > 0.0:
+        levels = MaxNLocator(8).tick_values(0.0, float(pressure.max()))
+        clipping = _contact_region(axes, flank, member)
+        shades = axes.contourf(x, y, _filled(np.where(flank.loaded, pressure, np.nan)), levels=levels, cmap="Blues")
+        shades.set_clip_path(clipping, axes.transData)
+        figure.colorbar(shades, ax=axes, label="Hertz pressure [GPa]", shrink=0.9)
+    _one_position(axes, flank, member)
+    _outline(axes, flank, member, below=4.0)
+    axes.legend(loc="lower left", fontsize=7, frameon=False, ncols=2)
+    return figure
+
+
+def sliding_figure(flank: FlankMap) -> Figure:
+    """Sliding velocity of the pinion against the gear as arrows on the gear flank, coloured by its size."""
+    figure, axes = _flank_figure(flank, "gear", "sliding velocity, pinion against gear,")
+    x, y = _place(flank, "gear")
+    along, up = flank.sliding
+    total = np.where(flank.loaded, flank.local("speed_sliding"), np.nan)
+    rows = _every(x.shape[0], 14)
+    columns = _every(x.shape[1], 12)
+    chosen = np.ix_(rows, columns)
+    keep = flank.loaded[chosen]
+    if keep.any():
+        arrows = axes.quiver(
+            x[chosen][keep],
+            y[chosen][keep],
+            along[chosen][keep],
+            up[chosen][keep],
+            total[chosen][keep],
+            cmap="viridis",
+            angles="xy",
+            width=0.0035,
+        )
+        figure.colorbar(arrows, ax=axes, label="sliding speed [m/s]", shrink=0.9)
+        largest = float(np.nanmax(np.hypot(along, up)[chosen][keep]))
+        if largest > 0.0:
+            axes.quiverkey(arrows, 0.12, 0.06, largest, f"{largest:.3g} m/s in the projection", labelpos="E")
+    _outline(axes, flank, "gear", below=4.0)
+    return figure
+
+
+def _every(count: int, wanted: int) -> NDArray[np.int64]:
+    """About `wanted` of `count` places, evenly spread and without the ends."""
+    return np.unique(np.linspace(0, count - 1, min(wanted, count) + 2).round().astype(np.int64)[1:-1])
+
+
+def _levels(finite: FloatArray, field: Field) -> FloatArray:
+    """Levels of the contours; what has a tail ends at its 99th percentile."""
+    tail = field.name in ("film_ratio_formula", "slide_to_roll_total")
+    top = float(np.quantile(finite, 0.99)) if tail else float(finite.max())
+    low = float(finite.min()) if field.name == "friction_coefficient" else 0.0
+    # one value everywhere, such as a constant friction coefficient
+    if top - low < 1e-9 * max(abs(top), 1e-30):
+        low, top = (0.0, 1.2 * top) if top > 0.0 else (0.0, 1.0)
+    return np.asarray(MaxNLocator(10).tick_values(low, top))
+
+
+def _filled(values: FloatArray) -> FloatArray:
+    """Nan replaced by the nearest value along the line: contours then run to the limit of the contact."""
+    result = values.copy()
+    places = np.arange(values.shape[1])
+    for row in result:
+        known = np.flatnonzero(np.isfinite(row))
+        if known.size:
+            nearest = known[np.argmin(np.abs(places[:, None] - known[None, :]), axis=1)]
+            row[:] = row[nearest]
+    empty = ~np.isfinite(result).any(axis=1)
+    rows = np.flatnonzero(~empty)
+    for k in np.flatnonzero(empty):
+        if rows.size:
+            result[k] = result[rows[np.argmin(np.abs(rows - k))]]
+    return result
+
+
+def _contact_region(axes: Axes, flank: FlankMap, member: Member) -> Any:
+    """Path around what carries load; its outline is drawn."""
+    x, y = _place(flank, member)
+    load = _continued(flank.of_load("load_per_length"))
+    region = axes.contourf(x, y, load, levels=[0.0, 2.0 * float(load.max())], colors="none")
+    axes.contour(x, y, load, levels=[0.0], colors=_EDGE, linewidths=0.9)
+    return region.get_paths()[0]
+
+
+def _continued(load: FloatArray) -> FloatArray:
+    """Load continued below zero where the flanks part, by its slope along the line: its zero is then the contact's end."""
+    result = load.copy()
+    below = -1e-3 * float(load.max())
+    for row in result:
+        loaded = np.flatnonzero(row > 0.0)
+        if not loaded.size:
+            row[:] = -float(load.max())
+            continue
+        for end, step in ((loaded[0], 1), (loaded[-1], -1)):
+            inner = min(max(end + step, 0), row.size - 1)
+            slope = max(float(row[inner] - row[end]), 0.0)
+            outside = np.arange(end - step, -1 if step > 0 else row.size, -step)
+            row[outside] = np.minimum(row[end] - slope * np.abs(outside - end), below)
+    return result
+
+
+def _one_position(axes: Axes, flank: FlankMap, member: Member) -> None:
+    """Loaded parts of the lines at the position of the greatest pressure; the width follows the load per length."""
+    loads = flank.result.load.positions
+    load = loads[int(np.argmax([part.pressure_hertz.max() for part in loads]))]
+    p = load.position
+    blank = (flank.design.gear if member == "gear" else flank.design.pinion).blank.blank()
+    u = getattr(p, f"face_{member}") - 0.5 * blank.face_width
+    h = getattr(p, f"height_{member}") + blank.root(u)
+    pieces, widths = [], []
+    for pair in np.unique(p.pair):
+        at = np.flatnonzero(p.pair == pair)
+        line = np.column_stack([u[at], h[at]]) * _MM
+        corners = np.concatenate([line[:1], 0.5 * (line[1:] + line[:-1]), line[-1:]])
+        pieces += list(np.stack([corners[:-1], corners[1:]], axis=1))
+        widths += list(load.load_per_length[at])
+    width = np.array(widths) / max(max(widths), 1e-300)
+    kept = width > 0.0
+    lines = [piece for piece, keep in zip(pieces, kept, strict=True) if keep]
+    axes.add_collection(LineCollection(lines, colors=ORANGE, linewidths=0.6 + 4.0 * width[kept], zorder=3))
+    axes.plot([], [], color=ORANGE, lw=3.0, label="loaded at the position of greatest pressure")
+
+
+def _place(flank: FlankMap, member: Member) -> tuple[FloatArray, FloatArray]:
+    u, h = flank.place(member)
+    return u * _MM, h * _MM
+
+
+def _flank_figure(flank: FlankMap, member: Member, what: str) -> tuple[Figure, Axes]:
+    """Figure as high as the flank needs, with a title."""
+    part = flank.design.gear if member == "gear" else flank.design.pinion
+    blank = part.blank.blank()
+    u = np.array([-0.5, 0.5]) * blank.face_width
+    extent = float(np.max(blank.tip(u)) - np.min(blank.root(u)))
+    figure = Figure(figsize=(6.6, min(1.75 + 4.4 * extent / blank.face_width, 7.0)), layout="compressed")
+    axes = figure.add_subplot()
+    axes.set_title(f"{flank.result.design}, {flank.result.side}:\n{what} on the {member}", fontsize=10)
+    return figure, axes
+
+
+def _outline(axes: Axes, flank: FlankMap, member: Member, below: float = 1.0) -> None:
+    """Blank of the member and the axes around it, with room for a legend below the root."""
+    blank = (flank.design.gear if member == "gear" else flank.design.pinion).blank.blank()
+    u = np.linspace(-0.5, 0.5, 101) * blank.face_width
+    root, tip = blank.root(u) * _MM, blank.tip(u) * _MM
+    along = np.concatenate([u, u[::-1], u[:1]]) * _MM
+    axes.plot(along, np.concatenate([root, tip[::-1], root[:1]]), color=_EDGE, lw=1.2)
+    axes.plot([along.min(), along.max()], [0.0, 0.0], color=GREY, lw=0.7, ls="-.", zorder=0)
+    room = 0.03 * blank.face_width * _MM
+    axes.set_xlim(along.min() - room, along.max() + room)
+    axes.set_ylim(root.min() - below * room, tip.max() + room)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"along the face of the {member} [mm]   toe → heel")
+    axes.set_ylabel("over pitch cone [mm]\nroot → tip")
