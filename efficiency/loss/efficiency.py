@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +21,12 @@ from efficiency.contact.contact_lines import MeshPosition
 from efficiency.load.limits import limit_notes, points_above_hardness
 from efficiency.load.load_distribution import LoadDistribution, TeethElasticity, distribute_load
 from efficiency.loss.kinematics import Axis, LoadedPoints, Operation, join_states, loaded_points
-from efficiency.loss.power_loss import efficiency_of, position_losses
+from efficiency.loss.lubrication import local_lubrication
+from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.result import EfficiencyResult, Reason
 from ehl.errors import InputError
 from ehl.oil import Oil
+from ehl.state import ContactState
 from regression.conditions import conditions_of
 from regression.friction_models import FrictionEstimate, FrictionFlag, FrictionModel
 
@@ -141,7 +144,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     loaded : LoadedMesh
         From `load_mesh`.
     friction : FrictionModel
-        Asked once, for the points of both grids together.
+        Asked once, for the points of both grids together; solved contacts of the fine grid serve the coarse one.
     oil : Oil
         Oil card.
     operation : Operation
@@ -158,37 +161,50 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     modulus = mesh.teeth.effective_modulus
     fine = loaded_points(loaded.fine, modulus, operation)
     coarse = loaded_points(loaded.coarse, modulus, operation)
-    both = friction.evaluate(join_states(fine.state, coarse.state), oil)
-    estimate, estimate_coarse = _split(both, fine.force.size)
+    estimate, estimate_coarse = _friction(friction, fine, coarse, oil)
+    lubrication = local_lubrication(fine, estimate, oil, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
 
     torque, speed = loaded.fine.torque_pinion, operation.speed_pinion
+
+    def efficiency_at(losses: FloatArray) -> float:
+        return efficiency_of(float(losses.mean()), torque, speed, operation.driver)
+
     losses = position_losses(fine, estimate.mu, count)
-    efficiency = efficiency_of(float(losses.mean()), torque, speed)
-    every_second = efficiency_of(float(losses[::2].mean()), torque, speed)
-    half_points = _efficiency(coarse, estimate_coarse.mu, count, torque, speed)
-    error_positions, error_points = (SAFETY * abs(efficiency - other) for other in (every_second, half_points))
-    reason = _reason(loaded, both)
+    rolling = rolling_losses(fine, lubrication.rolling_traction, count)
+    efficiency = efficiency_at(losses)
+    others = efficiency_at(losses[::2]), efficiency_at(position_losses(coarse, estimate_coarse.mu, count))
+    error_positions, error_points = (SAFETY * abs(efficiency - other) for other in others)
+    reason = _reason(loaded, estimate, estimate_coarse)
     sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
     power_loss = float(losses.mean())
+    power_pinion = torque * speed
+    power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
     return EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
         friction_model=friction.name,
         friction_in_equilibrium=loaded.friction_in_equilibrium,
+        driver=operation.driver,
         oil=oil.name,
         torque_pinion=torque,
         speed_pinion=speed,
         temperature_oil=operation.temperature_oil,
+        temperature_inlet=operation.inlet,
+        temperature_bulk_1=operation.bulk[0],
+        temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
         efficiency=efficiency,
-        efficiency_lower=_efficiency(fine, estimate.upper, count, torque, speed),
-        efficiency_upper=_efficiency(fine, estimate.lower, count, torque, speed),
+        efficiency_lower=efficiency_at(position_losses(fine, estimate.upper, count)),
+        efficiency_upper=efficiency_at(position_losses(fine, estimate.lower, count)),
+        efficiency_with_rolling=efficiency_at(losses + rolling),
         efficiency_error=error_positions + error_points,
         efficiency_error_positions=error_positions,
         efficiency_error_points=error_points,
         power_loss=power_loss,
-        power_input=torque * speed,
+        power_loss_rolling=float(rolling.mean()),
+        power_input=power_input,
+        power_output=power_input - power_loss,
         friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
         pressure_max=loaded.fine.pressure_max,
         transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
@@ -208,25 +224,40 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
         power_loss_positions=losses,
+        power_loss_rolling_positions=rolling,
         transmission_error_positions=loaded.fine.transmission_error,
         load=loaded.fine,
         points=fine,
         friction=estimate,
+        lubrication=lubrication,
     )
 
 
-def _split(estimate: FrictionEstimate, first: int) -> tuple[FrictionEstimate, FrictionEstimate]:
+@runtime_checkable
+class CarriesOver(Protocol):
+    """A friction model whose values are costly: it carries those of one grid over to another of the same mesh."""
+
+    def carry_over(self, state: ContactState, known: FrictionEstimate, other: ContactState) -> FrictionEstimate:
+        """Friction at `other` from what is known at `state`."""
+        ...
+
+
+def _friction(
+    model: FrictionModel, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil
+) -> tuple[FrictionEstimate, FrictionEstimate]:
+    """Friction on both grids; solved contacts serve the coarse grid too."""
+    if isinstance(model, CarriesOver):
+        estimate = model.evaluate(fine.state, oil)
+        return estimate, model.carry_over(fine.state, estimate, coarse.state)
+    both = model.evaluate(join_states(fine.state, coarse.state), oil)
+
     def part(at: slice) -> FrictionEstimate:
-        return FrictionEstimate(estimate.mu[at], estimate.lower[at], estimate.upper[at], estimate.flag[at])
+        return FrictionEstimate(both.mu[at], both.lower[at], both.upper[at], both.flag[at])
 
-    return part(slice(None, first)), part(slice(first, None))
-
-
-def _efficiency(points: LoadedPoints, mu: FloatArray, count: int, torque: float, speed: float) -> float:
-    return efficiency_of(float(position_losses(points, mu, count).mean()), torque, speed)
+    return part(slice(None, fine.force.size)), part(slice(fine.force.size, None))
 
 
-def _reason(loaded: LoadedMesh, friction: FrictionEstimate) -> Reason:
+def _reason(loaded: LoadedMesh, *frictions: FrictionEstimate) -> Reason:
     for load in (loaded.fine, loaded.coarse):
         if load.reason == "newton_limit":
             return "load_newton_limit"
@@ -234,9 +265,9 @@ def _reason(loaded: LoadedMesh, friction: FrictionEstimate) -> Reason:
             return "load_active_set_limit"
     if any(points_above_hardness(load, loaded.mesh.teeth)[0] for load in (loaded.fine, loaded.coarse)):
         return "pressure_above_hardness"
-    if np.any(friction.flag == FrictionFlag.NOT_CONVERGED):
+    if any(np.any(friction.flag == FrictionFlag.NOT_CONVERGED) for friction in frictions):
         return "friction_not_converged"
-    return "friction_undefined" if np.any(_missing(friction)) else ""
+    return "friction_undefined" if any(np.any(_missing(friction)) for friction in frictions) else ""
 
 
 def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:

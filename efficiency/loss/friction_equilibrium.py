@@ -27,7 +27,8 @@ def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
     """Arm about an axis of the unit friction force that the pinion exerts on the gear [m], (n,).
 
     Counted like the levers of the normal force: positive where friction on the pinion adds to the torque it needs,
-    and where friction on the gear adds to the torque it delivers.
+    and where friction on the gear adds to the torque it delivers. That is for a driving pinion; where the gear drives
+    friction pulls the other way.
 
     Parameters
     ----------
@@ -81,7 +82,9 @@ def load_mesh_with_friction(
     if mesh.axes is None:
         raise InputError("mesh.axes", None, "the axes of both members, for the arms of the friction forces")
     grids = (mesh.fine, mesh.coarse)
-    arms = [[friction_arm(position, mesh.axes[0]) for position in cycle] for cycle in grids]
+    # where the gear drives, everything slides the other way
+    way = 1.0 if operation.driver == "pinion" else -1.0
+    arms = [[way * friction_arm(position, mesh.axes[0]) for position in cycle] for cycle in grids]
     torques = [np.full(len(cycle), torque_pinion) for cycle in grids]
     modulus = mesh.teeth.effective_modulus
     for _ in range(LIMIT):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from ehl.state import ContactState
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Driver = Literal["pinion", "gear"]
 
 
 @dataclass(frozen=True)
@@ -34,31 +36,63 @@ class Operation:
     speed_pinion : float
         Angular speed [rad/s].
     temperature_oil : float
-        Oil inlet temperature [K].
+        Oil temperature [K], that of the inlet of every contact unless `temperature_inlet` is given.
     roughness_rms_pinion, roughness_rms_gear : float
         Rq of the flanks [m].
+    driver : {"pinion", "gear"}
+        Member the power comes from. The same flanks touch at the same points; all velocities are reversed, and with
+        them the friction force.
+    temperature_bulk_pinion, temperature_bulk_gear : float, optional
+        Bulk temperatures of the teeth [K]; the oil's where not given.
+    temperature_inlet : float, optional
+        Temperature of the oil as it enters the contacts [K], where the teeth have warmed it.
 
     Raises
     ------
     InputError
-        A speed that is not above 0, a temperature outside the range of oils, an impossible roughness.
+        A speed that is not above 0, a temperature outside the range of oils, an impossible roughness, an unknown
+        member.
     """
 
     speed_pinion: float
     temperature_oil: float
     roughness_rms_pinion: float = 0.0
     roughness_rms_gear: float = 0.0
+    driver: Driver = "pinion"
+    temperature_bulk_pinion: float | None = None
+    temperature_bulk_gear: float | None = None
+    temperature_inlet: float | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed_pinion) and self.speed_pinion > 0.0):
             raise InputError("speed", self.speed_pinion, "a finite pinion speed above 0 rad/s")
+        if self.driver not in ("pinion", "gear"):
+            raise InputError("driver", self.driver, "pinion or gear")
         low, high = TEMPERATURE_RANGE
-        if not low <= self.temperature_oil <= high:
-            raise InputError("temperature", self.temperature_oil, f"{low:g} to {high:g} K", "80 degC is 353.15 K.")
+        temperatures = {
+            "temperature": self.temperature_oil,
+            "temperature_bulk_pinion": self.temperature_bulk_pinion,
+            "temperature_bulk_gear": self.temperature_bulk_gear,
+            "temperature_inlet": self.temperature_inlet,
+        }
+        for name, temperature in temperatures.items():
+            if temperature is not None and not low <= temperature <= high:
+                raise InputError(name, temperature, f"{low:g} to {high:g} K", "80 degC is 353.15 K.")
         for name in ("roughness_rms_pinion", "roughness_rms_gear"):
             value = getattr(self, name)
             if not (math.isfinite(value) and 0.0 <= value <= 2e-5):
                 raise InputError(name, value, "0 to 20 um (2e-5 m), as in the design file")
+
+    @property
+    def inlet(self) -> float:
+        """Temperature of the oil as it enters the contacts [K]."""
+        return self.temperature_oil if self.temperature_inlet is None else self.temperature_inlet
+
+    @property
+    def bulk(self) -> tuple[float, float]:
+        """Bulk temperatures of pinion and gear teeth [K]."""
+        pinion, gear = self.temperature_bulk_pinion, self.temperature_bulk_gear
+        return self.temperature_oil if pinion is None else pinion, self.temperature_oil if gear is None else gear
 
 
 @dataclass(frozen=True)
@@ -122,7 +156,9 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
         speed_entrainment=np.abs(entrainment) * omega,
         slide_to_roll=across / entrainment,
         speed_sliding_lengthwise=along * omega,
-        temperature_oil=operation.temperature_oil,
+        temperature_oil=operation.inlet,
+        temperature_bulk_1=operation.bulk[0],
+        temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.kinematics import LoadedPoints
+from efficiency.loss.kinematics import Driver, LoadedPoints
 
 FloatArray = NDArray[np.float64]
 
@@ -32,6 +32,44 @@ def position_losses(points: LoadedPoints, friction_coefficient: FloatArray, posi
     return losses
 
 
-def efficiency_of(power_loss: float, torque_pinion: float, speed_pinion: float) -> float:
-    """Mesh efficiency ``1 - loss/(T1 omega1)`` [-] from a mean loss [W], torque [N m] and speed [rad/s]."""
-    return 1.0 - power_loss / (torque_pinion * speed_pinion)
+def rolling_losses(points: LoadedPoints, rolling_traction: FloatArray, positions: int) -> FloatArray:
+    """Power lost to the pressure-driven flow at each position, sum of 2 F t_r u_r [W].
+
+    The work on both surfaces, ``u_r integral(h dp)``, is what that flow dissipates; ``t_r`` is ``integral(h/2 dp)/w'``.
+
+    Parameters
+    ----------
+    points : LoadedPoints
+        Loaded points of the cycle.
+    rolling_traction : (n,) array
+        Of each surface over the load [-].
+    positions : int
+        Number of positions in the cycle.
+
+    Returns
+    -------
+    (positions,) array
+    """
+    power = 2.0 * rolling_traction * points.force * points.state.speed_entrainment
+    losses = np.zeros(positions)
+    np.add.at(losses, points.position, power)
+    return losses
+
+
+def efficiency_of(power_loss: float, torque_pinion: float, speed_pinion: float, driver: Driver = "pinion") -> float:
+    """Mesh efficiency, power out over power in [-].
+
+    The torque is that at the pinion shaft: with the pinion driving ``1 - loss/(T1 omega1)``, with the gear driving
+    ``T1 omega1/(T1 omega1 + loss)``.
+
+    Parameters
+    ----------
+    power_loss : float
+        Mean loss [W].
+    torque_pinion, speed_pinion : float
+        [N m], [rad/s].
+    driver : {"pinion", "gear"}
+        Member the power comes from.
+    """
+    pinion = torque_pinion * speed_pinion
+    return 1.0 - power_loss / pinion if driver == "pinion" else pinion / (pinion + power_loss)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.load.load_distribution import LoadDistribution
-from efficiency.loss.kinematics import LoadedPoints
+from efficiency.loss.kinematics import Driver, LoadedPoints
+from efficiency.loss.lubrication import LocalLubrication
 from regression.friction_models import FrictionEstimate
 
 FloatArray = NDArray[np.float64]
@@ -23,7 +24,7 @@ Reason = Literal[
     "friction_not_converged",
     "friction_undefined",
 ]
-_ARRAYS_KEPT_OUT = ("load", "points", "friction")
+_ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication")
 
 
 @dataclass(frozen=True)
@@ -36,20 +37,32 @@ class EfficiencyResult:
         What was computed.
     friction_in_equilibrium : bool
         Whether the friction forces take part in carrying the torque.
+    driver : {"pinion", "gear"}
+        Member the power comes from.
     torque_pinion, speed_pinion, temperature_oil : float
-        [N m], [rad/s], [K].
+        At the pinion shaft [N m], [rad/s], [K].
+    temperature_inlet : float
+        Of the oil as it enters the contacts [K].
+    temperature_bulk_1, temperature_bulk_2 : float
+        Of pinion and gear teeth [K].
     roughness_rms_1, roughness_rms_2 : float
         Rq of pinion and gear flanks [m].
     efficiency : float
-        1 - power_loss/power_input [-].
+        power_output/power_input, friction of sliding alone [-].
+    efficiency_with_rolling : float
+        With the rolling loss in it too [-].
     efficiency_lower, efficiency_upper : float
         With the friction model's own interval at every point at once; nan where it states none.
     efficiency_error : float
         Estimate of the discretisation error of the efficiency: sum of the next two.
     efficiency_error_positions, efficiency_error_points : float
         Twice the change when the positions, and when the points per contact line, are halved [-].
-    power_loss, power_input : float
-        Mean over the mesh cycle, and torque times speed [W].
+    power_loss : float
+        Sliding friction, mean over the mesh cycle [W].
+    power_loss_rolling : float
+        Pressure-driven flow in the contacts, mean over the mesh cycle [W]; not in `power_loss` and `efficiency`.
+    power_input, power_output : float
+        Of the driving and from the driven member, apart by `power_loss`; torque times speed at the pinion [W].
     friction_coefficient_mean : float
         Weighted with the sliding power density: power_loss/sum(F |v_s|) [-]; nan without sliding.
     pressure_max : float
@@ -74,30 +87,37 @@ class EfficiencyResult:
         Limits of the model this case touches, and where.
     seconds : float
         Wall time of loss and friction; geometry and load are shared between results.
-    pinion_angle, power_loss_positions, transmission_error_positions : arrays
-        Over the mesh cycle [rad], [W], [rad].
-    load, points, friction
-        Load distribution, loaded points and friction at them, for plots; not in `to_dict`.
+    pinion_angle, power_loss_positions, power_loss_rolling_positions, transmission_error_positions : arrays
+        Over the mesh cycle [rad], [W], [W], [rad].
+    load, points, friction, lubrication
+        Load distribution, loaded points, friction, film and temperatures at them, for plots; not in `to_dict`.
     """
 
     design: str
     side: str
     friction_model: str
     friction_in_equilibrium: bool
+    driver: Driver
     oil: str
     torque_pinion: float
     speed_pinion: float
     temperature_oil: float
+    temperature_inlet: float
+    temperature_bulk_1: float
+    temperature_bulk_2: float
     roughness_rms_1: float
     roughness_rms_2: float
     efficiency: float
     efficiency_lower: float
     efficiency_upper: float
+    efficiency_with_rolling: float
     efficiency_error: float
     efficiency_error_positions: float
     efficiency_error_points: float
     power_loss: float
+    power_loss_rolling: float
     power_input: float
+    power_output: float
     friction_coefficient_mean: float
     pressure_max: float
     transmission_error_loaded: float
@@ -117,10 +137,12 @@ class EfficiencyResult:
     seconds: float
     pinion_angle: FloatArray = field(repr=False)
     power_loss_positions: FloatArray = field(repr=False)
+    power_loss_rolling_positions: FloatArray = field(repr=False)
     transmission_error_positions: FloatArray = field(repr=False)
     load: LoadDistribution = field(repr=False, compare=False)
     points: LoadedPoints = field(repr=False, compare=False)
     friction: FrictionEstimate = field(repr=False, compare=False)
+    lubrication: LocalLubrication = field(repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
