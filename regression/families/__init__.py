@@ -1,0 +1,29 @@
+"""Families of friction formulas: what each computes from the local conditions and its coefficients.
+
+Two are linear in ln mu (`xu`, `power_law`), the others are nonlinear. All take slide_to_roll_total and speed_sliding, the
+length of the whole sliding vector: mu does not depend on the sign of the sliding.
+"""
+
+from __future__ import annotations
+
+from ehl.errors import InputError
+from regression.families.family import Family
+from regression.families.load_share import LOAD_SHARE, load_share_parts
+from regression.families.log_linear import POWER_LAW, XU
+
+__all__ = ["FAMILIES", "LOAD_SHARE", "POWER_LAW", "XU", "Family", "family_named", "load_share_parts"]
+
+FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, LOAD_SHARE)}
+
+
+def family_named(name: str) -> Family:
+    """The family of that name.
+
+    Raises
+    ------
+    InputError
+        There is none; the message lists those there are.
+    """
+    if name not in FAMILIES:
+        raise InputError("family", name, "one of " + ", ".join(FAMILIES))
+    return FAMILIES[name]
