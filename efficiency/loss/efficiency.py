@@ -12,7 +12,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +20,12 @@ from efficiency.contact.contact_lines import MeshPosition
 from efficiency.load.limits import limit_notes, points_above_hardness
 from efficiency.load.load_distribution import LoadDistribution, TeethElasticity, distribute_load
 from efficiency.loss.kinematics import Axis, LoadedPoints, Operation, join_states, loaded_points
+from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.result import EfficiencyResult, Reason
 from ehl.errors import InputError
 from ehl.oil import Oil
-from ehl.state import ContactState
 from regression.conditions import conditions_of
 from regression.friction_models import FrictionEstimate, FrictionFlag, FrictionModel
 
@@ -161,7 +160,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     modulus = mesh.teeth.effective_modulus
     fine = loaded_points(loaded.fine, modulus, operation)
     coarse = loaded_points(loaded.coarse, modulus, operation)
-    estimate, estimate_coarse = _friction(friction, fine, coarse, oil)
+    estimate, estimate_coarse = _friction(friction, loaded, fine, coarse, oil)
     lubrication = local_lubrication(fine, estimate, oil, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
 
     torque, speed = loaded.fine.torque_pinion, operation.speed_pinion
@@ -233,22 +232,16 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     )
 
 
-@runtime_checkable
-class CarriesOver(Protocol):
-    """A friction model whose values are costly: it carries those of one grid over to another of the same mesh."""
-
-    def carry_over(self, state: ContactState, known: FrictionEstimate, other: ContactState) -> FrictionEstimate:
-        """Friction at `other` from what is known at `state`."""
-        ...
-
-
 def _friction(
-    model: FrictionModel, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil
+    model: FrictionModel, loaded: LoadedMesh, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil
 ) -> tuple[FrictionEstimate, FrictionEstimate]:
-    """Friction on both grids; solved contacts serve the coarse grid too."""
-    if isinstance(model, CarriesOver):
+    """Friction on both grids; where contacts are solved, those of the fine grid serve the coarse one."""
+    if getattr(model, "solves_contacts", False):
         estimate = model.evaluate(fine.state, oil)
-        return estimate, model.carry_over(fine.state, estimate, coarse.state)
+        grids = (loaded.fine, fine), (loaded.coarse, coarse)
+        mu = values_on_lines(estimate.mu, *grids)
+        flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
+        return estimate, FrictionEstimate(mu, mu, mu, flag)
     both = model.evaluate(join_states(fine.state, coarse.state), oil)
 
     def part(at: slice) -> FrictionEstimate:

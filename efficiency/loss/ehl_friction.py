@@ -1,8 +1,8 @@
 """Friction by solving the lubricated contact itself, at every point of the mesh or at enough to interpolate the others.
 
-The points of a mesh are a smooth two-parameter family of conditions, so a few dozen solutions, spread as far apart as
-possible, carry the whole of it; the last of them are first predicted by the others, which measures the error. The
-deterministic rough solver is asked that way, the others solve every point.
+The points of a mesh are a smooth two-parameter family of conditions, so some solutions, spread as far apart as
+possible, carry the whole of it; the last of them are first predicted by the others, which measures the error. They are
+solved along paths on which each starts the next: at most 480 of them, 80 by the deterministic rough solver.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.loss.lubrication import SolvedFriction
 from ehl.contact import LineContact
 from ehl.errors import InputError
 from ehl.inputs import ModelInput, SurfaceInput
@@ -21,18 +22,21 @@ from ehl.material import Material, load_material
 from ehl.oil import Oil
 from ehl.solve import ContactResult, solve_contact
 from ehl.state import ContactState
-from regression.friction_models import FrictionEstimate, FrictionFlag
+from regression.friction_models import FrictionFlag
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Scene = tuple[LineContact, Lubricant, SurfaceInput]
+Scene = tuple[LineContact, Lubricant, SurfaceInput, tuple[float, float]]
 
-POINTS, HELD_OUT = 80, 16
+# contacts solved for a mesh: of the smooth film (load sharing adds nothing to its cost), of the rolling rough surfaces
+POINTS, POINTS_DETERMINISTIC, HELD_OUT = 480, 80, 16
 FEWEST_PER_JOB = 12  # contacts below which a worker process does not pay
 # interval of the interpolation, in RMS errors at the held-out points
 _WIDTH = 2.0
 # slide-to-roll ratio below which friction is nearly proportional to it
 _LINEAR_SLIDING = 0.05
+# what is kept of each solution beside its error
+_KEPT = ("friction_coefficient", "film_central", "film_ratio", "temperature_flash", "rolling_traction")
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,12 @@ class EhlFriction:
     bodies: tuple[Material, Material] = field(default_factory=lambda: (load_material("steel"),) * 2)
     model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
 
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+    @property
+    def solves_contacts(self) -> bool:
+        """Each value is costly: nobody should ask for more of them than needed."""
+        return True
+
+    def evaluate(self, state: ContactState, oil: Oil) -> SolvedFriction:
         """Friction at every point.
 
         Where points are interpolated, `lower` and `upper` are two RMS errors of the prediction of held-out contacts
@@ -75,19 +84,25 @@ class EhlFriction:
             chosen = np.arange(state.size)
         else:
             chosen = _spread(place, power, self.points)
-        mu, error = self._solve(state, oil, chosen, place)
+        values, error = self._solve(state, oil, chosen, place)
         if chosen.size == state.size:
-            estimate, spread = mu, error
+            estimate, spread = values, error
         else:
-            estimate, spread = _interpolate(place, chosen, mu, power)
-        flag = np.where(np.isfinite(estimate), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
-        return FrictionEstimate(estimate, np.maximum(estimate - spread, 0.0), estimate + spread, flag)
+            estimate, spread = _interpolate(place, chosen, values, power)
+        mu, film, thinness, hot, rolling = estimate
+        flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
+        ratio = np.full(mu.shape, np.inf)
+        np.divide(1.0, thinness, out=ratio, where=thinness != 0.0)
+        return SolvedFriction(mu, np.maximum(mu - spread, 0.0), mu + spread, flag, film, ratio, hot, rolling)
 
     def _solve(
         self, state: ContactState, oil: Oil, chosen: IntArray, place: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Friction at chosen points and its absolute error, nan where it failed; neighbours start each other."""
-        mu, error = np.full(chosen.size, np.nan), np.full(chosen.size, np.nan)
+        """Values at chosen points (5, n) and the absolute error of mu, nan where a contact failed.
+
+        Neighbours start each other. The film ratio comes as its inverse, which is finite.
+        """
+        found = np.full((len(_KEPT) + 1, chosen.size), np.nan)
         order = np.array(_chain(place[chosen]))
         jobs = max(1, min(self.jobs or _cores(), chosen.size // FEWEST_PER_JOB))
         parts = np.array_split(order, jobs)
@@ -100,13 +115,14 @@ class EhlFriction:
             with parallel_config(backend="loky", inner_max_num_threads=1):
                 solved = Parallel(n_jobs=jobs)(delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
         for part, values in zip(parts, solved, strict=True):
-            mu[part], error[part] = values
-        return mu, error
+            found[:, part] = values
+        return found[:-1], found[-1]
 
     def _contact(self, state: ContactState, oil: Oil, at: int) -> Scene:
         rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))
         surface = SurfaceInput(roughness_rms_1=rms[0], roughness_rms_2=rms[1])
-        return _line(state, at), oil.at(float(state.temperature_oil[at])), surface
+        bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
+        return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
 
 
 def _cores() -> int:
@@ -116,22 +132,23 @@ def _cores() -> int:
 
 
 def _solve_chain(scenes: list[Scene], model: ModelInput, bodies: tuple[Material, Material]) -> FloatArray:
-    """Friction and its absolute error, shape (2, n), of contacts of which each starts the next."""
-    found = np.full((2, len(scenes)), np.nan)
+    """The kept values and the absolute error of mu, shape (6, n), of contacts of which each starts the next."""
+    found = np.full((len(_KEPT) + 1, len(scenes)), np.nan)
     before: ContactResult | None = None
-    for k, (line, lubricant, surface) in enumerate(scenes):
-        bulk = (lubricant.temperature, lubricant.temperature)
+    for k, (line, lubricant, surface, bulk) in enumerate(scenes):
         result = solve_contact(line, lubricant, surface, model, bodies, bulk, before)
         if result.status != "failed":
             before = result
-            found[:, k] = result.friction_coefficient, abs(result.friction_coefficient) * result.friction_error
+            mu, film, ratio, hot, rolling = (float(getattr(result, name)) for name in _KEPT)
+            found[:, k] = mu, film, 1.0 / ratio, hot, rolling, abs(mu) * result.friction_error
     return found
 
 
 def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> EhlFriction:
     """The model of a name: ``ehl`` (load sharing), ``ehl:smooth`` or ``ehl:deterministic``.
 
-    The first two solve every point, the last 80 of them; ``:all`` and ``:sampled`` at the end change that.
+    They solve 480, 480 and 80 contacts and interpolate the others; ``:all`` at the end solves every point, ``:sampled``
+    80 of them.
 
     Raises
     ------
@@ -147,10 +164,10 @@ def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> 
         )
     steel = load_material("steel")
     deterministic = "deterministic" in wanted
-    sampled = "sampled" in wanted or (deterministic and "all" not in wanted)
+    points = POINTS_DETERMINISTIC if deterministic or "sampled" in wanted else POINTS
     model = ModelInput(accuracy="fast", roughness="deterministic" if deterministic else "load_sharing")
     return EhlFriction(
-        spec, "smooth" in wanted, POINTS if sampled else None, bodies=bodies or (steel, steel), model=model
+        spec, "smooth" in wanted, None if "all" in wanted else points, bodies=bodies or (steel, steel), model=model
     )
 
 
@@ -175,6 +192,8 @@ def _coordinates(state: ContactState) -> FloatArray:
             np.arcsinh(state.slide_to_roll / _LINEAR_SLIDING),
             np.arcsinh(state.speed_sliding_lengthwise / state.speed_entrainment / _LINEAR_SLIDING),
             state.temperature_oil,
+            state.temperature_bulk_1,
+            state.temperature_bulk_2,
             state.roughness_rms,
         ]
     )
@@ -210,30 +229,29 @@ def _chain(place: FloatArray) -> list[int]:
 
 
 def _interpolate(
-    place: FloatArray, chosen: IntArray, mu: FloatArray, weight: FloatArray
+    place: FloatArray, chosen: IntArray, values: FloatArray, weight: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Thin-plate spline through the solved points, and its interval from predicting the last of them.
+    """Thin-plate spline through the solved points (5, n), and the interval of mu from predicting the last of them.
 
     The error is weighted with the sliding power of the points: where there is none friction does not matter.
     """
     from scipy.interpolate import RBFInterpolator
 
-    known = np.isfinite(mu)
+    known = np.isfinite(values[0])
     needed = place.shape[1] + 2
     if np.count_nonzero(known) < HELD_OUT + needed:
-        nothing = np.full(len(place), np.nan)
-        return nothing, nothing
-    solved, values = chosen[known], mu[known]
+        return np.full((len(values), len(place)), np.nan), np.full(len(place), np.nan)
+    solved, found = chosen[known], values[:, known].T
 
     def spline(count: int, where: FloatArray) -> FloatArray:
-        return np.asarray(RBFInterpolator(place[solved[:count]], values[:count])(where))
+        return np.asarray(RBFInterpolator(place[solved[:count]], found[:count])(where))
 
     kept = solved.size - HELD_OUT
-    wrong = spline(kept, place[solved[kept:]]) - values[kept:]
-    estimate = np.maximum(spline(solved.size, place), 0.0)
+    wrong = spline(kept, place[solved[kept:]])[:, 0] - found[kept:, 0]
+    estimate = np.clip(spline(solved.size, place), np.minimum(found.min(axis=0), 0.0), found.max(axis=0)).T
     if not known.all():
         nearest = np.argmin(np.sum((place[:, None, :] - place[chosen][None, :, :]) ** 2, axis=2), axis=1)
-        estimate[~known[nearest]] = np.nan
+        estimate[:, ~known[nearest]] = np.nan
     total = float(weight[solved[kept:]].sum())
     mean_square = float(np.sum(weight[solved[kept:]] * wrong**2)) / total if total > 0.0 else float(np.mean(wrong**2))
     return estimate, np.full(len(place), _WIDTH * math.sqrt(mean_square))

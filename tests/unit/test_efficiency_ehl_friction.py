@@ -52,7 +52,16 @@ class Solver:
         self.rough.append(surface.roughness_rms_1)
         if self.fails(contact):
             return SimpleNamespace(status="failed")
-        return SimpleNamespace(status="converged", friction_coefficient=law(contact), friction_error=0.01)
+        rough = surface.roughness_rms_1 > 0.0
+        return SimpleNamespace(
+            status="converged",
+            friction_coefficient=law(contact),
+            friction_error=0.01,
+            film_central=1e-7 * contact.speed_entrainment,
+            film_ratio=contact.speed_entrainment / 3.0 if rough else np.inf,
+            temperature_flash=360.0,
+            rolling_traction=1e-4,
+        )
 
 
 def exact(state: ContactState) -> np.ndarray:
@@ -64,21 +73,26 @@ def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyP
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(1500)
-    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(state, OIL)
-    assert len(solver.asked) == module.POINTS
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
+    assert len(solver.asked) == module.POINTS_DETERMINISTIC
     assert all(estimate.flag == FrictionFlag.OK)
     wrong = np.abs(estimate.mu - exact(state))
     half = 0.5 * (estimate.upper - estimate.lower)
     power = state.load_per_length * state.speed_sliding
     assert np.sqrt(np.average(wrong**2, weights=power)) < np.median(half) < 0.15 * exact(state).mean()
     assert estimate.mu.mean() == pytest.approx(exact(state).mean(), rel=0.01)
+    # the rest of each solution comes along
+    np.testing.assert_allclose(estimate.film_central, 1e-7 * state.speed_entrainment, rtol=0.01)
+    np.testing.assert_allclose(estimate.film_ratio, state.speed_entrainment / 3.0, rtol=0.01)
+    np.testing.assert_allclose(estimate.temperature_flash, 360.0, rtol=1e-9)
+    np.testing.assert_allclose(estimate.rolling_traction, 1e-4, rtol=1e-6)
 
 
 def test_few_points_are_all_solved_once_and_start_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(30)
-    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
     np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
     np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
     assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
@@ -101,12 +115,34 @@ def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> Non
         monkeypatch.setattr(module, "solve_contact", solver)
         ehl_friction(spec).evaluate(states(5), OIL)  # too few for worker processes
         assert set(solver.rough) == {rough}
+    assert np.all(np.isinf(ehl_friction("ehl:smooth").evaluate(states(5), OIL).film_ratio))
+
+
+def test_bulk_temperatures_reach_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def solver(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        seen.append((lubricant.temperature, rest[2]))
+        return Solver()(contact, lubricant, surface, *rest)
+
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = ContactState.of(
+        pressure_hertz=1e9,
+        radius_equivalent=[0.01],
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        temperature_oil=350.0,
+        temperature_bulk_1=370.0,
+        temperature_bulk_2=360.0,
+    )
+    EhlFriction("ehl", jobs=1).evaluate(state, OIL)
+    assert seen == [(350.0, (370.0, 360.0))]
 
 
 def test_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz > 1.4e9))
     state = states(1000)
-    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
     unknown = estimate.flag == FrictionFlag.NOT_CONVERGED
     assert 0 < np.count_nonzero(unknown) < 250
     np.testing.assert_array_equal(unknown, np.isnan(estimate.mu))
@@ -115,7 +151,7 @@ def test_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch: pytest.M
 
 def test_hopeless_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: True))
-    estimate = EhlFriction("ehl", points=module.POINTS, jobs=1).evaluate(states(200), OIL)
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(states(200), OIL)
     assert np.all(np.isnan(estimate.mu))
     assert np.all(estimate.flag == FrictionFlag.NOT_CONVERGED)
 
@@ -170,10 +206,11 @@ def test_deterministic_roughness_at_two_points() -> None:
 
 def test_names() -> None:
     assert isinstance(ehl_friction("ehl:smooth"), FrictionModel)
-    assert ehl_friction("ehl:smooth").points is None
-    assert ehl_friction("ehl:sampled").points == module.POINTS
+    assert ehl_friction("ehl:smooth:all").points is None
+    assert ehl_friction("ehl:smooth").points == module.POINTS
+    assert ehl_friction("ehl:sampled").points == module.POINTS_DETERMINISTIC
     assert ehl_friction("ehl").model.roughness == "load_sharing"
-    assert ehl_friction("ehl:deterministic").points == module.POINTS
+    assert ehl_friction("ehl:deterministic").points == module.POINTS_DETERMINISTIC
     assert ehl_friction("ehl:deterministic:all").points is None
     assert ehl_friction("ehl:deterministic").model.roughness == "deterministic"
     for spec in ("ehl:rough", "ehl:", "ehl2", "ehl:smooth:deterministic", "ehl:all:sampled"):
