@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from regression.conditions import conditions_of
-
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
     from efficiency.design import Design
@@ -24,9 +22,6 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 Member = Literal["pinion", "gear"]
-
-# of the loaded points; nan where a point carries nothing
-LOCAL = ("film_ratio_formula", "speed_sliding", "speed_entrainment", "slide_to_roll", "slide_to_roll_total")
 
 
 @dataclass(frozen=True)
@@ -90,19 +85,17 @@ class FlankMap:
         """Where there is load."""
         return np.asarray(self.of_load("force") > 0.0)
 
-    @cached_property
-    def _conditions(self) -> dict[str, FloatArray]:
-        from ehl.oil import Oil
-
-        return conditions_of(self.result.points.state, Oil.load(self.result.oil))
-
     def local(self, name: str) -> FloatArray:
-        """A local condition of `regression.conditions`, ``friction_coefficient`` or ``loss_density``; nan without load."""
+        """A value of the loaded points by its name; nan without load.
+
+        ``friction_coefficient``, ``loss_density``, a name of `ContactState` or of `LocalLubrication`.
+        """
         if name == "friction_coefficient":
             return self.of_loaded(self.result.friction.mu)
         if name == "loss_density":
             return self.loss_density
-        return self.of_loaded(self._conditions[name])
+        lubrication, state = self.result.lubrication, self.result.points.state
+        return self.of_loaded(getattr(lubrication if hasattr(lubrication, name) else state, name))
 
     def place(self, member: Member = "gear") -> tuple[FloatArray, FloatArray]:
         """Blank coordinates of the points on a member [m]: along the pitch cone from the mean point, and over it."""
@@ -115,8 +108,9 @@ class FlankMap:
     def area(self) -> FloatArray:
         """Projected area of the gear flank each point stands for [m2]."""
         u, h = self.place()
-        by_line, by_point = (np.stack(np.gradient(field)) for field in (u, h))
-        return np.asarray(np.abs(by_line[0] * by_point[1] - by_line[1] * by_point[0]))
+        u_line, u_point = np.gradient(u)
+        h_line, h_point = np.gradient(h)
+        return np.asarray(np.abs(u_line * h_point - u_point * h_line))
 
     @cached_property
     def loss_density(self) -> FloatArray:
@@ -128,7 +122,8 @@ class FlankMap:
     def sliding(self) -> tuple[FloatArray, FloatArray]:
         """Sliding velocity, pinion against gear, in the projection of the gear flank [m/s]: along the pitch cone to
         the heel, and square to it to the tip."""
-        speed = self.result.speed_pinion
+        # where the gear drives everything moves the other way
+        speed = self.result.speed_pinion * (1.0 if self.result.driver == "pinion" else -1.0)
         positions = [load.position for load in self.result.load.positions]
         parts = [_projected(p, self.design.gear.blank.pitch_angle) for p in positions]
         u, h = (self._grid(np.concatenate([part[k] for part in parts])) * speed for k in (0, 1))

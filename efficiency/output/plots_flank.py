@@ -23,9 +23,10 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _MM = 1e3
+_KELVIN = 273.15
 _EDGE = "0.25"
-# share of the greatest load per length below which what is local (film, friction) is shown as at its neighbours: it runs
-# off where the load vanishes
+# share of the greatest load per length below which film and friction are shown as at their neighbours: they run off
+# where the load vanishes
 _CARRIES = 0.03
 
 
@@ -42,7 +43,8 @@ class Field(NamedTuple):
 PRESSURE = Field("pressure_hertz", "Hertz pressure", "Hertz pressure [GPa]", 1e-9, "viridis")
 LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-3, "viridis")
 FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0, "cividis")
-FILM_RATIO = Field("film_ratio_formula", "film ratio (formula)", "film ratio λ [-]", 1.0, "YlGnBu")
+FILM_RATIO = Field("film_ratio", "film ratio", "film ratio λ [-]", 1.0, "YlGnBu")
+FLASH = Field("temperature_flash", "greatest surface temperature", "surface temperature [degC]", 1.0, "YlOrRd")
 LOSS = Field("loss_density", "loss density", "power loss per area [W/mm²]", 1e-6, "inferno_r")
 SLIDE_TO_ROLL = Field("slide_to_roll_total", "sliding over rolling", "sliding over rolling, total [-]", 1.0, "PuBu")
 
@@ -50,7 +52,8 @@ SLIDE_TO_ROLL = Field("slide_to_roll_total", "sliding over rolling", "sliding ov
 def field_values(flank: FlankMap, field: Field) -> FloatArray:
     """A field in the unit shown; zero or nan without load."""
     on_all = field.name in ("pressure_hertz", "load_per_length")
-    return field.factor * (flank.of_load(field.name) if on_all else flank.local(field.name))
+    values = field.factor * (flank.of_load(field.name) if on_all else flank.local(field.name))
+    return values - _KELVIN if field is FLASH else values
 
 
 def field_figure(flank: FlankMap, field: Field, member: Member = "gear") -> Figure:
@@ -129,9 +132,9 @@ def _every(count: int, wanted: int) -> NDArray[np.int64]:
 
 def _levels(finite: FloatArray, field: Field) -> FloatArray:
     """Levels of the contours; what has a tail ends at its 99th percentile."""
-    tail = field.name in ("film_ratio_formula", "slide_to_roll_total")
+    tail = field in (FILM_RATIO, SLIDE_TO_ROLL)
     top = float(np.quantile(finite, 0.99)) if tail else float(finite.max())
-    low = float(finite.min()) if field.name == "friction_coefficient" else 0.0
+    low = float(finite.min()) if field in (FRICTION, FLASH) else 0.0
     # one value everywhere, such as a constant friction coefficient
     if top - low < 1e-9 * max(abs(top), 1e-30):
         low, top = (0.0, 1.2 * top) if top > 0.0 else (0.0, 1.0)
@@ -165,7 +168,7 @@ def _contact_region(axes: Axes, flank: FlankMap, member: Member) -> Any:
 
 
 def _continued(load: FloatArray) -> FloatArray:
-    """Load continued below zero where the flanks part, by its slope along the line: its zero is then the contact's end."""
+    """Load continued below zero by its slope along the line where the flanks part: its zero ends the contact."""
     result = load.copy()
     below = -1e-3 * float(load.max())
     for row in result:
