@@ -34,6 +34,8 @@ class ContactState:
         Rq of both surfaces [m].
     temperature_bulk_1, temperature_bulk_2 : array
         Bulk temperatures of both bodies [K].
+    correlation_length : array
+        Lag where the autocorrelation of the roughness of either surface has fallen to 1/e [m].
     """
 
     pressure_hertz: Array
@@ -47,12 +49,14 @@ class ContactState:
     roughness_rms_2: Array
     temperature_bulk_1: Array
     temperature_bulk_2: Array
+    correlation_length: Array
 
     @classmethod
     def of(cls, **values: ArrayLike) -> ContactState:
         """A state from scalars and arrays, broadcast to one shape.
 
-        Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil.
+        Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil, the
+        correlation length to 30 um as in a contact file.
         """
         oil = values.get("temperature_oil", 353.15)
         values = {
@@ -63,6 +67,7 @@ class ContactState:
             "temperature_oil": 353.15,
             "roughness_rms_1": 0.0,
             "roughness_rms_2": 0.0,
+            "correlation_length": 30e-6,
             **values,
         }
         names = [field.name for field in fields(cls)]

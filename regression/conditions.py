@@ -40,6 +40,7 @@ STATE_UNITS: dict[str, str] = {
     "temperature_oil": "K",
     "roughness_rms_1": "m",
     "roughness_rms_2": "m",
+    "correlation_length": "m",
 }
 DERIVED_UNITS: dict[str, str] = {
     "load_per_length": "N/m",

@@ -149,6 +149,7 @@ def state_table(plan: Plan, columns: Mapping[str, Array], size: int) -> dict[str
         "temperature_oil": np.full(size, temperature),
         "roughness_rms_1": np.zeros(size),
         "roughness_rms_2": np.zeros(size),
+        "correlation_length": np.full(size, plan.surface.correlation_length),
         **columns,
     }
     if "lengthwise_to_roll" in table:

@@ -36,7 +36,7 @@ OUTPUT_UNITS: dict[str, str] = {
     "nodes": "",
     "steps": "",
 }
-# of the rough surfaces; a formula may use them, a contact state has them not yet
+# of the rough surfaces; of these a formula may use the correlation length
 SURFACE_UNITS: dict[str, str] = {
     "boundary_friction": "",
     "correlation_length": "m",
@@ -46,7 +46,8 @@ SURFACE_UNITS: dict[str, str] = {
 # times are provenance: they differ from run to run and are no part of the data
 TIMING_UNITS: dict[str, str] = {"seconds": "s", "seconds_cpu": "s"}
 NUMBER_UNITS: dict[str, str] = {
-    **STATE_UNITS,
+    # the order of the columns is part of the file format
+    **{name: unit for name, unit in STATE_UNITS.items() if name not in SURFACE_UNITS},
     **LUBRICANT_UNITS,
     **SURFACE_UNITS,
     **OUTPUT_UNITS,

@@ -1,7 +1,7 @@
 """Families of friction formulas: what each computes from the local conditions and its coefficients.
 
-Two are linear in ln mu (`xu`, `power_law`), the others are nonlinear. All take slide_to_roll_total and speed_sliding, the
-length of the whole sliding vector: mu does not depend on the sign of the sliding.
+Two are linear in ln mu (`xu`, `power_law`), the others are nonlinear. All take slide_to_roll_total and speed_sliding,
+the length of the whole sliding vector: mu does not depend on the sign of the sliding.
 """
 
 from __future__ import annotations
