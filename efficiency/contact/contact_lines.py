@@ -1,4 +1,4 @@
-"""Potential contact lines of all tooth pairs in mesh, at the positions of one pinion pitch.
+"""Potential contact lines of all tooth pairs in mesh, edges included, at the positions of one pinion pitch.
 
 Frame: the fixed mesh frame, z along the gear axis from the crossing point towards the heel, right-handed,
 SI units. Everything "per unit pinion speed" is for a pinion turning at 1 rad/s in its driving direction.
@@ -6,19 +6,59 @@ SI units. Everything "per unit pinion speed" is for a pinion turning at 1 rad/s 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import cross, dot, turn
+from efficiency.contact.edge_lines import edge_pieces, edge_points, nearest_edge
 from efficiency.contact.line_frame import POSITION, line_frame
+from efficiency.contact.line_trace import Lines, line_points, line_spans, within_reach
 from efficiency.contact.mesh_surface import NORMAL, MeshSurface
 from efficiency.contact.pair import GearPair
 from ehl.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+# gear rotation up to which edges are followed where nothing else is said, as a share of the pitch of the gear
+_EDGE_REACH = 1.0 / 60.0
+# least cosine squared of the angle between an edge and the lines for which the section square to the edge is taken
+_LEAST_CROSSING = 0.1
+
+
+@dataclass(frozen=True)
+class EdgeProximity:
+    """The tip, toe or heel edge next to each point, in the section in which its contact is plane.
+
+    Attributes
+    ----------
+    index : (n,) int array
+        Of the nearest free edge in `EDGES`.
+    distance : (n,) array
+        From the place of closest approach of the unlimited flanks to the edge [m]: positive where it lies inside the
+        flank, negative where the edge itself is next to touch.
+    crossing : (n,) array
+        Radius of the edge over that of its section in the plane of contact [-]: cosine squared of the angle between
+        line and edge, 1 where the section is square to the edge.
+    """
+
+    index: IntArray
+    distance: FloatArray
+    crossing: FloatArray
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Points that belong to an edge, not to a line of contact."""
+        return np.asarray(self.distance < 0.0)
+
+    def at(self, points: IntArray) -> EdgeProximity:
+        """Some of the points."""
+        return EdgeProximity(self.index[points], self.distance[points], self.crossing[points])
 
 
 @dataclass(frozen=True)
@@ -59,6 +99,8 @@ class MeshPosition:
     transmission_error : float
         Rotation of the rigid unloaded gear ahead of its place at constant ratio [rad]; zero or negative
         when it lags behind the design point.
+    edge : EdgeProximity, optional
+        The edges next to the points; None where edges are left out.
     """
 
     pinion_angle: float
@@ -80,18 +122,21 @@ class MeshPosition:
     face_gear: FloatArray
     face_pinion: FloatArray
     transmission_error: float
+    edge: EdgeProximity | None = field(default=None, compare=False)
+
+    @cached_property
+    def lines(self) -> tuple[IntArray, ...]:
+        """Indices of the points of each contact line and of each edge, in their order along it."""
+        edge = np.full(self.pair.size, -1)
+        if self.edge is not None:
+            edge = np.where(self.edge.touching, self.edge.index, -1)
+        ends = np.flatnonzero((np.diff(self.pair) != 0) | (np.diff(edge) != 0)) + 1
+        return tuple(np.split(np.arange(self.pair.size), ends))
 
 
-@dataclass(frozen=True)
-class _Lines:
-    """Points of lines of constant roll angle on the gear flank and the length each stands for, lines consecutive."""
-
-    u: FloatArray
-    v: FloatArray
-    length: FloatArray
-
-
-def mesh_cycle(pair: GearPair, positions: int = 24, points_per_line: int = 31) -> tuple[MeshPosition, ...]:
+def mesh_cycle(
+    pair: GearPair, positions: int = 24, points_per_line: int = 31, reach: float | None = None, edges: bool = False
+) -> tuple[MeshPosition, ...]:
     """Contact lines at equally spaced pinion angles over one pinion pitch, ``2 pi/N1``.
 
     Parameters
@@ -101,7 +146,12 @@ def mesh_cycle(pair: GearPair, positions: int = 24, points_per_line: int = 31) -
     positions : int
         Number of pinion angles in the pitch (the end of the pitch, equal to its start, is left out).
     points_per_line : int
-        Points on each contact line, midpoints of equal parts.
+        Points on each contact line, midpoints of equal parts; edges have points at about the same distance.
+    reach : float, optional
+        Gear rotation that the load can close at most [rad]: lines and edges end where more is needed. By default lines
+        are followed from end to end and edges to a sixtieth of the gear's pitch.
+    edges : bool
+        Whether tip, toe and heel edges may touch where the lines end.
 
     Returns
     -------
@@ -114,32 +164,85 @@ def mesh_cycle(pair: GearPair, positions: int = 24, points_per_line: int = 31) -
     surface = pair.surface
     angles = np.arange(positions) / positions * surface.pitch
     lowest, highest = surface.roll_range
+    # one pair more to both sides: edges touch before and after the path
     pairs = np.arange(
-        int(np.floor((lowest - surface.pitch) / surface.pitch)), int(np.ceil(highest / surface.pitch)) + 1
+        int(np.floor((lowest - surface.pitch) / surface.pitch)) - 1, int(np.ceil(highest / surface.pitch)) + 2
     )
     # a pair further along in mesh has a larger roll angle
-    roll = angles[:, None] + pairs[None, :] * surface.pitch
-    place, column = np.nonzero((roll > lowest) & (roll < highest))
-    lines, kept = _trace(surface, roll[place, column], points_per_line)
-    place, column = place[kept], column[kept]
+    roll = (angles[:, None] + pairs[None, :] * surface.pitch).ravel()
+    tooth, owner = np.tile(pairs, positions), np.repeat(np.arange(positions), pairs.size)
+    on_path = np.flatnonzero((roll > lowest) & (roll < highest))
+    spans, kept = line_spans(surface, roll[on_path])
+    on_path = on_path[kept]
+    if reach is not None:
+        spans, kept = within_reach(surface, spans, owner[on_path], reach)
+        on_path = on_path[kept]
+    lines = line_points(surface, spans, points_per_line)
     fields = _points(surface, lines)
-    count = points_per_line
-    owner, tooth = np.repeat(place, count), np.repeat(pairs[column], count)
+    fields["closing"] = fields.pop("valley") / fields["lever_gear"]
+    of = np.repeat(on_path, points_per_line)
+    edge = None
+    if edges:
+        of, fields, edge = _with_edges(surface, roll, owner, of, fields, lines, reach)
     result = []
     for k in range(positions):
-        here = owner == k
-        if not here.any():
+        here = np.flatnonzero(owner[of] == k)
+        if not here.size:
             raise ConvergenceError("no_contact", f"no tooth pair can touch at pinion angle {angles[k]:.4g} rad")
         own = {name: values[here] for name, values in fields.items()}
-        closing = own.pop("valley") / own["lever_gear"]
-        own["gap"] = (closing - closing.min()) * own["lever_gear"]
-        error = -_lowest(closing.reshape(-1, count))
-        result.append(MeshPosition(float(angles[k]), tooth[here], transmission_error=error, **own))
+        closing = own.pop("closing")
+        first = int(np.count_nonzero(owner[on_path] == k)) * points_per_line
+        foremost = _lowest(closing[:first].reshape(-1, points_per_line))
+        gap = (closing - closing.min()) * own["lever_gear"]
+        error = -min(foremost, float(closing[first:].min(initial=np.inf)))
+        next_to = edge.at(here) if edge is not None else None
+        result.append(
+            MeshPosition(float(angles[k]), tooth[of[here]], gap=gap, transmission_error=error, edge=next_to, **own)
+        )
     return tuple(result)
+
+
+def _with_edges(
+    surface: MeshSurface,
+    roll: FloatArray,
+    owner: IntArray,
+    of: IntArray,
+    fields: dict[str, FloatArray],
+    lines: Lines,
+    reach: float | None,
+) -> tuple[IntArray, dict[str, FloatArray], EdgeProximity]:
+    """Points of edges behind those of the lines: roll angle each belongs to, all fields, the edges next to the points.
+
+    Of each position only those are kept that the reach closes.
+    """
+    pitch = 2.0 * np.pi / surface.assembly.teeth_gear
+    spacing = float(np.median(lines.length))
+    points = edge_points(surface, edge_pieces(surface), roll, spacing, reach or _EDGE_REACH * pitch)
+    if reach is not None:
+        least = np.full(int(owner.max()) + 1, np.inf)
+        np.minimum.at(least, owner[of], fields["closing"])
+        np.minimum.at(least, owner[points.owner], points.closing)
+        points = points.at(points.closing < least[owner[points.owner]] + reach)
+    own = _points(surface, Lines(points.u, points.v, points.length))
+    del own["valley"]
+    crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _LEAST_CROSSING)
+    # the section square to the edge
+    own["radius_equivalent"] = own["radius_equivalent"] / crossing
+    own["closing"] = points.closing
+    index, distance, crossing_lines = nearest_edge(surface, lines.u, lines.v)
+    proximity = EdgeProximity(
+        np.concatenate([index, points.edge]),
+        np.concatenate([distance, -points.distance / np.sqrt(crossing)]),
+        np.concatenate([crossing_lines, np.ones(points.u.size)]),
+    )
+    both = {name: np.concatenate([values, own[name]]) for name, values in fields.items()}
+    return np.concatenate([of, points.owner]), both, proximity
 
 
 def _lowest(closing: FloatArray) -> float:
     """Smallest value over all lines (rows), between the points by the parabola through the three lowest."""
+    if not closing.size:
+        return math.inf
     line, point = np.unravel_index(int(np.argmin(closing)), closing.shape)
     if not 0 < point < closing.shape[1] - 1:
         return float(closing[line, point])
@@ -148,87 +251,7 @@ def _lowest(closing: FloatArray) -> float:
     return float(least - 0.125 * (after - before) ** 2 / bend) if bend > 0.0 else float(least)
 
 
-def _trace(surface: MeshSurface, roll: FloatArray, count: int) -> tuple[_Lines, IntArray]:
-    """Lines of given roll angles inside both blanks, and which of the given ones have any length."""
-    coarse = 61
-    swapped = _steep(surface)
-    low, high = surface.patch.v_range if swapped else surface.patch.u_range
-    run = np.broadcast_to(np.linspace(low, high, coarse), (roll.size, coarse))
-    u, v, found = _level(surface, roll, run, swapped)
-    margin = np.where(found, surface.margin(u.ravel(), v.ravel()).reshape(u.shape), -1.0)
-    inside = margin > 0.0
-    kept = np.flatnonzero(inside.any(axis=1))
-    margin, run, roll = margin[kept], run[kept], roll[kept]
-    # the longest inner part: from its first to its last inner sample around the sample farthest inside
-    deepest = np.argmax(margin, axis=1)
-    ends = []
-    for step in (-1, 1):
-        edge = deepest.copy()
-        for _ in range(coarse):
-            ahead = np.clip(edge + step, 0, coarse - 1)
-            edge = np.where(margin[np.arange(kept.size), ahead] > 0.0, ahead, edge)
-        outer = np.clip(edge + step, 0, coarse - 1)
-        rows = np.arange(kept.size)
-        ends.append(_end(surface, roll, run[rows, edge], run[rows, outer], swapped))
-    start, stop = ends
-    part = (stop - start) / count
-    run = start[:, None] + part[:, None] * (np.arange(count) + 0.5)
-    u, v, _ = _level(surface, roll, run, swapped)
-    u, v = u.ravel(), v.ravel()
-    return _Lines(u, v, _stretch(surface, u, v, swapped) * np.repeat(part, count)), kept
-
-
-def _stretch(surface: MeshSurface, u: FloatArray, v: FloatArray, swapped: bool) -> FloatArray:
-    """Length of a line per unit of the coordinate it is followed in."""
-    p = surface.patch
-    ru, rv = p(u, v, POSITION, du=1), p(u, v, POSITION, dv=1)
-    (roll_u,), (roll_v,) = p(u, v, ("roll",), du=1), p(u, v, ("roll",), dv=1)
-    tangent = rv - ru * roll_v / roll_u if swapped else ru - rv * roll_u / roll_v
-    return np.asarray(np.sqrt(dot(tangent, tangent)))
-
-
-def _steep(surface: MeshSurface) -> bool:
-    """Whether the lines run more across the tooth height than along the face."""
-    u, v = np.array([surface.design_point[0]]), np.array([surface.design_point[1]])
-    (roll_u,), (roll_v,) = (surface.patch(u, v, ("roll",), du=a, dv=1 - a) for a in (1, 0))
-    depth = float(surface.height(u, v + 1.0)[0] - surface.height(u, v)[0])
-    return bool(abs(roll_u[0]) > abs(roll_v[0]) / depth)
-
-
-def _level(
-    surface: MeshSurface, roll: FloatArray, run: FloatArray, swapped: bool
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Points of the lines at given u (or v where swapped); where a line leaves the map the nearest point of its rim."""
-    low, high = surface.patch.u_range if swapped else surface.patch.v_range
-    target = np.broadcast_to(roll[:, None], run.shape).ravel()
-    fixed = run.ravel()
-    free = np.full(fixed.shape, 0.5 * (low + high))
-    found = np.zeros(fixed.shape, dtype=bool)
-    for _ in range(12):
-        u, v = (free, fixed) if swapped else (fixed, free)
-        slope = surface.patch(u, v, ("roll",), du=int(swapped), dv=int(not swapped))[0]
-        step = (surface.exact_roll(u, v) - target) / slope
-        moved = np.clip(free - step, low, high)
-        found = np.abs(step) < 1e-10 * (high - low)
-        settled = bool(np.all(np.abs(moved - free) < 1e-10 * (high - low)))
-        free = moved
-        if settled:
-            break
-    u, v = (free, fixed) if swapped else (fixed, free)
-    return u.reshape(run.shape), v.reshape(run.shape), found.reshape(run.shape)
-
-
-def _end(surface: MeshSurface, roll: FloatArray, inner: FloatArray, outer: FloatArray, swapped: bool) -> FloatArray:
-    """Where the lines cross the boundary between an inner and an outer sample, by bisection."""
-    for _ in range(24):
-        middle = 0.5 * (inner + outer)
-        u, v, found = _level(surface, roll, middle[:, None], swapped)
-        good = found[:, 0] & (surface.margin(u[:, 0], v[:, 0]) > 0.0)
-        inner, outer = np.where(good, middle, inner), np.where(good, outer, middle)
-    return inner
-
-
-def _points(surface: MeshSurface, lines: _Lines) -> dict[str, FloatArray]:
+def _points(surface: MeshSurface, lines: Lines) -> dict[str, FloatArray]:
     """All fields of `MeshPosition` but those that need the whole position, for flattened lines."""
     u, v = lines.u, lines.v
     p, assembly, sign = surface.patch, surface.assembly, surface.direction

@@ -1,0 +1,122 @@
+"""Line contact next to a rounded tooth edge: pressure, half-width and approach.
+
+Section in the plane of contact: the flanks part as x^2/(2R); at the distance e from the place of closest approach the
+edge begins, a rounding of radius r that falls away as (x - e)^2/(2r) more. e > 0: the closest approach lies on the
+flank; e < 0: it lies beyond it and the edge is what touches. Both bodies are half-planes, the pressure vanishes at both
+ends of the contact and p(x) is known in closed form (our derivation, by the finite Hilbert transform; Hertz for e >= b,
+and for e <= -b sqrt(1 + R/r), with the reduced radius 1/(1/R + 1/r)).
+
+In units of the half-width b and pressure p_h that Hertz has for R at the same load, with k = R/r, the contact is
+x = m + l cos(t), 0 < t < pi, and its part t < a lies on the rounding:
+
+    l^2 (1 + (k/pi)(a - sin a cos a)) = 1,   m = -(k/pi) l (sin a - a cos a),   e = m + l cos a,
+    p = l sin t + (k l/pi) (a sin t + (cos t - cos a) ln|sin((t + a)/2)/sin((t - a)/2)|).
+
+The mean of the separation over the contact with the weight 1/sqrt(l^2 - (x - m)^2) and the logarithm of l give the
+approach, for which a flat punch of the same half-width gives the derivative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from efficiency.load._kernels import edge_angle
+
+FloatArray = NDArray[np.float64]
+
+_ANGLES = 241
+
+
+@dataclass(frozen=True)
+class EdgeSection:
+    """Contact of sections with an edge, in units of Hertz without it; n sections.
+
+    Attributes
+    ----------
+    ratio : (n,) array
+        k = R/r.
+    distance : (n,) array
+        e/b.
+    angle : (n,) array
+        a: 0 where the edge is out of the contact, pi where the contact lies on the rounding alone.
+    half_length, middle : (n,) arrays
+        l and m.
+    """
+
+    ratio: FloatArray
+    distance: FloatArray
+    angle: FloatArray
+    half_length: FloatArray
+    middle: FloatArray
+
+    @classmethod
+    def of(cls, distance: ArrayLike, ratio: ArrayLike) -> EdgeSection:
+        """Sections with an edge at distances e/b and k = R/r."""
+        e, k = np.broadcast_arrays(np.asarray(distance, float), np.asarray(ratio, float))
+        e, k = np.ascontiguousarray(e), np.ascontiguousarray(k)
+        a = edge_angle(e, k)
+        length = 1.0 / np.sqrt(1.0 + k / np.pi * (a - np.sin(a) * np.cos(a)))
+        on_rounding = e <= -np.sqrt(1.0 + k)
+        middle = np.where(on_rounding, e * k / (1.0 + k), -k / np.pi * length * (np.sin(a) - a * np.cos(a)))
+        return cls(k, e, a, length, middle)
+
+    @property
+    def approach(self) -> FloatArray:
+        """Approach beyond that of Hertz at the same load, from first touch, in units of b^2/(2R)."""
+        k, e, a, length, m = self.ratio, self.distance, self.angle, self.half_length, self.middle
+        out = m - e
+        on_rounding = out**2 * a + 2.0 * out * length * np.sin(a) + length**2 * (0.5 * a + 0.25 * np.sin(2.0 * a))
+        mean = m**2 + 0.5 * length**2 + k / np.pi * on_rounding
+        first_touch = np.minimum(e, 0.0) ** 2 * k / (1.0 + k)
+        partly = mean - first_touch - 0.5 - np.log(length)
+        return np.where(a < np.pi, partly, -np.log(length))
+
+    @property
+    def approach_rate(self) -> FloatArray:
+        """Derivative of that by the load per length, in units of 4/(pi E')."""
+        return np.asarray(-np.log(self.half_length))
+
+    def pressure(self, angle: FloatArray) -> FloatArray:
+        """Pressure over p_h at angles t (q,) of each contact, (n, q)."""
+        k, a, length = (column[:, None] for column in (self.ratio, self.angle, self.half_length))
+        near = np.abs(angle - a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            logarithm = np.log(np.sin(0.5 * (angle + a)) / np.abs(np.sin(0.5 * (angle - a))))
+        part = np.where(near > 1e-12, (np.cos(angle) - np.cos(a)) * np.where(near > 1e-12, logarithm, 0.0), 0.0)
+        return np.asarray(length * (np.sin(angle) * (1.0 + k / np.pi * a) + k / np.pi * part))
+
+    @property
+    def pressure_max(self) -> FloatArray:
+        """Greatest pressure over p_h."""
+        angle = (np.arange(_ANGLES) + 0.5) * np.pi / _ANGLES
+        p = self.pressure(angle)
+        at = np.clip(np.argmax(p, axis=1), 1, _ANGLES - 2)
+        each = np.arange(p.shape[0])
+        before, top, after = (p[each, at + k] for k in (-1, 0, 1))
+        bend = np.minimum(before - 2.0 * top + after, -1e-300)
+        return np.asarray(np.maximum(p.max(axis=1), top - 0.125 * (after - before) ** 2 / bend))
+
+
+def free_edge_compliance(
+    distance: ArrayLike, depth: ArrayLike, youngs_modulus: float, poisson_ratio: float
+) -> FloatArray:
+    """What a free side face adds to the local compliance of a body, per load per length [m2/N].
+
+    The load has a mirror image behind the face, which takes the shear off it (first step of overlapping half-planes;
+    the normal stress left on the face is not). A line load at the distance 2c moves a point by
+    -2 (1 - nu^2)/(pi E) ln(2c) relative to the depth to which the local approach is counted.
+
+    Parameters
+    ----------
+    distance : array_like
+        c, from the load to the face [m].
+    depth : array_like
+        Depth to which the local approach is counted [m].
+    youngs_modulus, poisson_ratio : float
+        Of the body [Pa], [-].
+    """
+    ratio = np.asarray(depth, float) / (2.0 * np.asarray(distance, float))
+    return np.asarray((1.0 - poisson_ratio**2) / (np.pi * youngs_modulus) * np.log1p(ratio**2))
