@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly
+from efficiency.cooling_input import CoolingInput
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
@@ -152,14 +153,13 @@ class AssemblyInput(InputModel):
 
 
 class OperatingPoint(InputModel):
-    """Default operating point: torque and speed of the pinion, oil and its temperature."""
+    """Default operating point: torque and speed of the pinion, oil and its temperature, the member that drives."""
 
-    torque: Annotated[
-        float, Quantity("N*m", gt=0.0, le=1e6, hint="The pinion drives: its torque is given as a positive number.")
-    ]
+    torque: Annotated[float, Quantity("N*m", gt=0.0, le=1e6, hint="The torque at the pinion shaft, a positive number.")]
     speed: Annotated[float, Quantity("rad/s", gt=0.0, le=5000.0)]
     temperature_oil: Temperature
     oil: str
+    driver: Literal["pinion", "gear"] = "pinion"
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -182,6 +182,7 @@ class Design(InputModel):
     pinion: MemberInput
     gear: MemberInput
     operation: OperatingPoint
+    cooling: CoolingInput = CoolingInput()
 
     @model_validator(mode="after")
     def _pair(self) -> Self:

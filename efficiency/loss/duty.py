@@ -12,17 +12,17 @@ import numpy as np
 from efficiency.design import OPERATION_LIMITS, Design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import Mesh, load_mesh
-from efficiency.loss.kinematics import Operation, loaded_points
+from efficiency.loss.kinematics import Driver, Operation, loaded_points
 from ehl.errors import ConvergenceError, InputError
 from ehl.oil import Oil
 from ehl.units import Quantity
 from regression.gear_ranges import WeightedPoints
 from regression.table_files import read_table
 
-_MOST_TORQUE = OPERATION_LIMITS["torque"].le
+_MOST_TORQUE, _MOST_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
 COLUMNS: dict[str, Quantity | None] = {
-    "torque": Quantity("N*m", ge=-float(_MOST_TORQUE or 1e6), le=_MOST_TORQUE, hint="Below zero on the coast side."),
-    "speed": OPERATION_LIMITS["speed"],
+    "torque": Quantity("N*m", ge=-_MOST_TORQUE, le=_MOST_TORQUE, hint="Below zero on the coast side."),
+    "speed": Quantity("rad/s", ge=-_MOST_SPEED, le=_MOST_SPEED, hint="Below zero in reverse."),
     "temperature": OPERATION_LIMITS["temperature_oil"],
     "hours": Quantity("h", ge=0.0),
 }
@@ -38,7 +38,7 @@ class DutyRow:
     torque : float
         Of the pinion [N m]; below zero the coast flanks carry it.
     speed : float
-        Of the pinion [rad/s].
+        Of the pinion [rad/s]; below zero in reverse.
     temperature_oil : float
         [K].
     hours : float
@@ -55,11 +55,16 @@ class DutyRow:
         """Flanks that carry the torque."""
         return "drive" if self.torque > 0.0 else "coast"
 
+    @property
+    def driver(self) -> Driver:
+        """Member the power comes from: the pinion where its torque acts in the direction it turns."""
+        return "pinion" if self.torque * self.speed > 0.0 else "gear"
+
 
 def read_duty(path: Path) -> tuple[DutyRow, ...]:
     """A duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
 
-    Rows without torque or without duration count for nothing.
+    Rows without torque, speed or duration count for nothing.
 
     Raises
     ------
@@ -68,9 +73,9 @@ def read_duty(path: Path) -> tuple[DutyRow, ...]:
     """
     columns = read_table(path, COLUMNS, tuple(COLUMNS), bare=False)
     rows = [DutyRow(*(float(x) for x in row)) for row in zip(*(columns[name] for name in COLUMNS), strict=True)]
-    loaded = tuple(row for row in rows if row.torque != 0.0 and row.hours > 0.0)
+    loaded = tuple(row for row in rows if row.torque * row.speed != 0.0 and row.hours > 0.0)
     if not loaded:
-        raise InputError(path.name, f"{len(rows)} rows", "at least one row with torque and hours")
+        raise InputError(path.name, f"{len(rows)} rows", "at least one row with torque, speed and hours")
     return loaded
 
 
@@ -121,7 +126,7 @@ def duty_points(
                 raise ConvergenceError(loaded.reason, f"{design.name} at {torque:g} N m")
             for row in rows:
                 rough = (design.pinion.roughness_rms, design.gear.roughness_rms)
-                operation = Operation(row.speed, row.temperature_oil, *rough)
+                operation = Operation(abs(row.speed), row.temperature_oil, *rough)
                 points = loaded_points(loaded, meshes[side].teeth.effective_modulus, operation)
                 weight = points.force * points.speed_sliding * (row.hours / len(meshes[side].fine))
                 found.append(WeightedPoints(points.state, np.asarray(weight), card))

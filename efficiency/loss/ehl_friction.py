@@ -57,6 +57,8 @@ class EhlFriction:
         Pinion and gear.
     model : ModelInput
         Physics and accuracy of each contact.
+    boundary_friction : float
+        mu_b of asperity contacts [-].
     """
 
     name: str
@@ -65,6 +67,7 @@ class EhlFriction:
     jobs: int | None = None
     bodies: tuple[Material, Material] = field(default_factory=lambda: (load_material("steel"),) * 2)
     model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
+    boundary_friction: float = 0.10
 
     @property
     def solves_contacts(self) -> bool:
@@ -120,7 +123,7 @@ class EhlFriction:
 
     def _contact(self, state: ContactState, oil: Oil, at: int) -> Scene:
         rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))
-        surface = SurfaceInput(roughness_rms_1=rms[0], roughness_rms_2=rms[1])
+        surface = SurfaceInput(roughness_rms_1=rms[0], roughness_rms_2=rms[1], boundary_friction=self.boundary_friction)
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
         return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
 

@@ -58,6 +58,13 @@ def test_duty_cycles_are_read(duty: Path) -> None:
     assert rows[0].speed == pytest.approx(1200.0 * 2.0 * np.pi / 60.0)
     assert rows[0].temperature_oil == pytest.approx(363.15)
     assert [row.hours for row in rows] == [100.0, 20.0]
+    assert [row.driver for row in rows] == ["pinion", "gear"]
+
+
+def test_reverse_is_a_negative_speed() -> None:
+    """Driven backwards the coast flanks carry the torque and the power still comes from the pinion."""
+    assert (DutyRow(-80.0, -100.0, 363.15, 1.0).side, DutyRow(-80.0, -100.0, 363.15, 1.0).driver) == ("coast", "pinion")
+    assert (DutyRow(80.0, -100.0, 363.15, 1.0).side, DutyRow(80.0, -100.0, 363.15, 1.0).driver) == ("drive", "gear")
 
 
 @pytest.mark.parametrize(
@@ -66,9 +73,9 @@ def test_duty_cycles_are_read(duty: Path) -> None:
         ("torque [N m]", "torque", ["row 2, torque", "'300'", "ambiguous"]),
         (",hours [h]", ",# hours", ["column hours is missing"]),
         ("1200", "fast", ["row 2, speed", "fast", "rpm"]),
-        ("1200", "-1200", ["row 2, speed", "above 0"]),
+        ("1200", "-120000", ["row 2, speed", "rad/s"]),
         ("100,third", "-1,third", ["row 2, hours", "at least 0"]),
-        (DUTY[DUTY.index("300") :], "0,500,40,5,idle\n", ["1 rows", "torque and hours"]),
+        (DUTY[DUTY.index("300") :], "0,500,40,5,idle\n", ["1 rows", "torque, speed and hours"]),
     ],
 )
 def test_bad_duties(duty: Path, old: str, new: str, words: list[str]) -> None:
