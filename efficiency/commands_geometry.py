@@ -12,8 +12,8 @@ import typer
 from efficiency.commands import DesignArgument, JsonOption, UnitsOption
 
 if TYPE_CHECKING:
+    from efficiency.contact.tooth_grid import Member
     from efficiency.design import Design
-    from efficiency.output.tooth_grid import Member
 
 _WHAT = ("tooth", "member", "grid", "summary")
 _LEAST, _MOST = 5, 200

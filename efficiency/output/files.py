@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_summary
 from efficiency.output.setting_sheet import write_sheet
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid
 from efficiency.output.stl import write_stl
-from efficiency.output.tooth_grid import Member, ToothGrid, tooth_grid
 from ehl.errors import ConvergenceError
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from efficiency.output.tooth_grid import ToothGrid, tooth_grid
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from ehl.plots import BLUE, ORANGE
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.output.tooth_grid import ToothGrid
+from efficiency.contact.tooth_grid import ToothGrid
 from ehl.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]

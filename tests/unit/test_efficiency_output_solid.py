@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 
+from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design import Design, load_design
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid
 from efficiency.output.stl import read_stl, write_stl
-from efficiency.output.tooth_grid import Member, ToothGrid, tooth_grid
 from ehl._data import data_names
 from ehl.errors import InputError
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
-from efficiency.output.tooth_root import RootProfile, root_profile
+from efficiency.contact.tooth_root import RootProfile, root_profile
 from ehl.errors import ConvergenceError
 
 if TYPE_CHECKING:
