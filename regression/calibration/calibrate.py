@@ -1,0 +1,405 @@
+"""Calibration from a measured table and a setup to values, intervals and verdicts: the whole method in one place.
+
+rows ─> contacts ─> start ─> search ─> what the data do not tell is held, search again ─> intervals ─> result
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl import __version__
+from ehl.errors import InputError, MixedEhlError
+from ehl.oil import Oil
+from regression.calibration import robust
+from regression.calibration.determination import (
+    DETERMINED,
+    determination_of,
+    least_known,
+    profile_intervals,
+    why_untold,
+)
+from regression.calibration.measurement import Measurement
+from regression.calibration.parameters import PARAMETERS, start_values
+from regression.calibration.prediction import FrictionSolver
+from regression.calibration.robust import Noise, noise_of
+from regression.calibration.scenes import groups_of, line_pressure
+from regression.calibration.search import Fit, Target, best_start, search
+from regression.calibration.setup import CalibrationSetup
+
+Array = NDArray[np.float64]
+
+PROFILE_CAP = 300.0  # profiles are made where they take at most so long [s]
+EXCLUDED_GAIN = 3.84  # loss of fit beyond which a held value is excluded by the data, chi-square of one degree, 95 %
+
+
+class NothingTold(MixedEhlError):
+    """The data tell none of the parameters."""
+
+    exit_code = 1
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """One parameter after the calibration, SI.
+
+    Parameters
+    ----------
+    name, unit : str
+    status : str
+        "determined" (95 % interval within a factor of 1.5), "weak" (within 3), "undetermined" (held).
+    value : float
+        Fitted value; nan where undetermined.
+    standard_error : float
+        Of ln(value) [-]; nan where undetermined.
+    interval_low, interval_high : float
+        95 % interval; nan where undetermined.
+    held : float
+        Value used where undetermined; nan otherwise.
+    start : float
+        Of the card or the setup.
+    verdict : str
+        In words.
+    """
+
+    name: str
+    unit: str
+    status: str
+    value: float
+    standard_error: float
+    interval_low: float
+    interval_high: float
+    held: float
+    start: float
+    verdict: str
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationResult:
+    """What a calibration found; SI, names of docs/nomenclature.md.
+
+    Parameters
+    ----------
+    parameters : tuple of ParameterEstimate
+    correlation : tuple of tuple of float
+        Of ln(value) of the fitted parameters, in the order of `fitted`.
+    fitted : tuple of str
+    noise, noise_stated : float
+        Standard deviation of mu of a typical row as used; nan where none was stated [-].
+    chi_square : float
+        Over its expectation with the stated noise; nan where it was estimated.
+    misfit : float
+        RMS of computed over measured mu [-].
+    outliers, excluded : tuple of int
+        Numbers of rows, the first below the header being 1.
+    friction_computed : tuple of float
+        mu of all rows by the solver; nan where it failed.
+    solver_error : float
+        Largest relative error the solver states of itself.
+    profiled : bool
+        Intervals by profiles on the solver, or by standard errors.
+    values : dict
+        Values of all parameters as used.
+    notes : tuple of str
+    iterations, solver_calls : int
+    seconds : float
+    """
+
+    parameters: tuple[ParameterEstimate, ...]
+    correlation: tuple[tuple[float, ...], ...]
+    fitted: tuple[str, ...]
+    noise: float
+    noise_stated: float
+    chi_square: float
+    misfit: float
+    outliers: tuple[int, ...]
+    excluded: tuple[int, ...]
+    friction_computed: tuple[float, ...]
+    solver_error: float
+    profiled: bool
+    values: dict[str, float]
+    notes: tuple[str, ...]
+    iterations: int
+    solver_calls: int
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON; not-a-number becomes None."""
+
+        def plain(value: Any) -> Any:
+            if isinstance(value, ParameterEstimate):
+                return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+            if isinstance(value, dict):
+                return {key: plain(entry) for key, entry in value.items()}
+            if isinstance(value, tuple):
+                return [plain(entry) for entry in value]
+            return None if isinstance(value, float) and not math.isfinite(value) else value
+
+        return {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+
+
+def reference_temperature(measurement: Measurement) -> float:
+    """Where `pressure_viscosity` is meant: the mean oil temperature of the rows, to a kelvin [K]."""
+    return round(float(np.mean(measurement.columns["temperature_oil"])) - 273.15) + 273.15
+
+
+def all_values(measurement: Measurement, setup: CalibrationSetup) -> dict[str, float]:
+    """Values of all parameters before the fit: the card's, and those of [surface] and [model]."""
+    values = start_values(Oil.load(setup.oil), reference_temperature(measurement), rising=setup.rising)
+    values["boundary_friction"] = setup.surface.boundary_friction
+    if setup.model.roughness == "load_sharing":
+        return values | {"load_sharing_scale": setup.model.load_sharing_scale}
+    if setup.surface.boundary_film is not None or "boundary_film" in setup.parameters:
+        values["boundary_film"] = setup.surface.boundary_film or 20e-9
+    return values
+
+
+def solver_of(measurement: Measurement, setup: CalibrationSetup, jobs: int) -> FrictionSolver:
+    """The contact solver over the rows of a measurement."""
+    groups = groups_of(measurement, setup)
+    roughness = measurement.columns["roughness_rms"]
+    return FrictionSolver(setup, groups, roughness, reference_temperature(measurement), jobs)
+
+
+def check_information(measurement: Measurement, setup: CalibrationSetup) -> None:
+    """Refuse what no fit could find in such rows.
+
+    Raises
+    ------
+    InputError
+        Naming the parameter and what to measure.
+    """
+    c = measurement.columns
+    if len(setup.parameters) >= measurement.size:
+        hint = "Measure more rows, or fit fewer parameters."
+        raise InputError(measurement.name, f"{measurement.size} rows", f"more than {len(setup.parameters)} rows", hint)
+    if not (c["slide_to_roll"] != 0.0).any():
+        raise InputError(f"{measurement.name}, column slide_to_roll", 0.0, "sliding", "Pure rolling has no friction.")
+    for name in ("boundary_friction", "boundary_film", "load_sharing_scale"):
+        if name in setup.parameters and not (c["roughness_rms"] > 0.0).any():
+            hint = "Give roughness_rms as a column or under [conditions], or leave the parameter out."
+            raise InputError("parameters", name, "parameters of smooth contacts where no roughness is given", hint)
+    pressure = line_pressure(measurement, setup)
+    if set(setup.parameters) >= {"stress_low", "stress_slope"} and np.ptp(pressure) < 0.1 * pressure.mean():
+        hint = "Measure at a second pressure, or fit eyring_stress alone."
+        raise InputError("parameters", "stress_slope", "parameters that one pressure can tell", hint)
+
+
+def target_of(measurement: Measurement, setup: CalibrationSetup) -> Target:
+    """The measured friction with its standard deviations; rows without sliding do not take part."""
+    mu = measurement.friction
+    noise, given = setup.noise, np.isfinite(measurement.uncertainty)
+    if given.any():
+        if noise.model_fields_set:
+            raise InputError("noise", "given", "either [noise] or the column friction_uncertainty")
+        sigma, stated = measurement.uncertainty, True
+    elif noise.stated:
+        sigma, stated = np.hypot(noise.absolute or 0.0, (noise.relative or 0.0) * np.abs(mu)), True
+    elif noise.estimate == "relative":
+        sigma, stated = np.abs(mu), False
+    else:
+        sigma, stated = np.ones_like(mu), False
+    floor = 1e-3 * float(np.median(sigma))
+    return Target(mu, np.maximum(sigma, floor), measurement.columns["slide_to_roll"] != 0.0, stated)
+
+
+def calibrate(
+    measurement: Measurement,
+    setup: CalibrationSetup,
+    *,
+    jobs: int = 1,
+    profile: bool | None = None,
+    told: Callable[[str], None] = lambda words: None,
+) -> CalibrationResult:
+    """Fit the parameters of the setup to a measurement.
+
+    Parameters
+    ----------
+    measurement, setup
+        What was measured, and what is known of it.
+    jobs : int
+        Worker processes, one thread each.
+    profile : bool, optional
+        Whether intervals are profiles on the solver; where not given, if that takes at most `PROFILE_CAP`.
+    told : callable, optional
+        Told of the progress in words.
+
+    Raises
+    ------
+    InputError
+        The rows cannot tell a parameter whatever is measured in them, or a condition is out of range.
+    NothingTold
+        They could, but the friction measured does not.
+    ConvergenceError
+        The search did not come to rest.
+    """
+    clock = time.perf_counter()
+    check_information(measurement, setup)
+    solver = solver_of(measurement, setup, jobs)
+    start = all_values(measurement, setup)
+    target = target_of(measurement, setup)
+    target = _solvable(solver, start, target)
+    told(f"{int(target.rows.sum())} rows, {len(setup.parameters)} parameters")
+
+    names = setup.parameters
+    fit = search(solver, best_start(solver, start, names, target), names, target, told)
+    rounds = fit.rounds
+    untold: dict[str, tuple[str, float]] = {}
+    while True:
+        noise = _noise(fit, target)
+        found = determination_of(fit, target, noise, measurement.curve)
+        worst = least_known(fit, found, noise.quantile)
+        if worst is None:
+            break
+        why = why_untold(worst, fit, found, noise.quantile)
+        told(f"{worst}: {why}")
+        names = tuple(name for name in names if name != worst)
+        fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise, told)
+        rounds += more
+        untold[worst] = (why, held)
+        if not names:
+            reasons = "; ".join(f"{name}: {words}" for name, (words, _) in untold.items())
+            raise NothingTold(f"these rows tell none of the parameters. {reasons}")
+
+    per_call = solver.seconds / max(solver.calls, 1)
+    cheap = per_call * 2 * len(names) * int(target.rows.sum()) <= PROFILE_CAP
+    profiled = cheap if profile is None else profile
+    here = np.log([fit.values[name] for name in names])
+    if profiled:
+        intervals = profile_intervals(solver, fit, target, noise, found)
+    else:
+        width = noise.quantile * found.errors
+        intervals = list(zip(map(float, here - width), map(float, here + width), strict=True))
+
+    estimates = []
+    for name in setup.parameters:
+        if name in untold:
+            why, held = untold[name]
+            estimates.append(_untold(name, why, held, start[name]))
+        else:
+            j = names.index(name)
+            estimates.append(_estimate(name, fit, float(found.errors[j]), intervals[j], start[name]))
+    scale = noise.scale * target.sigma
+    far = target.rows & (np.abs(fit.friction - target.friction) > robust.FAR * scale)
+    errors = solver.parts([fit.values], target.rows)[0, target.rows, 2]
+    return CalibrationResult(
+        parameters=tuple(estimates),
+        correlation=tuple(tuple(float(value) for value in row) for row in found.correlation),
+        fitted=names,
+        noise=float(np.median(scale[target.rows])),
+        noise_stated=float(np.median(target.sigma[target.rows])) if target.stated else math.nan,
+        chi_square=noise.chi_square,
+        misfit=float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2))),
+        outliers=tuple(int(i) + 1 for i in np.flatnonzero(far)),
+        excluded=tuple(int(i) + 1 for i in np.flatnonzero(~target.rows)),
+        friction_computed=tuple(float(mu) for mu in fit.friction),
+        solver_error=float(np.nanmax(errors)),
+        profiled=profiled,
+        values=fit.values,
+        notes=_notes(setup, target, noise, found.widening, tuple(untold)),
+        iterations=rounds,
+        solver_calls=solver.calls,
+        seconds=time.perf_counter() - clock,
+    )
+
+
+def _solvable(solver: FrictionSolver, values: dict[str, float], target: Target) -> Target:
+    """The target without the rows the solver fails on."""
+    found = np.isfinite(solver.parts([values], target.rows)[0]).all(axis=1)
+    rows = target.rows & found
+    if rows.sum() < max(3, 0.5 * target.rows.sum()):
+        raise NothingTold(
+            f"the solver fails on {int((target.rows & ~found).sum())} of {int(target.rows.sum())} rows with the values "
+            "of the card: check pressures, speeds and temperatures against the units of their columns"
+        )
+    return replace(target, rows=rows)
+
+
+def _noise(fit: Fit, target: Target) -> Noise:
+    residuals = target.residuals(fit.friction)
+    return noise_of(residuals, len(fit.names), stated=target.stated, tuned_to=fit.scale)
+
+
+def _refit_without(
+    name: str,
+    card: float,
+    fit: Fit,
+    names: tuple[str, ...],
+    solver: FrictionSolver,
+    target: Target,
+    noise: Noise,
+    told: Callable[[str], None],
+) -> tuple[Fit, float, int]:
+    """The fit with one parameter held: at the card's value, or where it was if the data exclude that."""
+    rounds, limit = 0, EXCLUDED_GAIN / robust.DEVIANCE
+    before = robust.loss(target.residuals(fit.friction) / noise.scale)
+    best = fit.values[name]
+    for held in dict.fromkeys((card, best)):
+        again = search(solver, {**fit.values, name: held}, names, target, told) if names else fit
+        rounds += again.rounds if names else 0
+        after = robust.loss(target.residuals(again.friction) / noise.scale)
+        if after - before <= limit or held == best:
+            break
+    return again, held, rounds
+
+
+def _estimate(name: str, fit: Fit, error: float, interval: tuple[float, float], start: float) -> ParameterEstimate:
+    low, high = (math.exp(end) for end in interval)
+    half = 0.5 * (interval[1] - interval[0])
+    status = "determined" if half <= DETERMINED else "weak"
+    below, above = (100.0 * (end / fit.values[name] - 1.0) for end in (low, high))
+    words = f"95 % interval {below:+.2g} % to {above:+.2g} %"
+    if status == "weak":
+        words += "; weakly told: take the interval, not the number"
+    return ParameterEstimate(
+        name, PARAMETERS[name].unit, status, fit.values[name], error, low, high, math.nan, start, words
+    )
+
+
+def _untold(name: str, why: str, held: float, start: float) -> ParameterEstimate:
+    nan, parameter = math.nan, PARAMETERS[name]
+    shown = f"{held * parameter.shown:.4g} {parameter.shown_unit}".removesuffix(" -")
+    where = (
+        "the value it began with" if held == start else "where the fit left it, as the data exclude the card's value"
+    )
+    words = f"not told by these rows: {why}. Held at {shown}, {where}"
+    return ParameterEstimate(name, parameter.unit, "undetermined", nan, nan, nan, nan, held, start, words)
+
+
+def _notes(
+    setup: CalibrationSetup, target: Target, noise: Noise, widening: float, untold: tuple[str, ...]
+) -> tuple[str, ...]:
+    notes = []
+    if setup.specimens.geometry == "point":
+        alike = "largest (Hertz)" if setup.specimens.match == "hertz_pressure" else "mean"
+        notes.append(
+            f"The solver is one of line contacts: each point contact was replaced by a line contact of the same radius "
+            f"along the motion and the same {alike} pressure. Values are those of that line contact: side leakage of "
+            "the film and the pressure profile across the motion are absorbed by them."
+        )
+    if setup.specimens.coating:
+        notes.append("The coating is recorded; its own elasticity and heat conduction are not computed.")
+    if noise.larger_than_stated:
+        notes.append(
+            f"The residuals are {math.sqrt(noise.chi_square):.2g} times the stated noise: the model does not describe "
+            "the data to within it. Intervals use the residuals."
+        )
+    if widening > 1.0:
+        notes.append(
+            "Residuals go together along the curves: the model bends otherwise than the data. Standard errors and "
+            f"intervals are {widening:.2g} times wider for it."
+        )
+    if untold:
+        notes.append("Values hold with " + ", ".join(untold) + " held; what those hide is not in the intervals.")
+    if not target.stated:
+        notes.append("The noise was estimated from the residuals.")
+    return tuple(notes)
+
+
+SOLVER_VERSION = f"ehl {__version__}"

@@ -1,0 +1,155 @@
+"""The parameters that can be calibrated: what each means, where it acts, and the oil card with new values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from ehl.errors import InputError
+from ehl.lubricant import KELVIN, Lubricant
+from ehl.oil import GoldAlpha, ModulusAlpha, ModulusViscosity, Oil, RisingStressInput, TabulatedAlpha
+
+GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchored [K]
+# pressures between which a stress rises, where the card has none: those of the published 75W-90 law [Pa]
+RISE_BETWEEN = (0.5e9, 3.5e9)
+
+Acts = Literal["oil", "roughness", "mix"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter; fitted in its logarithm, as all of them are positive.
+
+    Parameters
+    ----------
+    name : str
+        Of docs/nomenclature.md.
+    meaning : str
+        In words.
+    unit, shown_unit : str
+        SI unit, and the one it is shown in.
+    shown : float
+        Shown value over SI value.
+    low, high : float
+        Bounds, SI.
+    acts : {"oil", "roughness", "mix"}
+        Whether it changes the film, the rough contact, or only how boundary and film friction mix (no new solution).
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    shown_unit: str
+    shown: float
+    low: float
+    high: float
+    acts: Acts
+
+
+_ALL = (
+    Parameter("eyring_stress", "Eyring stress tau0, the same at all pressures", "Pa", "MPa", 1e-6, 2e5, 1e8, "oil"),
+    Parameter("stress_low", "lower level of the rising Eyring stress", "Pa", "MPa", 1e-6, 1e5, 1e8, "oil"),
+    Parameter("stress_slope", "slope of the rising Eyring stress with pressure", "", "-", 1.0, 1e-3, 0.3, "oil"),
+    Parameter("limiting_shear_coefficient", "limiting stress over pressure", "", "-", 1.0, 5e-3, 0.3, "oil"),
+    Parameter("pressure_viscosity", "pressure-viscosity coefficient", "1/Pa", "1/GPa", 1e9, 3e-9, 4.5e-8, "oil"),
+    Parameter("boundary_film", "boundary film of the asperities", "m", "nm", 1e9, 5e-9, 1e-7, "roughness"),
+    Parameter("boundary_friction", "friction of asperity contacts mu_b", "", "-", 1.0, 0.01, 0.5, "mix"),
+    Parameter("load_sharing_scale", "factor on the film ratio of the load share", "", "-", 1.0, 0.1, 10.0, "mix"),
+)
+PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
+RISING = ("stress_low", "stress_slope")
+EXCLUSIVE = {"eyring_stress": RISING}
+
+
+def check_parameters(names: tuple[str, ...], *, roughness: str) -> None:
+    """Refuse parameters that do not exist, exclude each other, or do nothing in the chosen model.
+
+    Raises
+    ------
+    InputError
+        Naming the parameter, and what to do.
+    """
+    if not names:
+        raise InputError("parameters", "none", "at least one of " + ", ".join(PARAMETERS))
+    for name in names:
+        if name not in PARAMETERS:
+            raise InputError("parameters", name, "names out of " + ", ".join(PARAMETERS))
+        if names.count(name) > 1:
+            raise InputError("parameters", name, "each parameter once")
+        for other in EXCLUSIVE.get(name, ()):
+            if other in names:
+                hint = "tau0 is either the same at all pressures, or rises by stress_low and stress_slope."
+                raise InputError("parameters", f"{name}, {other}", "one law of the Eyring stress", hint)
+    if "boundary_film" in names and roughness == "load_sharing":
+        hint = 'Set model.roughness = "deterministic", or fit load_sharing_scale, which takes its place.'
+        raise InputError("parameters", "boundary_film", "parameters of the load-sharing model", hint)
+    if "load_sharing_scale" in names and roughness == "deterministic":
+        hint = 'Set model.roughness = "load_sharing", or fit boundary_film, which takes its place.'
+        raise InputError("parameters", "load_sharing_scale", "parameters of the deterministic model", hint)
+
+
+def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, float]:
+    """The card's values of the parameters of the oil at a temperature [K], without those of the law not in use."""
+    lubricant = card.at(temperature)
+    values = {
+        "limiting_shear_coefficient": card.limiting_shear_coefficient,
+        "pressure_viscosity": lubricant.pressure_viscosity,
+    }
+    if rising:
+        law = _rising(card)
+        return values | {"stress_low": law.stress_low, "stress_slope": law.stress_slope}
+    assert isinstance(lubricant.eyring_stress, float)
+    return values | {"eyring_stress": lubricant.eyring_stress}
+
+
+def _rising(card: Oil) -> RisingStressInput:
+    if card.eyring_stress_pressure is not None:
+        return card.eyring_stress_pressure
+    start, end = RISE_BETWEEN
+    return RisingStressInput(
+        stress_low=card.eyring_stress or 5e6, stress_slope=0.02, pressure_start=start, pressure_end=end
+    )
+
+
+def card_with(card: Oil, values: Mapping[str, float], temperature: float) -> Oil:
+    """The card with the given values of its parameters; `pressure_viscosity` is meant at `temperature` [K].
+
+    alpha keeps its dependence on temperature and is scaled as a whole; in the modulus law so is ln(eta/eta0).
+    """
+    changes: dict[str, object] = {}
+    for name in ("eyring_stress", "limiting_shear_coefficient"):
+        if name in values:
+            changes[name] = values[name]
+    if "stress_low" in values:
+        law = _rising(card)
+        changes["eyring_stress_pressure"] = law.model_copy(update={name: values[name] for name in RISING})
+    if "pressure_viscosity" in values:
+        changes |= _scaled_alpha(card, values["pressure_viscosity"] / card.alpha(temperature))
+    return card.model_copy(update=changes)
+
+
+def _scaled_alpha(card: Oil, factor: float) -> dict[str, object]:
+    if factor == 1.0:
+        return {}
+    changes: dict[str, object] = {}
+    if isinstance(card.viscosity, ModulusViscosity):
+        constants = {name: getattr(card.viscosity, name) / factor for name in ("a1", "a2", "b1", "b2")}
+        changes["viscosity"] = card.viscosity.model_copy(update=constants)
+    law = card.pressure_viscosity
+    if isinstance(law, TabulatedAlpha):
+        changes["pressure_viscosity"] = law.model_copy(update={"value": tuple(factor * value for value in law.value)})
+    elif isinstance(law, GoldAlpha):
+        at = law.anchor_temperature if law.anchor_value is not None and law.anchor_temperature else GOLD_ANCHOR
+        anchor = {"anchor_temperature": at, "anchor_value": factor * card.alpha(at)}
+        changes["pressure_viscosity"] = law.model_copy(update=anchor)
+    else:
+        # the slope of the modulus law at p = 0, which has been scaled
+        assert isinstance(law, ModulusAlpha)
+    return changes
+
+
+def lubricant_of(card: Oil, temperature: float, *, rising: bool) -> Lubricant:
+    """The lubricant of a card at a temperature [K], with the Eyring stress that rises with pressure if asked for."""
+    lubricant = card.at(temperature)
+    return replace(lubricant, eyring_stress=_rising(card).law()) if rising else lubricant

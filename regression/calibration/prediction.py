@@ -1,0 +1,261 @@
+"""Friction of all rows by the contact solver, and by a local surrogate that costs nothing.
+
+What the solver gives for a row is kept in two parts: friction of the film, and what decides the load share of the
+asperities (film thickness with load sharing, the share itself with the deterministic solver). Boundary friction and the
+scale of the load share then mix the two without another solution. The surrogate is linear in the logarithms of those
+parts and of the parameters that do need one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.inputs import ModelInput
+from ehl.lubricant import Lubricant
+from ehl.material import Material
+from ehl.oil import Oil
+from ehl.path import solve_path
+from ehl.solve import ContactResult, solve_contact
+from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of
+from regression.calibration.scenes import Group
+from regression.calibration.setup import CalibrationSetup
+from regression.published import share_arana_2019, share_doleschel_2002
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Values = Mapping[str, float]
+
+SHARES: dict[str, Callable[[Array], Array]] = {
+    "arana_2019": share_arana_2019,
+    "doleschel_2002": share_doleschel_2002,
+}
+# shares are kept as ln(s/(1 - s)), friction as ln mu; both are held off nothing
+LEAST_SHARE, LEAST_FRICTION = 1e-5, 1e-9
+PARTS = 3  # film friction; film thickness or asperity share; relative error of the friction
+
+
+def _parts(result: ContactResult, *, rough: bool) -> tuple[float, float, float]:
+    if result.status == "failed":
+        return np.nan, np.nan, np.nan
+    assert result.isothermal is not None
+    second = result.asperity_load_share if rough else result.isothermal.film_central
+    return result.friction_fluid, second, result.friction_error
+
+
+def solve_group(
+    group: Group,
+    sets: Sequence[tuple[Sequence[Lubricant], Mapping[str, float]]],
+    model: ModelInput,
+    bodies: tuple[Material, Material],
+) -> Array:
+    """Parts of the friction of one group for several sets of parameters, shape (sets, contacts, 3); nan where failed.
+
+    The contacts of the first set are solved one from the other, those of the others from the same contact of the first.
+
+    Parameters
+    ----------
+    group : Group
+    sets : sequence of (lubricants, surface changes)
+        One lubricant per contact of the group.
+    model, bodies
+        As in `ehl.solve.solve_contact`.
+    """
+    rough = model.roughness == "deterministic" and group.surface.roughness_rms > 0.0
+    out = np.full((len(sets), len(group.contacts), PARTS), np.nan)
+    first: tuple[ContactResult, ...] = ()
+    for k, (lubricants, changes) in enumerate(sets):
+        surface = group.surface.model_copy(update=dict(changes))
+        if k == 0:
+            first = solve_path(group.contacts, lubricants, surface=surface, model=model, bodies=bodies).results
+            out[0] = [_parts(result, rough=rough) for result in first]
+            continue
+        for i, (contact, oil) in enumerate(zip(group.contacts, lubricants, strict=True)):
+            bulk = (oil.temperature, oil.temperature)
+            start = first[i] if first[i].isothermal is not None else None
+            result = solve_contact(contact, oil, surface, model, bodies, bulk, start)
+            if result.status == "failed" and start is not None:
+                result = solve_contact(contact, oil, surface, model, bodies, bulk)
+            out[k, i] = _parts(result, rough=rough)
+    return out
+
+
+@dataclass
+class FrictionSolver:
+    """The solver over all rows, with what it has found kept.
+
+    Parameters
+    ----------
+    setup : CalibrationSetup
+    groups : tuple of Group
+    roughness : ndarray, shape (n,)
+        Composite Rq of each row [m].
+    temperature : float
+        Where `pressure_viscosity` is meant [K].
+    jobs : int
+        Worker processes.
+    calls : int
+        Contacts solved so far.
+    seconds : float
+        Wall time of that.
+    """
+
+    setup: CalibrationSetup
+    groups: tuple[Group, ...]
+    roughness: Array
+    temperature: float
+    jobs: int = 1
+    calls: int = 0
+    seconds: float = 0.0
+    _known: dict[tuple[float, ...], Array] = field(default_factory=dict, repr=False)
+
+    @property
+    def rough(self) -> bool:
+        """Whether the deterministic solver is asked for."""
+        return self.setup.model.roughness == "deterministic"
+
+    def needs_solution(self, name: str) -> bool:
+        """Whether a change of this parameter asks for new solutions."""
+        return PARAMETERS[name].acts != "mix"
+
+    def parts(self, sets: Sequence[Values], rows: Mask | None = None) -> Array:
+        """Parts of the friction for each set of values, shape (sets, n, 3); nan where failed or not asked for.
+
+        Parameters
+        ----------
+        sets : sequence of mapping
+            Values of all parameters, SI; later ones start from the solutions of the first.
+        rows : ndarray of bool, optional
+            Groups with at least one of these rows are solved; all when not given.
+        """
+        wanted = np.ones(self.roughness.size, dtype=bool) if rows is None else rows
+        keys = [self._key(values) for values in sets]
+        open_sets = []
+        for key in keys:
+            known = self._known.setdefault(key, np.full((self.roughness.size, PARTS + 1), np.nan))
+            if np.isnan(known[wanted, PARTS]).any():
+                open_sets.append(key)
+        fresh = [i for i, key in enumerate(keys) if key in open_sets and keys.index(key) == i]
+        if fresh:
+            self._solve([sets[i] for i in fresh], [keys[i] for i in fresh], wanted)
+        return np.array([self._known[key][:, :PARTS] for key in keys])
+
+    def _key(self, values: Values) -> tuple[float, ...]:
+        names = [n for n in values if self.needs_solution(n) or (self.rough and n == "boundary_friction")]
+        return tuple(values[name] for name in sorted(names))
+
+    def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: Mask) -> None:
+        from joblib import Parallel, delayed, parallel_config
+        from threadpoolctl import threadpool_limits
+
+        clock = time.perf_counter()
+        bodies = (self.setup.solid_1.body(), self.setup.solid_2.body())
+        cards = [card_with(Oil.load(self.setup.oil), values, self.temperature) for values in sets]
+        groups = [group for group in self.groups if wanted[list(group.rows)].any()]
+        tasks = []
+        for group in groups:
+            lubricants = [
+                [lubricant_of(card, t, rising=self.setup.rising) for t in group.temperatures] for card in cards
+            ]
+            inputs = [(oils, self._surface(values)) for oils, values in zip(lubricants, sets, strict=True)]
+            tasks.append((group, inputs, self.setup.model, bodies))
+        if self.jobs == 1 or len(tasks) == 1:
+            with threadpool_limits(1):
+                found = [solve_group(*task) for task in tasks]
+        else:
+            with parallel_config(backend="loky", inner_max_num_threads=1):
+                found = Parallel(n_jobs=self.jobs)(delayed(solve_group)(*task) for task in tasks)
+        for group, parts in zip(groups, found, strict=True):
+            self.calls += len(group.rows) * len(sets)
+            for key, of_set in zip(keys, parts, strict=True):
+                self._known[key][list(group.rows)] = np.column_stack([of_set, np.ones(len(group.rows))])
+        self.seconds += time.perf_counter() - clock
+
+    def _surface(self, values: Values) -> dict[str, float]:
+        """What the parameters say of the surfaces the solver meets; load sharing meets smooth ones."""
+        if not self.rough:
+            return {}
+        return {name: values[name] for name in ("boundary_friction", "boundary_film") if name in values}
+
+    def transformed(self, parts: Array) -> Array:
+        """The first two parts, shape (..., n, 2), as the surrogate expands them."""
+        friction = np.log(np.maximum(parts[..., 0], LEAST_FRICTION))
+        if self.rough:
+            share = np.clip(parts[..., 1], LEAST_SHARE, 1.0 - LEAST_SHARE)
+            return np.stack([friction, np.log(share / (1.0 - share))], axis=-1)
+        return np.stack([friction, np.log(parts[..., 1])], axis=-1)
+
+    def friction(self, transformed: Array, values: Values) -> Array:
+        """mu of all rows, shape (n,), from the transformed parts and the parameters that only mix them."""
+        film = np.exp(transformed[..., 0])
+        boundary = values["boundary_friction"]
+        if self.rough:
+            share = 1.0 / (1.0 + np.exp(-transformed[..., 1]))
+            # the deterministic friction of the film belongs to the whole load already
+            return np.asarray(np.where(self.roughness > 0.0, film + share * boundary, film))
+        thick = np.exp(transformed[..., 1])
+        ratio = np.full_like(thick, np.inf)
+        np.divide(thick, self.roughness, out=ratio, where=self.roughness > 0.0)
+        share = SHARES[self.setup.model.load_sharing](values["load_sharing_scale"] * ratio)
+        return np.asarray((1.0 - share) * film + share * boundary)
+
+
+@dataclass(frozen=True, eq=False)
+class Surrogate:
+    """Friction near a set of values, linear in logarithms.
+
+    Parameters
+    ----------
+    solver : FrictionSolver
+    values : dict
+        Where it was built: values of all parameters.
+    names : tuple of str
+        Parameters being fitted.
+    centre : ndarray, shape (n, 2)
+        Transformed parts there.
+    slopes : ndarray, shape (n, 2, k)
+        Their derivatives by the logarithm of each fitted parameter; nil for those that only mix.
+    """
+
+    solver: FrictionSolver
+    values: dict[str, float]
+    names: tuple[str, ...]
+    centre: Array
+    slopes: Array
+
+    @property
+    def log_values(self) -> Array:
+        """Logarithms of the fitted values where it was built, shape (k,)."""
+        return np.log([self.values[name] for name in self.names])
+
+    def at(self, log_values: Array) -> Array:
+        """mu of all rows, shape (n,)."""
+        step = log_values - self.log_values
+        values = {**self.values, **dict(zip(self.names, np.exp(log_values), strict=True))}
+        return self.solver.friction(self.centre + self.slopes @ step, values)
+
+    def jacobian(self, log_values: Array) -> Array:
+        """d mu/d ln(value), shape (n, k), by central differences of the surrogate."""
+        columns = []
+        for j in range(len(self.names)):
+            step = np.zeros(len(self.names))
+            step[j] = 1e-5
+            columns.append((self.at(log_values + step) - self.at(log_values - step)) / 2e-5)
+        return np.column_stack(columns)
+
+    def moved(self, values: dict[str, float], centre: Array) -> Surrogate:
+        """The surrogate about another solved place, its slopes corrected along the step (Broyden 1965)."""
+        place = np.log([values[name] for name in self.names])
+        step = place - self.log_values
+        # only along parameters that asked for a solution: the others do not change the parts
+        step = np.where([self.solver.needs_solution(name) for name in self.names], step, 0.0)
+        length = float(step @ step)
+        slopes = self.slopes
+        if length > 0.0:
+            wrong = np.nan_to_num(centre - self.centre - self.slopes @ step)
+            slopes = slopes + wrong[..., None] * step / length
+        return Surrogate(self.solver, values, self.names, centre, slopes)

@@ -1,0 +1,115 @@
+"""Huber's loss: residuals, their scale, and the covariance of what is fitted with it.
+
+Huber (1981), Robust Statistics: psi(r) = clip(r, -c, c); covariance of an M-estimate of regression, section 7.6.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+Array = NDArray[np.float64]
+
+TUNING = 1.5  # c over the standard deviation: 96 % efficient where the noise is Gaussian
+FAR = 4.0  # residuals beyond so many standard deviations are listed as outliers
+
+
+def _gaussian_moments() -> tuple[float, float, float]:
+    """E[psi^2], E[psi'] and sqrt(E[psi^2])/E[psi'] for standard normal residuals."""
+    c = TUNING
+    inside = 2.0 * stats.norm.cdf(c) - 1.0
+    squared = inside - 2.0 * c * stats.norm.pdf(c) + c * c * (1.0 - inside)
+    return float(squared), float(inside), float(math.sqrt(squared) / inside)
+
+
+PSI_SQUARED, PSI_SLOPE, INEFFICIENCY = _gaussian_moments()
+# makes the rise of the loss, in standard deviations of the noise, a chi-square of one degree of freedom per parameter
+DEVIANCE = 2.0 * PSI_SLOPE / PSI_SQUARED
+
+
+def loss(standardised: Array) -> float:
+    """Sum of Huber's rho, r^2/2 within c and c|r| - c^2/2 beyond."""
+    size = np.abs(standardised)
+    return float(np.sum(np.where(size <= TUNING, 0.5 * size**2, TUNING * size - 0.5 * TUNING**2)))
+
+
+def spread(residuals: Array, fitted: int) -> float:
+    """Robust standard deviation of residuals about nil: 1.4826 times the median size, for the parameters fitted."""
+    free = max(residuals.size - fitted, 1)
+    return float(1.4826 * np.median(np.abs(residuals)) * math.sqrt(residuals.size / free))
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Scale of the residuals.
+
+    Parameters
+    ----------
+    scale : float
+        Standard deviation over the one stated for each row; over 1 where the noise is estimated.
+    covariance_scale : float
+        Factor on (J^T J)^-1 of the standardised problem that gives the covariance.
+    chi_square : float
+        Sum of bounded squares over its expectation with the stated noise; nan where it is estimated.
+    quantile : float
+        Of the 95 % interval: Student's with the free rows where the scale was estimated, else 1.96.
+    larger_than_stated : bool
+        The stated noise was too small to be true (p < 0.01), so the estimated one is used.
+    """
+
+    scale: float
+    covariance_scale: float
+    chi_square: float
+    quantile: float
+    larger_than_stated: bool = False
+
+
+def noise_of(residuals: Array, fitted: int, *, stated: bool, tuned_to: float) -> Noise:
+    """Scale of standardised residuals, and what it means for the intervals.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (n,)
+        Over the standard deviation stated for each row (over 1 where none is).
+    fitted : int
+        Number of parameters.
+    stated : bool
+        Whether the noise is stated.
+    tuned_to : float
+        The scale Huber's c was multiplied with in the fit.
+    """
+    free = max(residuals.size - fitted, 1)
+    psi = np.clip(residuals / tuned_to, -TUNING, TUNING)
+    inside = float(np.mean(np.abs(residuals) < TUNING * tuned_to))
+    inside = max(inside, 0.2)
+    squares = float(np.sum(psi**2)) / free
+    # Huber 1981, eq. 7.6.10: small-sample factor for the spread of psi'
+    factor = 1.0 + fitted / residuals.size * (1.0 - inside) / inside
+    estimated = factor**2 * squares / inside**2 * tuned_to**2
+    student = float(stats.t.ppf(0.975, free))
+    scale = tuned_to * math.sqrt(squares / PSI_SQUARED)
+    if not stated:
+        return Noise(scale, estimated, math.nan, student)
+    chi = squares / PSI_SQUARED
+    # psi^2 of a Gaussian has the variance E[psi^4] - E[psi^2]^2; a chi-square of as many degrees bounds it from above
+    if chi > float(stats.chi2.ppf(0.99, free)) / free:
+        return Noise(scale, estimated, chi, student, larger_than_stated=True)
+    return Noise(1.0, INEFFICIENCY**2, chi, float(stats.norm.ppf(0.975)))
+
+
+def serial_correlation(residuals: Array, labels: tuple[str, ...]) -> tuple[float, float]:
+    """Correlation of neighbours along the curves, and the value chance exceeds once in a hundred."""
+    first, second = [], []
+    for label in dict.fromkeys(labels):
+        here = residuals[[i for i, other in enumerate(labels) if other == label]]
+        first += list(here[:-1])
+        second += list(here[1:])
+    if len(first) < 8:
+        return 0.0, 1.0
+    a, b = np.array(first), np.array(second)
+    spread_of = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))
+    return (float(np.sum(a * b)) / spread_of if spread_of > 0.0 else 0.0), 2.33 / math.sqrt(len(first))

@@ -1,0 +1,140 @@
+"""Rows of a measured table as contacts of the solver, in groups that are solved one from the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.contact import LineContact
+from ehl.errors import InputError
+from ehl.inputs import MOST_PRESSURE_OVER_MODULUS, MOST_SLIDING, SurfaceInput
+from ehl.material import effective_modulus
+from regression.calibration.hertz import MEAN_LINE, MEAN_POINT, hertz_point_pressure
+from regression.calibration.measurement import CONDITIONS, Measurement
+from regression.calibration.setup import CalibrationSetup
+
+Array = NDArray[np.float64]
+
+GROUP = 8  # contacts solved one from the other by one worker
+
+
+@dataclass(frozen=True)
+class Group:
+    """Neighbouring contacts of one surface.
+
+    Parameters
+    ----------
+    rows : tuple of int
+        Rows of the measurement.
+    contacts : tuple of LineContact
+    temperatures : tuple of float
+        Of the oil [K].
+    surface : SurfaceInput
+    """
+
+    rows: tuple[int, ...]
+    contacts: tuple[LineContact, ...]
+    temperatures: tuple[float, ...]
+    surface: SurfaceInput
+
+
+def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
+    """Hertz pressure of the line contact that is solved for each row, shape (n,) [Pa].
+
+    Raises
+    ------
+    InputError
+        The load does not go with the shape of the contact, or a pressure is out of range; the row is named.
+    """
+    modulus = effective_modulus(setup.solid_1.body(), setup.solid_2.body())
+    specimens, radius = setup.specimens, measurement.columns["radius_equivalent"]
+    load = measurement.columns[measurement.load]
+    point = specimens.geometry == "point"
+    if measurement.load == "pressure_hertz":
+        pressure = load
+    elif measurement.load == "load" and point:
+        across = specimens.radius_transverse
+        pressure = np.array(
+            [hertz_point_pressure(w, r, across or r, modulus) for w, r in zip(load, radius, strict=True)]
+        )
+    elif point:
+        hint = "A ball is loaded in N: use the column load, or pressure_hertz."
+        raise InputError("specimens.geometry", "point", "line, for a load per length", hint)
+    else:
+        if measurement.load == "load":
+            if specimens.length is None:
+                hint = "Length of the contact line: the width of the disc or roller."
+                raise InputError("specimens.length", None, "a length such as '10 mm'", hint)
+            load = load / specimens.length
+        pressure = np.sqrt(load * modulus / (2.0 * np.pi * radius))
+    if point and specimens.match == "mean_pressure":
+        pressure = pressure * (MEAN_POINT / MEAN_LINE)
+    allowed = CONDITIONS["pressure_hertz"]
+    most = min(allowed.le or np.inf, MOST_PRESSURE_OVER_MODULUS * modulus)
+    least = allowed.ge or 0.0
+    for row, value in enumerate(pressure):
+        if not least <= value <= most:
+            raise InputError(
+                f"{measurement.name}, row {row + 2}, {measurement.load}",
+                float(load[row]),
+                f"a Hertz pressure of {least:.3g} to {most:.3g} Pa; it is {value:.4g} Pa",
+                "Check load, radius and solids.",
+            )
+    return np.asarray(pressure)
+
+
+def groups_of(measurement: Measurement, setup: CalibrationSetup) -> tuple[Group, ...]:
+    """The contacts of all rows, grouped by curve and roughness.
+
+    Raises
+    ------
+    InputError
+        A row is out of the range of the solver.
+    """
+    modulus = effective_modulus(setup.solid_1.body(), setup.solid_2.body())
+    pressure = line_pressure(measurement, setup)
+    c = measurement.columns
+    contacts = [
+        LineContact.from_pressure(
+            radius_equivalent=float(c["radius_equivalent"][i]),
+            effective_modulus=modulus,
+            pressure_hertz=float(pressure[i]),
+            speed_entrainment=float(c["speed_entrainment"][i]),
+            slide_to_roll=float(c["slide_to_roll"][i]),
+        )
+        for i in range(measurement.size)
+    ]
+    for row, contact in enumerate(contacts):
+        if contact.speed_sliding > MOST_SLIDING:
+            raise InputError(
+                f"{measurement.name}, row {row + 2}, slide_to_roll",
+                contact.slide_to_roll,
+                f"a sliding speed of at most {MOST_SLIDING:g} m/s; it is {contact.speed_sliding:.4g} m/s",
+            )
+    together: dict[tuple[str, float], list[int]] = {}
+    for row, label in enumerate(measurement.curve):
+        together.setdefault((label, float(c["roughness_rms"][row])), []).append(row)
+    groups = []
+    for (_, roughness), rows in together.items():
+        surface = _surface(setup, roughness)
+        pieces = -(-len(rows) // GROUP)
+        for part in np.array_split(np.array(rows), pieces):
+            groups.append(
+                Group(
+                    tuple(int(i) for i in part),
+                    tuple(contacts[i] for i in part),
+                    tuple(float(c["temperature_oil"][i]) for i in part),
+                    surface,
+                )
+            )
+    return tuple(groups)
+
+
+def _surface(setup: CalibrationSetup, roughness: float) -> SurfaceInput:
+    """The surfaces of a group; the load-sharing model meets the smooth film only."""
+    if setup.model.roughness == "load_sharing":
+        return SurfaceInput()
+    each = roughness / 2.0**0.5
+    return setup.surface.model_copy(update={"roughness_rms_1": each, "roughness_rms_2": each})

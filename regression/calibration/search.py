@@ -1,0 +1,257 @@
+"""Bounded, robust least squares on the solver: the surrogate takes the steps, the solver judges them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from ehl.errors import ConvergenceError
+from regression.calibration import robust
+from regression.calibration.parameters import PARAMETERS
+from regression.calibration.prediction import FrictionSolver, Surrogate
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+STEP = 0.08  # of the finite differences in ln(value)
+REGION, SMALLEST_REGION = 1.2, 1e-4  # largest step in ln(value), and where the search gives up
+MOST_ROUNDS = 25
+# a gain of the loss below this is the end: a step of a twentieth of a standard error, in whatever direction
+LEAST_GAIN = 0.5 * 0.05**2
+POOR = 0.5  # gain over the one foretold below which the finite differences are taken anew
+STARTS, START_ROWS, START_SPREAD = 7, 10, 4.0  # places tried first, on so many rows, within this factor of the card
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """What is fitted to.
+
+    Parameters
+    ----------
+    friction, sigma : ndarray, shape (n,)
+        Measured mu and its standard deviation (1 where it is estimated) [-].
+    rows : ndarray of bool, shape (n,)
+        Rows that take part.
+    stated : bool
+        Whether `sigma` is known.
+    """
+
+    friction: Array
+    sigma: Array
+    rows: Mask
+    stated: bool
+
+    def residuals(self, friction: Array) -> Array:
+        """(mu - measured)/sigma of the rows that take part."""
+        return np.asarray(((friction - self.friction) / self.sigma)[self.rows])
+
+    def scale(self, residuals: Array, fitted: int) -> float:
+        """Scale Huber's c is multiplied with; never below a hundredth of a thousandth of mu."""
+        if self.stated:
+            return 1.0
+        least = 1e-5 * float(np.median(np.abs(self.friction[self.rows]) / self.sigma[self.rows]))
+        return max(robust.spread(residuals, fitted), least)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where the search ended.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Fitted parameters.
+    values : dict
+        All values, SI.
+    friction : ndarray, shape (n,)
+        mu of all rows by the solver there.
+    jacobian : ndarray, shape (n, k)
+        d mu/d ln(value).
+    surrogate : Surrogate
+    scale, cost : float
+        Scale of the residuals in Huber's loss, and that loss.
+    rounds : int
+    pinned : tuple of str
+        Parameters that ended at a bound.
+    """
+
+    names: tuple[str, ...]
+    values: dict[str, float]
+    friction: Array
+    jacobian: Array
+    surrogate: Surrogate
+    scale: float
+    cost: float
+    rounds: int
+    pinned: tuple[str, ...]
+
+
+def bounds_of(names: tuple[str, ...]) -> tuple[Array, Array]:
+    """Bounds of ln(value), two arrays of shape (k,)."""
+    return (
+        np.log([PARAMETERS[name].low for name in names]),
+        np.log([PARAMETERS[name].high for name in names]),
+    )
+
+
+def surrogate_at(solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], rows: Mask) -> Surrogate:
+    """The surrogate about these values: one finite difference for each parameter that asks for new solutions."""
+    moving = [name for name in names if solver.needs_solution(name)]
+    sets, steps = [values], []
+    for name in moving:
+        # away from the nearer bound
+        middle = np.sqrt(PARAMETERS[name].low * PARAMETERS[name].high)
+        step = STEP if values[name] < middle else -STEP
+        sets.append({**values, name: values[name] * float(np.exp(step))})
+        steps.append(step)
+    parts = solver.transformed(solver.parts(sets, rows))
+    slopes = np.zeros((*parts.shape[1:], len(names)))
+    for k, (name, step) in enumerate(zip(moving, steps, strict=True)):
+        # a neighbour that failed says nothing of the slope
+        slopes[..., names.index(name)] = np.nan_to_num((parts[k + 1] - parts[0]) / step)
+    return Surrogate(solver, values, names, parts[0], slopes)
+
+
+def minimise(
+    surrogate: Surrogate,
+    target: Target,
+    scale: float,
+    region: float,
+    held: dict[int, float] | None = None,
+) -> Array:
+    """ln(values) of least loss on the surrogate within the bounds and the region; `held` ones stay, shape (k,)."""
+    low, high = bounds_of(surrogate.names)
+    here = surrogate.log_values
+    start = here.copy()
+    for j, value in (held or {}).items():
+        start[j] = value
+    free = [j for j in range(here.size) if j not in (held or {})]
+    if not free:
+        return start
+    low, high = np.maximum(low, here - region)[free], np.minimum(high, here + region)[free]
+
+    def place(x: Array) -> Array:
+        full = start.copy()
+        full[free] = x
+        return full
+
+    def standardised(x: Array) -> Array:
+        return target.residuals(surrogate.at(place(x))) / scale
+
+    def slopes(x: Array) -> Array:
+        return np.asarray((surrogate.jacobian(place(x))[:, free] / target.sigma[:, None])[target.rows] / scale)
+
+    found = least_squares(
+        standardised,
+        np.clip(here[free], low + 1e-9, high - 1e-9),
+        slopes,
+        bounds=(low, high),
+        loss="huber",
+        f_scale=robust.TUNING,
+        x_scale=1.0,
+        xtol=1e-10,
+        ftol=1e-12,
+        gtol=1e-12,
+    )
+    return place(np.asarray(found.x))
+
+
+def inverse_information(scaled: Array) -> Array:
+    """(J^T J)^-1, with a variance of 1e12 for directions nothing is known of."""
+    _, s, vt = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray((vt.T * np.minimum(1.0 / np.maximum(s, 1e-150) ** 2, 1e12)) @ vt)
+
+
+def best_start(
+    solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], target: Target
+) -> dict[str, float]:
+    """The card's values, or a better place found on a few rows; a limit that hides the rest is left behind this way."""
+    moving = [name for name in names if solver.needs_solution(name)]
+    if not moving or solver.rough:
+        return values
+    used = np.flatnonzero(target.rows)
+    spread = used[np.argsort(target.friction[used], kind="stable")]
+    few = np.zeros_like(target.rows)
+    few[spread[np.linspace(0, spread.size - 1, min(START_ROWS, spread.size)).astype(int)]] = True
+    here = np.log([values[name] for name in moving])
+    low, high = bounds_of(tuple(moving))
+    low, high = np.maximum(low, here - np.log(START_SPREAD)), np.minimum(high, here + np.log(START_SPREAD))
+    cube = qmc.Sobol(len(moving), seed=0).random(8)[: STARTS - 1]
+    places = np.vstack([here, low + cube * (high - low)])
+    sets = [{**values, **dict(zip(moving, map(float, np.exp(place)), strict=True))} for place in places]
+    parts = solver.transformed(solver.parts(sets, few))
+    fewer = replace(target, rows=few & np.isfinite(parts).all(axis=(0, 2)))
+    if not fewer.rows.any():
+        return values
+    others = tuple(name for name in names if name not in moving)
+    tried = []
+    for start, part in zip(sets, parts, strict=True):
+        surrogate = Surrogate(solver, start, others, part, np.zeros((*part.shape, len(others))))
+        best = minimise(surrogate, fewer, fewer.scale(fewer.residuals(surrogate.at(surrogate.log_values)), 0), 10.0)
+        residuals = fewer.residuals(surrogate.at(best))
+        tried.append((float(np.sum(np.abs(residuals))), {**start, **dict(zip(others, np.exp(best), strict=True))}))
+    found = min(tried, key=lambda entry: entry[0])[1]
+    return {name: float(value) for name, value in found.items()}
+
+
+def search(
+    solver: FrictionSolver,
+    values: dict[str, float],
+    names: tuple[str, ...],
+    target: Target,
+    told: Callable[[str], None] = lambda words: None,
+) -> Fit:
+    """Least loss over the fitted parameters, from these values on.
+
+    Each round solves all rows once; the finite differences are taken at the start and where the search seems to have
+    ended, and corrected along the steps in between.
+
+    Raises
+    ------
+    ConvergenceError
+        The search did not come to rest.
+    """
+    region, fresh = REGION, True
+    surrogate = surrogate_at(solver, values, names, target.rows)
+    for rounds in range(1, MOST_ROUNDS + 1):
+        here = surrogate.log_values
+        friction = surrogate.at(here)
+        residuals = target.residuals(friction)
+        scale = target.scale(residuals, len(names))
+        cost = robust.loss(residuals / scale)
+        told(f"round {rounds}: misfit {np.sqrt(np.mean((friction - target.friction)[target.rows] ** 2)):.3g}")
+        goal = minimise(surrogate, target, scale, region)
+        step = np.abs(goal - here)
+        foretold = cost - robust.loss(target.residuals(surrogate.at(goal)) / scale)
+        if foretold < LEAST_GAIN or region < SMALLEST_REGION:
+            if fresh:
+                jacobian = surrogate.jacobian(here)
+                low, high = bounds_of(names)
+                at_bound = (here - low < 1e-3) | (high - here < 1e-3)
+                pinned = tuple(name for name, at in zip(names, at_bound, strict=True) if at)
+                return Fit(names, surrogate.values, friction, jacobian, surrogate, scale, cost, rounds, pinned)
+            surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
+            region = max(region, 0.1)
+            continue
+        moved = {**surrogate.values, **dict(zip(names, map(float, np.exp(goal)), strict=True))}
+        parts = solver.transformed(solver.parts([moved], target.rows)[0])
+        trial = surrogate.moved(moved, parts)
+        there = target.residuals(trial.at(goal))
+        gain = cost - robust.loss(there / scale) if np.isfinite(there).all() else -np.inf
+        if gain > 0.0:
+            surrogate = trial
+            fresh = not any(solver.needs_solution(name) for name in names)
+            region = min(2.0 * region, REGION)
+            if gain < POOR * foretold and not fresh:
+                surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
+        else:
+            # never farther than a quarter of the step that failed
+            region = 0.25 * min(region, float(step.max()))
+            if not fresh:
+                surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
+    raise ConvergenceError("calibration_rounds", f"the search did not come to rest in {MOST_ROUNDS} rounds")
