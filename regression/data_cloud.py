@@ -25,8 +25,8 @@ Finite = Annotated[float, Quantity("")]
 Positive = Annotated[float, Quantity("", gt=0.0)]
 STORED_POINTS = 128  # more make the file longer than the formula is worth; the radius says how well they cover
 # between the cases there is room for others: with these, 1 to 3 % of new points of the same plan count as outside
-_HULL_SLACK = 0.03  # of the spread of the cases
-_RADIUS_SLACK = 1.2
+HULL_SLACK = 0.03  # of the spread of the cases
+RADIUS_SLACK = 1.2
 _LEAST_SPREAD = 1e-6  # of ln x: what varies less is a constant
 _DIGITS = 5
 
@@ -57,7 +57,7 @@ class PairHull(InputModel):
                 for (cx, cy), (ex, ey) in zip(corners, edges, strict=True)
             ]
         )
-        return np.asarray(np.all(offset >= -_HULL_SLACK * np.ptp(corners, axis=0).min(), axis=0))
+        return np.asarray(np.all(offset >= -HULL_SLACK * np.ptp(corners, axis=0).min(), axis=0))
 
 
 class DataCloud(InputModel):
@@ -118,7 +118,7 @@ class DataCloud(InputModel):
         flat = {name: np.ravel(conditions[name]) for name in {*self.variables, "pressure_hertz"}}
         z = self.whitened(flat)
         distance = _nearest(z, np.array(self.points)) / self.radius
-        outside = (distance > _RADIUS_SLACK) | (np.linalg.norm(z, axis=1) > self.mahalanobis * _RADIUS_SLACK)
+        outside = (distance > RADIUS_SLACK) | (np.linalg.norm(z, axis=1) > self.mahalanobis * RADIUS_SLACK)
         for hull in self.hulls:
             outside |= ~hull.inside(*_logarithms(flat, (hull.x, hull.y)).T)
         level = np.where(outside, Extrapolation.NEAR, Extrapolation.INSIDE)

@@ -29,7 +29,7 @@ NotNegative = Annotated[float, Quantity("", ge=0.0)]
 POINTS = 512  # held-out error of a noise-free dataset of 2000 cases: 1.0 % with 512, 0.8 % with all, 1.3 % with 256
 VARIANCE_POINTS = 128  # the variance costs the square of their number
 _SEARCHED = 400  # cases the likelihood of the length scales is computed on
-_FADE = 0.25  # of the range of a variable
+FADE = 0.25  # of the range of a variable
 _DIGITS = 5
 _JITTER = 1e-10
 
@@ -89,7 +89,7 @@ class GpResidual(InputModel):
 
     def coordinates(self, conditions: Conditions) -> Array:
         """x of points, shape (n, d)."""
-        return (_logarithms(conditions, self.variables) - np.array(self.mean)) / np.array(self.scale)
+        return np.asarray((_logarithms(conditions, self.variables) - np.array(self.mean)) / np.array(self.scale))
 
     def correction(self, conditions: Conditions) -> tuple[Array, Array]:
         """Correction of ln mu and its standard deviation, noise excluded.
@@ -106,7 +106,7 @@ class GpResidual(InputModel):
         x = self.coordinates(conditions)
         low, high = np.array(self.low), np.array(self.high)
         beyond = np.max(np.maximum(low - x, x - high) / (high - low), axis=1)
-        t = np.clip(1.0 - beyond / _FADE, 0.0, 1.0)
+        t = np.clip(1.0 - beyond / FADE, 0.0, 1.0)
         fade = t**2 * (3.0 - 2.0 * t)
         # where the correction has faded the kernel need not be finite
         mean, deviation = self.predict(np.clip(x, low - (high - low), high + (high - low)))
@@ -115,7 +115,7 @@ class GpResidual(InputModel):
     def predict(self, x: Array) -> tuple[Array, Array]:
         """Mean and standard deviation of the process at coordinates x, shape (n, d), without fading."""
         covariance = self._kernel(x, self._points)
-        spread = covariance[:, : len(self.alpha)] @ self._root
+        spread = covariance[:, : len(self.alpha)] @ self.root
         variance = self.variance - np.sum(spread**2, axis=1)
         return covariance @ np.array(self.weights), np.sqrt(np.maximum(variance, 0.0))
 
@@ -127,7 +127,7 @@ class GpResidual(InputModel):
         return np.array(self.points)
 
     @cached_property
-    def _root(self) -> Array:
+    def root(self) -> Array:
         """R with K^-1 = R R^T of the covariance of the first points with their noise."""
         z = self._points[: len(self.alpha)]
         covariance = self._kernel(z, z) + np.diag(np.array(self.alpha) + self.noise + _JITTER * self.variance)
