@@ -38,35 +38,46 @@ class FlankMap:
         Roll angle of the tooth pair at each line [rad of the pinion].
     order : (lines, points) array
         Where each point stands among all points of the cycle, the positions one after the other.
+    edges : (n,) array
+        The same of the points where an edge touches the mating flank; they lie on no contact line.
     """
 
     design: Design
     result: EfficiencyResult
     roll: FloatArray
     order: IntArray
+    edges: IntArray
 
     @classmethod
     def of(cls, design: Design, result: EfficiencyResult) -> FlankMap:
         """The lines of a result in the order of their roll angle."""
-        rolls, lines = [], []
+        rolls, lines, edges = [], [], [np.zeros(0, np.int64)]
         start, step = 0, float(result.pinion_angle[1] - result.pinion_angle[0])
         for load in result.load.positions:
             p = load.position
-            # lines are consecutive: a new one starts where the pair changes
-            for part in np.split(np.arange(p.pair.size), np.flatnonzero(np.diff(p.pair)) + 1):
-                rolls.append(p.pinion_angle + float(p.pair[part[0]]) * step * result.positions)
-                lines.append(start + part)
+            for part in p.lines:
+                if p.edge is not None and p.edge.touching[part[0]]:
+                    edges.append(start + part)
+                else:
+                    rolls.append(p.pinion_angle + float(p.pair[part[0]]) * step * result.positions)
+                    lines.append(start + part)
             start += p.pair.size
         sorting = np.argsort(rolls)
-        return cls(design, result, np.array(rolls)[sorting], np.array(lines)[sorting])
+        return cls(design, result, np.array(rolls)[sorting], np.array(lines)[sorting], np.concatenate(edges))
 
     def of_positions(self, name: str) -> FloatArray:
         """An array of the `MeshPosition` of every point."""
-        return self._grid(np.concatenate([getattr(load.position, name) for load in self.result.load.positions]))
+        return np.asarray(self._of_positions(name)[self.order])
 
     def of_load(self, name: str) -> FloatArray:
         """An array of the `PositionLoad` of every point: zero where there is no load."""
-        return self._grid(np.concatenate([getattr(load, name) for load in self.result.load.positions]))
+        return np.asarray(self._of_load(name)[self.order])
+
+    def _of_positions(self, name: str) -> FloatArray:
+        return np.concatenate([getattr(load.position, name) for load in self.result.load.positions])
+
+    def _of_load(self, name: str) -> FloatArray:
+        return np.concatenate([getattr(load, name) for load in self.result.load.positions])
 
     def of_loaded(self, values: FloatArray) -> FloatArray:
         """Values of the loaded points; nan at the others."""
@@ -75,10 +86,7 @@ class FlankMap:
         starts = np.concatenate([[0], np.cumsum(sizes)])
         every = np.full(starts[-1], np.nan)
         every[starts[points.position] + points.index] = values
-        return self._grid(every)
-
-    def _grid(self, values: FloatArray) -> FloatArray:
-        return np.asarray(values[self.order])
+        return np.asarray(every[self.order])
 
     @property
     def loaded(self) -> BoolArray:
@@ -99,10 +107,17 @@ class FlankMap:
 
     def place(self, member: Member = "gear") -> tuple[FloatArray, FloatArray]:
         """Blank coordinates of the points on a member [m]: along the pitch cone from the mean point, and over it."""
+        return self._place(member, self.order)
+
+    def _place(self, member: Member, at: IntArray) -> tuple[FloatArray, FloatArray]:
         part = self.design.gear if member == "gear" else self.design.pinion
         blank = part.blank.blank()
-        u = self.of_positions(f"face_{member}") - 0.5 * blank.face_width
-        return u, self.of_positions(f"height_{member}") + blank.root(u)
+        u = self._of_positions(f"face_{member}")[at] - 0.5 * blank.face_width
+        return u, self._of_positions(f"height_{member}")[at] + blank.root(u)
+
+    def loaded_edges(self, member: Member = "gear") -> tuple[FloatArray, FloatArray]:
+        """Blank coordinates on a member [m] of the points where an edge carries load on the mating flank."""
+        return self._place(member, self.edges[self._of_load("force")[self.edges] > 0.0])
 
     @cached_property
     def area(self) -> FloatArray:
@@ -114,7 +129,10 @@ class FlankMap:
 
     @cached_property
     def loss_density(self) -> FloatArray:
-        """Mean power loss of the mesh per projected area of the gear flank [W/m2]; its integral is the loss."""
+        """Mean power loss of the mesh per projected area of the gear flank [W/m2].
+
+        Its integral is the loss, less what edges lose.
+        """
         power = self.result.friction.mu * self.result.points.force * self.result.points.speed_sliding
         return self.of_loaded(power) / (self.result.positions * self.area)
 
@@ -126,7 +144,7 @@ class FlankMap:
         speed = self.result.speed_pinion * (1.0 if self.result.driver == "pinion" else -1.0)
         positions = [load.position for load in self.result.load.positions]
         parts = [_projected(p, self.design.gear.blank.pitch_angle) for p in positions]
-        u, h = (self._grid(np.concatenate([part[k] for part in parts])) * speed for k in (0, 1))
+        u, h = (np.concatenate([part[k] for part in parts])[self.order] * speed for k in (0, 1))
         return u, h
 
 

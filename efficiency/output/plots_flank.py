@@ -72,7 +72,7 @@ def field_figure(flank: FlankMap, field: Field, member: Member = "gear") -> Figu
         lines = axes.contour(x, y, shown, levels=levels[1:-1:2], colors="w", linewidths=0.5)
         for artist in (shades, lines):
             artist.set_clip_path(clipping, axes.transData)
-        figure.colorbar(shades, ax=axes, label=field.label, shrink=0.9)
+        figure.colorbar(shades, ax=axes, label=field.label, shrink=0.9).ax.yaxis.labelpad = 9.0
     _outline(axes, flank, member)
     return figure
 
@@ -89,8 +89,11 @@ def contact_figure(flank: FlankMap, member: Member = "gear") -> Figure:
         clipping = _contact_region(axes, flank, member)
         shades = axes.contourf(x, y, _filled(np.where(flank.loaded, pressure, np.nan)), levels=levels, cmap="Blues")
         shades.set_clip_path(clipping, axes.transData)
-        figure.colorbar(shades, ax=axes, label="Hertz pressure [GPa]", shrink=0.9)
+        figure.colorbar(shades, ax=axes, label="Hertz pressure [GPa]", shrink=0.9).ax.yaxis.labelpad = 9.0
     _one_position(axes, flank, member)
+    u, h = flank.loaded_edges(member)
+    if u.size:
+        axes.plot(u * _MM, h * _MM, "x", color="k", ms=4, zorder=4, label="contact of an edge")
     _outline(axes, flank, member, below=4.0)
     axes.legend(loc="lower left", fontsize=7, frameon=False, ncols=2)
     return figure
@@ -117,7 +120,7 @@ def sliding_figure(flank: FlankMap) -> Figure:
             angles="xy",
             width=0.0035,
         )
-        figure.colorbar(arrows, ax=axes, label="sliding speed [m/s]", shrink=0.9)
+        figure.colorbar(arrows, ax=axes, label="sliding speed [m/s]", shrink=0.9).ax.yaxis.labelpad = 9.0
         largest = float(np.nanmax(np.hypot(along, up)[chosen][keep]))
         if largest > 0.0:
             axes.quiverkey(arrows, 0.12, 0.06, largest, f"{largest:.3g} m/s in the projection", labelpos="E")
@@ -193,8 +196,7 @@ def _one_position(axes: Axes, flank: FlankMap, member: Member) -> None:
     u = getattr(p, f"face_{member}") - 0.5 * blank.face_width
     h = getattr(p, f"height_{member}") + blank.root(u)
     pieces, widths = [], []
-    for pair in np.unique(p.pair):
-        at = np.flatnonzero(p.pair == pair)
+    for at in p.lines:
         line = np.column_stack([u[at], h[at]]) * _MM
         corners = np.concatenate([line[:1], 0.5 * (line[1:] + line[:-1]), line[-1:]])
         pieces += list(np.stack([corners[:-1], corners[1:]], axis=1))

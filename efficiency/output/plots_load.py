@@ -38,8 +38,7 @@ def plot_flank_pressure(result: EfficiencyResult) -> Figure:
     pressure: list[float] = []
     for load in result.load.positions:
         p = load.position
-        for pair in np.unique(p.pair):
-            at = np.flatnonzero(p.pair == pair)
+        for at in p.lines:
             line = np.column_stack([p.face_gear[at], p.height_gear[at]]) * 1e3
             mean = 0.5 * (load.pressure_hertz[at][1:] + load.pressure_hertz[at][:-1])
             segments = np.stack([line[:-1], line[1:]], axis=1)
@@ -76,6 +75,35 @@ def plot_load_sharing(result: EfficiencyResult) -> Figure:
         ylim=(0.0, 1.05),
         title=f"Load sharing at {result.torque_pinion:g} N m",
     )
+    return figure
+
+
+def plot_pair_load(result: EfficiencyResult) -> Figure:
+    """Normal force and greatest Hertz pressure of one tooth pair over its roll angle, in pinion pitches."""
+    figure, axes = _figure()
+    pitch = _pitch(result)
+    rows = sorted(
+        (
+            load.position.pinion_angle / pitch + int(pair),
+            float(load.force[load.position.pair == pair].sum()) / 1e3,
+            float(load.pressure_hertz[load.position.pair == pair].max()) / 1e9,
+        )
+        for load in result.load.positions
+        for pair in np.unique(load.position.pair)
+    )
+    roll, force, pressure = np.array(rows).T
+    axes.plot(roll, force, color=BLUE, marker=".", ms=4, label="normal force")
+    axes.set(
+        xlabel="roll of one tooth pair from the design point [pinion pitches]",
+        ylabel="normal force [kN]",
+        ylim=(0.0, 1.25 * float(force.max())),
+    )
+    other = axes.twinx()
+    other.plot(roll, pressure, color=ORANGE, marker=".", ms=4, label="greatest Hertz pressure")
+    other.set(ylabel="greatest Hertz pressure [GPa]", ylim=(0.0, 1.25 * float(pressure.max())))
+    handles = [*axes.get_lines(), *other.get_lines()]
+    axes.legend(handles, [str(line.get_label()) for line in handles], frameon=False, loc="upper left", ncols=2)
+    axes.set_title(f"Load of one tooth pair at {result.torque_pinion:g} N m")
     return figure
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from ehl.errors import InputError
-from ehl.plots import save_figure
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
@@ -36,19 +33,92 @@ def efficiency_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
     if math.isfinite(result.efficiency_lower) and result.efficiency_lower < result.efficiency_upper:
         interval = f"{percent(result.efficiency_lower)} to {percent(result.efficiency_upper)}"
         rows.append(("interval of the friction model", interval, "%"))
-    low, high = result.ranges["film_ratio_formula"]
+    film, flash = result.lubrication.film_ratio, result.lubrication.temperature_flash
     rows += [
-        ("power_loss", f"{result.power_loss:.2f}", "W"),
-        ("power_input", f"{result.power_input / 1e3:.3f}", "kW"),
+        ("efficiency with rolling loss", percent(result.efficiency_with_rolling, 4), "%"),
+        ("power_loss (sliding)", f"{result.power_loss:.2f}", "W"),
+        ("power_loss_rolling", f"{result.power_loss_rolling:.2f}", "W"),
+        (f"power_input, {result.driver} driving", f"{result.power_input / 1e3:.3f}", "kW"),
         ("friction_coefficient_mean", f"{result.friction_coefficient_mean:.5f}", ""),
         ("outside_range_share", percent(result.outside_range_share, 1), "% of the sliding power"),
         ("pressure_max", f"{result.pressure_max / 1e9:.3f}", "GPa"),
-        ("film ratio (formula)", f"{low:.2f} to {high:.2f}", ""),
+        ("film ratio", _span(film, ".2f"), ""),
+        ("surface temperature, greatest", f"{np.nanmax(flash) - KELVIN:.1f}", "degC"),
         ("transmission error, loaded", f"{result.transmission_error_loaded * ARCSEC:.2f}", "arcsec peak to peak"),
         ("transmission error, unloaded", f"{result.transmission_error_unloaded * ARCSEC:.2f}", "arcsec peak to peak"),
         ("torque_residual", f"{result.torque_residual:.1e}", ""),
     ]
     return rows
+
+
+def _span(values: NDArray[np.float64], form: str) -> str:
+    return f"{np.nanmin(values):{form}} to {np.nanmax(values):{form}}"
+
+
+# name, shown name, factor from SI, offset, unit
+_RANGES = (
+    ("pressure_hertz", "Hertz pressure", 1e-9, 0.0, "GPa"),
+    ("load_per_length", "load per length", 1e-3, 0.0, "N/mm"),
+    ("radius_equivalent", "equivalent radius", 1e3, 0.0, "mm"),
+    ("half_width", "half-width of the contact", 1e3, 0.0, "mm"),
+    ("speed_entrainment", "entrainment speed", 1.0, 0.0, "m/s"),
+    ("speed_sliding", "sliding speed", 1.0, 0.0, "m/s"),
+    ("speed_sliding_lengthwise", "sliding along the contact line", 1.0, 0.0, "m/s"),
+    ("slide_to_roll", "slide-to-roll ratio, across the line", 1.0, 0.0, ""),
+    ("slide_to_roll_total", "sliding over rolling, total", 1.0, 0.0, ""),
+    ("film_central", "central film thickness", 1e9, 0.0, "nm"),
+    ("film_ratio", "film ratio", 1.0, 0.0, ""),
+    ("temperature_flash", "greatest surface temperature", 1.0, -KELVIN, "degC"),
+    ("mu", "friction coefficient", 1.0, 0.0, ""),
+)
+
+
+def range_rows(result: EfficiencyResult) -> list[tuple[str, ...]]:
+    """(quantity, least, greatest, unit) of the local conditions at the loaded points."""
+    rows: list[tuple[str, ...]] = []
+    for name, shown, factor, offset, unit in _RANGES:
+        source = next(
+            part for part in (result.friction, result.lubrication, result.points.state) if hasattr(part, name)
+        )
+        values = getattr(source, name) * factor + offset
+        finite = values[np.isfinite(values)]
+        least, greatest = (f"{finite.min():.4g}", f"{finite.max():.4g}") if finite.size else ("–", "–")
+        rows.append((shown, least, greatest, unit))
+    return rows
+
+
+def position_rows(result: EfficiencyResult) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Header and one row per mesh position: roll, load, pressure, transmission error, friction, loss."""
+    header = (
+        "pinion roll [deg]",
+        "normal force [kN]",
+        "pairs loaded",
+        "greatest share [-]",
+        "pressure [GPa]",
+        "TE loaded [arcsec]",
+        "mean mu [-]",
+        "loss [W]",
+    )
+    points = result.points
+    rows: list[tuple[str, ...]] = []
+    weight = points.force * points.speed_sliding
+    for number, load in enumerate(result.load.positions):
+        at = points.position == number
+        total, shares = float(weight[at].sum()), load.share.values()
+        mu = float((weight[at] * result.friction.mu[at]).sum()) / total if total > 0.0 else math.nan
+        rows.append(
+            (
+                f"{math.degrees(result.pinion_angle[number]):.2f}",
+                f"{load.force.sum() / 1e3:.3f}",
+                str(sum(share > 0.0 for share in shares)),
+                f"{max(shares):.3f}",
+                f"{load.pressure_hertz.max() / 1e9:.3f}",
+                f"{result.transmission_error_positions[number] * ARCSEC:.2f}",
+                f"{mu:.4f}" if math.isfinite(mu) else "–",
+                f"{result.power_loss_positions[number]:.1f}",
+            )
+        )
+    return header, rows
 
 
 def operating_point(result: EfficiencyResult | Comparison) -> str:
@@ -137,37 +207,3 @@ def map_table(grid: EfficiencyMap) -> None:
         console.print(table)
     for item, count in Counter(note for result in grid.results for note in result.notes).items():
         console.print(f"note     {count} of {len(grid.results)} points: {item}", highlight=False)
-
-
-def _folder(folder: Path) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("--plot", str(folder), "a folder that can be written", f"{error}.") from None
-    return folder
-
-
-def save_gear_figures(result: EfficiencyResult, folder: Path) -> None:
-    """Pressure on the flank, load sharing, transmission error, friction and loss, as PNG files."""
-    from efficiency.output.plots_load import (
-        plot_flank_pressure,
-        plot_friction_and_loss,
-        plot_load_sharing,
-        plot_transmission_error,
-    )
-
-    folder = _folder(folder)
-    for name, plot in (
-        ("flank_pressure", plot_flank_pressure),
-        ("load_sharing", plot_load_sharing),
-        ("transmission_error", plot_transmission_error),
-        ("friction_and_loss", plot_friction_and_loss),
-    ):
-        save_figure(plot(result), folder / f"{name}.png")
-
-
-def save_map_figure(grid: EfficiencyMap, folder: Path) -> None:
-    """The map as a PNG file."""
-    from efficiency.output.plots_load import plot_map
-
-    save_figure(plot_map(grid), _folder(folder) / "efficiency_map.png")

@@ -1,0 +1,241 @@
+"""A gear run as figures and as one HTML page for print: load, lubrication, friction and loss of one operating point,
+efficiency over several."""
+
+from __future__ import annotations
+
+import platform
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from efficiency.output import plots_flank as flank_plots
+from efficiency.output.flank_map import FlankMap
+from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
+from efficiency.output.machine_summary import FLANKS, Units, summary_rows
+from efficiency.output.plots_blank import blank_figure
+from efficiency.output.plots_load import (
+    plot_friction_and_loss,
+    plot_load_sharing,
+    plot_pair_load,
+    plot_transmission_error,
+)
+from efficiency.output.plots_map import map_figures
+from efficiency.output.tables import (
+    KELVIN,
+    RPM,
+    efficiency_rows,
+    operating_point,
+    percent,
+    position_rows,
+    range_rows,
+)
+from ehl import __version__
+from ehl.errors import InputError
+from ehl.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.plots import save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from efficiency.design import Design
+    from efficiency.loss.map import EfficiencyMap
+    from efficiency.loss.result import EfficiencyResult
+
+Named = tuple[str, "Figure", str]
+
+
+def load_figures(flank: FlankMap) -> Iterator[Named]:
+    """(name, figure, caption) of what the load does to the flanks."""
+    yield (
+        "contact_pattern_gear",
+        flank_plots.contact_figure(flank),
+        "Contact pattern under load: Hertz pressure where the flank carries load in the mesh cycle. Orange: the "
+        "lines in contact where the pressure is greatest, as wide as their load per length.",
+    )
+    yield "contact_pattern_pinion", flank_plots.contact_figure(flank, "pinion"), "The same on the pinion."
+    for field, caption in (
+        (flank_plots.PRESSURE, "Hertz pressure on the gear flank; outlined: what carries load."),
+        (flank_plots.LOAD, "Load per length of contact line."),
+    ):
+        yield field.name, flank_plots.field_figure(flank, field), caption
+
+
+def loss_figures(flank: FlankMap) -> Iterator[Named]:
+    """(name, figure, caption) of lubrication, friction and loss over the gear flank."""
+    yield (
+        "sliding",
+        flank_plots.sliding_figure(flank),
+        "Sliding velocity in the projection of the flank; along a tooth of a hypoid gear it does not vanish at the "
+        "pitch cone (dash-dotted).",
+    )
+    for field, caption in (
+        (flank_plots.SLIDE_TO_ROLL, "Length of the sliding vector over the entrainment speed."),
+        (flank_plots.FILM_RATIO, "Smooth isothermal film over the composite roughness Rq."),
+        (flank_plots.FRICTION, f"Friction coefficient of the model {flank.result.friction_model}."),
+        (flank_plots.FLASH, "Bulk temperature and flash."),
+        (flank_plots.LOSS, "Mean power loss per projected area of the flank; its integral is the loss of the mesh."),
+    ):
+        yield field.name, flank_plots.field_figure(flank, field), caption
+
+
+def mesh_figures(result: EfficiencyResult) -> Iterator[Named]:
+    """(name, figure, caption) of what changes as the pair goes through the mesh."""
+    yield "load_sharing", plot_load_sharing(result), "Share of the torque one tooth pair carries."
+    yield "pair_load", plot_pair_load(result), "Normal force and greatest pressure of one tooth pair."
+    yield (
+        "transmission_error",
+        plot_transmission_error(result),
+        "Transmission error without load and under load, each less its mean.",
+    )
+    yield (
+        "friction_and_loss",
+        plot_friction_and_loss(result),
+        "Friction coefficient and power loss at each position of a pinion pitch.",
+    )
+
+
+def save_gear_figures(design: Design, result: EfficiencyResult, folder: Path) -> None:
+    """All figures of one operating point as PNG files."""
+    flank = FlankMap.of(design, result)
+    _save([*load_figures(flank), *loss_figures(flank), *mesh_figures(result)], folder)
+
+
+def save_map_figures(grid: EfficiencyMap, folder: Path) -> None:
+    """All figures of a map as PNG files."""
+    _save(map_figures(grid), folder)
+
+
+def _save(figures: Sequence[Named] | Iterator[Named], folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--plot", str(folder), "a folder that can be written", f"{error}.") from None
+    for name, figure, _ in figures:
+        save_figure(figure, folder / f"{name}.png")
+
+
+def write_gear_report(
+    design: Design,
+    result: EfficiencyResult,
+    path: Path,
+    grid: EfficiencyMap | None = None,
+    units: Units = "metric",
+) -> Path:
+    """One self-contained page of one operating point; with a map, of the map and one of its points in detail.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    flank = FlankMap.of(design, result)
+    sections = [_headline(result)]
+    parts: list[tuple[str, list[Block]]] = []
+    if grid is not None:
+        parts.append(("Efficiency over torque, speed and temperature", _map_blocks(grid, result)))
+    parts += [
+        ("Result", [Table(("quantity", "value", "unit"), efficiency_rows(result), operating_point(result))]),
+        ("Contact under load", [_pictures(load_figures(flank))]),
+        ("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank)), _ranges(result)]),
+        ("Over the mesh", [_pictures(mesh_figures(result)), _positions(result)]),
+        ("Design", _design_blocks(design, units)),
+        ("What the model leaves out", [Table(("skipped",), [(text,) for text in result.skipped])]),
+    ]
+    sections += [Section(f"{number}. {title}", blocks) for number, (title, blocks) in enumerate(parts, start=1)]
+    return write_report(
+        path,
+        f"Gear efficiency: {design.name}",
+        f"{operating_point(result)}, friction {result.friction_model}. {misalignment_text(design).capitalize()}. "
+        f"Source of the design: {design.source or 'not stated'}",
+        sections,
+        f"mixed-ehl {__version__}, Python {platform.python_version()}. Loss and friction of one point computed in "
+        f"{result.seconds:.2g} s. {result.positions} positions, {result.points_per_line} points per line, "
+        f"{result.points_loaded} loaded points.",
+    )
+
+
+def nearest_point(design: Design, grid: EfficiencyMap) -> EfficiencyResult:
+    """The result of a map that lies next to the operating point of the design file; one that did not fail if any."""
+    operation = design.operation
+    usable = [result for result in grid.results if result.status == "converged"] or list(grid.results)
+
+    def distance(result: EfficiencyResult) -> float:
+        return (
+            abs(result.torque_pinion / operation.torque - 1.0)
+            + abs(result.speed_pinion / operation.speed - 1.0)
+            + abs(result.temperature_oil - operation.temperature_oil) / 50.0
+        )
+
+    return min(usable, key=distance)
+
+
+def _headline(result: EfficiencyResult) -> Section:
+    figures = [(f"{percent(result.efficiency, 2)} %", "mesh efficiency")]
+    if result.efficiency_lower < result.efficiency_upper:
+        interval = f"{percent(result.efficiency_lower, 1)}–{percent(result.efficiency_upper, 1)} %"
+        figures.append((interval, "interval of the friction model"))
+    figures += [
+        (f"{result.power_loss:.4g} W", f"friction loss of {result.power_input / 1e3:.4g} kW"),
+        (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
+        (f"{result.pressure_max / 1e9:.2f} GPa", "greatest Hertz pressure"),
+    ]
+    blocks: list[Block] = [KeyFigures(figures)]
+    warnings = [f"not converged: {result.reason}"] if result.status != "converged" else []
+    warnings += list(result.notes)
+    if result.outside_range_share > 0.0:
+        share = percent(result.outside_range_share, 1)
+        warnings.append(f"{share} % of the sliding power lies outside the stated range of {result.friction_model}")
+    if warnings:
+        blocks.append(Table(("to be known",), [(text,) for text in warnings]))
+    return Section("", blocks)
+
+
+def _map_blocks(grid: EfficiencyMap, shown: EfficiencyResult) -> list[Block]:
+    header = ("torque [N m]", *(f"{speed * RPM:.4g} rpm" for speed in grid.speed_pinion))
+    values = grid.values()
+    blocks: list[Block] = [_pictures(map_figures(grid))]
+    for number, temperature in enumerate(grid.temperature_oil):
+        rows = [
+            (f"{torque:.4g}", *(percent(float(value)) for value in line))
+            for torque, line in zip(grid.torque_pinion, values[:, :, number], strict=True)
+        ]
+        blocks.append(Table(header, rows, f"Mesh efficiency [%] at {temperature - KELVIN:.4g} degC.", text_columns=0))
+    notes = Counter(note for result in grid.results for note in result.notes)
+    if notes:
+        rows = [(note, f"{count} of {len(grid.results)}") for note, count in notes.items()]
+        blocks.append(Table(("note", "points"), rows))
+    blocks.append(Text(f"The sections below are of one point of it, {operating_point(shown)}."))
+    return blocks
+
+
+def _pictures(figures: Iterator[Named]) -> Pictures:
+    return Pictures([Picture(figure, caption) for _, figure, caption in figures])
+
+
+def _ranges(result: EfficiencyResult) -> Table:
+    caption = "Local conditions at the loaded points, and friction over them."
+    return Table(("quantity", "least", "greatest", "unit"), range_rows(result), caption)
+
+
+def _positions(result: EfficiencyResult) -> Table:
+    header, rows = position_rows(result)
+    return Table(header, rows, "Positions of a pinion pitch.", text_columns=0)
+
+
+def _design_blocks(design: Design, units: Units) -> list[Block]:
+    rows = summary_rows(design, units)
+    flanks = (
+        Table((words(part), "unit", *FLANKS), lines, "What is zero for all four flanks is left out.", text_columns=2)
+        for part, lines in setting_tables(rows).items()
+    )
+    surface = [
+        (name, member.material, f"{member.roughness_rms * 1e6:.3g}")
+        for name, member in (("pinion", design.pinion), ("gear", design.gear))
+    ]
+    return [
+        Picture(blank_figure(design), "Axial section of both members in the plane of the axes."),
+        Table(("quantity", "unit", "pinion", "gear"), blank_table(rows), text_columns=2),
+        Table(("member", "material", "roughness Rq [µm]"), surface, text_columns=2),
+        *flanks,
+    ]
