@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ import pandas as pd
 
 from ehl.errors import InputError
 from regression.conditions import DERIVED_UNITS, UNITS, Array, derive
+from regression.oil_cards import hashes_of_cards
 from regression.row_format import NUMBER_UNITS, TIMING_UNITS
 from regression.store import one_row_per_case, read_file, read_run, run_files
 
@@ -29,6 +30,8 @@ class Dataset:
         column of that name.
     planned : int
         Cases of the whole plan.
+    card_hashes : dict
+        Oil to the hash of its card; None where one of several cards has changed since and they cannot be told apart.
     """
 
     frame: pd.DataFrame
@@ -38,6 +41,7 @@ class Dataset:
     oil: str
     oil_hash: str
     planned: int
+    card_hashes: dict[str, str | None] = field(default_factory=dict)
 
     @property
     def units(self) -> dict[str, str]:
@@ -81,14 +85,16 @@ def load_dataset(run: Path) -> Dataset:
         raise InputError("run", str(run), "a run with at least one finished case", "Sweep first.")
     derived = derive({name: frame[name].to_numpy() for name in frame if name in UNITS})
     frame = frame.assign(**{name: derived[name] for name in DERIVED_UNITS})
+    oils = tuple(name for name in str(meta["oil"]).split(", ") if name)
     return Dataset(
         frame,
         str(meta["plan_name"]),
         str(meta["plan_hash"]),
         str(meta["solver_version"]),
-        "" if "," in str(meta["oil"]) else str(meta["oil"]),
+        oils[0] if len(oils) == 1 else "",
         str(meta["oil_hash"]),
         int(meta["count"]),
+        hashes_of_cards(oils, str(meta["oil_hash"])),
     )
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,99 +13,25 @@ from pydantic import Field, model_validator
 
 from ehl.errors import InputError
 from ehl.units import Quantity
-from ehl.validation import InputModel, validate
+from ehl.validation import InputModel
 from regression.conditions import UNITS, Array, Conditions
+from regression.data_cloud import DataCloud, Extrapolation
+from regression.error_tables import Band, Finite, Interval, NoiseFloor, Scores
 from regression.families import Family, family_named
+from regression.gp_residual import GpResidual
 
-FORMULA_SCHEMA = 1
+FORMULA_SCHEMA = 2
 # ranges are met by numbers that went through unit conversion and roots
-_RANGE_TOLERANCE = 1e-6
+RANGE_TOLERANCE = 1e-6
 
-Finite = Annotated[float, Quantity("")]
-Width = Annotated[float, Quantity("", ge=0.0)]
+Friction = Annotated[float, Quantity("", ge=0.0, le=1.0)]
 
 
 class OilIdentity(InputModel):
-    """The oil the data were computed for; `name` is None for a lubricant given by numbers."""
+    """An oil the data were computed for; `card_hash` is None where it is not known."""
 
     name: str | None = None
     card_hash: str | None = None
-
-
-class WorstCase(InputModel):
-    """The case with the largest relative error."""
-
-    key: str
-    relative_error: Finite
-    conditions: dict[str, Finite]
-
-
-class Scores(InputModel):
-    """Errors of predicted against computed friction; relative ones are (predicted - computed)/computed."""
-
-    count: int
-    r2: Finite
-    r2_log: Finite
-    rmse: Finite
-    mape: Finite
-    p95: Finite
-    largest: Finite
-    bias: Finite
-    worst: WorstCase
-
-
-class Band(InputModel):
-    """Cross-validated errors within one band of one variable."""
-
-    variable: str
-    low: Finite
-    high: Finite
-    count: int
-    mape: Finite
-    p95: Finite
-    bias: Finite
-
-
-class WidthBand(InputModel):
-    """Half width of the interval within one band of `film_ratio_formula` (low <= value < high).
-
-    `coverage` is the share of the band's held-out cases that lie within widths calibrated on the other folds; None in
-    files written before it was measured.
-    """
-
-    low: Finite
-    high: Finite | None
-    count: int
-    log_width: Width
-    coverage: Annotated[float, Quantity("", ge=0.0, le=1.0)] | None = None
-
-    @model_validator(mode="after")
-    def _ordered(self) -> WidthBand:
-        if self.high is not None and self.high <= self.low:
-            raise InputError("high", self.high, f"above the low end {self.low:.6g}")
-        return self
-
-
-class Interval(InputModel):
-    """Interval of the cross-validated error of ln mu: mu exp(-w) to mu exp(+w).
-
-    `log_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it;
-    `largest` is the greatest error of all and is used outside the range.
-    """
-
-    level: Annotated[float, Quantity("", gt=0.0, lt=1.0)]
-    log_width: Width
-    largest: Width
-    bands: tuple[WidthBand, ...] = ()
-
-    def width(self, conditions: Conditions) -> Array:
-        """Half width at every point, by its band; that of all cases where no band holds it."""
-        ratio = np.asarray(conditions["film_ratio_formula"], dtype=float)
-        width = np.full(ratio.shape, self.log_width)
-        for band in self.bands:
-            inside = (ratio >= band.low) & (True if band.high is None else ratio < band.high)
-            width = np.where(inside, band.log_width, width)
-        return width
 
 
 class DataIdentity(InputModel):
@@ -131,6 +56,8 @@ class FormulaValue:
         Friction coefficient and its interval [-].
     outside : array of bool
         At least one variable lies outside the range of the data.
+    extrapolation : array of int
+        `regression.data_cloud.Extrapolation`: inside, near or far from the fitted cases.
     undefined : array of bool
         No finite positive value; mu and its interval are nan.
     """
@@ -139,11 +66,15 @@ class FormulaValue:
     lower: Array
     upper: Array
     outside: NDArray[np.bool_]
+    extrapolation: NDArray[np.int8]
     undefined: NDArray[np.bool_]
 
 
 class Formula(InputModel):
-    """A fitted friction formula: the content of a formula file."""
+    """A fitted friction formula: the content of a formula file.
+
+    What schema 1 did not know is None there: `residual`, `cloud`, `paths`, `nested`, `noise`.
+    """
 
     schema_version: int = Field(alias="schema")
     writer: str
@@ -154,18 +85,24 @@ class Formula(InputModel):
     dropped: dict[str, str]
     variance_inflation: dict[str, Finite]
     condition_number: Finite
-    boundary_friction: Annotated[float, Quantity("", ge=0.0, le=1.0)]
+    boundary_friction: Friction
+    boundary_friction_range: tuple[Friction, Friction] | None = None
     ranges: dict[str, tuple[Finite, Finite]]
     units: dict[str, str]
-    oil: OilIdentity
+    oils: tuple[OilIdentity, ...]
     fit: Scores
     validation: Scores
     corners: Scores | None
+    paths: Scores | None = None
+    nested: Scores | None = None
     folds: int
     bands: tuple[Band, ...]
     interval: Interval
     noise_floor: Finite
+    noise: NoiseFloor | None = None
     data: DataIdentity
+    cloud: DataCloud | None = None
+    residual: GpResidual | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Formula:
@@ -189,6 +126,8 @@ class Formula(InputModel):
             if unit != UNITS.get(name):
                 allowed = repr(UNITS[name]) if name in UNITS else "a unit of one of " + ", ".join(UNITS)
                 raise InputError(f"units.{name}", unit, allowed, "The numbers of the file are in SI units.")
+        if self.interval.normalised and self.residual is None:
+            raise InputError("interval.normalised", True, "false where there is no Gaussian-process residual")
         return self
 
     @property
@@ -196,15 +135,31 @@ class Formula(InputModel):
         """The family this formula belongs to."""
         return family_named(self.family)
 
+    @property
+    def name(self) -> str:
+        """The family, with the residual if there is one, for tables."""
+        return self.family if self.residual is None else f"{self.family} + GP"
+
+    @property
+    def oil(self) -> OilIdentity:
+        """The oil of a formula of one oil; nameless where there are several, or none by name."""
+        return self.oils[0] if len(self.oils) == 1 else OilIdentity()
+
     def outside(self, conditions: Conditions) -> NDArray[np.bool_]:
         """Where at least one variable lies outside its range."""
         result = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
         for name, (low, high) in self.ranges.items():
-            slack = _RANGE_TOLERANCE * max(abs(low), abs(high))
+            slack = RANGE_TOLERANCE * max(abs(low), abs(high))
             result |= (conditions[name] < low - slack) | (conditions[name] > high + slack)
         return result
 
-    def evaluate(self, conditions: Conditions) -> FormulaValue:
+    def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
+        """`regression.data_cloud.Extrapolation` of every point; all inside where the file holds no cloud."""
+        if self.cloud is None:
+            return np.zeros(np.shape(conditions["pressure_hertz"]), dtype=np.int8)
+        return self.cloud.extrapolation(conditions)
+
+    def evaluate(self, conditions: Conditions, boundary_friction: float | None = None) -> FormulaValue:
         """Friction at many points.
 
         Below the least sliding of the data mu falls linearly to 0 with it: the form itself may be infinite there.
@@ -213,23 +168,44 @@ class Formula(InputModel):
         ----------
         conditions : mapping
             The variables of `regression.conditions.UNITS` as arrays of one shape.
+        boundary_friction : float, optional
+            In place of the formula's own; only families that take it as an input notice.
 
         Returns
         -------
         FormulaValue
         """
-        outside = self.outside(conditions)
+        outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
         least = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
         table, ramp = _with_least_sliding(conditions, least)
         shape = np.shape(outside)
         flat = {name: np.ravel(values) for name, values in table.items()}
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-            mu = np.exp(self.form.log_mu(flat, self.coefficients, self.boundary_friction)).reshape(shape)
+        mu_b = self.boundary_friction if boundary_friction is None else boundary_friction
+        mu, deviation = self.friction(flat, mu_b)
+        mu = mu.reshape(shape)
         # 0 is an exponential that fell below the range of numbers
         undefined = ~(np.isfinite(mu) & (mu > 0.0))
         mu = np.where(undefined, np.nan, mu * ramp)
-        width = np.where(outside, self.interval.largest, self.interval.width(conditions))
-        return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, undefined)
+        width = self.interval.width(conditions, None if deviation is None else deviation.reshape(shape))
+        width = np.where(extrapolation >= Extrapolation.NEAR, np.maximum(width, self.interval.near), width)
+        beyond = outside | (extrapolation == Extrapolation.FAR)
+        width = np.where(beyond, np.maximum(width, self.interval.largest), width)
+        return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
+
+    def friction(self, table: Conditions, boundary_friction: float | Array) -> tuple[Array, Array | None]:
+        """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual).
+
+        Parameters
+        ----------
+        table : mapping
+            Columns of shape (n,), with sliding.
+        boundary_friction : float or array of shape (n,)
+        """
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+            mu = np.exp(self.form.log_mu(table, self.coefficients, cast("float", boundary_friction)))
+        if self.residual is None:
+            return mu, None
+        return corrected(mu, self.residual, table, boundary_friction)
 
     def to_text(self) -> str:
         """The equation and its coefficients, to read and to type in."""
@@ -239,14 +215,18 @@ class Formula(InputModel):
             error = self.standard_errors.get(term)
             spread = f" +- {error:.3g}" if error is not None and not note else ""
             lines.append(f"  {term} = {self.coefficients[term]:.9g}{spread}{note}")
+        if self.residual is not None:
+            inputs = ", ".join(self.residual.variables)
+            lines += ["", f"times exp(r), a Gaussian process of {len(self.residual.points)} points in {inputs}"]
         lines += ["", "range:"]
         lines += [f"  {name}: {low:.6g} to {high:.6g} {UNITS[name]}" for name, (low, high) in self.ranges.items()]
         return "\n".join(lines)
 
     def to_json(self) -> str:
         """The file's text; numbers keep all their digits."""
-        content = self.model_dump(mode="json", by_alias=True)
-        return json.dumps(content, indent=2, allow_nan=False) + "\n"
+        from regression.formula_file import formula_text
+
+        return formula_text(self)
 
     def save(self, path: str | Path) -> None:
         """Write the formula file.
@@ -262,6 +242,20 @@ class Formula(InputModel):
             raise InputError("formula file", str(path), "a writable path", f"{error.strerror}.") from None
 
 
+def corrected(
+    mu: Array, residual: GpResidual, table: Conditions, boundary_friction: float | Array
+) -> tuple[Array, Array]:
+    """Friction of a form times its Gaussian-process correction, and the standard deviation of ln mu.
+
+    The correction raises no friction above the greater of boundary friction and limiting shear: the bound of the
+    physics holds by construction wherever the form keeps it.
+    """
+    correction, deviation = residual.correction(table)
+    bound = np.maximum(np.maximum(boundary_friction, table["limiting_shear_coefficient"]), mu)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.minimum(mu * np.exp(correction), bound), np.sqrt(deviation**2 + residual.noise)
+
+
 def _with_least_sliding(conditions: Conditions, least: float) -> tuple[Mapping[str, Array], Array]:
     total = conditions["slide_to_roll_total"]
     if least <= 0.0:
@@ -271,31 +265,3 @@ def _with_least_sliding(conditions: Conditions, least: float) -> tuple[Mapping[s
     table["slide_to_roll_total"] = floored
     table["speed_sliding"] = floored * np.abs(conditions["speed_entrainment"])
     return table, np.minimum(total / least, 1.0)
-
-
-def load_formula(path: str | Path) -> Formula:
-    """Read a formula file.
-
-    Raises
-    ------
-    InputError
-        The file does not exist, is no formula file, was damaged, or was written with a newer schema.
-    """
-    path = Path(path)
-    allowed = "a formula file written by `mixed-ehl fit`"
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError("formula file", str(path), allowed, "The file does not exist.") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise InputError("formula file", str(path), allowed, f"It could not be read: {error}.") from None
-    if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
-        raise InputError("formula file", str(path), allowed, "It holds no schema number.")
-    if content["schema"] > FORMULA_SCHEMA:
-        raise InputError(
-            f"{path.name}.schema",
-            content["schema"],
-            f"at most {FORMULA_SCHEMA}",
-            f"It was written by the newer version {content.get('writer', 'unknown')}; update mixed-ehl to read it.",
-        )
-    return validate(Formula, content, path.name)

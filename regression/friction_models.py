@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import Protocol, runtime_checkable
@@ -15,8 +15,11 @@ from ehl.errors import InputError
 from ehl.oil import Oil
 from ehl.state import ContactState
 from ehl.units import Quantity
-from regression.conditions import Array, conditions_of
-from regression.formula import Formula, load_formula
+from regression.conditions import UNITS, Array, Conditions, conditions_of
+from regression.data_cloud import Extrapolation
+from regression.formula import Formula
+from regression.formula_file import load_formula
+from regression.oil_cards import card_hash
 from regression.published_registry import PUBLISHED, PublishedFormula, evaluate_published
 
 
@@ -24,10 +27,13 @@ class FrictionFlag(IntEnum):
     """What is to be said of one friction value; the greatest that applies is given."""
 
     OK = 0
-    OTHER_OIL = 1  # the formula was fitted to another oil
-    OUTSIDE_RANGE = 2  # at least one variable lies outside the stated range
-    NOT_CONVERGED = 3  # a solver was asked and did not converge
-    UNDEFINED = 4  # the formula has no positive value here; mu is nan
+    OTHER_CARD = 1  # the card of the formula's oil has other figures now than when its data were computed
+    OTHER_OIL = 2  # the formula was fitted to another oil
+    EXTRAPOLATED_NEAR = 3  # within the range of every variable, but beside the cases the formula was fitted to
+    EXTRAPOLATED_FAR = 4  # and with no such case near
+    OUTSIDE_RANGE = 5  # at least one variable lies outside the stated range
+    NOT_CONVERGED = 6  # a solver was asked and did not converge
+    UNDEFINED = 7  # the formula has no positive value here; mu is nan
 
 
 @dataclass(frozen=True)
@@ -104,23 +110,68 @@ class PublishedFriction:
 
 @dataclass(frozen=True)
 class FormulaFriction:
-    """A fitted formula file."""
+    """A fitted formula file.
+
+    Parameters
+    ----------
+    formula : Formula
+    name : str
+        What the user asked for.
+    boundary_friction : float or None
+        In place of that the data were computed with; only families that take it as an input notice.
+    refuse : bool
+        Refuse points outside the range or beside the cases of the fit, in place of flagging them.
+    """
 
     formula: Formula
     name: str
+    boundary_friction: float | None = None
+    refuse: bool = False
 
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        """Friction with the interval of the fit; outside its range and with another oil the widest error seen."""
-        value = self.formula.evaluate(conditions_of(state, oil))
-        known = self.formula.oil.name
-        other = known is not None and known != oil.name
-        width = self.formula.interval.largest
-        lower = value.mu * np.exp(-width) if other else value.lower
-        upper = value.mu * np.exp(width) if other else value.upper
-        flag = np.full(np.shape(value.mu), FrictionFlag.OTHER_OIL if other else FrictionFlag.OK)
+        """Friction with the interval of the fit; outside its range and with another oil the widest error seen.
+
+        Raises
+        ------
+        InputError
+            With `refuse`: a point is outside the range or beside the cases of the fit.
+        """
+        conditions = conditions_of(state, oil)
+        value = self.formula.evaluate(conditions, self.boundary_friction)
+        beside = value.extrapolation >= Extrapolation.NEAR
+        if self.refuse and np.any(value.outside | beside):
+            raise self._refused(conditions, value.outside, beside)
+        flag = np.full(np.shape(value.mu), self._oil_flag(oil))
+        flag = np.where(beside, FrictionFlag.EXTRAPOLATED_NEAR, flag)
+        flag = np.where(value.extrapolation == Extrapolation.FAR, FrictionFlag.EXTRAPOLATED_FAR, flag)
         flag = np.where(value.outside, FrictionFlag.OUTSIDE_RANGE, flag)
         flag = np.where(value.undefined, FrictionFlag.UNDEFINED, flag)
+        lower, upper = value.lower, value.upper
+        if self._oil_flag(oil) == FrictionFlag.OTHER_OIL:
+            width = self.formula.interval.largest
+            lower, upper = np.minimum(lower, value.mu * np.exp(-width)), np.maximum(upper, value.mu * np.exp(width))
         return FrictionEstimate(value.mu, lower, upper, flag.astype(np.int8))
+
+    def _oil_flag(self, oil: Oil) -> FrictionFlag:
+        if not self.formula.oils:
+            return FrictionFlag.OK
+        for identity in self.formula.oils:
+            if identity.name == oil.name:
+                known = identity.card_hash in (None, card_hash(oil))
+                return FrictionFlag.OK if known else FrictionFlag.OTHER_CARD
+        return FrictionFlag.OTHER_OIL
+
+    def _refused(self, conditions: Conditions, outside: NDArray[np.bool_], beside: NDArray[np.bool_]) -> InputError:
+        wrong = outside | beside
+        for name, (low, high) in self.formula.ranges.items():
+            there = np.ravel(conditions[name])[np.ravel(wrong)]
+            if there.min() < low or there.max() > high:
+                value = float(there.min() if there.min() < low else there.max())
+                where = f"{low:.6g} to {high:.6g} {UNITS[name]}".strip()
+                hint = f"{int(np.sum(wrong))} of {wrong.size} points lie outside the data of {self.name}."
+                return InputError(name, value, where, hint)
+        hint = f"Each variable is within its range, but no case of {self.name} has them together."
+        return InputError("conditions", f"{int(np.sum(wrong))} of {wrong.size} points", "points among the data", hint)
 
 
 def friction_model(spec: str) -> FrictionModel:
@@ -130,7 +181,7 @@ def friction_model(spec: str) -> FrictionModel:
     ----------
     spec : str
         ``constant:0.05``, a name of the registry (``xu_kahraman_2007``), a shipped formula, or the path of a formula
-        file.
+        file; ``strict:`` before the last two refuses points outside the data.
 
     Raises
     ------
@@ -143,8 +194,21 @@ def friction_model(spec: str) -> FrictionModel:
         if not colon:
             raise InputError("friction constant", None, "its value, as in constant:0.05")
         return ConstantFriction(Quantity("", ge=0.0, le=1.0).check(value, "friction constant"))
+    if kind == "strict" and colon:
+        return replace(formula_friction(value), name=spec, refuse=True)
     if spec in PUBLISHED:
         return PublishedFriction(PUBLISHED[spec])
+    return formula_friction(spec)
+
+
+def formula_friction(spec: str) -> FormulaFriction:
+    """A shipped formula, or a formula file.
+
+    Raises
+    ------
+    InputError
+        Neither exists, or the file is no formula.
+    """
     if spec in shipped_formulas():
         return FormulaFriction(load_formula(data_path("formulas", f"{spec}.json")), spec)
     path = Path(spec)
@@ -158,7 +222,9 @@ def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
     names = data_names("formulas", ".json")
     if oil is None:
         return names
-    return tuple(name for name in names if load_formula(data_path("formulas", f"{name}.json")).oil.name == oil)
+    return tuple(
+        name for name in names if oil in {o.name for o in load_formula(data_path("formulas", f"{name}.json")).oils}
+    )
 
 
 def friction_model_choices() -> str:

@@ -10,18 +10,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from regression.conditions import Array
-from regression.formula import Band, Interval, Scores, WidthBand, WorstCase
+from regression.error_tables import Band, Interval, NoiseFloor, Scores, WidthBand, WorstCase
+from regression.noise import BANDS, band_noise
 
 INTERVAL_LEVEL = 0.9
 _LEAST_IN_BAND = 20  # held-out cases a band needs for an interval of its own
-
-# edges of the bands errors are reported in; outer bands are open
-BANDS: dict[str, tuple[float, ...]] = {
-    "film_ratio": (0.5, 1.0, 2.0),
-    "slide_to_roll_total": (0.05, 0.2, 0.5, 1.0),
-    "pressure_hertz": (0.7e9, 1.0e9, 1.5e9),
-    "temperature_oil": (333.15, 353.15, 373.15),
-}
 
 
 def computed_friction(frame: pd.DataFrame) -> Array:
@@ -40,7 +33,8 @@ def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
         count=len(mu),
         r2=_r2(mu, predicted),
         r2_log=_r2(np.log(mu), np.log(predicted)),
-        rmse=float(np.sqrt(np.mean((predicted - mu) ** 2))),
+        rmse=_rms(predicted - mu),
+        rmse_log=_rms(np.log(predicted / mu)),
         mape=float(np.mean(np.abs(relative))),
         p95=float(np.quantile(np.abs(relative), 0.95)),
         largest=float(np.abs(relative).max()),
@@ -54,9 +48,26 @@ def _r2(observed: Array, predicted: Array) -> float:
     return 1.0 - float(np.sum((observed - predicted) ** 2)) / total if total > 0.0 else 0.0
 
 
-def bands(frame: pd.DataFrame, predicted: Array) -> tuple[Band, ...]:
-    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out."""
-    relative = predicted / computed_friction(frame) - 1.0
+def bands(
+    frame: pd.DataFrame,
+    predicted: Array,
+    covered: NDArray[np.bool_] | None = None,
+    noise: NoiseFloor | None = None,
+) -> tuple[Band, ...]:
+    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Rows of a dataset.
+    predicted : array, shape (n,)
+    covered : array of bool, shape (n,), optional
+        Whether each case lies within its interval.
+    noise : NoiseFloor, optional
+        Scatter over roughness realisations, put beside the errors.
+    """
+    mu = computed_friction(frame)
+    relative = predicted / mu - 1.0
     result = []
     for variable, edges in BANDS.items():
         values = frame[variable].to_numpy(dtype=float)
@@ -74,15 +85,32 @@ def bands(frame: pd.DataFrame, predicted: Array) -> tuple[Band, ...]:
                         low=low,
                         high=high,
                         count=int(inside.sum()),
+                        r2=_r2(mu[inside], predicted[inside]),
+                        rmse=_rms(predicted[inside] - mu[inside]),
+                        rmse_log=_rms(np.log(predicted[inside] / mu[inside])),
                         mape=float(error.mean()),
                         p95=float(np.quantile(error, 0.95)),
+                        largest=float(error.max()),
                         bias=float(relative[inside].mean()),
+                        coverage=None if covered is None else float(covered[inside].mean()),
+                        noise=band_noise(noise, variable, low),
                     )
                 )
     return tuple(result)
 
 
-def interval_of(frame: pd.DataFrame, error: Array, folds: NDArray[np.int64] | None = None) -> Interval:
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def interval_of(
+    frame: pd.DataFrame,
+    error: Array,
+    folds: NDArray[np.int64] | None = None,
+    *,
+    deviation: Array | None = None,
+    beside: NDArray[np.bool_] | None = None,
+) -> Interval:
     """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is.
 
     Parameters
@@ -93,16 +121,27 @@ def interval_of(frame: pd.DataFrame, error: Array, folds: NDArray[np.int64] | No
         Absolute error of ln mu of every row, held out.
     folds : array of int, shape (n,), optional
         Fold each row was held out with: measures the coverage of every band, with widths from the other folds.
+    deviation : array, shape (n,), optional
+        The formula's own standard deviation of ln mu at every row, held out; widths become multiples of it.
+    beside : array of bool, shape (n,), optional
+        Rows that lay outside the cloud of the cases of the other folds: what an extrapolation costs.
     """
     ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
-    widths = _band_widths(ratio, error)
+    score = error if deviation is None else error / deviation
+    widths = _band_widths(ratio, score)
     if folds is not None:
-        covered = _covered_by_other_folds(ratio, error, folds)
+        covered = covered_by_other_folds(ratio, score, folds)
         widths = tuple(
             band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
         )
+    outer = error if beside is None or beside.sum() < _LEAST_IN_BAND else error[beside]
     return Interval(
-        level=INTERVAL_LEVEL, log_width=conformal_width(error, INTERVAL_LEVEL), largest=float(error.max()), bands=widths
+        level=INTERVAL_LEVEL,
+        log_width=conformal_width(score, INTERVAL_LEVEL),
+        largest=float(error.max()),
+        bands=widths,
+        normalised=deviation is not None,
+        near=conformal_width(outer, INTERVAL_LEVEL),
     )
 
 
@@ -122,7 +161,7 @@ def _inside(band: WidthBand, ratio: Array) -> NDArray[np.bool_]:
     return np.asarray((ratio >= band.low) & (True if band.high is None else ratio < band.high))
 
 
-def _covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64]) -> NDArray[np.bool_]:
+def covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Whether each held-out error lies within the width that the errors of all other folds give its band."""
     covered = np.zeros(len(error), dtype=bool)
     for number in np.unique(folds):

@@ -23,6 +23,7 @@ from ehl.oil import Oil
 from regression.cost import case_seconds
 from regression.evaluators import SOLVER, Evaluator, case_key, solve_outputs
 from regression.executors import Executor, compute, local_executor
+from regression.oil_cards import card_hash, cards_hash
 from regression.plan import Plan
 from regression.recorder import Progress as Progress
 from regression.recorder import Recorder, stop_requests
@@ -282,14 +283,12 @@ def _bodies_hash(plan: Plan) -> str:
 
 def oil_hash(name: str) -> str:
     """Hash of the figures on an oil card."""
-    return hashlib.sha256(Oil.load(name).model_dump_json(exclude={"description", "source"}).encode()).hexdigest()
+    return card_hash(Oil.load(name))
 
 
 def oils_hash(names: tuple[str, ...]) -> str:
     """Hash of the figures on the oil cards of a plan; that of the card itself where there is one."""
-    if len(names) <= 1:
-        return oil_hash(names[0]) if names else ""
-    return hashlib.sha256("\n".join(oil_hash(name) for name in names).encode()).hexdigest()
+    return cards_hash([oil_hash(name) for name in names])
 
 
 def available_jobs() -> int:

@@ -31,7 +31,7 @@ from ehl._data import data_path
 from ehl.errors import ConvergenceError, InputError
 from ehl.oil import Oil
 from ehl.state import ContactState
-from regression.formula import load_formula
+from regression.formula_file import load_formula
 from regression.friction_models import ConstantFriction, FormulaFriction, FrictionEstimate, FrictionFlag
 
 DESIGN = load_design("fm_spiral_bevel_14x39")

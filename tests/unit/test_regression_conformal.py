@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from ehl._data import data_path
-from regression.formula import load_formula
+from regression.formula_file import load_formula
 from regression.scores import interval_of
 
 SCALES = (0.005, 0.02, 0.04, 0.1)

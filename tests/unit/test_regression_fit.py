@@ -12,9 +12,10 @@ import pytest
 from ehl.errors import InputError
 from ehl.validation import validate
 from regression.coefficients import linear_fit
+from regression.cross_validation import cell_groups, fold_numbers
 from regression.dataset import Dataset, export_table, load_dataset
 from regression.evaluators import published_outputs
-from regression.fit import cell_groups, fit_families, fit_formula, fold_numbers, usable_rows
+from regression.fit import fit_families, fit_formula, usable_rows
 from regression.plan import Plan
 from regression.scores import bands, conformal_width, interval_of, noise_floor, scores
 from regression.sweep import sweep

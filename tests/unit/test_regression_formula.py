@@ -16,7 +16,8 @@ from ehl.oil import Oil
 from ehl.state import ContactState
 from regression.conditions import conditions_of
 from regression.families import FAMILIES, LOAD_SHARE, load_share_parts
-from regression.formula import FORMULA_SCHEMA, Formula, load_formula
+from regression.formula import FORMULA_SCHEMA, Formula
+from regression.formula_file import load_formula
 from regression.friction_models import FormulaFriction, FrictionFlag, FrictionModel, friction_model
 from regression.published import XU_COEFFICIENTS, xu_kahraman_2007
 
@@ -51,7 +52,7 @@ def content(family: str, coefficients: dict[str, float]) -> dict[str, Any]:
             "speed_entrainment": [1.0, 15.0],
         },
         "units": {"pressure_hertz": "Pa"},
-        "oil": {"name": "fva3", "card_hash": "0"},
+        "oils": [{"name": "fva3", "card_hash": None}],
         "fit": SCORES,
         "validation": SCORES,
         "corners": None,

@@ -1,0 +1,121 @@
+"""Held-out friction: whole cells of pressure and radius left out together; the choice of the family nested in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ehl.errors import ConvergenceError, InputError
+from regression.conditions import Array
+from regression.data_cloud import Extrapolation, data_cloud
+from regression.dataset import columns
+from regression.families import Family
+from regression.fitted_form import fit_form
+from regression.scores import computed_friction
+
+FOLDS = 10
+_INNER_FOLDS = 5
+_CELLS = 4  # cells per axis of the (p, R) groups
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Friction of every row by a formula fitted without its fold.
+
+    Parameters
+    ----------
+    mu : array, shape (n,)
+    deviation : array, shape (n,), or None
+        The formula's own standard deviation of ln mu, where it has one.
+    folds : array of int, shape (n,)
+    beside : array of bool, shape (n,)
+        Rows that lie outside the cloud of the cases of the other folds.
+    """
+
+    mu: Array
+    deviation: Array | None
+    folds: NDArray[np.int64]
+    beside: NDArray[np.bool_]
+
+
+def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
+    """Group of every row: its cell of a 4 x 4 grid in pressure and radius (logarithm) over their ranges."""
+    groups = np.zeros(len(frame), dtype=np.int64)
+    for values in (frame["pressure_hertz"].to_numpy(), np.log(frame["radius_equivalent"].to_numpy())):
+        low, width = values.min(), np.ptp(values)
+        cell = (values - low) / width * _CELLS if width > 1e-9 * abs(low) else np.zeros(len(values))
+        groups = groups * _CELLS + np.minimum(cell.astype(np.int64), _CELLS - 1)
+    return groups
+
+
+def fold_numbers(frame: pd.DataFrame, count: int = FOLDS) -> NDArray[np.int64]:
+    """Fold of every row: whole (p, R) cells are held out together; fewer than two cells fall back to rows in turn."""
+    from sklearn.model_selection import GroupKFold
+
+    groups = cell_groups(frame)
+    count = min(count, np.unique(groups).size)
+    if count < 2:
+        return np.arange(len(frame)) % min(FOLDS, len(frame))
+    folds = np.zeros(len(frame), dtype=np.int64)
+    for number, (_, held) in enumerate(GroupKFold(count).split(groups, groups=groups)):
+        folds[held] = number
+    return folds
+
+
+def cross_validate(
+    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, folds: NDArray[np.int64] | None = None
+) -> HeldOut:
+    """Friction of every row by a formula fitted without its fold; the length scales of a process are found anew too."""
+    folds = fold_numbers(frame) if folds is None else folds
+    mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
+    beside = np.zeros(len(frame), dtype=bool)
+    for number in np.unique(folds):
+        held = folds == number
+        rest = frame[~held].reset_index(drop=True)
+        form = fit_form(family, rest, gaussian_process=gaussian_process)
+        mu[held], spread = form.friction(frame[held])
+        if spread is not None:
+            deviation[held] = spread
+        cloud = data_cloud(columns(rest), family.box)
+        if cloud is not None:
+            beside[held] = cloud.extrapolation(columns(frame[held])) >= Extrapolation.NEAR
+    return HeldOut(mu, deviation if gaussian_process else None, folds, beside)
+
+
+def nested_cross_validate(families: Sequence[Family], frame: pd.DataFrame) -> tuple[Array, Mapping[str, int]]:
+    """Held-out friction where the family too is chosen without the fold, by cross-validation among the other rows.
+
+    Returns
+    -------
+    mu : array, shape (n,)
+    chosen : mapping
+        Family to the number of folds it was chosen in.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        No family can be fitted to the rows of some fold.
+    """
+    folds = fold_numbers(frame)
+    mu, chosen = np.empty(len(frame)), dict.fromkeys((family.name for family in families), 0)
+    for number in np.unique(folds):
+        held = folds == number
+        rest = frame[~held].reset_index(drop=True)
+        inner = fold_numbers(rest, _INNER_FOLDS)
+        errors: dict[str, float] = {}
+        for family in families:
+            try:
+                found = cross_validate(family, rest, folds=inner).mu
+            except (InputError, ConvergenceError):
+                continue
+            errors[family.name] = float(np.mean(np.log(found / computed_friction(rest)) ** 2))
+        if not errors:
+            raise InputError("run", "no family fits", "data that at least one family can be fitted to")
+        best = min(errors, key=lambda name: errors[name])
+        chosen[best] += 1
+        mu[held] = fit_form(next(f for f in families if f.name == best), rest).friction(frame[held])[0]
+    return mu, chosen
