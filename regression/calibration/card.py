@@ -1,0 +1,151 @@
+"""The oil card a calibration writes: the card it began with, new figures, and the record of what they come from."""
+
+from __future__ import annotations
+
+import datetime
+import re
+from pathlib import Path
+from typing import Any
+
+from ehl.errors import InputError
+from ehl.oil import CalibratedValue, CalibrationRecord, Oil
+from regression.calibration.calibrate import SOLVER_VERSION, CalibrationResult, reference_temperature
+from regression.calibration.measurement import Measurement
+from regression.calibration.parameters import RISING, card_with
+from regression.calibration.setup import CalibrationSetup
+
+SURFACE = ("boundary_friction", "boundary_film", "load_sharing_scale")
+
+
+def calibrated_card(
+    name: str, measurement: Measurement, setup: CalibrationSetup, result: CalibrationResult, date: datetime.date
+) -> Oil:
+    """The card with the calibrated figures and their record.
+
+    Figures that were not determined stay those of the card the calibration began with, unless the data exclude them.
+    """
+    base = Oil.load(setup.oil)
+    moved = set(setup.parameters)
+    if set(RISING) & moved:
+        moved |= set(RISING)
+    oil_values = {name: value for name, value in result.values.items() if name in moved and name not in SURFACE}
+    card = card_with(base, oil_values, reference_temperature(measurement))
+    used = [i for i in range(measurement.size) if i + 1 not in result.excluded]
+    record = CalibrationRecord(
+        file=measurement.name,
+        file_hash=measurement.file_hash,
+        date=date.isoformat(),
+        solver_version=SOLVER_VERSION,
+        card=setup.oil,
+        model=_model_words(setup),
+        geometry=_geometry_words(setup),
+        coating=setup.specimens.coating,
+        rows_used=len(used),
+        rows_excluded=len(result.excluded),
+        outliers=result.outliers,
+        noise=result.noise,
+        fitted={
+            estimate.name: CalibratedValue(
+                value=estimate.value,
+                standard_error=estimate.standard_error,
+                interval_low=estimate.interval_low,
+                interval_high=estimate.interval_high,
+                unit=estimate.unit,
+            )
+            for estimate in result.parameters
+            if estimate.name in result.fitted
+        },
+        undetermined=tuple(e.name for e in result.parameters if e.status == "undetermined"),
+        held={e.name: e.held for e in result.parameters if e.status == "undetermined"},
+        conditions={
+            column: (float(values[used].min()), float(values[used].max()))
+            for column, values in measurement.columns.items()
+        },
+        surface={key: result.values[key] for key in SURFACE if key in result.values},
+    )
+    words = f"calibrated from {measurement.name} ({len(used)} rows) on {date.isoformat()}, beginning with {setup.oil}"
+    changes = {
+        "name": name,
+        "description": f"{base.description}; {words}".removeprefix("; "),
+        "source": f"{', '.join(result.fitted)} {words}; all other figures: {base.source}",
+        "calibration": record,
+    }
+    return card.model_copy(update=changes)
+
+
+def _model_words(setup: CalibrationSetup) -> str:
+    model = setup.model
+    law = f" ({model.load_sharing})" if model.roughness == "load_sharing" else ""
+    stress = "rising" if setup.rising else "constant"
+    return f"{model.roughness}{law}, {model.accuracy}, thermal {model.thermal}, {stress} Eyring stress"
+
+
+def _geometry_words(setup: CalibrationSetup) -> str:
+    specimens = setup.specimens
+    if specimens.geometry == "line":
+        return "line contact"
+    return f"point contact, solved as a line contact of the same {specimens.match.replace('_', ' ')}"
+
+
+def card_text(card: Oil) -> str:
+    """The card as TOML, numbers in SI."""
+    content: dict[str, Any] = card.model_dump(exclude_none=True)
+    if card.eyring_stress_pressure is not None:
+        content["eyring_stress_pressure"] = card.eyring_stress_pressure.model_dump()
+    if card.calibration is not None:
+        content["calibration"] = card.calibration.model_dump()
+    return "# Written by mixed-ehl calibrate; numbers in SI units.\n" + "\n".join(_toml(content, ()))
+
+
+def write_card(card: Oil, path: Path) -> None:
+    """Write the card, and make sure that it reads back as it is.
+
+    Raises
+    ------
+    InputError
+        The path does not end in .toml or cannot be written.
+    """
+    if path.suffix != ".toml":
+        raise InputError("--output", str(path), "a file name ending in .toml")
+    try:
+        path.write_text(card_text(card), encoding="utf-8")
+    except OSError as error:
+        raise InputError("--output", str(path), "a writable path", f"{error.strerror}.") from None
+    Oil.load(str(path))
+
+
+def _toml(table: dict[str, Any], path: tuple[str, ...]) -> list[str]:
+    plain = {key: value for key, value in table.items() if not isinstance(value, dict)}
+    lines = [f"[{'.'.join(map(_key, path))}]"] if path and (plain or not table) else []
+    lines += [f"{_key(key)} = {_literal(value)}" for key, value in plain.items()]
+    lines.append("")
+    for key, value in table.items():
+        if isinstance(value, dict):
+            lines += _toml(value, (*path, key))
+    return lines
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _literal(key)
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(_literal(entry) for entry in value) + "]"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+        return f'"{escaped}"'
+    return repr(value)
+
+
+def use_words(path: Path, setup: CalibrationSetup, result: CalibrationResult) -> list[str]:
+    """What to write in an input file so that the calibrated values are used."""
+    lines = [f'[lubricant]  oil = "{path}"' + ('  eyring_stress_law = "pressure"' if setup.rising else "")]
+    told = [name for name in SURFACE if name in result.fitted]
+    for table, names in (("surface", ("boundary_friction", "boundary_film")), ("model", ("load_sharing_scale",))):
+        here = [f"{name} = {result.values[name]:.4g}" for name in names if name in told]
+        if table == "model" and (here or told):
+            here.append(f'roughness = "{setup.model.roughness}"')
+        if here:
+            lines.append(f"[{table}]  " + "  ".join(here))
+    return lines
