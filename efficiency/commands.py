@@ -3,78 +3,38 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from efficiency.contact.pair import Side
-    from efficiency.design import Design
-    from efficiency.run import Conditions
-
-DesignArgument = Annotated[str, typer.Argument(metavar="DESIGN", help="A design file, or the name of a shipped one.")]
-SideOption = Annotated[str, typer.Option(help="Flanks that carry the load: drive or coast.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
-TorqueOption = Annotated[str | None, typer.Option(help="Pinion torque with its unit: '250 N m'.")]
-SpeedOption = Annotated[str | None, typer.Option(help="Pinion speed with its unit: '1500 rpm'.")]
-TemperatureOption = Annotated[str | None, typer.Option(help="Oil temperature with its unit: '80 degC'.")]
-OilOption = Annotated[str | None, typer.Option(help="Oil card in place of the design's.")]
-
-
-EOption = Annotated[str | None, typer.Option("--E", help="Misalignment along the offset: '0.1 mm'.")]
-POption = Annotated[str | None, typer.Option("--P", help="Misalignment along the pinion axis, from apex to heel.")]
-GOption = Annotated[str | None, typer.Option("--G", help="Misalignment along the gear axis, from apex to heel.")]
-AlphaOption = Annotated[str | None, typer.Option("--alpha", help="Misalignment of the shaft angle: '2 arcmin'.")]
-UnitsOption = Annotated[str, typer.Option(help="Units of tables: metric or inch.")]
-
-Lists = tuple[list[float], list[float], list[float]]
-
-
-def _side(side: str) -> Side:
-    from ehl.errors import InputError
-
-    if side == "drive":
-        return "drive"
-    if side == "coast":
-        return "coast"
-    raise InputError("--side", side, "drive or coast")
-
-
-def _lists(torque: str | None, speed: str | None, temperature: str | None) -> Lists:
-    from efficiency.design import OPERATION_LIMITS
-
-    def check(text: str | None, name: str, option: str) -> list[float]:
-        return [] if text is None else OPERATION_LIMITS[name].check_list(text, option)
-
-    return (
-        check(torque, "torque", "--torque"),
-        check(speed, "speed", "--speed"),
-        check(temperature, "temperature_oil", "--temperature"),
-    )
-
-
-def _conditions(lists: Lists, oil: str | None) -> Conditions:
-    from efficiency.run import Conditions
-
-    torque, speed, temperature = (values[0] if values else None for values in lists)
-    return Conditions(torque, speed, temperature, oil)
-
-
-def aligned_design(design: str, misalignment: dict[str, str | None]) -> Design:
-    """A design with what the command line says of its misalignment."""
-    from threadpoolctl import threadpool_limits
-
-    from efficiency.design import Misalignment, load_design
-    from ehl.expectation import quantity_of
-
-    with threadpool_limits(1):
-        loaded = load_design(design)
-    given = {
-        name: quantity_of(Misalignment, name).check(text, f"--{name}", bare=False)
-        for name, text in misalignment.items()
-        if text is not None
-    }
-    return loaded.with_misalignment(**loaded.assembly.misalignment.model_dump() | given) if given else loaded
+from efficiency.command_options import (
+    GEOMETRY,
+    OPERATION,
+    OUTPUT,
+    AlphaOption,
+    CsvOption,
+    DesignArgument,
+    EOption,
+    FiguresOption,
+    GOption,
+    JobsOption,
+    JsonOption,
+    OilOption,
+    POption,
+    ReportOption,
+    SideOption,
+    SpeedOption,
+    TemperatureOption,
+    TorqueOption,
+    UnitsOption,
+    XlsxOption,
+    aligned_design,
+    chosen_side,
+    first_conditions,
+    operating_lists,
+    output_files,
+    progress,
+)
 
 
 def gear(
@@ -87,22 +47,34 @@ def gear(
     temperature: TemperatureOption = None,
     oil: OilOption = None,
     side: Annotated[
-        str | None, typer.Option(help="Flanks in contact: drive (default under load), coast, or both (geometry only).")
+        str | None,
+        typer.Option(
+            help="Flanks in contact: drive (default under load), coast, or both (geometry only).",
+            rich_help_panel=OPERATION,
+        ),
     ] = None,
     e: EOption = None,
     p: POption = None,
     g: GOption = None,
     alpha: AlphaOption = None,
     json_output: JsonOption = False,
-    plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
-    geometry: Annotated[
-        bool, typer.Option("--geometry", help="Geometry and unloaded contact only: no load, no friction.")
-    ] = False,
-    report: Annotated[Path | None, typer.Option(help="With --geometry: write one HTML page.")] = None,
-    marking: Annotated[
-        str | None, typer.Option(help="With --geometry: thickness of the marking compound, default '6.35 um'.")
-    ] = None,
+    plot: FiguresOption = None,
+    report: ReportOption = None,
+    xlsx: XlsxOption = None,
+    csv: CsvOption = None,
     units: UnitsOption = "metric",
+    geometry: Annotated[
+        bool,
+        typer.Option(
+            "--geometry",
+            help="Unloaded contact: no load, no friction.",
+            rich_help_panel=GEOMETRY,
+        ),
+    ] = False,
+    marking: Annotated[
+        str | None,
+        typer.Option(help="Thickness of the marking compound, default '6.35 um'.", rich_help_panel=GEOMETRY),
+    ] = None,
 ) -> None:
     """Efficiency of a gear pair: geometry, contact, load, friction, power loss.
 
@@ -110,7 +82,9 @@ def gear(
     """
     from threadpoolctl import threadpool_limits
 
-    from efficiency.output.tables import efficiency_table, map_table, save_gear_figures, save_map_figure
+    from efficiency.output.gear_files import write_map, write_result
+    from efficiency.output.machine_summary import chosen_units
+    from efficiency.output.tables import efficiency_table, map_table
     from efficiency.run import run_gear, run_map
     from ehl.errors import InputError
     from ehl.report import print_json
@@ -119,31 +93,29 @@ def gear(
     if geometry:
         from efficiency.commands_geometry import show_geometry
 
-        for name, value in (("torque", torque), ("speed", speed), ("temperature", temperature), ("oil", oil)):
+        loaded = {"torque": torque, "speed": speed, "temperature": temperature, "oil": oil, "xlsx": xlsx, "csv": csv}
+        for name, value in loaded.items():
             if value is not None:
-                raise InputError(f"--{name}", value, "nothing beside --geometry, which takes no load and no oil")
+                raise InputError(f"--{name}", str(value), "nothing beside --geometry, which takes no load and no oil")
         show_geometry(aligned_design(design, misaligned), side or "both", marking, json_output, plot, report, units)
         return
-    for name, unused in (("report", report), ("marking", marking)):
-        if unused is not None:
-            raise InputError(f"--{name}", str(unused), "only together with --geometry")
-    pair = aligned_design(design, misaligned)
+    if marking is not None:
+        raise InputError("--marking", marking, "only together with --geometry")
+    files, shown = output_files(plot, report, xlsx, csv), chosen_units(units)
+    pair, flanks = aligned_design(design, misaligned), chosen_side(side or "drive")
+    lists = operating_lists(torque, speed, temperature)
     # matrices are small: threads of the linear algebra would only wait for each other
-    lists = _lists(torque, speed, temperature)
-    chosen = _side(side or "drive")
     if any(len(values) > 1 for values in lists):
-        with threadpool_limits(1):
-            grid = run_map(pair, friction, *lists, oil=oil, side=chosen)
-        if plot is not None:
-            save_map_figure(grid, plot)
+        with threadpool_limits(1), progress("operating points") as move:
+            grid = run_map(pair, friction, *lists, oil=oil, side=flanks, report=move)
         print_json(grid.to_dict()) if json_output else map_table(grid)
+        write_map(pair, grid, files, shown)
         status, reason = grid.status, grid.reason
     else:
         with threadpool_limits(1):
-            result = run_gear(pair, friction, _conditions(lists, oil), side=chosen)
-        if plot is not None:
-            save_gear_figures(result, plot)
+            result = run_gear(pair, friction, first_conditions(lists, oil), side=flanks)
         print_json(result.to_dict()) if json_output else efficiency_table(result)
+        write_result(pair, result, files, shown)
         status, reason = result.status, result.reason
     if status != "converged":
         typer.echo(f"not converged: {reason}", err=True)
@@ -161,27 +133,29 @@ def compare(
     oil: OilOption = None,
     side: SideOption = "drive",
     json_output: JsonOption = False,
-    plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).", rich_help_panel=OUTPUT)] = None,
+    report: ReportOption = None,
+    xlsx: XlsxOption = None,
+    csv: CsvOption = None,
 ) -> None:
     """Compare friction models, constant mu and closed forms on one gear pair."""
     from threadpoolctl import threadpool_limits
 
-    from efficiency.output.plots_load import plot_comparison
+    from efficiency.output.gear_files import write_comparison
     from efficiency.output.tables import comparison_table
     from efficiency.run import run_compare
     from ehl.errors import InputError
-    from ehl.plots import save_figure
     from ehl.report import print_json
 
-    lists = _lists(torque, speed, temperature)
+    files = output_files(plot, report, xlsx, csv)
+    lists = operating_lists(torque, speed, temperature)
     for values, name in zip(lists, ("--torque", "--speed", "--temperature"), strict=True):
         if len(values) > 1:
             raise InputError(name, values, "one value; lists make a map with `mixed-ehl gear`")
     with threadpool_limits(1):
-        comparison = run_compare(design, friction, _conditions(lists, oil), side=_side(side))
-    if plot is not None:
-        save_figure(plot_comparison(comparison), plot)
+        comparison = run_compare(design, friction, first_conditions(lists, oil), side=chosen_side(side))
     print_json(comparison.to_dict()) if json_output else comparison_table(comparison)
+    write_comparison(comparison, files)
     if comparison.status != "converged":
         failed = ", ".join(f"{row.name} ({row.reason})" for row in comparison.rows if row.status == "failed")
         typer.echo(f"not converged: {failed}", err=True)
@@ -190,7 +164,7 @@ def compare(
 
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("mixed-ehl-demo"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")] = None,
+    jobs: JobsOption = None,
 ) -> None:
     """The main job, small and real: sweep, fit, gear, compare, one HTML report."""
     from rich.console import Console

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from efficiency.commands import DesignArgument, JsonOption, UnitsOption
+from efficiency.command_options import DesignArgument, JsonOption, UnitsOption
 
 if TYPE_CHECKING:
     from efficiency.contact.tooth_grid import Member
