@@ -17,7 +17,7 @@ from efficiency.contact.assembly import cross, dot, turn
 from efficiency.contact.edge_lines import edge_pieces, edge_points, nearest_edge
 from efficiency.contact.line_frame import POSITION, line_frame
 from efficiency.contact.line_trace import Lines, line_points, line_spans, within_reach
-from efficiency.contact.mesh_surface import NORMAL, MeshSurface
+from efficiency.contact.mesh_surface import EDGES, NORMAL, MeshSurface
 from efficiency.contact.pair import GearPair
 from ehl.errors import ConvergenceError, InputError
 
@@ -124,13 +124,18 @@ class MeshPosition:
     transmission_error: float
     edge: EdgeProximity | None = field(default=None, compare=False)
 
+    @property
+    def line_number(self) -> IntArray:
+        """Number of the contact line or edge that each point belongs to, unique in the position."""
+        edge = np.zeros(self.pair.size, np.int64)
+        if self.edge is not None:
+            edge = np.where(self.edge.touching, self.edge.index + 1, 0)
+        return np.asarray(self.pair * (len(EDGES) + 1) + edge)
+
     @cached_property
     def lines(self) -> tuple[IntArray, ...]:
         """Indices of the points of each contact line and of each edge, in their order along it."""
-        edge = np.full(self.pair.size, -1)
-        if self.edge is not None:
-            edge = np.where(self.edge.touching, self.edge.index, -1)
-        ends = np.flatnonzero((np.diff(self.pair) != 0) | (np.diff(edge) != 0)) + 1
+        ends = np.flatnonzero(np.diff(self.line_number)) + 1
         return tuple(np.split(np.arange(self.pair.size), ends))
 
 

@@ -20,16 +20,23 @@ def edge_angle(distance, ratio):
         if distance[k] <= -math.sqrt(1.0 + kappa):
             angle[k] = math.pi
             continue
-        low, high = 0.0, math.pi
+        low, high, now = 0.0, math.pi, 0.5 * math.pi
         for _ in range(60):
-            middle = 0.5 * (low + high)
-            s, c = math.sin(middle), math.cos(middle)
-            length = 1.0 / math.sqrt(1.0 + kappa / math.pi * (middle - s * c))
-            if length * (c - kappa / math.pi * (s - middle * c)) > distance[k]:
-                low = middle
+            s, c = math.sin(now), math.cos(now)
+            length = 1.0 / math.sqrt(1.0 + kappa / math.pi * (now - s * c))
+            reach = c - kappa / math.pi * (s - now * c)
+            off = length * reach - distance[k]
+            if off > 0.0:
+                low = now
             else:
-                high = middle
-            if high - low < 1e-15:
+                high = now
+            slope = -length * s * (1.0 + kappa / math.pi * (now + length * length * s * reach))
+            following = now - off / slope
+            if not low < following < high:
+                following = 0.5 * (low + high)
+            done = abs(following - now) < 1e-15
+            now = following
+            if done:
                 break
-        angle[k] = 0.5 * (low + high)
+        angle[k] = now
     return angle

@@ -27,7 +27,7 @@ from efficiency.load._kernels import edge_angle
 
 FloatArray = NDArray[np.float64]
 
-_ANGLES = 241
+_ANGLES = 121
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dposv
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -96,11 +97,12 @@ def solve_equilibrium(
     residual, angle = np.inf, 0.0
     reason: Reason = "newton_limit"
     iterations = 0
+    point = np.maximum(force, floor)
+    deflection, slope = local(point)
     for _ in range(NEWTON_LIMIT):
         iterations += 1
-        point = np.maximum(force, floor)
-        deflection, slope = local(point)
-        matrix = compliance + np.diag(slope)
+        matrix = compliance.copy()
+        matrix.flat[:: gap.size + 1] += slope
         offset = gap + deflection - slope * point
         solution = _primal_dual(matrix, offset, lever, torque, active)
         if solution is None:
@@ -111,7 +113,9 @@ def solve_equilibrium(
             break
         force, angle, active, count = solution
         exchanges += count
-        residual = _violation(compliance, local, gap, lever, force, angle, floor)
+        point = np.maximum(force, floor)
+        deflection, slope = local(point)
+        residual = _violation(compliance, deflection, gap, lever, force, angle)
         if residual < TOLERANCE:
             reason = ""
             break
@@ -130,16 +134,14 @@ def solve_equilibrium(
 
 def _violation(
     compliance: FloatArray,
-    local: Local,
+    deflection: FloatArray,
     gap: FloatArray,
     lever: FloatArray,
     force: FloatArray,
     angle: float,
-    floor: float,
 ) -> float:
     loaded = force > 0.0
-    deflection = np.where(loaded, local(np.maximum(force, floor))[0], 0.0)
-    separation = compliance @ force + deflection + gap - lever * angle
+    separation = compliance @ force + np.where(loaded, deflection, 0.0) + gap - lever * angle
     wrong = np.where(loaded, np.abs(separation), np.maximum(-separation, 0.0))
     return float(wrong.max() / (angle * lever.max()))
 
@@ -151,11 +153,15 @@ def _linear(
     matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
 ) -> tuple[FloatArray, float]:
     """Forces on the active points (zero elsewhere) and the angle, all of them in contact."""
-    sides = np.column_stack([lever[active], offset[active]])
-    inverse = np.linalg.solve(matrix[np.ix_(active, active)], sides)
-    angle = (torque + float(lever[active] @ inverse[:, 1])) / float(lever[active] @ inverse[:, 0])
+    at = np.flatnonzero(active)
+    sides = np.stack([lever[at], offset[at]], axis=1)
+    _, inverse, fault = dposv(matrix[at[:, None], at], sides)
+    if fault:
+        # a compliance that rounding has left indefinite
+        inverse = np.linalg.lstsq(matrix[at[:, None], at], sides, rcond=None)[0]
+    angle = (torque + float(lever[at] @ inverse[:, 1])) / float(lever[at] @ inverse[:, 0])
     force = np.zeros_like(offset)
-    force[active] = angle * inverse[:, 0] - inverse[:, 1]
+    force[at] = angle * inverse[:, 0] - inverse[:, 1]
     return force, angle
 
 

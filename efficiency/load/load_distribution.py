@@ -6,19 +6,24 @@ unloaded gap. Equilibrium: the normal forces carry the pinion torque. Both are s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.contact_lines import MeshPosition
+from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
+from efficiency.contact.mesh_surface import EDGES
 from efficiency.load.compliance import LocalCompliance, Tooth
+from efficiency.load.edge_contact import EdgeSection, free_edge_compliance
 from efficiency.load.equilibrium import Equilibrium, solve_equilibrium
 from ehl.errors import InputError
 from ehl.material import Material, effective_modulus
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -31,12 +36,16 @@ class TeethElasticity:
         Bending and shear of one tooth of each member.
     material_pinion, material_gear : Material
         Elastic constants.
+    edge_rounding_pinion, edge_rounding_gear : float
+        Radius at the tip, toe and heel edges of each member [m].
     """
 
     pinion: Tooth
     gear: Tooth
     material_pinion: Material
     material_gear: Material
+    edge_rounding_pinion: float = 2e-4
+    edge_rounding_gear: float = 2e-4
 
     @property
     def effective_modulus(self) -> float:
@@ -65,6 +74,108 @@ class TeethElasticity:
         materials = (self.material_pinion, self.material_gear)
         return LocalCompliance(position.radius_equivalent, depths, materials, self.effective_modulus)
 
+    def rounding(self, edge: EdgeProximity) -> FloatArray:
+        """Radius of the edge next to each point, in the section in which its contact is plane [m]."""
+        own = np.where(_of_gear(edge), self.edge_rounding_gear, self.edge_rounding_pinion)
+        return np.asarray(own / edge.crossing)
+
+    def free_edge(self, position: MeshPosition) -> FloatArray:
+        """Additional local compliance of the tooth whose edge is next to each point, per load per length [m2/N]."""
+        edge = position.edge
+        if edge is None:
+            return np.zeros(position.pair.size)
+        inside = np.maximum(edge.distance, 0.0) * np.sqrt(edge.crossing)
+        result = np.zeros(position.pair.size)
+        for of_member, tooth, material, radius, face, height in (
+            (
+                ~_of_gear(edge),
+                self.pinion,
+                self.material_pinion,
+                self.edge_rounding_pinion,
+                "face_pinion",
+                "height_pinion",
+            ),
+            (_of_gear(edge), self.gear, self.material_gear, self.edge_rounding_gear, "face_gear", "height_gear"),
+        ):
+            at = np.flatnonzero(of_member)
+            depth = tooth.depth(getattr(position, face)[at], getattr(position, height)[at])
+            distance = np.hypot(inside[at], radius)
+            result[at] = free_edge_compliance(distance, depth, material.youngs_modulus, material.poisson_ratio)
+        return result
+
+
+def _of_gear(edge: EdgeProximity) -> BoolArray:
+    """Points whose nearest edge belongs to the gear."""
+    return np.asarray(edge.index < len(EDGES) // 2)
+
+
+@dataclass(frozen=True)
+class ElasticPosition:
+    """One mesh position ready to be loaded: what depends on geometry and bodies alone.
+
+    Attributes
+    ----------
+    position : MeshPosition
+        Points.
+    bending : (n, n) array
+        Compliance of the teeth [m/N].
+    local : LocalCompliance
+        Local compliance of the flanks.
+    free_edge : (n,) array
+        Additional compliance next to a free edge [m2/N].
+    rounding : (n,) array
+        Radius of the edge next to each point [m]; not used where edges are left out.
+    effective_modulus : float
+        E' [Pa].
+    """
+
+    position: MeshPosition
+    bending: FloatArray
+    local: LocalCompliance
+    free_edge: FloatArray
+    rounding: FloatArray
+    effective_modulus: float
+
+    @classmethod
+    def of(cls, position: MeshPosition, teeth: TeethElasticity) -> ElasticPosition:
+        """Compliance of the teeth at the points of a position."""
+        rounding = np.ones(position.pair.size) if position.edge is None else teeth.rounding(position.edge)
+        return cls(
+            position,
+            teeth.bending(position),
+            teeth.local(position),
+            teeth.free_edge(position),
+            rounding,
+            teeth.effective_modulus,
+        )
+
+    def half_width(self, load: FloatArray) -> FloatArray:
+        """Hertz half-width of the flanks for a load per length, edges left out [m]."""
+        radius = self.position.radius_equivalent
+        return np.asarray(np.sqrt(8.0 * load * radius / (np.pi * self.effective_modulus)))
+
+    def sections(self, load: FloatArray) -> tuple[IntArray, EdgeSection]:
+        """Points whose contact reaches an edge, and the contact there."""
+        if self.position.edge is None:
+            return np.zeros(0, np.int64), EdgeSection.of([], [])
+        half_width = self.half_width(load)
+        at = np.flatnonzero((self.position.edge.distance < half_width) & (load > 0.0))
+        ratio = self.position.radius_equivalent[at] / self.rounding[at]
+        return at, EdgeSection.of(self.position.edge.distance[at] / half_width[at], ratio)
+
+    def approach(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Local approach at each point [m] and its derivative by the force [m/N], forces above 0 [N]."""
+        length = self.position.length
+        load = force / length
+        approach, slope = self.local.approach(load)
+        approach, slope = approach + self.free_edge * load, slope + self.free_edge
+        at, section = self.sections(load)
+        if at.size:
+            scale = 4.0 / (np.pi * self.effective_modulus)
+            approach[at] += scale * load[at] * section.approach
+            slope[at] += scale * section.approach_rate
+        return approach, slope / length
+
 
 @dataclass(frozen=True)
 class PositionLoad:
@@ -79,7 +190,13 @@ class PositionLoad:
     load_per_length : (n,) array
         w' [N/m].
     pressure_hertz : (n,) array
-        Maximum Hertz pressure [Pa]; zero where unloaded.
+        Maximum Hertz pressure of the two flanks [Pa]; zero where unloaded.
+    pressure_max : (n,) array
+        The same with the edges: greatest pressure where the contact reaches a rounded edge [Pa].
+    half_width : (n,) array
+        Half of the width of the contact, edges included [m].
+    at_edge : (n,) bool array
+        Points whose contact reaches an edge.
     approach : float
         Pinion rotation against a held gear that closes gaps and deflects teeth [rad].
     transmission_error : float
@@ -92,6 +209,9 @@ class PositionLoad:
     force: FloatArray
     load_per_length: FloatArray
     pressure_hertz: FloatArray
+    pressure_max: FloatArray
+    half_width: FloatArray
+    at_edge: BoolArray
     approach: float
     transmission_error: float
     equilibrium: Equilibrium
@@ -150,8 +270,13 @@ class LoadDistribution:
         return np.array([p.transmission_error for p in self.positions])
 
 
+def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:
+    """What the load distribution needs of a mesh cycle at any torque; computed once, it serves all of them."""
+    return tuple(ElasticPosition.of(position, teeth) for position in cycle)
+
+
 def distribute_load(
-    cycle: tuple[MeshPosition, ...],
+    cycle: Sequence[MeshPosition | ElasticPosition],
     teeth: TeethElasticity,
     torque_pinion: float,
     normal_torques: FloatArray | None = None,
@@ -160,8 +285,8 @@ def distribute_load(
 
     Parameters
     ----------
-    cycle : tuple of MeshPosition
-        Positions of one pinion pitch.
+    cycle : sequence of MeshPosition or of ElasticPosition
+        Positions of one pinion pitch; with their compliance from `elastic_cycle` where it is known.
     teeth : TeethElasticity
         Compliance of both members.
     torque_pinion : float
@@ -182,7 +307,10 @@ def distribute_load(
     require_torque(torque_pinion)
     torques = [torque_pinion] * len(cycle) if normal_torques is None else list(normal_torques)
     loads = tuple(
-        _load_position(position, teeth, float(torque)) for position, torque in zip(cycle, torques, strict=True)
+        _load_position(
+            position if isinstance(position, ElasticPosition) else ElasticPosition.of(position, teeth), float(torque)
+        )
+        for position, torque in zip(cycle, torques, strict=True)
     )
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
@@ -200,24 +328,36 @@ def require_torque(torque_pinion: float) -> None:
         )
 
 
-def _load_position(position: MeshPosition, teeth: TeethElasticity, torque: float) -> PositionLoad:
-    local = teeth.local(position)
-    length = position.length
-
-    def local_deflection(force: FloatArray) -> tuple[FloatArray, FloatArray]:
-        approach, slope = local.approach(force / length)
-        return approach, slope / length
-
-    solution = solve_equilibrium(teeth.bending(position), local_deflection, position.gap, position.lever_pinion, torque)
-    load = solution.force / length
-    modulus = teeth.effective_modulus
+def _load_position(elastic: ElasticPosition, torque: float) -> PositionLoad:
+    position = elastic.position
+    solution = solve_equilibrium(elastic.bending, elastic.approach, position.gap, position.lever_pinion, torque)
     ratio = float(np.mean(position.lever_pinion / position.lever_gear))
+    error = position.transmission_error - solution.angle * ratio
+    return loaded_position(elastic, solution.force, solution.angle, error, solution)
+
+
+def loaded_position(
+    elastic: ElasticPosition, force: FloatArray, approach: float, transmission_error: float, equilibrium: Equilibrium
+) -> PositionLoad:
+    """Load per length, pressure and width of the contact from the normal forces at the points of a position."""
+    position = elastic.position
+    load = force / position.length
+    hertz = np.sqrt(load * elastic.effective_modulus / (2.0 * np.pi * position.radius_equivalent))
+    pressure, half_width = hertz.copy(), elastic.half_width(load)
+    at, section = elastic.sections(load)
+    at_edge = np.zeros(load.size, bool)
+    at_edge[at] = True
+    pressure[at] *= section.pressure_max
+    half_width[at] *= section.half_length
     return PositionLoad(
         position=position,
-        force=solution.force,
+        force=force,
         load_per_length=load,
-        pressure_hertz=np.sqrt(load * modulus / (2.0 * np.pi * position.radius_equivalent)),
-        approach=solution.angle,
-        transmission_error=position.transmission_error - solution.angle * ratio,
-        equilibrium=solution,
+        pressure_hertz=hertz,
+        pressure_max=pressure,
+        half_width=half_width,
+        at_edge=at_edge,
+        approach=approach,
+        transmission_error=transmission_error,
+        equilibrium=equilibrium,
     )
