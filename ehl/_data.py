@@ -27,12 +27,13 @@ def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
     return tuple(sorted(path.name.removesuffix(suffix) for path in data_path(folder).glob(f"*{suffix}")))
 
 
-def named_file(field: str, folder: str, name: str | Path) -> Path:
-    """Path of a TOML file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
+def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
+    """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
     path = Path(name)
     if path.suffix or path.exists():
         return path
-    names = data_names(folder)
+    names = data_names(folder, suffix)
     if str(name) not in names:
-        raise InputError(field, str(name), "a TOML file or one of " + ", ".join(names))
-    return data_path(folder, f"{name}.toml")
+        kind = suffix.removeprefix(".").upper()
+        raise InputError(field, str(name), f"a {kind} file or one of " + ", ".join(names))
+    return data_path(folder, f"{name}{suffix}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,24 +11,36 @@ from regression.cli_sweep import sweep_app
 
 
 def fit(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FORMULA.json", help="The formula file.")],
-    family: Annotated[str, typer.Option(help="best (by held-out error), xu, power_law or load_share.")] = "best",
+    family: Annotated[str, typer.Option(help="best (by held-out error), or the name of one family.")] = "best",
+    gaussian_process: Annotated[
+        bool, typer.Option("--gaussian-process", help="Correct what the family leaves by a Gaussian process.")
+    ] = False,
     corners: Annotated[bool, typer.Option("--corners", help="Fit the corner points of the plan too.")] = False,
+    paths: Annotated[Path | None, typer.Option(help="Run of contacts along gear meshes: checked, not fitted.")] = None,
+    noise: Annotated[Path | None, typer.Option(help="Run of repeated roughness realisations: noise floor.")] = None,
+    nested: Annotated[bool, typer.Option("--nested", help="Hold the choice of the family out too (minutes).")] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of fitted over computed friction.")] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of a sweep, and say what it is worth."""
-    from regression.dataset import load_dataset
+    from regression.datasets import named_dataset
     from regression.families import FAMILIES
     from regression.fit import fit_families, fit_formula
     from regression.report import families_table, formula_report
 
-    dataset = load_dataset(run)
+    dataset = named_dataset(run)
+    beside: dict[str, Any] = {
+        "corners": corners,
+        "gaussian_process": gaussian_process,
+        "paths": None if paths is None else named_dataset(paths),
+        "noise": None if noise is None else named_dataset(noise),
+    }
     if family == "best":
-        formulas = list(fit_families(dataset, corners=corners).values())
+        formulas = list(fit_families(dataset, nested=nested, **beside).values())
     else:
-        formulas = [fit_formula(dataset, family, corners=corners)]
+        formulas = [fit_formula(dataset, family, **beside)]
     formulas[0].save(output)
     if plot is not None:
         from ehl.plots import save_figure
@@ -53,6 +65,13 @@ def mu(
     roughness: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
     oil: Annotated[str | None, typer.Option(help="Oil card; the formula's own if not given.")] = None,
+    boundary_friction: Annotated[
+        float | None, typer.Option(help="mu_b of the asperities in place of the formula's own.", min=0.0, max=1.0)
+    ] = None,
+    refuse: Annotated[bool, typer.Option("--refuse", help="Refuse a point outside the data (exit code 2).")] = False,
+    hull: Annotated[
+        Path | None, typer.Option(metavar="RUN", help="The formula's data: test their convex hull exactly.")
+    ] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:
     """Evaluate a friction formula at one contact point."""
@@ -60,11 +79,11 @@ def mu(
     from ehl.oil import Oil
     from ehl.report import print_json
     from ehl.state import ContactState
-    from regression.cli_values import POINT, check_point, oil_of
+    from regression.cli_values import POINT, check_point, in_hull_of, oil_of, with_options
     from regression.friction_models import friction_model
     from regression.report import friction_content, friction_line
 
-    friction = friction_model(model)
+    friction = with_options(friction_model(model), boundary_friction, refuse)
     given = (pressure, radius, speed, slide_to_roll, temperature, roughness, lengthwise)
     values = check_point(dict(zip(POINT, given, strict=True)))
     composite = values.pop("roughness_rms") / 2.0**0.5
@@ -76,7 +95,10 @@ def mu(
         roughness_rms_1=composite,
         roughness_rms_2=composite,
     )
-    content = friction_content(friction.name, name, friction.evaluate(state, Oil.load(name)))
+    card = Oil.load(name)
+    content = friction_content(friction.name, name, friction.evaluate(state, card))
+    if hull is not None:
+        content["in_convex_hull"] = in_hull_of(friction, hull, state, card)
     if json_output:
         print_json(content)
     else:

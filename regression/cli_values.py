@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import get_args
+
+import numpy as np
 
 from ehl import inputs
 from ehl._data import data_names
 from ehl.errors import InputError
-from ehl.oil import Temperature
+from ehl.oil import Oil, Temperature
+from ehl.state import ContactState
 from ehl.units import Quantity
+from regression.conditions import conditions_of
+from regression.data_cloud import in_convex_hull
+from regression.dataset import columns
+from regression.datasets import named_dataset
+from regression.fit import usable_rows
 from regression.friction_models import FormulaFriction, FrictionModel
 
 # variable -> option, and its unit with range; in the order of the options
@@ -49,4 +59,46 @@ def oil_of(friction: FrictionModel, given: str | None) -> str:
         return given
     if isinstance(friction, FormulaFriction) and friction.formula.oil.name is not None:
         return friction.formula.oil.name
+    if isinstance(friction, FormulaFriction) and friction.formula.oils:
+        raise InputError(
+            "--oil", None, "one of the formula's: " + ", ".join(str(o.name) for o in friction.formula.oils)
+        )
     raise InputError("--oil", None, "one of " + ", ".join(data_names("oils")))
+
+
+def with_options(friction: FrictionModel, boundary_friction: float | None, refuse: bool) -> FrictionModel:
+    """A fitted formula with another boundary friction, or one that refuses points outside its data.
+
+    Raises
+    ------
+    InputError
+        Another kind of model was given either option, or the family does not take boundary friction as an input.
+    """
+    if boundary_friction is None and not refuse:
+        return friction
+    if not isinstance(friction, FormulaFriction):
+        option = "--refuse" if boundary_friction is None else "--boundary-friction"
+        raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
+    if boundary_friction is not None and friction.formula.form.design is not None:
+        hint = "Its boundary friction is that of its data."
+        raise InputError("--boundary-friction", boundary_friction, "a family that takes it as an input", hint)
+    return replace(friction, boundary_friction=boundary_friction, refuse=refuse or friction.refuse)
+
+
+def in_hull_of(friction: FrictionModel, run: Path, state: ContactState, oil: Oil) -> bool:
+    """Whether a contact point lies in the convex hull of the cases a formula was fitted to, in ln of its variables.
+
+    Raises
+    ------
+    InputError
+        The model is no fitted formula with a cloud, or the run is not that of its data.
+    """
+    if not isinstance(friction, FormulaFriction) or friction.formula.cloud is None:
+        raise InputError("--hull", friction.name, "a formula file of schema 2, fitted with a cloud of cases")
+    dataset = named_dataset(run)
+    if dataset.data_hash != friction.formula.data.hash:
+        raise InputError("--hull", str(run), f"the data {friction.name} was fitted to", "These are other results.")
+    frame, _ = usable_rows(dataset, corners=friction.formula.corners is None)
+    cloud = friction.formula.cloud
+    point = cloud.whitened({name: np.ravel(values) for name, values in conditions_of(state, oil).items()})
+    return bool(in_convex_hull(point, cloud.whitened(columns(frame)))[0])

@@ -146,7 +146,7 @@ def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
         v = formula.validation
         terms = str(len(formula.coefficients) - len(formula.dropped))
         relative = (f"{100.0 * x:.1f} %" for x in (v.mape, v.p95, v.largest, v.bias))
-        table.add_row(formula.family, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *relative)
+        table.add_row(formula.name, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *relative)
     console = Console()
     console.print(table)
     for name in sorted(set(tried) - {formula.family for formula in formulas}):
@@ -158,13 +158,16 @@ def formula_report(formula: Formula) -> None:
     console = Console()
     console.print(formula.to_text(), highlight=False, soft_wrap=True, markup=False)
     table = Table(title="held-out errors by region")
-    for name in ("variable", "from", "to", "cases", "MAPE", "95 %", "bias"):
+    names = ("variable", "from", "to", "cases", "R2", "RMS ln mu", "MAPE", "95 %", "worst", "bias", "covered", "noise")
+    for name in names:
         table.add_column(name, justify="left" if name == "variable" else "right")
     for band in formula.bands:
         factor, shift, unit = _SHOWN.get(band.variable, (1.0, 0.0, ""))
         ends = (f"{factor * (x + shift):.3g} {unit}".strip() for x in (band.low, band.high))
-        errors = (f"{100.0 * x:.1f} %" for x in (band.mape, band.p95, band.bias))
-        table.add_row(band.variable, *ends, str(band.count), *errors)
+        r2 = "" if band.r2 is None else f"{band.r2:.3f}"
+        figures = (band.rmse_log, band.mape, band.p95, band.largest, band.bias, band.coverage, band.noise)
+        errors = ("" if x is None else f"{100.0 * x:.1f} %" for x in figures)
+        table.add_row(band.variable, *ends, str(band.count), r2, *errors)
     console.print(table)
     for width in formula.interval.bands:
         if width.coverage is not None:
@@ -184,16 +187,33 @@ def formula_report(formula: Formula) -> None:
         highlight=False,
         soft_wrap=True,
     )
-    if formula.corners is not None:
-        corners = formula.corners
+    for checked, what in ((formula.corners, "corners of the box"), (formula.paths, "contacts along gear meshes")):
+        if checked is not None:
+            console.print(
+                f"{checked.count} {what}, not fitted: MAPE {100.0 * checked.mape:.1f} %, "
+                f"95 % {100.0 * checked.p95:.1f} %, worst {100.0 * checked.largest:.1f} %"
+                + ("" if checked.coverage is None else f", {100.0 * checked.coverage:.0f} % within their interval")
+                + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % beside the data"),
+                highlight=False,
+                soft_wrap=True,
+            )
+    if formula.noise is not None:
+        noise = formula.noise
         console.print(
-            f"{corners.count} corners of the box, not fitted: MAPE {100.0 * corners.mape:.1f} %, "
-            f"95 % {100.0 * corners.p95:.1f} %, worst {100.0 * corners.largest:.1f} %",
+            f"noise floor: {noise.points} points, {noise.realisations:.3g} roughness realisations each: "
+            f"one scatters by {100.0 * noise.single:.2g} %, their mean by {100.0 * noise.mean:.2g} %",
+            highlight=False,
+            soft_wrap=True,
+        )
+    if formula.nested is not None:
+        console.print(
+            f"choice of the family held out too: MAPE {100.0 * formula.nested.mape:.1f} %, "
+            f"95 % {100.0 * formula.nested.p95:.1f} %",
             highlight=False,
         )
     data = formula.data
     console.print(
-        f"{data.used} of {data.count} cases used, {formula.folds} folds, noise floor of the data "
+        f"{data.used} of {data.count} cases used, {formula.folds} folds, the solver's own error "
         f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}",
         highlight=False,
     )
@@ -226,4 +246,8 @@ def friction_line(content: dict[str, Any]) -> None:
     line = "mu = none" if value is None else f"mu = {value:.5f}"
     if content["friction_lower"] is not None:
         line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
-    Console().print(f"{line}  {content['friction_model']}, {content['oil']}", highlight=False)
+    if content.get("in_convex_hull") is not None:
+        line += (
+            "  in the convex hull of its data" if content["in_convex_hull"] else "  outside the convex hull of its data"
+        )
+    Console().print(f"{line}  {content['friction_model']}, {content['oil']}", highlight=False, soft_wrap=True)
