@@ -59,8 +59,10 @@ def show_geometry(
 
 
 def export(
-    design: DesignArgument,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the files.")],
+    design: Annotated[
+        str, typer.Argument(metavar="DESIGN|FORMULA", help="Design (file or name), or formula (file or name).")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for a design's files; file for a formula.")],
     what: Annotated[
         str, typer.Option(help="Comma-separated: tooth (STL of a space), member (STL), grid (CSV), summary (CSV).")
     ] = "tooth, member, grid, summary",
@@ -73,8 +75,44 @@ def export(
     rim: Annotated[str | None, typer.Option(help="Solids: rim below the root, such as '6 mm'.")] = None,
     bore: Annotated[str | None, typer.Option(help="Members: diameter of the bore, '0 mm' for none.")] = None,
     units: UnitsOption = "metric",
+    language: Annotated[
+        str | None,
+        typer.Option(help="Formula: python, c, fortran, matlab, latex, spreadsheet; by the suffix if not given."),
+    ] = None,
+    oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
+    oil_arguments: Annotated[
+        bool, typer.Option("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
+    ] = False,
 ) -> None:
-    """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design."""
+    """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
+
+    A formula becomes one function with its range, interval and flag: .py, .c, .f90, .m, .tex, .xlsx (live cells), .txt
+    (formula for one cell).
+    """
+    from regression.friction_models import formula_friction, is_formula
+
+    if is_formula(design):
+        from regression.code_export.export import export_formula
+
+        formula = formula_friction(design).formula
+        program = export_formula(formula, output, language, oil=oil, oil_arguments=oil_arguments)
+        print(f"{output}: {formula.name}, {program.oil or 'oil properties as arguments'}")
+        return
+    _export_design(design, output, what, member, rows, columns, margin, rim, bore, units)
+
+
+def _export_design(
+    design: str,
+    output: Path,
+    what: str,
+    member: str,
+    rows: int,
+    columns: int,
+    margin: float,
+    rim: str | None,
+    bore: str | None,
+    units: str,
+) -> None:
     from threadpoolctl import threadpool_limits
 
     from efficiency.design import load_design

@@ -217,6 +217,11 @@ def formula_friction(spec: str) -> FormulaFriction:
     raise InputError("friction model", spec, friction_model_choices(), "Check the name or the path.")
 
 
+def is_formula(spec: str) -> bool:
+    """Whether a user names a formula: a shipped one, or a file by its suffix."""
+    return spec in shipped_formulas() or Path(spec).suffix == ".json"
+
+
 def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
     """Names of the fitted formulas that come with the program: all, or those fitted to one oil."""
     names = data_names("formulas", ".json")
