@@ -20,7 +20,9 @@ from ehl.oil import Oil
 from regression.calibration import robust
 from regression.calibration.determination import (
     DETERMINED,
+    Interval,
     determination_of,
+    intervals_by_errors,
     least_known,
     profile_intervals,
     why_untold,
@@ -254,10 +256,15 @@ def calibrate(
     while True:
         noise = _noise(fit, target)
         found = determination_of(fit, target, noise, measurement.curve)
-        worst = least_known(fit, found, noise.quantile)
+        intervals = intervals_by_errors(fit, noise, found)
+        worst = least_known(fit, found, noise.quantile * found.errors)
+        profiled = worst is None and _profiles(solver, names, target, wanted=profile)
+        if profiled:
+            intervals = profile_intervals(solver, fit, target, noise, found)
+            worst = least_known(fit, found, np.array([interval.half_width for interval in intervals]))
         if worst is None:
             break
-        why = why_untold(worst, fit, found, noise.quantile)
+        why = why_untold(worst, fit, found, noise.quantile, intervals[names.index(worst)])
         told(f"{worst}: {why}")
         names = tuple(name for name in names if name != worst)
         fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise, told)
@@ -266,16 +273,6 @@ def calibrate(
         if not names:
             reasons = "; ".join(f"{name}: {words}" for name, (words, _) in untold.items())
             raise NothingTold(f"these rows tell none of the parameters. {reasons}")
-
-    per_call = solver.seconds / max(solver.calls, 1)
-    cheap = per_call * 2 * len(names) * int(target.rows.sum()) <= PROFILE_CAP
-    profiled = cheap if profile is None else profile
-    here = np.log([fit.values[name] for name in names])
-    if profiled:
-        intervals = profile_intervals(solver, fit, target, noise, found)
-    else:
-        width = noise.quantile * found.errors
-        intervals = list(zip(map(float, here - width), map(float, here + width), strict=True))
 
     estimates = []
     for name in setup.parameters:
@@ -307,6 +304,13 @@ def calibrate(
         solver_calls=solver.calls,
         seconds=time.perf_counter() - clock,
     )
+
+
+def _profiles(solver: FrictionSolver, names: tuple[str, ...], target: Target, *, wanted: bool | None) -> bool:
+    """Whether to make profiles: as asked for, or where they are cheap."""
+    per_call = solver.seconds / max(solver.calls, 1)
+    cheap = per_call * 4 * len(names) * int(target.rows.sum()) <= PROFILE_CAP
+    return cheap if wanted is None else wanted
 
 
 def _solvable(solver: FrictionSolver, values: dict[str, float], target: Target) -> Target:
@@ -349,10 +353,9 @@ def _refit_without(
     return again, held, rounds
 
 
-def _estimate(name: str, fit: Fit, error: float, interval: tuple[float, float], start: float) -> ParameterEstimate:
-    low, high = (math.exp(end) for end in interval)
-    half = 0.5 * (interval[1] - interval[0])
-    status = "determined" if half <= DETERMINED else "weak"
+def _estimate(name: str, fit: Fit, error: float, interval: Interval, start: float) -> ParameterEstimate:
+    low, high = math.exp(interval.low), math.exp(interval.high)
+    status = "determined" if interval.half_width <= DETERMINED else "weak"
     below, above = (100.0 * (end / fit.values[name] - 1.0) for end in (low, high))
     words = f"95 % interval {below:+.2g} % to {above:+.2g} %"
     if status == "weak":

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 
 # half width of the 95 % interval of ln(value): up to a factor of 1.5 is a value, up to 3 a weak one, beyond none
 DETERMINED, TOLD = math.log(1.5), math.log(3.0)
+ALONE = 0.9  # share of what is known of a parameter that may come from one row
+MOST_PROFILE, FARTHEST = 5, 6.0  # solutions of all rows for each side of a profile; over the first step
+CLOSE_ROOT = 0.1  # of the quantile: near enough to interpolate
 ALIKE = 0.95  # correlation above which two parameters are told to be known together only
 
 
@@ -33,6 +36,10 @@ class Determination:
     alone : ndarray, shape (k,)
         The same if all other parameters were known.
     correlation : ndarray, shape (k, k)
+    main_row : tuple of int
+        Row that tells most of each parameter beside the others.
+    main_share : ndarray, shape (k,)
+        Its share of what all rows tell.
     widening : float
         Factor on the errors for residuals that go together along the curves; 1 without.
     """
@@ -41,6 +48,8 @@ class Determination:
     errors: Array
     alone: Array
     correlation: Array
+    main_row: tuple[int, ...]
+    main_share: Array
     widening: float
 
 
@@ -59,20 +68,40 @@ def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, 
     errors = np.sqrt(np.diag(covariance))
     alone = np.sqrt(noise.covariance_scale) / np.maximum(np.linalg.norm(scaled, axis=0), 1e-150)
     correlation = covariance / np.outer(errors, errors)
-    return Determination(fit.names, widening * errors, np.minimum(widening * alone, 1e6), correlation, widening)
+    # what a row adds to each parameter beside the others: rows of J (J^T J)^-1
+    added = (scaled @ covariance) ** 2
+    share = added / np.maximum(added.sum(axis=0), 1e-300)
+    rows = np.flatnonzero(target.rows)[share.argmax(axis=0)]
+    return Determination(
+        fit.names,
+        widening * errors,
+        np.minimum(widening * alone, 1e6),
+        correlation,
+        tuple(int(row) for row in rows),
+        share.max(axis=0),
+        widening,
+    )
 
 
-def least_known(fit: Fit, found: Determination, quantile: float) -> str | None:
-    """The parameter the data tell least of, if they do not tell it at all; None where all are told."""
-    width = quantile * found.errors
-    width = np.where([name in fit.pinned for name in fit.names], np.inf, width)
+def least_known(fit: Fit, found: Determination, width: Array) -> str | None:
+    """The parameter the data tell least of, if they do not tell it at all; None where all are told.
+
+    Parameters
+    ----------
+    fit, found
+        The search, and what it says of its end.
+    width : ndarray, shape (k,)
+        Half widths of the 95 % intervals of ln(value).
+    """
+    untold = [name in fit.pinned or share > ALONE for name, share in zip(fit.names, found.main_share, strict=True)]
+    width = np.where(untold, np.inf, width)
     # of two that are known together only, the one that moves the friction least goes first
     order = np.lexsort((found.alone, np.minimum(width, 10.0 * TOLD)))
     worst = int(order[-1])
     return fit.names[worst] if width[worst] > TOLD else None
 
 
-def why_untold(name: str, fit: Fit, found: Determination, quantile: float) -> str:
+def why_untold(name: str, fit: Fit, found: Determination, quantile: float, interval: Interval | None = None) -> str:
     """Why the data do not tell a parameter, in words."""
     j = fit.names.index(name)
     parameter = PARAMETERS[name]
@@ -81,6 +110,13 @@ def why_untold(name: str, fit: Fit, found: Determination, quantile: float) -> st
             f"hardly moves the friction of these rows: even with all else known its 95 % interval would span a factor "
             f"of {_factor(quantile * found.alone[j])} both ways"
         )
+    if interval is not None and math.isfinite(interval.low) != math.isfinite(interval.high):
+        least = math.isfinite(interval.low)
+        end = math.exp(interval.low if least else interval.high) * parameter.shown
+        unit = f" {parameter.shown_unit}".removesuffix(" -")
+        return f"they say only that it is at {'least' if least else 'most'} {end:.3g}{unit} (95 %)"
+    if found.main_share[j] > ALONE:
+        return f"rests on row {found.main_row[j] + 1} below the header alone; no other row confirms it"
     if name in fit.pinned:
         bound = parameter.low if fit.values[name] < math.sqrt(parameter.low * parameter.high) else parameter.high
         shown = f"{bound * parameter.shown:.3g} {parameter.shown_unit}".removesuffix(" -")
@@ -101,64 +137,102 @@ def _factor(log_width: float) -> str:
     return f"{math.exp(log_width):.2g}" if log_width < math.log(1e3) else "more than 1000"
 
 
+@dataclass(frozen=True)
+class Interval:
+    """95 % interval of one ln(value); an end the data do not set is infinite."""
+
+    low: float
+    high: float
+
+    @property
+    def half_width(self) -> float:
+        """Half of it; infinite where one end is."""
+        return 0.5 * (self.high - self.low)
+
+
+def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> list[Interval]:
+    """Intervals by standard errors."""
+    here = np.log([fit.values[name] for name in fit.names])
+    width = noise.quantile * found.errors
+    return [Interval(float(a), float(b)) for a, b in zip(here - width, here + width, strict=True)]
+
+
 def profile_intervals(
     solver: FrictionSolver, fit: Fit, target: Target, noise: Noise, found: Determination
-) -> list[tuple[float, float]]:
-    """95 % intervals of ln(value) by profiles of the loss on the solver.
+) -> list[Interval]:
+    """Intervals by profiles of the loss on the solver (Bates & Watts 1988, section 6.1).
 
-    At both ends of the interval by standard errors the others are chosen by the surrogate and all rows solved; the
-    signed root of the deviance, drawn as a parabola through the three points, says where the interval really ends
-    (Bates & Watts 1988, section 6.1).
+    One parameter is set aside, the others are chosen by the surrogate, all rows are solved, and the deviance of the
+    loss is taken. Its root is 1.96 (or Student's quantile) at the end of the interval; the step is drawn out or in
+    until it is, at most `MOST_PROFILE` times a side. Where even `FARTHEST` such steps do not get there, or a bound of
+    the parameter comes first, the data set no limit on that side.
     """
     low, high = bounds_of(fit.names)
     here = np.log([fit.values[name] for name in fit.names])
     base = robust.loss(target.residuals(fit.friction) / noise.scale)
-    ends = []
-    for j in range(len(fit.names)):
-        sides = []
-        for sign, bound in ((-1.0, low[j]), (1.0, high[j])):
-            step = sign * min(noise.quantile * found.errors[j], abs(bound - here[j]))
-            sides.append(step if abs(step) > 1e-9 else sign * 1e-9)
-        ends.append((j, sides))
-    sets = [
-        _with(fit, minimise(fit.surrogate, target, fit.scale, 10.0, {j: here[j] + s})) for j, ss in ends for s in ss
-    ]
-    parts = solver.transformed(solver.parts([fit.values, *sets], target.rows))[1:]
-    intervals = []
-    for j, sides in ends:
-        roots = []
-        for k, step in enumerate(sides):
-            values, part = sets[2 * j + k], parts[2 * j + k]
+    quantile = noise.quantile * found.widening
+
+    def roots(sides: list[_Side]) -> None:
+        sets = [
+            _with(fit, minimise(fit.surrogate, target, fit.scale, 10.0, {s.at: here[s.at] + s.step})) for s in sides
+        ]
+        parts = solver.transformed(solver.parts([fit.values, *sets], target.rows))[1:]
+        for side, values, part in zip(sides, sets, parts, strict=True):
             rise = robust.loss(target.residuals(solver.friction(part, values)) / noise.scale) - base
-            deviance = rise * robust.DEVIANCE / found.widening**2
-            roots.append(math.copysign(math.sqrt(max(deviance, 0.0)), step))
-        intervals.append(_interval(here[j], sides, roots, noise.quantile, found.errors[j]))
-    return [(max(a, low[j]), min(b, high[j])) for j, (a, b) in enumerate(intervals)]
+            # a place that cannot be solved is beyond any limit
+            side.root = math.sqrt(max(robust.DEVIANCE * rise, 0.0)) if math.isfinite(rise) else math.inf
+
+    sides = [
+        _Side(j, sign, min(noise.quantile * found.errors[j], room), room)
+        for j in range(len(fit.names))
+        for sign, room in ((-1.0, here[j] - low[j]), (1.0, high[j] - here[j]))
+    ]
+    for _ in range(MOST_PROFILE):
+        open_sides = [side for side in sides if not side.done]
+        if not open_sides:
+            break
+        roots(open_sides)
+        for side in open_sides:
+            side.follow(quantile)
+    return [
+        Interval(float(here[j] - sides[2 * j].end), float(here[j] + sides[2 * j + 1].end))
+        for j in range(len(fit.names))
+    ]
+
+
+class _Side:
+    """One side of a profile: how far to step, and what was found there."""
+
+    def __init__(self, at: int, sign: float, size: float, room: float) -> None:
+        self.at, self.sign, self.size, self.room = at, sign, max(size, 1e-6), room
+        self.first = self.size
+        self.root = math.nan
+        self.below, self.above = (0.0, 0.0), (math.inf, math.inf)
+        self.end = math.inf
+        self.done = False
+
+    @property
+    def step(self) -> float:
+        return self.sign * self.size
+
+    def follow(self, quantile: float) -> None:
+        """The next step, or the end."""
+        if self.root < quantile:
+            self.below = (self.size, self.root)
+        else:
+            self.above = (self.size, self.root)
+        (a, root_a), (b, root_b) = self.below, self.above
+        if math.isfinite(b):
+            share = (quantile - root_a) / (root_b - root_a) if math.isfinite(root_b) else 0.5
+            self.end = a + (b - a) * share
+            self.done = abs(self.root - quantile) < CLOSE_ROOT * quantile
+        else:
+            self.done = self.size >= min(self.room, FARTHEST * self.first)
+            self.end = self.size * quantile / self.root if self.root > (1.0 - CLOSE_ROOT) * quantile else math.inf
+            self.done = self.done or math.isfinite(self.end)
+        reach = self.end if math.isfinite(b) else self.size * min(max(quantile / max(self.root, 1e-3), 1.3), 2.5)
+        self.size = min(reach, self.room, FARTHEST * self.first)
 
 
 def _with(fit: Fit, log_values: Array) -> dict[str, float]:
     return {**fit.values, **dict(zip(fit.names, map(float, np.exp(log_values)), strict=True))}
-
-
-def _interval(
-    centre: float, steps: list[float], roots: list[float], quantile: float, error: float
-) -> tuple[float, float]:
-    """Where the signed root of the deviance reaches the quantile on both sides."""
-    ends = []
-    for side, (step, root) in enumerate(zip(steps, roots, strict=True)):
-        # slope and curvature of root(step) through this end, the centre and the other end
-        other, other_root = steps[1 - side], roots[1 - side]
-        if not np.isfinite(root) or abs(root) < 0.05:
-            ends.append(centre + math.copysign(quantile * error, step))
-            continue
-        matrix = np.array([[step, step * step], [other, other * other]])
-        slope, bend = np.linalg.solve(matrix, [root, other_root]) if np.isfinite(other_root) else (root / step, 0.0)
-        wanted = math.copysign(quantile, step)
-        inside = slope * slope + 4.0 * bend * wanted
-        if slope > 0.0 and inside > 0.0:
-            end = 2.0 * wanted / (slope + math.sqrt(inside))
-        else:
-            end = step * quantile / abs(root)
-        # a parabola is no witness far outside its points
-        ends.append(centre + float(np.clip(abs(end), 0.3 * abs(step), 3.0 * abs(step))) * math.copysign(1.0, step))
-    return ends[0], ends[1]

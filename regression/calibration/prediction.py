@@ -130,7 +130,7 @@ class FrictionSolver:
         sets : sequence of mapping
             Values of all parameters, SI; later ones start from the solutions of the first.
         rows : ndarray of bool, optional
-            Groups with at least one of these rows are solved; all when not given.
+            Rows that are solved; all when not given.
         """
         wanted = np.ones(self.roughness.size, dtype=bool) if rows is None else rows
         keys = [self._key(values) for values in sets]
@@ -155,7 +155,7 @@ class FrictionSolver:
         clock = time.perf_counter()
         bodies = (self.setup.solid_1.body(), self.setup.solid_2.body())
         cards = [card_with(Oil.load(self.setup.oil), values, self.temperature) for values in sets]
-        groups = [group for group in self.groups if wanted[list(group.rows)].any()]
+        groups = [part for part in (group.only(wanted) for group in self.groups) if part.rows]
         tasks = []
         for group in groups:
             lubricants = [

@@ -39,6 +39,16 @@ class Group:
     temperatures: tuple[float, ...]
     surface: SurfaceInput
 
+    def only(self, wanted: NDArray[np.bool_]) -> Group:
+        """The contacts of the rows wanted; `wanted` over all rows of the measurement."""
+        kept = [k for k, row in enumerate(self.rows) if wanted[row]]
+        return Group(
+            tuple(self.rows[k] for k in kept),
+            tuple(self.contacts[k] for k in kept),
+            tuple(self.temperatures[k] for k in kept),
+            self.surface,
+        )
+
 
 def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
     """Hertz pressure of the line contact that is solved for each row, shape (n,) [Pa].

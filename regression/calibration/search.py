@@ -21,6 +21,7 @@ Mask = NDArray[np.bool_]
 STEP = 0.08  # of the finite differences in ln(value)
 REGION, SMALLEST_REGION = 1.2, 1e-4  # largest step in ln(value), and where the search gives up
 MOST_ROUNDS = 25
+SCALED = 5  # rounds in which the scale of the residuals follows them
 # a gain of the loss below this is the end: a step of a twentieth of a standard error, in whatever direction
 LEAST_GAIN = 0.5 * 0.05**2
 POOR = 0.5  # gain over the one foretold below which the finite differences are taken anew
@@ -222,7 +223,9 @@ def search(
         here = surrogate.log_values
         friction = surrogate.at(here)
         residuals = target.residuals(friction)
-        scale = target.scale(residuals, len(names))
+        if rounds <= SCALED:
+            # held later on: a loss that changes from round to round has no least value
+            scale = target.scale(residuals, len(names))
         cost = robust.loss(residuals / scale)
         told(f"round {rounds}: misfit {np.sqrt(np.mean((friction - target.friction)[target.rows] ** 2)):.3g}")
         goal = minimise(surrogate, target, scale, region)

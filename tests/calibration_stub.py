@@ -1,0 +1,36 @@
+"""A friction solver of one line in place of the contact solver: statistics of calibration are tested on it in seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.film_formulas import moes_1992
+from ehl.oil import Oil
+from regression.calibration.parameters import card_with, lubricant_of
+from regression.calibration.prediction import FrictionSolver
+
+Array = NDArray[np.float64]
+
+
+class OneLineSolver(FrictionSolver):
+    """tau = min(tau0 asinh(eta u_s/(tau0 h)), Lambda p) at the mean pressure, isothermal, h by Moes (1992)."""
+
+    def parts(self, sets: Sequence[Mapping[str, float]], rows: Any = None) -> Array:
+        out = np.full((len(sets), self.roughness.size, 3), np.nan)
+        for k, values in enumerate(sets):
+            card = card_with(Oil.load(self.setup.oil), values, self.temperature)
+            for group in self.groups:
+                for row, contact, temperature in zip(group.rows, group.contacts, group.temperatures, strict=True):
+                    oil = lubricant_of(card, temperature, rising=self.setup.rising)
+                    m, length = contact.moes_groups(oil)
+                    speed, _, _ = contact.dowson_groups(oil)
+                    film = moes_1992(m, length) * contact.radius_equivalent * (2.0 * speed) ** 0.5
+                    mean = np.array([0.25 * np.pi * contact.pressure_hertz])
+                    stress = oil.shear_stress(mean, np.array([film]), contact.speed_sliding)
+                    out[k, row] = float(stress[0] / mean[0]), film, 0.0
+        self.calls += len(sets) * self.roughness.size
+        return out
