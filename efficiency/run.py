@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import cos
 from pathlib import Path
+from typing import Any
 
 from efficiency.contact.pair import Side
-from efficiency.design import OPERATION_LIMITS, Design, load_design
+from efficiency.cooling_input import CoolingInput
+from efficiency.design import OPERATION_LIMITS, Design, MemberInput, Misalignment, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.loss.compare import Comparison, compare_models
-from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.duty import DutyRow
+from efficiency.loss.duty_cycle import DutyCycle, duty_cycle
+from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
 from efficiency.loss.friction_equilibrium import load_mesh_with_friction
-from efficiency.loss.kinematics import Operation
+from efficiency.loss.heat_balance import HeatBalance, balance_heat, wetted_heat_transfer
+from efficiency.loss.kinematics import Driver, Operation
 from efficiency.loss.map import EfficiencyMap, efficiency_map
+from efficiency.loss.parameter_map import OPERATION_AXES, ParameterMap, Place, parameter_map
 from efficiency.loss.result import EfficiencyResult
+from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs, efficiency_uncertainty
+from ehl.expectation import quantity_of
 from ehl.oil import Oil
 from regression.friction_models import FrictionModel, friction_model, shipped_formulas
 
@@ -38,19 +47,22 @@ class Conditions:
     Parameters
     ----------
     torque : float, optional
-        Of the pinion, in its driving direction [N m]; here and below, within the range of the design file.
+        At the pinion shaft [N m]; here and below, within the range of the design file.
     speed : float, optional
         Of the pinion [rad/s].
     temperature_oil : float, optional
         [K].
     oil : str, optional
         Name of an oil card.
+    driver : {"pinion", "gear"}, optional
+        Member the power comes from.
     """
 
     torque: float | None = None
     speed: float | None = None
     temperature_oil: float | None = None
     oil: str | None = None
+    driver: Driver | None = None
 
 
 def resolve_design(design: Design | str | Path) -> Design:
@@ -107,9 +119,187 @@ def run_gear(
     model = resolve_friction(friction, design)
     torque, operation, oil = _operating_point(design, conditions)
     mesh = gear_mesh(design, side, positions, points_per_line).mesh
+    return _solver(mesh, torque, oil, friction_in_equilibrium)(model, operation)
+
+
+def run_heat_balance(
+    design: Design | str | Path,
+    friction: FrictionModel | str = "constant:0.05",
+    conditions: Conditions = Conditions(),
+    cooling: CoolingInput | None = None,
+    *,
+    side: Side = "drive",
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+    friction_in_equilibrium: bool = False,
+) -> HeatBalance:
+    """Efficiency at the bulk temperatures where friction heat and cooling of the teeth agree; else as `run_gear`.
+
+    Parameters
+    ----------
+    cooling : CoolingInput, optional
+        In place of the design's. What it leaves open: the heat transfer of flanks wetted once per turn
+        (`efficiency.loss.heat_balance.wetted_heat_transfer`) on both flanks of all teeth.
+    """
+    design = resolve_design(design)
+    model = resolve_friction(friction, design)
+    torque, operation, oil = _operating_point(design, conditions)
+    geared = gear_mesh(design, side, positions, points_per_line)
+    solve = _solver(geared.mesh, torque, oil, friction_in_equilibrium)
+    spirals = geared.pitch.spiral_angle_pinion, geared.pitch.spiral_angle_gear
+    chosen = design.cooling if cooling is None else cooling
+    return balance_heat(
+        lambda operation: solve(model, operation),
+        operation,
+        thermal_resistances(design, chosen, operation, oil, spirals),
+        (design.pinion.body(), design.gear.body()),
+        warm_inlet=chosen.oil_inlet == "bulk",
+    )
+
+
+def thermal_resistances(
+    design: Design, cooling: CoolingInput, operation: Operation, oil: Oil, spiral_angles: tuple[float, float]
+) -> tuple[float, float]:
+    """Thermal resistance of pinion and gear teeth to the oil [K/W]; what is not given is the default (ours)."""
+    lubricant = oil.at(operation.temperature_oil)
+    ratio = design.pinion.blank.teeth / design.gear.blank.teeth
+    found = []
+    for member, given, speed, spiral in (
+        (design.pinion, cooling.pinion, operation.speed_pinion, spiral_angles[0]),
+        (design.gear, cooling.gear, operation.speed_pinion * ratio, spiral_angles[1]),
+    ):
+        blank = member.blank
+        height = blank.mean_addendum + blank.mean_dedendum
+        area = given.cooled_area or 2.0 * blank.teeth * blank.face_width / cos(spiral) * height
+        transfer = given.heat_transfer_coefficient or wetted_heat_transfer(lubricant, speed)
+        found.append(given.thermal_resistance or 1.0 / (transfer * area))
+    return found[0], found[1]
+
+
+def run_uncertainty(
+    design: Design | str | Path,
+    friction: FrictionModel | str,
+    conditions: Conditions = Conditions(),
+    inputs: UncertainInputs | None = None,
+    *,
+    side: Side = "drive",
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+    friction_in_equilibrium: bool = False,
+    geared: GearMesh | None = None,
+) -> EfficiencyUncertainty:
+    """Interval of the efficiency from those of formula, boundary friction and roughness; as `run_gear`."""
+    design = resolve_design(design)
+    model = resolve_friction(friction, design)
+    torque, operation, oil = _operating_point(design, conditions)
+    if geared is None:
+        geared = gear_mesh(design, side, positions, points_per_line)
+    return efficiency_uncertainty(
+        _solver(geared.mesh, torque, oil, friction_in_equilibrium), model, operation, inputs or UncertainInputs()
+    )
+
+
+def run_duty(
+    design: Design | str | Path,
+    friction: FrictionModel | str,
+    duty: Sequence[DutyRow],
+    *,
+    oil: str | None = None,
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+    report: Callable[[int, int], None] | None = None,
+) -> DutyCycle:
+    """Efficiency at every row of a duty cycle (`efficiency.loss.duty.read_duty`) and the energies of all."""
+    design = resolve_design(design)
+    model = resolve_friction(friction, design)
+    meshes: dict[Side, Mesh] = {}
+
+    def load(side: Side, torque: float) -> LoadedMesh:
+        if side not in meshes:
+            meshes[side] = gear_mesh(design, side, positions, points_per_line).mesh
+        return load_mesh(meshes[side], torque)
+
+    rough = (design.pinion.roughness_rms, design.gear.roughness_rms)
+    return duty_cycle(duty, load, model, Oil.load(oil or design.operation.oil), rough, report)
+
+
+def run_parameter_map(
+    design: Design | str | Path,
+    friction: FrictionModel | str,
+    axes: Mapping[str, Sequence[Any]],
+    conditions: Conditions = Conditions(),
+    *,
+    side: Side = "drive",
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+    report: Callable[[int, int], None] | None = None,
+) -> ParameterMap:
+    """Efficiency over any axes of `efficiency.loss.parameter_map.AXES`, in SI units.
+
+    Parameters
+    ----------
+    axes : mapping
+        ``design`` takes designs (of different offset, say), by name, file or object; misalignments E, P, G, alpha add
+        to nothing: they replace those of the design.
+    conditions : Conditions
+        What has no axis and differs from the operating point of the (first) design.
+    """
+    designs = [resolve_design(d) for d in axes.get("design", (design,))]
+    chosen = {name: list(values) for name, values in axes.items()}
+    if "design" in chosen:
+        chosen["design"] = designs
+    for name, values in chosen.items():
+        if name in OPERATION_LIMITS:
+            chosen[name] = [OPERATION_LIMITS[name].check(value, name) for value in values]
+        elif name.startswith("roughness_rms"):
+            chosen[name] = [quantity_of(MemberInput, "roughness_rms").check(value, name) for value in values]
+    torque, operation, oil = _operating_point(designs[0], conditions)
+
+    def pair(place: Place) -> Design:
+        chosen_pair: Design = place.get("design", designs[0])
+        return chosen_pair
+
+    def make_mesh(place: Place) -> Mesh:
+        aligned = pair(place)
+        moved = {name: place[name] for name in Misalignment.model_fields if name in place}
+        if moved:
+            aligned = aligned.with_misalignment(**aligned.assembly.misalignment.model_dump() | moved)
+        return gear_mesh(aligned, side, positions, points_per_line).mesh
+
+    def at(place: Place) -> Operation:
+        here = _operation(pair(place), operation.speed_pinion, operation.temperature_oil, operation.driver)
+        names = {"speed": ("speed_pinion",), "roughness_rms": ("roughness_rms_pinion", "roughness_rms_gear")}
+        return replace(
+            here,
+            **{
+                field: value
+                for name, value in place.items()
+                if name in OPERATION_AXES
+                for field in names.get(name, (name,))
+            },
+        )
+
+    return parameter_map(
+        make_mesh,
+        lambda place: resolve_friction(friction, pair(place)),
+        oil,
+        chosen,
+        at,
+        lambda place: float(place.get("torque", torque)),
+        report,
+    )
+
+
+def _solver(
+    mesh: Mesh, torque: float, oil: Oil, friction_in_equilibrium: bool
+) -> Callable[[FrictionModel, Operation], EfficiencyResult]:
+    """Efficiency of a mesh at a torque; the frictionless load is solved once."""
     if friction_in_equilibrium:
-        return mesh_efficiency(load_mesh_with_friction(mesh, torque, model, oil, operation), model, oil, operation)
-    return mesh_efficiency(load_mesh(mesh, torque), model, oil, operation)
+        return lambda model, operation: mesh_efficiency(
+            load_mesh_with_friction(mesh, torque, model, oil, operation), model, oil, operation
+        )
+    loaded = load_mesh(mesh, torque)
+    return lambda model, operation: mesh_efficiency(loaded, model, oil, operation)
 
 
 def run_compare(
@@ -164,15 +354,15 @@ def run_map(
         model,
         Oil.load(oil or default.oil),
         operations[0],
-        lambda speed, temperature: _operation(design, speed, temperature),
+        lambda speed, temperature: _operation(design, speed, temperature, default.driver),
         operations[1],
         operations[2],
         report,
     )
 
 
-def _operation(design: Design, speed: float, temperature: float) -> Operation:
-    return Operation(speed, temperature, design.pinion.roughness_rms, design.gear.roughness_rms)
+def _operation(design: Design, speed: float, temperature: float, driver: Driver) -> Operation:
+    return Operation(speed, temperature, design.pinion.roughness_rms, design.gear.roughness_rms, driver)
 
 
 def _operating_point(design: Design, conditions: Conditions) -> tuple[float, Operation, Oil]:
@@ -183,4 +373,5 @@ def _operating_point(design: Design, conditions: Conditions) -> tuple[float, Ope
         return float(getattr(default, name)) if value is None else OPERATION_LIMITS[name].check(value, name)
 
     torque, speed, temperature = (chosen(name) for name in OPERATION_LIMITS)
-    return torque, _operation(design, speed, temperature), Oil.load(conditions.oil or default.oil)
+    operation = _operation(design, speed, temperature, conditions.driver or default.driver)
+    return torque, operation, Oil.load(conditions.oil or default.oil)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
+from efficiency.contact.pair import Side
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency import LoadedMesh, mesh_efficiency
 from efficiency.loss.kinematics import Driver, Operation
@@ -124,7 +125,7 @@ class DutyCycle:
 
 def duty_cycle(
     duty: Sequence[DutyRow],
-    load: Callable[[str, float], LoadedMesh],
+    load: Callable[[Side, float], LoadedMesh],
     friction: FrictionModel,
     oil: Oil,
     roughness: tuple[float, float],
@@ -147,7 +148,7 @@ def duty_cycle(
     report : callable, optional
         Called with the number of rows done and of all rows.
     """
-    loaded: dict[tuple[str, float], LoadedMesh] = {}
+    loaded: dict[tuple[Side, float], LoadedMesh] = {}
     rows, results = [], []
     for row in duty:
         key = row.side, abs(row.torque)

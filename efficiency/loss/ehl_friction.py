@@ -2,7 +2,7 @@
 
 The points of a mesh are a smooth two-parameter family of conditions, so some solutions, spread as far apart as
 possible, carry the whole of it; the last of them are first predicted by the others, which measures the error. They are
-solved along paths on which each starts the next: at most 480 of them, 80 by the deterministic rough solver.
+solved along paths on which each starts the next: at most 320 of them, 80 by the deterministic rough solver.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ IntArray = NDArray[np.int64]
 Scene = tuple[LineContact, Lubricant, SurfaceInput, tuple[float, float]]
 
 # contacts solved for a mesh: of the smooth film (load sharing adds nothing to its cost), of the rolling rough surfaces
-POINTS, POINTS_DETERMINISTIC, HELD_OUT = 480, 80, 16
+POINTS, POINTS_DETERMINISTIC, HELD_OUT = 320, 80, 16
 FEWEST_PER_JOB = 12  # contacts below which a worker process does not pay
 # interval of the interpolation, in RMS errors at the held-out points
 _WIDTH = 2.0
@@ -150,7 +150,7 @@ def _solve_chain(scenes: list[Scene], model: ModelInput, bodies: tuple[Material,
 def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> EhlFriction:
     """The model of a name: ``ehl`` (load sharing), ``ehl:smooth`` or ``ehl:deterministic``.
 
-    They solve 480, 480 and 80 contacts and interpolate the others; ``:all`` at the end solves every point, ``:sampled``
+    They solve 320, 320 and 80 contacts and interpolate the others; ``:all`` at the end solves every point, ``:sampled``
     80 of them.
 
     Raises

@@ -110,15 +110,13 @@ def balance_heat(
     ConvergenceError
         ``bulk_too_hot`` above the temperatures of oils, ``heat_rounds`` where the temperatures do not settle.
     """
-    oil, least = operation.temperature_oil, TEMPERATURE_RANGE[1]
+    oil = operation.temperature_oil
+    most = TEMPERATURE_RANGE[1] - oil
     rise = np.zeros(2)
     slope = np.zeros((2, 2))  # of the rise that the heat gives by the rise it is computed at
     before: tuple[FloatArray, FloatArray] | None = None
     for rounds in range(1, LIMIT + 1):
         bulk = oil + rise
-        if bulk.max() > least:
-            detail = f"bulk temperatures of {bulk[0] - 273.15:.0f} (pinion) and {bulk[1] - 273.15:.0f} degC (gear)"
-            raise ConvergenceError("bulk_too_hot", f"{detail}: less load or more cooling")
         result = solve(
             replace(
                 operation,
@@ -133,6 +131,10 @@ def balance_heat(
             return HeatBalance(result, resistance, heat, rounds, float(np.abs(wrong).max()))
         if np.abs(wrong).max() < TOLERANCE:
             return HeatBalance(result, resistance, heat, rounds, float(np.abs(wrong).max()))
+        if np.any((rise >= most) & (wrong > 0.0)):
+            pinion, gear = (f"{oil + more - 273.15:.0f} degC" for more in rise)
+            detail = f"bulk {pinion} (pinion) and {gear} (gear) and rising: less load or more cooling"
+            raise ConvergenceError("bulk_too_hot", detail)
         if before is not None:
             # Broyden's update of the slope, as Newton's method is not worth two more solutions a round
             step, change = rise - before[0], (wrong + rise) - (before[1] + before[0])
@@ -141,5 +143,5 @@ def balance_heat(
         step = np.linalg.solve(np.eye(2) - slope, wrong)
         # a slope near 1 would throw the next step far off
         largest = 2.0 * float(np.abs(wrong).max())
-        rise = np.maximum(rise + np.clip(step, -largest, largest), 0.0)
+        rise = np.clip(rise + np.clip(step, -largest, largest), 0.0, most)
     raise ConvergenceError("heat_rounds", f"bulk temperatures off by {np.abs(wrong).max():.2g} K after {LIMIT} rounds")
