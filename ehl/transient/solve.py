@@ -325,7 +325,7 @@ def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
         return "failed", "unconverged_steps"
     if np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
         return "unsettled", "lagged_steps"
-    if records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
+    if fine.records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
         return "unsettled", "macroscopic_pressure"
     exchanged, chance = net_exchange(fine)
     if exchanged > max(chance, 0.0) + NET_EXCHANGE_ALLOWED:

@@ -43,6 +43,11 @@ class RoughSurfaces:
         return math.sqrt(sum(p.rms**2 for p in self.profiles))
 
     @property
+    def height(self) -> float:
+        """Highest peak over deepest valley, both surfaces composed like their Rq [m]."""
+        return math.sqrt(sum(float(np.ptp(p.heights)) ** 2 for p in self.profiles))
+
+    @property
     def correlation_length(self) -> float:
         """lc of both surfaces [m], averaged as the drainage needs it (mean of Rq^2/lc^2); inf when smooth."""
         curvature = sum((p.rms / _correlation_length(p)) ** 2 for p in self.profiles)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl.inputs import Case, load_case
+from ehl.inputs import Case, SurfaceInput, load_case
 from ehl.solve import solve_case
 from ehl.validation import validate
 
@@ -88,6 +88,25 @@ def test_roughness_left_out_of_a_thick_film_changes_no_more_than_said() -> None:
     assert abs(np.mean(change)) < skipped.friction_error + np.mean(unsure) / math.sqrt(3.0)
     # the estimate is no blank cheque either
     assert skipped.friction_error < 0.02
+
+
+@pytest.mark.parametrize("kind", ["waves", "scratch"])
+def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_path: Path) -> None:
+    x = np.arange(0.0, 1.2e-3, 1e-6)
+    heights = np.sin(2.0 * np.pi * x / 60e-6) if kind == "waves" else -4.2 * np.exp(-(((x - 0.6e-3) / 10e-6) ** 2))
+    path = tmp_path / "profile.csv"
+    rows = "\n".join(f"{a:.9g},{b:.9g}" for a, b in zip(x * 1e6, heights * 0.188, strict=True))
+    path.write_text("x [um], height [um]\n" + rows + "\n", encoding="utf-8")
+    surface = {"profile_1": str(path), "cutoff_short": "4 um", "cutoff_long": None}
+    measured = case().model_copy(update={"surface": validate(SurfaceInput, surface)})
+    skipped = solve_case(measured)
+    full = solve_case(measured.model_copy(update={"model": measured.model.model_copy(update={"shortcuts": "off"})}))
+    assert skipped.transient is None
+    assert full.transient is not None
+    assert skipped.film_ratio == pytest.approx(full.film_ratio, rel=1e-6)
+    change = abs(full.friction_coefficient / skipped.friction_coefficient - 1.0)
+    assert change < skipped.friction_error + full.friction_error
+    assert skipped.friction_error < 0.025
 
 
 @pytest.mark.parametrize(("slide_to_roll", "speed"), [(0.003, 1.0), (0.001, 0.1)])
