@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from efficiency.blank.cones import Blank
+from efficiency.body_input import BodyInput
 from efficiency.contact.assembly import Assembly
 from efficiency.cooling_input import CoolingInput
 from efficiency.cutting.cutter import FlankSide
@@ -25,6 +26,9 @@ from ehl.validation import InputModel, read_toml, validate
 Error = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
 ConeAngle = Annotated[float, Quantity("rad", gt=0.0, lt=1.5707)]
 TaperAngle = Annotated[float, Quantity("rad", ge=-0.35, le=0.35)]
+EdgeRounding = Annotated[
+    float, Quantity("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
+]
 Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
 Teeth = Annotated[int, Field(ge=3, le=400)]
 
@@ -83,6 +87,8 @@ class MemberInput(InputModel):
     convex: FlankInput
     material: str = "steel"
     roughness_rms: Rms = 0.0
+    edge_rounding: EdgeRounding | None = None
+    body: BodyInput = BodyInput()
 
     @model_validator(mode="before")
     @classmethod
@@ -106,6 +112,7 @@ class MemberInput(InputModel):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         load_material(self.material)
+        self.body.thickness(self.blank.blank())
         for side, given in (("concave", self.concave), ("convex", self.convex)):
             if not isinstance(given, CutFlankInput):
                 continue
@@ -128,7 +135,7 @@ class MemberInput(InputModel):
             raise InputError(f"{side}.ease_off", "a flank of one member alone", "a flank of a pair")
         return given.flank(side, self.blank.hand, self.blank.blank())
 
-    def body(self) -> Material:
+    def elastic_material(self) -> Material:
         """Material of the member."""
         return load_material(self.material)
 

@@ -1,4 +1,4 @@
-"""From a design to a mesh ready to be loaded: geometry on two grids, plates of the teeth, pitch-point data."""
+"""From a design to a mesh ready to be loaded: geometry on two grids, teeth as elastic bodies, pitch-point data."""
 
 from __future__ import annotations
 
@@ -7,16 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.contact_lines import EDGE_REACH, MeshPosition, mesh_cycle
 from efficiency.contact.pair import GearPair, Side, gear_pair
 from efficiency.cutting.flank import Flank
-from efficiency.design import BlankInput, Design
-from efficiency.load.compliance import Tooth
+from efficiency.design import BlankInput, Design, MemberInput
 from efficiency.load.load_distribution import TeethElasticity
+from efficiency.load.teeth import elastic_teeth
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.efficiency import Mesh
 from efficiency.loss.kinematics import Axis
 from ehl.errors import ConvergenceError
+
+# where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)
+EDGE_ROUNDING = 0.05
 
 
 @dataclass(frozen=True)
@@ -59,15 +62,15 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
     """
     pair = gear_pair(design, side)
     pinion, gear = (_mean_angles(flank) for flank in design.flanks(side))
-    materials = design.pinion.body(), design.gear.body()
+    materials = design.pinion.elastic_material(), design.gear.elastic_material()
     teeth = TeethElasticity(
-        Tooth.from_shape(pair.shape_pinion, *pinion, materials[0]),
-        Tooth.from_shape(pair.shape_gear, *gear, materials[1]),
+        *elastic_teeth(design, side),
         *materials,
+        *(_edge_rounding(member, design) for member in (design.pinion, design.gear)),
     )
 
-    def make_cycle(count: int, points: int) -> tuple[MeshPosition, ...]:
-        return mesh_cycle(pair, count, points)
+    def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
+        return mesh_cycle(pair, count, points, reach, edges=True)
 
     placement = design.placement()
     axes = (
@@ -75,8 +78,28 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
         Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
     )
     unloaded = pair.transmission.peak_to_peak
-    mesh = Mesh.build(design.name, side, make_cycle, teeth, positions, points_per_line, axes, pair.notes, unloaded)
+    mesh = Mesh.build(
+        design.name,
+        side,
+        make_cycle,
+        teeth,
+        positions,
+        points_per_line,
+        axes,
+        pair.notes,
+        unloaded,
+        EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
+    )
     return GearMesh(pair, mesh, _pitch_geometry(design.pinion.blank, design.gear.blank, pinion, gear))
+
+
+def _edge_rounding(member: MemberInput, design: Design) -> float:
+    """Radius of the tip, toe and heel edges of a member [m]."""
+    if member.edge_rounding is not None:
+        return member.edge_rounding
+    gear = design.gear.blank
+    module = 2.0 * gear.mean_cone_distance * math.sin(gear.pitch_angle) / gear.teeth
+    return EDGE_ROUNDING * module
 
 
 def profile_contact_ratio(pinion: BlankInput, gear: BlankInput, spiral_angle: float, pressure_angle: float) -> float:

@@ -26,7 +26,7 @@ IntArray = NDArray[np.int64]
 
 
 # gear rotation up to which edges are followed where nothing else is said, as a share of the pitch of the gear
-_EDGE_REACH = 1.0 / 60.0
+EDGE_REACH = 1.0 / 60.0
 # least cosine squared of the angle between an edge and the lines for which the section square to the edge is taken
 _LEAST_CROSSING = 0.1
 
@@ -222,7 +222,7 @@ def _with_edges(
     """
     pitch = 2.0 * np.pi / surface.assembly.teeth_gear
     spacing = float(np.median(lines.length))
-    points = edge_points(surface, edge_pieces(surface), roll, spacing, reach or _EDGE_REACH * pitch)
+    points = edge_points(surface, edge_pieces(surface), roll, spacing, reach or EDGE_REACH * pitch)
     if reach is not None:
         least = np.full(int(owner.max()) + 1, np.inf)
         np.minimum.at(least, owner[of], fields["closing"])

@@ -10,32 +10,30 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.contact_lines import MeshPosition
+from efficiency.load.edge_load import edge_load
 from efficiency.load.limits import limit_notes, points_above_hardness
-from efficiency.load.load_distribution import LoadDistribution, TeethElasticity, distribute_load
-from efficiency.loss.kinematics import Axis, LoadedPoints, Operation, join_states, loaded_points
+from efficiency.load.load_distribution import LoadDistribution
+from efficiency.load.loaded_mesh import LoadedMesh as LoadedMesh
+from efficiency.load.loaded_mesh import Mesh as Mesh
+from efficiency.load.loaded_mesh import load_mesh as load_mesh
+from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loaded_points
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.result import EfficiencyResult, Reason
-from ehl.errors import InputError
 from ehl.oil import Oil
 from regression.conditions import conditions_of
 from regression.friction_models import FrictionEstimate, FrictionFlag, FrictionModel
 
 FloatArray = NDArray[np.float64]
-MakeCycle = Callable[[int, int], tuple[MeshPosition, ...]]
-"""Mesh cycle from a number of positions and of points per contact line."""
 
 SKIPPED = (
     "elastic influence between neighbouring teeth through the body",
-    "root fillets, tip edge contact and lengthwise curvature of the teeth as plates",
+    "root fillets and lengthwise curvature of the teeth as plates",
     "churning, windage and bearing losses",
 )
 FRICTIONLESS = "friction in the load equilibrium"
@@ -52,87 +50,6 @@ RANGES = (
     "load_per_length",
     "film_ratio_formula",
 )
-
-
-@dataclass(frozen=True)
-class Mesh:
-    """Geometry of the mesh on two grids, and the compliance of the teeth.
-
-    Attributes
-    ----------
-    design, side : str
-        Name of the design and of the flank pair.
-    fine, coarse : tuple of MeshPosition
-        The same positions with all and with about half of the points per contact line.
-    teeth : TeethElasticity
-        Compliance of both members.
-    points_per_line : int
-        Of the fine grid.
-    axes : tuple of Axis, optional
-        Of pinion and gear; only friction in the equilibrium needs them.
-    notes : tuple of str
-        What is to be known of the geometry.
-    transmission_error : float
-        Without load, peak to peak of all pairs together [rad]; nan where only the positions know it.
-    """
-
-    design: str
-    side: str
-    fine: tuple[MeshPosition, ...]
-    coarse: tuple[MeshPosition, ...]
-    teeth: TeethElasticity
-    points_per_line: int
-    axes: tuple[Axis, Axis] | None = None
-    notes: tuple[str, ...] = ()
-    transmission_error: float = math.nan
-
-    @classmethod
-    def build(
-        cls,
-        design: str,
-        side: str,
-        make_cycle: MakeCycle,
-        teeth: TeethElasticity,
-        positions: int = 24,
-        points_per_line: int = 31,
-        axes: tuple[Axis, Axis] | None = None,
-        notes: tuple[str, ...] = (),
-        transmission_error: float = math.nan,
-    ) -> Mesh:
-        """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
-        if positions < 4 or positions % 2:
-            raise InputError("positions", positions, "an even number of at least 4")
-        if points_per_line < 5:
-            raise InputError("points_per_line", points_per_line, "a number of at least 5")
-        fine = make_cycle(positions, points_per_line)
-        coarse = make_cycle(positions, (points_per_line + 1) // 2)
-        return cls(design, side, fine, coarse, teeth, points_per_line, axes, notes, transmission_error)
-
-    @property
-    def unloaded_error(self) -> float:
-        """Transmission error without load, peak to peak [rad]."""
-        if math.isnan(self.transmission_error):
-            return float(np.ptp([p.transmission_error for p in self.fine]))
-        return self.transmission_error
-
-
-@dataclass(frozen=True)
-class LoadedMesh:
-    """A mesh under one torque: the load on both of its grids."""
-
-    mesh: Mesh
-    fine: LoadDistribution
-    coarse: LoadDistribution
-    friction_in_equilibrium: bool = False
-
-
-def load_mesh(mesh: Mesh, torque_pinion: float) -> LoadedMesh:
-    """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0."""
-    return LoadedMesh(
-        mesh,
-        distribute_load(mesh.fine, mesh.teeth, torque_pinion),
-        distribute_load(mesh.coarse, mesh.teeth, torque_pinion),
-    )
 
 
 def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, operation: Operation) -> EfficiencyResult:
@@ -178,6 +95,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     power_loss = float(losses.mean())
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
+    edges = edge_load(loaded.fine, mesh.teeth)
     return EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
@@ -206,6 +124,11 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         power_output=power_input - power_loss,
         friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
         pressure_max=loaded.fine.pressure_max,
+        pressure_edge=edges.pressure,
+        pressure_edge_lower=edges.pressure_lower,
+        pressure_edge_upper=edges.pressure_upper,
+        edge_load_share=edges.share,
+        edge_loss_share=_edge_loss(loaded.fine, fine, estimate.mu),
         transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
         transmission_error_unloaded=mesh.unloaded_error,
         ranges=_ranges(fine, oil),
@@ -278,6 +201,14 @@ def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[s
 def _ranges(points: LoadedPoints, oil: Oil) -> dict[str, tuple[float, float]]:
     table = conditions_of(points.state, oil)
     return {name: (float(table[name].min()), float(table[name].max())) for name in RANGES}
+
+
+def _edge_loss(load: LoadDistribution, points: LoadedPoints, mu: FloatArray) -> float:
+    """Share of the loss where the contact reaches an edge."""
+    at_edge = np.array([load.positions[k].at_edge[i] for k, i in zip(points.position, points.index, strict=True)])
+    power = mu * points.force * points.speed_sliding
+    total = float(power.sum())
+    return float(power[at_edge].sum()) / total if total > 0.0 else 0.0
 
 
 def _share(points: LoadedPoints, estimate: FrictionEstimate, flag: FrictionFlag) -> float:

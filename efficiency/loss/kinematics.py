@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.contact.axis import Axis as Axis
 from efficiency.load.load_distribution import LoadDistribution
 from ehl.errors import InputError
 from ehl.oil import TEMPERATURE_RANGE
@@ -17,14 +18,6 @@ from ehl.state import ContactState
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Driver = Literal["pinion", "gear"]
-
-
-@dataclass(frozen=True)
-class Axis:
-    """Axis of one member in the mesh frame: unit direction (3,) and a point on it (3,) [m]."""
-
-    direction: FloatArray
-    origin: FloatArray
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,11 @@ class EfficiencyResult:
     friction_coefficient_mean : float
         Weighted with the sliding power density: power_loss/sum(F |v_s|) [-]; nan without sliding.
     pressure_max : float
-        Greatest Hertz pressure of the cycle [Pa].
+        Greatest Hertz pressure of the flanks in the cycle [Pa].
+    pressure_edge, pressure_edge_lower, pressure_edge_upper : float
+        Greatest elastic pressure at a tip, toe or heel edge, and that of edges with twice and half its radius [Pa].
+    edge_load_share, edge_loss_share : float
+        Share of the torque and of the loss where the contact reaches an edge [-].
     transmission_error_loaded, transmission_error_unloaded : float
         Peak to peak over the cycle [rad of the gear].
     ranges : dict
@@ -120,6 +124,11 @@ class EfficiencyResult:
     power_output: float
     friction_coefficient_mean: float
     pressure_max: float
+    pressure_edge: float
+    pressure_edge_lower: float
+    pressure_edge_upper: float
+    edge_load_share: float
+    edge_loss_share: float
     transmission_error_loaded: float
     transmission_error_unloaded: float
     ranges: dict[str, tuple[float, float]]
