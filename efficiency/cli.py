@@ -12,7 +12,9 @@ import efficiency.commands_blank
 import efficiency.commands_geometry
 import efficiency.commands_plan
 import efficiency.commands_settings
+import efficiency.commands_study
 import ehl.cli
+import regression.calibration.cli
 import regression.cli
 from ehl import __version__
 from ehl.errors import MixedEhlError
@@ -43,11 +45,13 @@ def _options(
 
 ehl.cli.register(app)
 regression.cli.register(app)
+regression.calibration.cli.register(app)
 efficiency.commands.register(app)
 efficiency.commands_blank.register(app)
 efficiency.commands_geometry.register(app)
 efficiency.commands_plan.register(app)
 efficiency.commands_settings.register(app)
+efficiency.commands_study.register(app)
 
 
 @app.command()

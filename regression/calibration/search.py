@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 STEP = 0.08  # of the finite differences in ln(value)
-REGION, SMALLEST_REGION = 1.2, 1e-4  # largest step in ln(value), and where the search gives up
+REGION, SMALLEST_REGION = 1.2, 3e-3  # largest step in ln(value), and where the search gives up
 MOST_ROUNDS = 25
 SCALED = 5  # rounds in which the scale of the residuals follows them
 # a gain of the loss below this is the end: a step of a twentieth of a standard error, in whatever direction
@@ -217,7 +217,7 @@ def search(
     ConvergenceError
         The search did not come to rest.
     """
-    region, fresh = REGION, True
+    region, fresh, gained = REGION, True, np.inf
     surrogate = surrogate_at(solver, values, names, target.rows)
     for rounds in range(1, MOST_ROUNDS + 1):
         here = surrogate.log_values
@@ -231,7 +231,8 @@ def search(
         goal = minimise(surrogate, target, scale, region)
         step = np.abs(goal - here)
         foretold = cost - robust.loss(target.residuals(surrogate.at(goal)) / scale)
-        if foretold < LEAST_GAIN or region < SMALLEST_REGION:
+        if min(foretold, gained) < LEAST_GAIN or region < SMALLEST_REGION:
+            # a limit that cuts makes kinks: there the surrogate foretells gains for ever that never come
             if fresh:
                 jacobian = surrogate.jacobian(here)
                 low, high = bounds_of(names)
@@ -239,7 +240,7 @@ def search(
                 pinned = tuple(name for name, at in zip(names, at_bound, strict=True) if at)
                 return Fit(names, surrogate.values, friction, jacobian, surrogate, scale, cost, rounds, pinned)
             surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
-            region = max(region, 0.1)
+            region, gained = max(region, 0.1), np.inf
             continue
         moved = {**surrogate.values, **dict(zip(names, map(float, np.exp(goal)), strict=True))}
         parts = solver.transformed(solver.parts([moved], target.rows)[0])
@@ -247,7 +248,7 @@ def search(
         there = target.residuals(trial.at(goal))
         gain = cost - robust.loss(there / scale) if np.isfinite(there).all() else -np.inf
         if gain > 0.0:
-            surrogate = trial
+            surrogate, gained = trial, gain
             fresh = not any(solver.needs_solution(name) for name in names)
             region = min(2.0 * region, REGION)
             if gain < POOR * foretold and not fresh:
