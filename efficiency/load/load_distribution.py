@@ -98,6 +98,8 @@ class TeethElasticity:
             (_of_gear(edge), self.gear, self.material_gear, self.edge_rounding_gear, "face_gear", "height_gear"),
         ):
             at = np.flatnonzero(of_member)
+            if not at.size:
+                continue
             depth = tooth.depth(getattr(position, face)[at], getattr(position, height)[at])
             distance = np.hypot(inside[at], radius)
             result[at] = free_edge_compliance(distance, depth, material.youngs_modulus, material.poisson_ratio)
