@@ -59,7 +59,7 @@ def gp_mean(residual: GpResidual, scaled: list[Any]) -> Any:
 def gp_reduction(residual: GpResidual, scaled: list[Any]) -> Any:
     """What the stored points take off the variance of the process."""
     count = len(residual.alpha)
-    rows = np.column_stack([_scaled_points(residual)[:count], residual.variance * residual.root.T])
+    rows = np.column_stack([_scaled_points(residual)[:count], residual.variance * residual.root])
     return DataValue(DataFunction("gp_reduction", rows, len(scaled)), scaled)
 
 
