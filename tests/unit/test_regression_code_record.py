@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
+import shutil
+import subprocess
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -187,3 +191,30 @@ def test_branches_are_named_in_the_error() -> None:
     assert isinstance(value, Value)
     with pytest.raises(NotRecordable, match=r"np\.where"):
         bool(value > 0.0)
+
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "formula_code.md").read_text(encoding="utf-8")
+
+
+def test_example_of_the_page(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    """The C program of docs/formula_code.md gives what `mixed-ehl mu` gives; its call fits the exported function."""
+    assert mixed_ehl("export", "fva3_load_share", "-o", tmp_path / "friction.c").code == 0
+    example = re.search(r"```c\n(.*?)```", PAGE, flags=re.DOTALL)
+    assert example is not None
+    call = re.search(r"= friction\((.*?)\);", example.group(1))
+    assert call is not None
+    given = [float(number) for number in call.group(1).split(",")]
+    program = program_of(formula_friction("fva3_load_share").formula)
+    assert len(given) == len(program.arguments)
+    namespace: dict[str, Any] = {}
+    exec(python_text(program, "friction"), namespace)
+    mu, lower, upper, flag = namespace["friction"](*given)
+    point = ("--pressure", "1.2 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
+    shown = mixed_ehl("mu", "fva3_load_share", *point, "--temperature", "80 degC", "--roughness", "0.4 um", "--json")
+    # the command takes E' of the steel card, the page a rounded one
+    assert mu == pytest.approx(json.loads(shown.out)["friction_coefficient"], rel=1e-3)
+    if shutil.which("gcc") is not None:
+        (tmp_path / "main.c").write_text(example.group(1))
+        subprocess.run(["gcc", "-O2", "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True, timeout=60)
+        printed = subprocess.run([str(tmp_path / "main")], capture_output=True, text=True, check=True, timeout=60)
+        assert printed.stdout == f"mu = {mu:.5f} ({lower:.5f} to {upper:.5f}), flag {flag}\n"
