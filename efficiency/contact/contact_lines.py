@@ -183,7 +183,7 @@ def mesh_cycle(
         spans, kept = within_reach(surface, spans, owner[on_path], reach)
         on_path = on_path[kept]
     lines = line_points(surface, spans, points_per_line)
-    fields = _points(surface, lines)
+    fields = conjugate_fields(surface, lines.u, lines.v, lines.length)
     fields["closing"] = fields.pop("valley") / fields["lever_gear"]
     of = np.repeat(on_path, points_per_line)
     edge = None
@@ -228,7 +228,7 @@ def _with_edges(
         np.minimum.at(least, owner[of], fields["closing"])
         np.minimum.at(least, owner[points.owner], points.closing)
         points = points.at(points.closing < least[owner[points.owner]] + reach)
-    own = _points(surface, Lines(points.u, points.v, points.length))
+    own = conjugate_fields(surface, points.u, points.v, points.length)
     del own["valley"]
     crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _LEAST_CROSSING)
     # the section square to the edge
@@ -256,9 +256,11 @@ def _lowest(closing: FloatArray) -> float:
     return float(least - 0.125 * (after - before) ** 2 / bend) if bend > 0.0 else float(least)
 
 
-def _points(surface: MeshSurface, lines: Lines) -> dict[str, FloatArray]:
-    """All fields of `MeshPosition` but those that need the whole position, for flattened lines."""
-    u, v = lines.u, lines.v
+def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length: FloatArray) -> dict[str, FloatArray]:
+    """Fields of `MeshPosition` at points (u, v) of the map, each in contact at its own roll angle.
+
+    All but those that need the whole position; ``valley`` is the separation of the flanks there [m].
+    """
     p, assembly, sign = surface.patch, surface.assembly, surface.direction
     local, facing = p(u, v, POSITION), p(u, v, NORMAL)
     facing = facing / np.sqrt(dot(facing, facing))
@@ -294,7 +296,7 @@ def _points(surface: MeshSurface, lines: Lines) -> dict[str, FloatArray]:
         "normal": normal.T,
         "along": along.T,
         "across": across.T,
-        "length": lines.length,
+        "length": length,
         "valley": p(u, v, ("ease_off",))[0] - 0.5 * slope**2 / curvature,
         "radius_equivalent": 1.0 / curvature,
         "lever_pinion": sign * lever_pinion,

@@ -40,6 +40,8 @@ class Equilibrium:
         Normal force at each point [N].
     angle : float
         Approach angle about the axis of the levers [rad].
+    stiffness : float
+        Derivative of the torque by the angle, all points that carry staying in contact [N m/rad].
     residual : float
         Greatest violation of compatibility (penetration, or gap under load) over the greatest approach [-].
     torque_residual : float
@@ -55,6 +57,7 @@ class Equilibrium:
 
     force: FloatArray
     angle: float
+    stiffness: float
     residual: float
     torque_residual: float
     iterations: int
@@ -94,7 +97,7 @@ def solve_equilibrium(
     floor = _FLOOR * typical
     active: BoolArray = np.ones(gap.size, bool)
     exchanges = fallbacks = 0
-    residual, angle = np.inf, 0.0
+    residual, angle, stiffness = np.inf, 0.0, 0.0
     reason: Reason = "newton_limit"
     iterations = 0
     point = np.maximum(force, floor)
@@ -111,7 +114,7 @@ def solve_equilibrium(
         if solution is None:
             reason = "active_set_limit"
             break
-        force, angle, active, count = solution
+        force, angle, stiffness, active, count = solution
         exchanges += count
         point = np.maximum(force, floor)
         deflection, slope = local(point)
@@ -122,6 +125,7 @@ def solve_equilibrium(
     return Equilibrium(
         force=force,
         angle=angle,
+        stiffness=stiffness,
         residual=residual,
         torque_residual=abs(float(lever @ force) / torque - 1.0),
         iterations=iterations,
@@ -146,23 +150,24 @@ def _violation(
     return float(wrong.max() / (angle * lever.max()))
 
 
-_Solution = tuple[FloatArray, float, BoolArray, int]
+_Solution = tuple[FloatArray, float, float, BoolArray, int]
 
 
 def _linear(
     matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
-) -> tuple[FloatArray, float]:
-    """Forces on the active points (zero elsewhere) and the angle, all of them in contact."""
+) -> tuple[FloatArray, float, float]:
+    """Forces on the active points (zero elsewhere), the angle and dT/d(angle), all of them in contact."""
     at = np.flatnonzero(active)
     sides = np.stack([lever[at], offset[at]], axis=1)
     _, inverse, fault = dposv(matrix[at[:, None], at], sides)
     if fault:
         # a compliance that rounding has left indefinite
         inverse = np.linalg.lstsq(matrix[at[:, None], at], sides, rcond=None)[0]
-    angle = (torque + float(lever[at] @ inverse[:, 1])) / float(lever[at] @ inverse[:, 0])
+    stiffness = float(lever[at] @ inverse[:, 0])
+    angle = (torque + float(lever[at] @ inverse[:, 1])) / stiffness
     force = np.zeros_like(offset)
     force[at] = angle * inverse[:, 0] - inverse[:, 1]
-    return force, angle
+    return force, angle, stiffness
 
 
 def _primal_dual(
@@ -175,13 +180,13 @@ def _primal_dual(
 ) -> _Solution | None:
     """All points that pull leave and all that penetrate enter at once; None if it does not settle."""
     for count in range(1, limit + 1):
-        force, angle = _linear(matrix, offset, lever, torque, active)
+        force, angle, stiffness = _linear(matrix, offset, lever, torque, active)
         entering = ~active & (matrix @ force + offset - lever * angle < 0.0)
         following = (active & (force > 0.0)) | entering
         if not following.any():
             return None
         if np.array_equal(following, active):
-            return force, angle, active, count
+            return force, angle, stiffness, active, count
         active = following
     return None
 
@@ -191,7 +196,7 @@ def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torqu
     active = np.ones(offset.size, bool)
     force = np.full(offset.size, torque / float(lever.sum()))
     for count in range(1, 20 * offset.size + 1):
-        target, angle = _linear(matrix, offset, lever, torque, active)
+        target, angle, stiffness = _linear(matrix, offset, lever, torque, active)
         pulling = active & (target <= 0.0)
         if pulling.any():
             share = np.full(offset.size, np.inf)
@@ -204,6 +209,6 @@ def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torqu
         separation = np.where(active, 0.0, matrix @ force + offset - lever * angle)
         deepest = int(np.argmin(separation))
         if separation[deepest] >= -1e-15 * angle * float(lever.max()):
-            return force, angle, active, count
+            return force, angle, stiffness, active, count
         active[deepest] = True
     return None

@@ -271,6 +271,47 @@ class LoadDistribution:
         """Loaded transmission error of each position [rad of the gear]."""
         return np.array([p.transmission_error for p in self.positions])
 
+    @property
+    def transmission_harmonics(self) -> FloatArray:
+        """Amplitudes of the loaded transmission error at the orders 1, 2, ... of the mesh frequency [rad].
+
+        Up to a quarter of the number of positions; higher ones are not resolved.
+        """
+        count = len(self.positions)
+        return np.asarray(2.0 * np.abs(np.fft.rfft(self.transmission_error))[1 : count // 4 + 1] / count)
+
+    @property
+    def stiffness_tangent(self) -> FloatArray:
+        """Derivative of the pinion torque by the pinion rotation against a held gear, each position [N m/rad]."""
+        return np.array([p.equilibrium.stiffness for p in self.positions])
+
+    @property
+    def stiffness_secant(self) -> FloatArray:
+        """Pinion torque over the whole pinion rotation from first touch against a held gear [N m/rad]."""
+        torques = np.array([float(p.force @ p.position.lever_pinion) for p in self.positions])
+        return np.asarray(torques / np.array([p.approach for p in self.positions]))
+
+    @property
+    def line_stiffness_factor(self) -> FloatArray:
+        """What makes a stiffness along the line of action [N/m] of one about the pinion: (sum F/T)^2 [1/m2]."""
+        return np.array([(p.force.sum() / float(p.force @ p.position.lever_pinion)) ** 2 for p in self.positions])
+
+    @property
+    def contact_ratio(self) -> float:
+        """Contact ratio under load: pitches of roll over which one tooth pair carries, edges included [-]."""
+        return float(np.mean([len([share for share in p.share.values() if share > 0.0]) for p in self.positions]))
+
+    def sharing(self) -> tuple[FloatArray, FloatArray]:
+        """Roll of one tooth pair from the design point [rad] and its share of the torque [-] over its whole mesh."""
+        pitch = len(self.positions) * (
+            self.positions[1].position.pinion_angle - self.positions[0].position.pinion_angle
+        )
+        points = sorted(
+            (p.position.pinion_angle + pair * pitch, share) for p in self.positions for pair, share in p.share.items()
+        )
+        roll, share = np.array(points).T
+        return roll, share
+
 
 def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:
     """What the load distribution needs of a mesh cycle at any torque; computed once, it serves all of them."""
