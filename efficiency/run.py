@@ -77,7 +77,7 @@ def resolve_friction(friction: FrictionModel | str, design: Design) -> FrictionM
     if friction.partition(":")[0] == "ehl":
         from efficiency.loss.ehl_friction import ehl_friction
 
-        return ehl_friction(friction, (design.pinion.body(), design.gear.body()))
+        return ehl_friction(friction, (design.pinion.elastic_material(), design.gear.elastic_material()))
     return friction_model(friction)
 
 
@@ -152,7 +152,7 @@ def run_heat_balance(
         lambda operation: solve(model, operation),
         operation,
         thermal_resistances(design, chosen, operation, oil, spirals),
-        (design.pinion.body(), design.gear.body()),
+        (design.pinion.elastic_material(), design.gear.elastic_material()),
         warm_inlet=chosen.oil_inlet == "bulk",
     )
 

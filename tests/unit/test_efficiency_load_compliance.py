@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from efficiency.blank.cones import ToothShape
-from efficiency.load.compliance import CantileverPlate, LocalCompliance, Tooth, weber_local
+from efficiency.load.compliance import LocalCompliance, weber_local
+from efficiency.load.plate import CantileverPlate, PlateTooth
 from ehl.errors import InputError
 from ehl.material import effective_modulus, load_material
 
@@ -62,14 +63,14 @@ def shape() -> ToothShape:
 
 
 def test_tooth_is_unrolled_along_its_trace() -> None:
-    tooth = Tooth.from_shape(shape(), np.radians(35.0), np.radians(20.0), STEEL)
+    tooth = PlateTooth.from_shape(shape(), np.radians(35.0), np.radians(20.0), STEEL)
     assert tooth.plate.length == pytest.approx(25e-3 / np.cos(np.radians(35.0)))
     assert tooth.depth([12e-3], [0.0]) == pytest.approx(3e-3 / np.cos(np.radians(20.0)))
 
 
 def test_force_acts_where_its_line_meets_the_middle_plane() -> None:
     angle = np.radians(20.0)
-    tooth = Tooth.from_shape(shape(), 0.0, angle, STEEL)
+    tooth = PlateTooth.from_shape(shape(), 0.0, angle, STEEL)
     face, height = np.array([12e-3]), np.array([4e-3])
     lowered = height - 0.5 * tooth.plate.thickness(face, height) * np.tan(angle)
     expected = np.cos(angle) ** 2 * tooth.plate.influence(face, lowered)
@@ -77,7 +78,7 @@ def test_force_acts_where_its_line_meets_the_middle_plane() -> None:
 
 
 def test_points_beyond_an_edge_are_put_on_it() -> None:
-    tooth = Tooth.from_shape(shape(), 0.0, 0.0, STEEL)
+    tooth = PlateTooth.from_shape(shape(), 0.0, 0.0, STEEL)
     inside = tooth.influence([0.0, 25e-3], [5e-3, 0.0])
     outside = tooth.influence([-1e-4, 25.1e-3], [5.2e-3, -1e-4])
     np.testing.assert_allclose(outside, inside, rtol=1e-12, atol=0.0)

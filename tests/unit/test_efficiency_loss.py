@@ -142,7 +142,7 @@ def test_a_peak_at_the_tip_edge_is_told(loaded: LoadedMesh) -> None:
     point = int(np.argmax(position.pressure_hertz))
     # the last point of its line, half a part of the line from the tip of the gear
     tooth, at = loaded.mesh.teeth.gear, position.position
-    depth = tooth.plate.local_height(at.face_gear[point] / tooth.cos_spiral)
+    depth = tooth.whole_depth(at.face_gear[point])
     assert 0.0 < depth - at.height_gear[point] < at.length[point]
     assert peak.edge == "tip edge of the gear"
     assert peak.place.startswith("midway toe to heel, near the tip of the gear flank")

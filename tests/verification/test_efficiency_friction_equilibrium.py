@@ -12,8 +12,8 @@ from efficiency.blank.cones import ToothShape
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.design import load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.compliance import Tooth
 from efficiency.load.load_distribution import TeethElasticity
+from efficiency.load.plate import PlateTooth
 from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
 from efficiency.loss.friction_equilibrium import friction_arm, load_mesh_with_friction
 from efficiency.loss.kinematics import Axis, Operation
@@ -68,7 +68,7 @@ def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> Mesh:
         transmission_error=0.0,
     )
     shape = ToothShape(10, np.array([0.0, 0.02]), np.full(2, 7e-3), np.full(2, 6e-3), np.full(2, 2.5e-3))
-    tooth = Tooth.from_shape(shape, 0.0, pressure, STEEL)
+    tooth = PlateTooth.from_shape(shape, 0.0, pressure, STEEL)
     cycle = tuple(replace(position, pinion_angle=0.1 * k) for k in range(4))
     return Mesh("pitch point", "drive", cycle, cycle, TeethElasticity(tooth, tooth, STEEL, STEEL), n, tuple(axes))
 

@@ -10,8 +10,8 @@ import pytest
 
 from efficiency.blank.cones import ToothShape
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.load.compliance import Tooth
 from efficiency.load.load_distribution import LoadDistribution, TeethElasticity, distribute_load
+from efficiency.load.plate import PlateTooth
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from ehl.material import load_material
@@ -55,7 +55,7 @@ class Spur:
         local = math.acos(min(1.0, self.base(teeth) / radius))
         return 2.0 * radius * (math.pi / (2.0 * teeth) + involute(self.alpha) - involute(local))
 
-    def tooth(self, teeth: int) -> Tooth:
+    def tooth(self, teeth: int) -> PlateTooth:
         root, tip = self.radius(teeth) - 1.25 * self.module, self.radius(teeth) + self.module
         ends = np.array([0.0, self.width])
         shape = ToothShape(
@@ -65,7 +65,7 @@ class Spur:
             np.full(2, self.thickness(teeth, max(root, self.base(teeth)))),
             np.full(2, self.thickness(teeth, tip)),
         )
-        return Tooth.from_shape(shape, 0.0, self.alpha, STEEL)
+        return PlateTooth.from_shape(shape, 0.0, self.alpha, STEEL)
 
     def teeth(self) -> TeethElasticity:
         return TeethElasticity(self.tooth(self.z1), self.tooth(self.z2), STEEL, STEEL)
