@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from efficiency.design import Design
     from efficiency.output.gear_files import OutputFiles
     from efficiency.run import Conditions
+    from ehl.units import Quantity
 
 OPERATION, MISALIGNMENT, OUTPUT, GEOMETRY = "Operating point", "Misalignment", "Output", "Geometry only"
 
@@ -49,6 +51,7 @@ FiguresOption = Annotated[Path | None, typer.Option(help="Folder for figures (PN
 UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric or inch.", rich_help_panel=OUTPUT)]
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")]
 
+MOST_VALUES = 10_000
 Lists = tuple[list[float], list[float], list[float]]
 Report = Callable[[int, int], None]
 
@@ -82,6 +85,28 @@ def operating_lists(torque: str | None, speed: str | None, temperature: str | No
         check(speed, "speed", "--speed"),
         check(temperature, "temperature_oil", "--temperature"),
     )
+
+
+def value_list(option: str, text: str, quantity: Quantity) -> tuple[float, ...]:
+    """Values in SI units: a list ``a, b, c unit``, or ``from:to:number unit``.
+
+    Raises
+    ------
+    InputError
+        Neither of both, or a value out of its range.
+    """
+    from ehl.errors import InputError
+
+    if ":" not in text:
+        return tuple(quantity.check_list(text, option))
+    match = re.fullmatch(r"\s*([^:]+):([^:]+):\s*(\d+)\s*([^\d:][^:]*)", text)
+    count = int(match[3]) if match else 0
+    if match is None or not 2 <= count <= MOST_VALUES:
+        raise InputError(option, text, "'from:to:number unit' such as '-0.2:0.2:9 mm', with a number of at least 2")
+    first, last = (quantity.check(f"{match[k].strip()} {match[4]}", option, bare=False) for k in (1, 2))
+    # values that are zero but for the last binary digit are zero
+    steps = (first + (last - first) * k / (count - 1) for k in range(count))
+    return tuple(0.0 if abs(step) < 1e-12 * abs(last - first) else step for step in steps)
 
 
 def first_conditions(lists: Lists, oil: str | None) -> Conditions:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from efficiency.command_options import DesignArgument, JsonOption, UnitsOption
+from efficiency.command_options import DesignArgument, JsonOption, UnitsOption, value_list
 
 if TYPE_CHECKING:
     from efficiency.contact.tooth_grid import Member
@@ -194,15 +193,19 @@ def misalignment(
 
     from efficiency.contact.misalignment import misalignment_study
     from efficiency.contact.pattern import MARKING
-    from efficiency.design import load_design
+    from efficiency.design import Misalignment, load_design
     from efficiency.geometry import MARKING_LIMITS, chosen_sides
     from efficiency.output.misalignment_table import print_study, write_study
     from ehl.errors import InputError
+    from ehl.expectation import quantity_of
     from ehl.report import print_json
 
     thickness = MARKING if marking is None else MARKING_LIMITS.check(marking, "--marking", bare=False)
     given = {"E": e, "P": p, "G": g, "alpha": alpha}
-    values = {name: (0.0,) if text is None else _values(name, text) for name, text in given.items()}
+    values = {
+        name: (0.0,) if text is None else value_list(f"--{name}", text, quantity_of(Misalignment, name))
+        for name, text in given.items()
+    }
     if all(text is None for text in given.values()):
         raise InputError("--E, --P, --G, --alpha", None, "at least one of them with its values")
     states = math.prod(len(part) for part in values.values())
@@ -230,25 +233,6 @@ def misalignment(
     if failed:
         typer.echo(f"not converged: {failed} of {states * len(studies)} states", err=True)
         raise typer.Exit(1)
-
-
-def _values(name: str, text: str) -> tuple[float, ...]:
-    """Values of one misalignment: a list, or ``from:to:number unit``."""
-    from efficiency.design import Misalignment
-    from ehl.errors import InputError
-    from ehl.expectation import quantity_of
-
-    option, quantity = f"--{name}", quantity_of(Misalignment, name)
-    if ":" not in text:
-        return tuple(quantity.check_list(text, option))
-    match = re.fullmatch(r"\s*([^:]+):([^:]+):\s*(\d+)\s*([^\d:][^:]*)", text)
-    count = int(match[3]) if match else 0
-    if match is None or not 2 <= count <= _MOST_STATES:
-        raise InputError(option, text, "'from:to:number unit' such as '-0.2:0.2:9 mm', with a number of at least 2")
-    first, last = (quantity.check(f"{match[k].strip()} {match[4]}", option, bare=False) for k in (1, 2))
-    # values that are zero but for the last binary digit are zero
-    steps = (first + (last - first) * k / (count - 1) for k in range(count))
-    return tuple(0.0 if abs(step) < 1e-12 * abs(last - first) else step for step in steps)
 
 
 def _members(text: str) -> tuple[Member, ...]:

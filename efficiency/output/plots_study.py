@@ -1,0 +1,248 @@
+"""Figures of a parameter study: efficiency over each parameter, designs beside each other, influences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+
+from ehl.plots import BLUE, GREY, ORANGE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from efficiency.study.points import Study, StudyPoint
+
+# name, words, factor from SI, offset, unit
+SHOWN: dict[str, tuple[str, float, float, str]] = {
+    "torque": ("pinion torque", 1.0, 0.0, "N m"),
+    "speed": ("pinion speed", 30.0 / math.pi, 0.0, "rpm"),
+    "temperature_oil": ("oil temperature", 1.0, -273.15, "degC"),
+    "roughness_rms": ("roughness Rq of each flank", 1e6, 0.0, "µm"),
+    "E": ("misalignment E (offset)", 1e3, 0.0, "mm"),
+    "P": ("misalignment P (pinion axis)", 1e3, 0.0, "mm"),
+    "G": ("misalignment G (gear axis)", 1e3, 0.0, "mm"),
+    "alpha": ("misalignment α (shaft angle)", math.degrees(1.0) * 60.0, 0.0, "arcmin"),
+    "hypoid_offset": ("hypoid offset", 1e3, 0.0, "mm"),
+}
+_MARKERS = "os^vD<>P"
+# what is drawn over what: (along the axis, one line for each)
+_CROSSED = (
+    ("torque", "speed"),
+    ("speed", "temperature_oil"),
+    ("temperature_oil", "roughness_rms"),
+    ("roughness_rms", "speed"),
+)
+
+
+def shown(name: str, value: float) -> float:
+    """A value in the unit shown."""
+    _, factor, offset, _ = SHOWN[name]
+    return value * factor + offset
+
+
+def axis_label(name: str) -> str:
+    """Name of an axis with its unit."""
+    words, _, _, unit = SHOWN[name]
+    return f"{words} [{unit}]"
+
+
+def level_text(name: str, value: float) -> str:
+    """A value with its unit."""
+    return f"{shown(name, value):.4g} {SHOWN[name][3]}"
+
+
+def reference_text(study: Study, *without: str) -> str:
+    """The reference in words, less what a figure varies."""
+    return ", ".join(level_text(name, value) for name, value in study.reference.items() if name not in without)
+
+
+def study_figures(study: Study) -> Iterator[tuple[str, Figure, str]]:
+    """(name, figure, caption) of everything the study varies."""
+    if len(study.designs) > 1 and set(study.varied) & set(study.reference):
+        yield "designs", designs_figure(study), "Each parameter alone, the others at the reference."
+    offsets = {study.reference_point(design).hypoid_offset for design in study.designs}
+    if len(offsets) > 1:
+        yield (
+            "offset",
+            offset_figure(study),
+            "Designs by their hypoid offset. They differ in more than the offset: spiral angles, cutters and settings "
+            "follow from it.",
+        )
+    for along, lines in _CROSSED:
+        if len(getattr(study.levels, along)) > 1:
+            name = SHOWN[along][0]
+            yield f"over_{along}", crossed_figure(study, along, lines), f"Efficiency over {name}; the rest as stated."
+    if any(study.levels.shifts()):
+        yield (
+            "misalignment",
+            misalignment_figure(study),
+            f"One misalignment at a time, added to that of the design; {reference_text(study)}.",
+        )
+    yield "influence", influence_figure(study), "Range of the efficiency over the levels of each parameter alone."
+
+
+def crossed_figure(study: Study, along: str, lines: str) -> Figure:
+    """Efficiency along one parameter, a line for each value of another, a panel for each design."""
+    figure = Figure(figsize=(1.6 + 4.2 * len(study.designs), 3.9), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(study.designs), sharey=True))
+    levels = getattr(study.levels, lines)
+    shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(levels), 2)))
+    for axes, design in zip(panels, study.designs, strict=True):
+        for number, level in enumerate(levels):
+            points = study.section(design, along, **{lines: level})
+            _line(
+                axes, points, along, colour=shades[number], marker=_MARKERS[number % 8], label=level_text(lines, level)
+            )
+        axes.set(xlabel=axis_label(along), title=f"{design}\n{reference_text(study, along, lines)}")
+        axes.title.set_fontsize(9)
+        axes.grid(alpha=0.3)
+    panels[0].set_ylabel("mesh efficiency [%]")
+    panels[-1].legend(
+        title=SHOWN[lines][0], fontsize=8, title_fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False
+    )
+    return figure
+
+
+def designs_figure(study: Study) -> Figure:
+    """Efficiency over each operating parameter with all designs in one panel; the band is the model's own interval."""
+    names = [name for name in study.varied if name in study.reference]
+    columns = min(len(names), 2)
+    rows = -(-len(names) // 2)
+    figure = Figure(figsize=(1.0 + 4.6 * columns, 0.6 + 3.2 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
+    for axes, name in zip(panels.ravel(), names, strict=False):
+        for number, design in enumerate(study.designs):
+            points, colour = study.section(design, name), _colour(number)
+            x = [shown(name, getattr(point, name)) for point in points]
+            low, high = (
+                np.array([100.0 * getattr(point, bound) for point in points], dtype=float)
+                for bound in ("efficiency_lower", "efficiency_upper")
+            )
+            axes.fill_between(x, low, high, color=colour, alpha=0.15, lw=0.0)
+            _line(axes, points, name, colour=colour, marker=_MARKERS[number % 8], label=_design_text(study, design))
+        axes.set(xlabel=axis_label(name), title=f"at {reference_text(study, name)}")
+        axes.title.set_fontsize(9)
+        axes.grid(alpha=0.3)
+    for axes in panels.ravel()[len(names) :]:
+        axes.set_axis_off()
+    for row in panels:
+        row[0].set_ylabel("mesh efficiency [%]")
+    panels[0, 0].legend(fontsize=8, frameon=False)
+    return figure
+
+
+def offset_figure(study: Study) -> Figure:
+    """Efficiency and mean friction coefficient over the hypoid offset of the designs, a line for each torque."""
+    figure = Figure(figsize=(9.4, 3.9), layout="constrained")
+    panels = figure.subplots(1, 2)
+    ordered = sorted(study.designs, key=lambda design: study.reference_point(design).hypoid_offset)
+    shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(study.levels.torque), 2)))
+    for number, torque in enumerate(study.levels.torque):
+        points = [
+            next(p for p in study.section(design, "torque") if p.torque == torque and p.aligned) for design in ordered
+        ]
+        x = [shown("hypoid_offset", point.hypoid_offset) for point in points]
+        style = {"color": shades[number], "marker": _MARKERS[number % 8], "ms": 4, "lw": 1.3}
+        panels[0].plot(x, [100.0 * p.efficiency for p in points], label=level_text("torque", torque), **style)
+        panels[1].plot(x, [p.friction_coefficient_mean for p in points], **style)
+    panels[0].set(ylabel="mesh efficiency [%]")
+    panels[1].set(ylabel="mean friction coefficient [-]")
+    for axes in panels:
+        axes.set(xlabel=axis_label("hypoid_offset"))
+        axes.grid(alpha=0.3)
+    panels[0].legend(title="pinion torque", fontsize=8, title_fontsize=8, frameon=False)
+    figure.suptitle(f"at {reference_text(study, 'torque')}", fontsize=10)
+    return figure
+
+
+def misalignment_figure(study: Study) -> Figure:
+    """Efficiency (above) and greatest pressure (below) over each misalignment, all designs in one panel."""
+    names = [name for name in study.varied if name not in study.reference]
+    figure = Figure(figsize=(1.0 + 3.1 * len(names), 5.4), layout="constrained")
+    panels = figure.subplots(2, len(names), sharey="row", squeeze=False)
+    for column, name in enumerate(names):
+        for number, design in enumerate(study.designs):
+            points = study.section(design, name)
+            colour, marker, label = _colour(number), _MARKERS[number % 8], _design_text(study, design)
+            _line(panels[0, column], points, name, colour=colour, marker=marker, label=label)
+            _line(
+                panels[1, column],
+                points,
+                name,
+                colour=colour,
+                marker=marker,
+                label=label,
+                value="pressure_max",
+                factor=1e-9,
+            )
+        panels[1, column].set_xlabel(f"{SHOWN[name][0]}\n[{SHOWN[name][3]}]")
+        for row in panels:
+            row[column].axvline(0.0, color=GREY, lw=0.7)
+            row[column].grid(alpha=0.3)
+    panels[0, 0].set_ylabel("mesh efficiency [%]")
+    panels[1, 0].set_ylabel("greatest Hertz pressure [GPa]")
+    panels[0, 0].legend(fontsize=7, frameon=False)
+    return figure
+
+
+def influence_figure(study: Study) -> Figure:
+    """Range of the efficiency over each parameter alone, one bar per parameter and design; a line at the reference."""
+    names = study.varied or ["torque"]
+    count = len(study.designs)
+    figure = Figure(figsize=(7.6, 1.1 + 0.34 * len(names) * count + 0.2 * len(names)), layout="constrained")
+    axes = figure.add_subplot()
+    for number, design in enumerate(study.designs):
+        bounds = [study.influence(design, name) for name in names]
+        low, high = (np.array([100.0 * bound[side] for bound in bounds]) for side in (0, 1))
+        place = np.arange(len(names))[::-1] + 0.8 * (0.5 - (number + 0.5) / count)
+        # a bar of no length would not be seen
+        axes.barh(
+            place,
+            np.maximum(high - low, 0.004),
+            left=low,
+            height=0.72 / count,
+            color=_colour(number),
+            label=_design_text(study, design),
+        )
+        axes.axvline(100.0 * study.reference_point(design).efficiency, color=_colour(number), lw=0.9, ls="--")
+    axes.set_yticks(np.arange(len(names))[::-1], [_range_text(study, name) for name in names], fontsize=8)
+    axes.set_xlabel("mesh efficiency [%]; dashed: at the reference")
+    axes.grid(axis="x", alpha=0.3)
+    axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=max(1, min(count, 3)))
+    return figure
+
+
+def _range_text(study: Study, name: str) -> str:
+    levels = sorted({*getattr(study.levels, name), *(() if name in study.reference else (0.0,))})
+    return f"{SHOWN[name][0]}\n{shown(name, levels[0]):.4g} to {level_text(name, levels[-1])}"
+
+
+def _design_text(study: Study, design: str) -> str:
+    return f"{design}, offset {1e3 * study.reference_point(design).hypoid_offset:.4g} mm"
+
+
+def _colour(number: int) -> str | tuple[float, ...]:
+    fixed = (BLUE, ORANGE, "#3b7a57", "#7a3b69")
+    return fixed[number] if number < len(fixed) else tuple(colormaps["tab10"](number % 10))
+
+
+def _line(
+    axes: Axes,
+    points: list[StudyPoint],
+    along: str,
+    *,
+    colour: str | tuple[float, ...] | np.ndarray,
+    marker: str,
+    label: str,
+    value: str = "efficiency",
+    factor: float = 100.0,
+) -> None:
+    """One line; what failed leaves a gap."""
+    x = [shown(along, getattr(point, along)) for point in points]
+    y = [factor * getattr(point, value) for point in points]
+    axes.plot(x, y, color=colour, marker=marker, ms=4, lw=1.3, label=label)

@@ -1,0 +1,1 @@
+"""Parameter study: what torque, speed, temperature, roughness, offset and misalignment do to the efficiency."""
