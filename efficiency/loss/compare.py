@@ -10,11 +10,15 @@ from typing import Any, Literal
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
 from efficiency.loss.efficiency import LoadedMesh, mesh_efficiency
 from efficiency.loss.kinematics import Operation
+from efficiency.loss.regions import loss_by_region
 from efficiency.loss.result import EfficiencyResult
 from ehl.oil import Oil
-from regression.friction_models import FrictionModel
+from regression.friction_models import ConstantFriction, FrictionModel
+from regression.published_registry import PUBLISHED
 
 COLEMAN_FRICTION = 0.05
+# what the fitted constant is fitted to, best first; else the first fitted formula, else the first model
+REFERENCES = ("ehl:deterministic:all", "ehl:deterministic", "ehl:all", "ehl")
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,12 @@ class ComparisonRow:
         Share of the sliding power outside the model's stated range [-].
     status, reason : str
     seconds : float
+        Run time of friction and loss; load and geometry are shared.
+    efficiency_with_rolling : float
+        [-].
+    loss_regions : tuple
+        Share of the sliding loss by thirds of the gear flank, rows root, middle, tip, columns toe, middle, heel; empty
+        for a closed form.
     """
 
     name: str
@@ -51,6 +61,8 @@ class ComparisonRow:
     status: str
     reason: str
     seconds: float
+    efficiency_with_rolling: float
+    loss_regions: tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -66,6 +78,8 @@ class Comparison:
         In the order asked for; closed forms last.
     results : tuple of EfficiencyResult
         Of the rows of kind "mesh", in their order; not in `to_dict`.
+    reference : str
+        Friction model that the fitted constant has the same loss as; empty where none was fitted.
     """
 
     design: str
@@ -76,6 +90,7 @@ class Comparison:
     temperature_oil: float
     rows: tuple[ComparisonRow, ...]
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
+    reference: str = ""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -89,10 +104,8 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; not-a-number becomes None."""
-        head = {
-            name: getattr(self, name)
-            for name in ("design", "side", "oil", "torque_pinion", "speed_pinion", "temperature_oil", "status")
-        }
+        names = ("design", "side", "oil", "torque_pinion", "speed_pinion", "temperature_oil", "status", "reference")
+        head = {name: getattr(self, name) for name in names}
         return head | {"notes": list(self.notes), "rows": [_plain(asdict(row)) for row in self.rows]}
 
 
@@ -103,7 +116,11 @@ def compare_models(
     operation: Operation,
     pitch: PitchGeometry | None = None,
 ) -> Comparison:
-    """Efficiency of a loaded mesh with each friction model; closed forms with mu 0.05 where ``pitch`` is given.
+    """Efficiency of a loaded mesh with each friction model, a constant fitted to the best of them, and closed forms.
+
+    The fitted constant has the loss of the reference at this operating point (its `friction_coefficient_mean`); what a
+    constant misses shows along the mesh and at other operating points. The closed forms, given where ``pitch`` is, take
+    Coleman's constant 0.05 and the fitted one.
 
     Parameters
     ----------
@@ -118,12 +135,21 @@ def compare_models(
     pitch : PitchGeometry, optional
         Pitch-point data of the pair.
     """
-    results = tuple(mesh_efficiency(loaded, model, oil, operation) for model in models)
-    rows = [_mesh_row(result) for result in results]
+    results = [mesh_efficiency(loaded, model, oil, operation) for model in models]
+    names = [result.friction_model for result in results]
+    reference = _reference(results)
+    if reference is not None:
+        fitted = ConstantFriction(reference.friction_coefficient_mean)
+        results.append(mesh_efficiency(loaded, fitted, oil, operation))
+        names.append(f"{fitted.name}, fitted to {reference.friction_model}")
+    rows = [_mesh_row(name, result) for name, result in zip(names, results, strict=True)]
     if pitch is not None:
         power = loaded.fine.torque_pinion * operation.speed_pinion
-        rows.append(_closed_row("Coleman-type (our derivation)", coleman_type(pitch, COLEMAN_FRICTION), power))
-        rows.append(_closed_row("Buckingham-type (our derivation)", buckingham_type(pitch, COLEMAN_FRICTION), power))
+        constants = [COLEMAN_FRICTION] + ([reference.friction_coefficient_mean] if reference is not None else [])
+        for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
+            for mu in constants:
+                name = f"{label} (our derivation)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
+                rows.append(_closed_row(name, mu, form(pitch, mu), power))
     return Comparison(
         loaded.mesh.design,
         loaded.mesh.side,
@@ -132,13 +158,31 @@ def compare_models(
         operation.speed_pinion,
         operation.temperature_oil,
         tuple(rows),
-        results,
+        tuple(results),
+        reference.friction_model if reference is not None else "",
     )
 
 
-def _mesh_row(result: EfficiencyResult) -> ComparisonRow:
+def _reference(results: Sequence[EfficiencyResult]) -> EfficiencyResult | None:
+    """What a constant is fitted to; None where nothing but constants was asked for, or nothing converged."""
+    able = [
+        result
+        for result in results
+        if result.status == "converged"
+        and not result.friction_model.startswith("constant:")
+        and math.isfinite(result.friction_coefficient_mean)
+    ]
+    for name in REFERENCES:
+        for result in able:
+            if result.friction_model == name:
+                return result
+    fitted = [result for result in able if result.friction_model not in PUBLISHED]
+    return (fitted or able or [None])[0]
+
+
+def _mesh_row(name: str, result: EfficiencyResult) -> ComparisonRow:
     return ComparisonRow(
-        name=result.friction_model,
+        name=name,
         kind="mesh",
         efficiency=result.efficiency,
         efficiency_lower=result.efficiency_lower,
@@ -150,10 +194,12 @@ def _mesh_row(result: EfficiencyResult) -> ComparisonRow:
         status=result.status,
         reason=result.reason,
         seconds=result.seconds,
+        efficiency_with_rolling=result.efficiency_with_rolling,
+        loss_regions=tuple(tuple(map(float, row)) for row in loss_by_region(result)),
     )
 
 
-def _closed_row(name: str, efficiency: float, power: float) -> ComparisonRow:
+def _closed_row(name: str, mu: float, efficiency: float, power: float) -> ComparisonRow:
     return ComparisonRow(
         name=name,
         kind="closed form",
@@ -162,13 +208,20 @@ def _closed_row(name: str, efficiency: float, power: float) -> ComparisonRow:
         efficiency_upper=math.nan,
         efficiency_error=math.nan,
         power_loss=(1.0 - efficiency) * power,
-        friction_coefficient_mean=COLEMAN_FRICTION,
+        friction_coefficient_mean=mu,
         outside_range_share=0.0,
         status="converged",
         reason="",
         seconds=0.0,
+        efficiency_with_rolling=math.nan,
+        loss_regions=(),
     )
 
 
 def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+    def number(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return [number(v) for v in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return {k: number(v) for k, v in row.items()}

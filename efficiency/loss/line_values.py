@@ -33,15 +33,15 @@ def values_on_lines(
     (m,) array
         At the loaded points of the wanted grid.
     """
-    pairs, places = _lines(*known)
-    wanted_pairs, wanted_places = _lines(*wanted)
+    lines, places = _lines(*known)
+    wanted_lines, wanted_places = _lines(*wanted)
     result = np.empty(wanted[1].force.size)
     for position in np.unique(wanted[1].position):
         here = known[1].position == position
         asked = wanted[1].position == position
-        for pair in np.unique(wanted_pairs[asked]):
-            target = np.flatnonzero(asked & (wanted_pairs == pair))
-            source = np.flatnonzero(here & (pairs == pair))
+        for line in np.unique(wanted_lines[asked]):
+            target = np.flatnonzero(asked & (wanted_lines == line))
+            source = np.flatnonzero(here & (lines == line))
             if source.size == 0:
                 result[target] = values[here].mean()
                 continue
@@ -49,16 +49,18 @@ def values_on_lines(
             if source.size == 1 or not chord.any():
                 result[target] = values[source[0]]
                 continue
-            result[target] = np.interp(wanted_places[target] @ chord, places[source] @ chord, values[source])
+            run = places[source] @ chord
+            order = np.argsort(run)
+            result[target] = np.interp(wanted_places[target] @ chord, run[order], values[source][order])
     return result
 
 
 def _lines(load: LoadDistribution, points: LoadedPoints) -> tuple[IntArray, FloatArray]:
-    """Tooth pair and place in the mesh frame of each loaded point."""
-    pair = np.empty(points.force.size, np.int64)
+    """Number of the line (or edge) and place in the mesh frame of each loaded point."""
+    line = np.empty(points.force.size, np.int64)
     place = np.empty((points.force.size, 3))
     for number, position in enumerate(load.positions):
         at = points.position == number
-        pair[at] = position.position.pair[points.index[at]]
+        line[at] = position.position.line_number[points.index[at]]
         place[at] = position.position.position[points.index[at]]
-    return pair, place
+    return line, place

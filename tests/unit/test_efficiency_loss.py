@@ -279,7 +279,16 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: Mesh) -> None:
     assert result.torque_pinion == DESIGN.operation.torque
     comparison = run_compare(DESIGN, ("xu_kahraman_2007",), positions=4, points_per_line=9)
     assert comparison.rows[0].efficiency == result.efficiency
-    assert len(comparison.rows) == 3
+    assert comparison.reference == "xu_kahraman_2007"
+    fitted = comparison.rows[1]
+    assert fitted.name.endswith("fitted to xu_kahraman_2007")
+    assert fitted.power_loss == pytest.approx(result.power_loss, rel=1e-12)
+    # Coleman's constant and the fitted one in both closed forms
+    assert [row.kind for row in comparison.rows] == ["mesh"] * 2 + ["closed form"] * 4
+    regions = np.array(comparison.rows[0].loss_regions)
+    assert regions.shape == (3, 3)
+    assert regions.sum() == pytest.approx(1.0, rel=1e-12)
+    assert regions.min() >= 0.0
     map_ = run_map(DESIGN, "xu_kahraman_2007", [300.0, 100.0], [], [333.15, 363.15], positions=4, points_per_line=9)
     assert map_.shape == (2, 1, 2)
     assert map_.values()[0, 0, 1] == result.efficiency
@@ -291,7 +300,7 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: Mesh) -> None:
     assert len(plot_transmission_error(result).axes[0].lines) == 2
     loss = plot_friction_and_loss(result).axes[1].lines[0].get_ydata()
     np.testing.assert_array_equal(loss, result.power_loss_positions)
-    assert len(plot_comparison(comparison).axes[0].patches) == 3
+    assert len(plot_comparison(comparison).axes[0].patches) == len(comparison.rows)
     assert [len(axes.lines) for axes in plot_map(map_).axes] == [2, 2]
 
 
