@@ -267,7 +267,7 @@ def _places(
 def _require_even(path: Path, angles: FloatArray, pitch: float) -> None:
     if len(angles) < 2:
         return
-    step = np.asarray(np.diff(angles, append=angles[0] + pitch))
+    step: FloatArray = np.append(angles[1:], angles[0] + pitch) - angles
     if np.abs(step * len(angles) / pitch - 1.0).max() > _EVEN * len(angles):
         raise InputError(
             f"{path.name}: pinion_angle",
