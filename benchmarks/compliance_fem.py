@@ -1,9 +1,8 @@
-"""Tooth compliance against three-dimensional finite elements of the same tooth on the same sector of the body.
+"""Tooth compliance against three-dimensional finite elements of the same teeth on the same ring.
 
-An independent second computation: the mesh takes the corners of its elements straight from `tooth_grid` (stations of the
-face, levels of the depth), elements are 27-node hexahedra of scikit-fem with flat-sided geometry, sparse direct solution.
-Run as a script it prints, per member, the deflection at nine flank points for a load at each of them by both methods,
-its error, convergence of the elements and of the polynomials with time and memory, and what the parts of the model do.
+An independent second computation: the mesh takes the corners of its elements straight from `tooth_grid` (stations of
+the face, levels of the depth), elements are 27-node hexahedra of scikit-fem with flat-sided geometry, solved by
+conjugate gradients.
 """
 
 from __future__ import annotations

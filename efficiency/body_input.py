@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field
 
 from efficiency.blank.cones import Blank
@@ -43,8 +44,8 @@ class BodyInput(InputModel):
         InputError
             The rim would reach the axis.
         """
-        to_axis = min(blank.axial(u, blank.root(u))[0] for u in (-0.5 * blank.face_width, 0.5 * blank.face_width))
-        to_axis /= math.cos(blank.pitch_angle)
+        ends = np.array([-0.5, 0.5]) * blank.face_width
+        to_axis = float(blank.axial(ends, blank.root(ends))[0].min()) / math.cos(blank.pitch_angle)
         if self.rim_thickness is None:
             return min(BACKUP_RATIO * (blank.mean_addendum + blank.mean_dedendum), _TO_AXIS * to_axis)
         if self.rim_thickness > _MOST_TO_AXIS * to_axis:

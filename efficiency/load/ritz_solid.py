@@ -37,8 +37,8 @@ class Orders:
     tooth, body : (int, int, int)
     """
 
-    tooth: tuple[int, int, int] = (6, 8, 14)
-    body: tuple[int, int, int] = (5, 5, 12)
+    tooth: tuple[int, int, int]
+    body: tuple[int, int, int]
 
     def scaled(self, factor: float) -> Orders:
         """All orders times a factor, rounded, at least 2."""
@@ -48,6 +48,10 @@ class Orders:
             return a, b, c
 
         return Orders(times(self.tooth), times(self.body))
+
+
+ORDERS = Orders(tooth=(6, 8, 14), body=(5, 5, 12))
+"""By convergence, see docs/gear_load.md."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +146,7 @@ class RitzSolid:
     @property
     def count(self) -> int:
         """Number of functions."""
-        return self.stiffness.shape[0] // 3
+        return len(self.stiffness) // 3
 
 
 def ritz_solid(
@@ -150,7 +154,7 @@ def ritz_solid(
     moduli: dict[Part, float],
     poisson_ratio: float,
     held: frozenset[str],
-    orders: Orders = Orders(),
+    orders: Orders,
 ) -> RitzSolid:
     """Assemble the cell.
 
@@ -222,9 +226,7 @@ def _hold_end(total: FloatArray, own: BlockFunctions, end: str, modulus: float) 
     across, over = np.repeat(a, b.size), np.tile(b, a.size)
     along = np.full(across.size, 0.0 if end == "toe" else 1.0)
     _, tangents = own.block.place(across, over, along)
-    area = (
-        np.linalg.norm(np.cross(tangents[:, 0], tangents[:, 1]), axis=1) * np.repeat(wa, b.size) * np.tile(wb, a.size)
-    )
+    area = np.linalg.norm(np.cross(tangents[:, 0], tangents[:, 1]), axis=1) * np.outer(wa, wb).ravel()
     values = own.values(across, over, along)
     spring = _HOLD * modulus / np.sqrt(area.sum()) * (values.T @ (area[:, None] * values))
     for i in range(3):

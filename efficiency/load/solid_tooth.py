@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.load.ring import ring_response
-from efficiency.load.ritz_solid import BlockFunctions, Orders, Part, ritz_solid
+from efficiency.load.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
 from efficiency.load.shape_functions import FloatArray, lagrange_polynomials, lobatto_nodes
-from efficiency.load.tooth_cell import ToothCell, tooth_cell
+from efficiency.load.tooth_cell import Part, ToothCell, tooth_cell
 from ehl.material import Material
 
 _MIDDLE = 0.5
@@ -61,7 +61,7 @@ class SolidTooth:
 
     def whole_depth(self, face: ArrayLike) -> FloatArray:
         """Height of the tip over the root cone at a distance from the toe [m]."""
-        return np.asarray(np.interp(face, self.cell.stations, self.cell.top))
+        return np.asarray(np.interp(np.asarray(face, float), self.cell.stations, self.cell.top))
 
     def influence(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Deflection along the contact normal per unit normal force [m/N], (n, n).
@@ -111,7 +111,7 @@ def solid_tooth(
     rim_thickness: float,
     held: frozenset[str] = frozenset({"base"}),
     body_modulus: float | None = None,
-    orders: Orders = Orders(),
+    orders: Orders = ORDERS,
     cells: int | None = None,
 ) -> SolidTooth:
     """Solve a tooth for loads on one of its flanks.
@@ -171,7 +171,7 @@ def _flank(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[
 def _middle_surface(
     cell: ToothCell, flank: FloatArray, into: FloatArray, b: FloatArray, c: FloatArray
 ) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Where the normals meet the middle surface: places of the tooth block, put back onto it at its ends, and distances."""
+    """Where the normals meet the middle surface, at its ends put back onto it: places of the block and distances."""
     # Newton's method on: point of the middle surface = flank point + distance times normal
     b, c = b.copy(), c.copy()
     distance = np.zeros_like(b)

@@ -13,7 +13,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.design import Design
 from efficiency.load.compliance import Tooth
 from efficiency.load.plate import PlateTooth
-from efficiency.load.ritz_solid import Orders
+from efficiency.load.ritz_solid import ORDERS, Orders
 from efficiency.load.solid_tooth import SolidTooth, solid_tooth
 from ehl.errors import ConvergenceError
 
@@ -57,7 +57,7 @@ def elastic_teeth(design: Design, side: Side, model: ToothModel = "solid") -> tu
 
 
 def solid_tooth_of(
-    design: Design, member: Member, side: Side, orders: Orders = Orders(), cells: int | None = None
+    design: Design, member: Member, side: Side, orders: Orders = ORDERS, cells: int | None = None
 ) -> SolidTooth:
     """Solid tooth of one member; `orders` and `cells` as in `solid_tooth`."""
     given = design.pinion if member == "pinion" else design.gear
