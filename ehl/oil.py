@@ -256,9 +256,9 @@ def _changed(name: str) -> int:
 @cache
 def _load_card(name: str, changed: int) -> Oil:
     # a sweep asks for the same card once per case
-    if name.endswith(".toml"):
-        return validate(Oil, read_toml(name), name)
     names = data_names("oils")
+    if name.endswith(".toml") and Path(name).is_file():
+        return validate(Oil, read_toml(name), name)
     if name not in names:
         raise InputError("oil", name, "one of " + ", ".join(names) + ", or the path of a card ending in .toml")
     return validate(Oil, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")

@@ -1,4 +1,4 @@
-"""A friction solver of one line in place of the contact solver: statistics of calibration are tested on it in seconds."""
+"""A friction law of one line in place of the contact solver, so that statistics of calibration take seconds."""
 
 from __future__ import annotations
 

@@ -28,6 +28,9 @@ def calibrate(
         Path | None,
         typer.Option(metavar="OUT.csv", help="Fit nothing: write synthetic friction for these conditions."),
     ] = None,
+    true: Annotated[
+        list[str] | None, typer.Option("--true", metavar="NAME=VALUE", help="Behind the synthetic friction.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the synthetic noise.")] = 1,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
@@ -50,10 +53,12 @@ def calibrate(
     workers = available_jobs() if jobs is None else jobs
     measurement = read_measurement(measured, content.conditions.given(), friction=synthetic is None)
     if synthetic is not None:
+        from regression.calibration.synthetic import parse_true, write_synthetic
         from regression.calibration.synthetic import synthetic as make
-        from regression.calibration.synthetic import write_synthetic
 
-        write_synthetic(make(measurement, content, seed, jobs=workers), content, seed, synthetic)
+        truth = parse_true(true or [])
+        made = make(measurement, content, seed, truth=truth, jobs=workers)
+        write_synthetic(made, content, seed, truth, synthetic)
         typer.echo(f"written: {synthetic}, synthetic")
         return
     result = fit_parameters(

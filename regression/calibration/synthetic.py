@@ -14,8 +14,10 @@ import numpy as np
 
 from ehl import __version__
 from ehl.errors import ConvergenceError, InputError
+from ehl.units import Quantity
 from regression.calibration.calibrate import all_values, solver_of
 from regression.calibration.measurement import CONDITIONS, Measurement
+from regression.calibration.parameters import PARAMETERS
 from regression.calibration.setup import CalibrationSetup
 
 
@@ -32,7 +34,7 @@ def synthetic(
     seed : int
         Of the noise.
     truth : dict, optional
-        Values of parameters in place of those of card and setup.
+        Values of parameters in place of those of card and setup, SI.
     jobs : int
         Worker processes.
 
@@ -45,11 +47,7 @@ def synthetic(
     """
     if not setup.noise.stated:
         raise InputError("noise", None, "absolute or relative, the standard deviation of the synthetic noise")
-    values = all_values(planned, setup)
-    for name in truth or {}:
-        if name not in values:
-            raise InputError("truth", name, "one of " + ", ".join(values))
-    values |= truth or {}
+    values = true_values(planned, setup, truth or {})
     solver = solver_of(planned, setup, jobs)
     parts = solver.parts([values])[0]
     failed = np.flatnonzero(np.isnan(parts).any(axis=1))
@@ -61,7 +59,41 @@ def synthetic(
     return replace(planned, friction=noisy, uncertainty=np.full(mu.size, np.nan))
 
 
-def write_synthetic(made: Measurement, setup: CalibrationSetup, seed: int, path: Path) -> None:
+def true_values(planned: Measurement, setup: CalibrationSetup, truth: dict[str, float]) -> dict[str, float]:
+    """Values of all parameters behind synthetic friction, SI.
+
+    Raises
+    ------
+    InputError
+        A name is no parameter of this model.
+    """
+    values = all_values(planned, setup)
+    for name in truth:
+        if name not in values:
+            raise InputError("--true", name, "one of " + ", ".join(values))
+    return values | truth
+
+
+def parse_true(texts: list[str]) -> dict[str, float]:
+    """Values given as ``NAME=VALUE``, with a unit where the parameter has one.
+
+    Raises
+    ------
+    InputError
+        There is no such parameter, or the value cannot be read or is out of its range.
+    """
+    values = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or name not in PARAMETERS:
+            raise InputError("--true", text, "NAME=VALUE with a name out of " + ", ".join(PARAMETERS))
+        parameter = PARAMETERS[name]
+        quantity = Quantity(parameter.unit, ge=parameter.low, le=parameter.high)
+        values[name] = quantity.check(value, f"--true {name}", bare=not parameter.unit)
+    return values
+
+
+def write_synthetic(made: Measurement, setup: CalibrationSetup, seed: int, truth: dict[str, float], path: Path) -> None:
     """Write a synthetic measurement as CSV; its first lines say what it is.
 
     Raises
@@ -69,7 +101,7 @@ def write_synthetic(made: Measurement, setup: CalibrationSetup, seed: int, path:
     InputError
         The file cannot be written.
     """
-    values = ", ".join(f"{name} {value:.6g}" for name, value in all_values(made, setup).items())
+    values = ", ".join(f"{name} {value:.6g}" for name, value in true_values(made, setup, truth).items())
     text = io.StringIO()
     text.write(f"# SYNTHETIC, no measurement: friction computed by ehl {__version__} for {setup.oil} with noise, ")
     text.write(f"seed {seed}\n# by mixed-ehl calibrate --synthetic; parameters (SI): {values}\n")
