@@ -6,7 +6,12 @@ import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.output.plots_comparison import plot_friction_along_mesh, plot_loss_along_mesh
+from efficiency.output.plots_comparison import (
+    plot_friction_along_mesh,
+    plot_loss_along_mesh,
+    plot_loss_by_region,
+    plot_run_time,
+)
 from efficiency.output.plots_load import plot_comparison
 from efficiency.output.tables import COMPARISON_HEADER, comparison_rows, operating_point, percent
 from ehl import __version__
@@ -14,6 +19,8 @@ from ehl.html_report import Block, KeyFigures, Picture, Pictures, Section, Table
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
+
+REGIONS = "Share of the sliding loss in thirds of face width and height of the gear flank; each panel adds up to 100 %."
 
 
 def write_comparison_report(comparison: Comparison, path: Path) -> Path:
@@ -27,6 +34,11 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
     best = [row for row in comparison.rows if row.status == "converged"]
     blocks: list[Block] = [
         KeyFigures([(f"{percent(row.efficiency, 2)} %", row.name) for row in best[:5]]),
+        Text(
+            f"The constant fitted to {comparison.reference} has its loss at this operating point. "
+            if comparison.reference
+            else ""
+        ),
         Text(
             "The same loaded mesh with each friction model; loads from frictionless equilibrium. The closed forms take "
             "one constant friction coefficient for the whole pair."
@@ -50,7 +62,9 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
         [
             Section("", blocks),
             Section("1. Along the mesh", along),
-            Section("2. Notes", [Table(("notes on the pair",), notes)]),
+            Section("2. Where on the tooth", [Picture(plot_loss_by_region(comparison), REGIONS)]),
+            Section("3. Run time", [Picture(plot_run_time(comparison), "One run each; geometry and load are shared.")]),
+            Section("4. Notes", [Table(("notes on the pair",), notes)]),
         ],
         f"mixed-ehl {__version__}, Python {platform.python_version()}.",
     )

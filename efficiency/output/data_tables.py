@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
 from ehl.state import ContactState
 from regression.conditions import UNITS
 from regression.friction_models import FrictionFlag
@@ -35,6 +36,9 @@ RESULT_UNITS: dict[str, str] = {
     "power_input": "W",
     "power_output": "W",
     "pressure_max": "Pa",
+    "pressure_edge": "Pa",
+    "pressure_edge_lower": "Pa",
+    "pressure_edge_upper": "Pa",
     "transmission_error_loaded": "rad",
     "transmission_error_unloaded": "rad",
     "seconds": "s",
@@ -130,7 +134,7 @@ def remarks_table(results: Sequence[EfficiencyResult]) -> DataTable:
 def positions_table(result: EfficiencyResult) -> DataTable:
     """One row per mesh position: power loss, transmission error, load, share of each tooth pair."""
     loads = result.load.positions
-    pairs = sorted({pair for load in loads for pair in load.share})
+    pairs = sorted({pair for load in loads for pair, share in load.share.items() if share > 0.0})
     columns: dict[str, Iterable[Any]] = {
         "pinion_angle": result.pinion_angle,
         "power_loss": result.power_loss_positions,
@@ -139,6 +143,7 @@ def positions_table(result: EfficiencyResult) -> DataTable:
         "transmission_error_unloaded": [load.position.transmission_error for load in loads],
         "force": [float(load.force.sum()) for load in loads],
         "pressure_max": [float(load.pressure_hertz.max()) for load in loads],
+        "pressure_edge": [float(np.max(load.pressure_max, initial=0.0, where=load.at_edge)) for load in loads],
         "points_loaded": [int(np.count_nonzero(load.force > 0.0)) for load in loads],
     }
     shares = [load.share for load in loads]
@@ -198,7 +203,24 @@ def map_tables(grid: EfficiencyMap) -> list[DataTable]:
 
 
 def comparison_tables(comparison: Comparison) -> list[DataTable]:
-    """A row per way to the efficiency, and remarks."""
+    """A row per way to the efficiency, friction and loss along the mesh, loss by region of the flank, remarks."""
     rows = [scalars(row) for row in comparison.rows]
-    table = DataTable.of_columns("models", {name: [row[name] for row in rows] for name in rows[0]}, RESULT_UNITS)
-    return [table, remarks_table(comparison.results)]
+    models = DataTable.of_columns("models", {name: [row[name] for row in rows] for name in rows[0]}, RESULT_UNITS)
+    names = [row.name for row in comparison.rows[: len(comparison.results)]]
+    angle = comparison.results[0].pinion_angle
+    friction = {name: friction_along_mesh(result) for name, result in zip(names, comparison.results, strict=True)}
+    loss = {name: result.power_loss_positions for name, result in zip(names, comparison.results, strict=True)}
+    unit = {"pinion_angle": "rad"}
+    header = ("model", *(f"{height}, {face}" for height in HEIGHTS for face in FACES))
+    shares = [
+        (row.name, *(cell(share) for line in row.loss_regions for share in line))
+        for row in comparison.rows
+        if row.loss_regions
+    ]
+    return [
+        models,
+        DataTable.of_columns("friction along the mesh", {"pinion_angle": angle} | friction, unit),
+        DataTable.of_columns("loss along the mesh", {"pinion_angle": angle} | loss, unit | dict.fromkeys(loss, "W")),
+        DataTable("share of loss by region", header, shares),
+        remarks_table(comparison.results),
+    ]

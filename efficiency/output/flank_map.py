@@ -23,6 +23,9 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 Member = Literal["pinion", "gear"]
 
+# lines, and points on a line, below which there is no field
+_LEAST = 2
+
 
 @dataclass(frozen=True)
 class FlankMap:
@@ -36,8 +39,8 @@ class FlankMap:
         Of one operating point.
     roll : (lines,) array
         Roll angle of the tooth pair at each line [rad of the pinion].
-    order : (lines, points) array
-        Where each point stands among all points of the cycle, the positions one after the other.
+    lines : tuple of (points,) arrays
+        Where the points of each line stand among all points of the cycle, the positions one after the other.
     edges : (n,) array
         The same of the points where an edge touches the mating flank; they lie on no contact line.
     """
@@ -45,7 +48,7 @@ class FlankMap:
     design: Design
     result: EfficiencyResult
     roll: FloatArray
-    order: IntArray
+    lines: tuple[IntArray, ...]
     edges: IntArray
 
     @classmethod
@@ -58,20 +61,38 @@ class FlankMap:
             for part in p.lines:
                 if p.edge is not None and p.edge.touching[part[0]]:
                     edges.append(start + part)
-                else:
+                elif part.size >= _LEAST:
                     rolls.append(p.pinion_angle + float(p.pair[part[0]]) * step * result.positions)
                     lines.append(start + part)
             start += p.pair.size
-        sorting = np.argsort(rolls)
-        return cls(design, result, np.array(rolls)[sorting], np.array(lines)[sorting], np.concatenate(edges))
+        order = np.argsort(rolls)
+        ordered = tuple(lines[k] for k in order)
+        return cls(design, result, np.array(rolls)[order], ordered, np.concatenate(edges))
+
+    @property
+    def drawable(self) -> bool:
+        """Whether there are enough lines for a field."""
+        return len(self.lines) >= _LEAST
+
+    def _grid(self, values: FloatArray) -> FloatArray:
+        """Values of all points on the grid; lines with fewer points than the longest are interpolated along."""
+        count = max(line.size for line in self.lines)
+        return np.array(
+            [
+                values[line]
+                if line.size == count
+                else np.interp(np.linspace(0.0, line.size - 1.0, count), np.arange(line.size), values[line])
+                for line in self.lines
+            ]
+        )
 
     def of_positions(self, name: str) -> FloatArray:
         """An array of the `MeshPosition` of every point."""
-        return np.asarray(self._of_positions(name)[self.order])
+        return self._grid(self._of_positions(name))
 
     def of_load(self, name: str) -> FloatArray:
         """An array of the `PositionLoad` of every point: zero where there is no load."""
-        return np.asarray(self._of_load(name)[self.order])
+        return self._grid(self._of_load(name))
 
     def _of_positions(self, name: str) -> FloatArray:
         return np.concatenate([getattr(load.position, name) for load in self.result.load.positions])
@@ -86,7 +107,7 @@ class FlankMap:
         starts = np.concatenate([[0], np.cumsum(sizes)])
         every = np.full(starts[-1], np.nan)
         every[starts[points.position] + points.index] = values
-        return np.asarray(every[self.order])
+        return self._grid(every)
 
     @property
     def loaded(self) -> BoolArray:
@@ -107,17 +128,20 @@ class FlankMap:
 
     def place(self, member: Member = "gear") -> tuple[FloatArray, FloatArray]:
         """Blank coordinates of the points on a member [m]: along the pitch cone from the mean point, and over it."""
-        return self._place(member, self.order)
+        u, h = self._place(member)
+        return self._grid(u), self._grid(h)
 
-    def _place(self, member: Member, at: IntArray) -> tuple[FloatArray, FloatArray]:
+    def _place(self, member: Member) -> tuple[FloatArray, FloatArray]:
         part = self.design.gear if member == "gear" else self.design.pinion
         blank = part.blank.blank()
-        u = self._of_positions(f"face_{member}")[at] - 0.5 * blank.face_width
-        return u, self._of_positions(f"height_{member}")[at] + blank.root(u)
+        u = self._of_positions(f"face_{member}") - 0.5 * blank.face_width
+        return u, self._of_positions(f"height_{member}") + blank.root(u)
 
     def loaded_edges(self, member: Member = "gear") -> tuple[FloatArray, FloatArray]:
         """Blank coordinates on a member [m] of the points where an edge carries load on the mating flank."""
-        return self._place(member, self.edges[self._of_load("force")[self.edges] > 0.0])
+        u, h = self._place(member)
+        at = self.edges[self._of_load("force")[self.edges] > 0.0]
+        return u[at], h[at]
 
     @cached_property
     def area(self) -> FloatArray:
@@ -133,8 +157,14 @@ class FlankMap:
 
         Its integral is the loss, less what edges lose.
         """
-        power = self.result.friction.mu * self.result.points.force * self.result.points.speed_sliding
-        return self.of_loaded(power) / (self.result.positions * self.area)
+        points = self.result.points
+        power = self.of_loaded(self.result.friction.mu * points.state.load_per_length * points.speed_sliding)
+        share = np.array([line.size for line in self.lines]) / self.area.shape[1]
+        lost = power * self.of_positions("length") * share[:, None]
+        known = self.area > 0.0
+        density = np.full(lost.shape, np.nan)
+        density[known] = lost[known] / (self.result.positions * self.area[known])
+        return density
 
     @cached_property
     def sliding(self) -> tuple[FloatArray, FloatArray]:
@@ -144,7 +174,7 @@ class FlankMap:
         speed = self.result.speed_pinion * (1.0 if self.result.driver == "pinion" else -1.0)
         positions = [load.position for load in self.result.load.positions]
         parts = [_projected(p, self.design.gear.blank.pitch_angle) for p in positions]
-        u, h = (np.concatenate([part[k] for part in parts])[self.order] * speed for k in (0, 1))
+        u, h = (self._grid(np.concatenate([part[k] for part in parts])) * speed for k in (0, 1))
         return u, h
 
 

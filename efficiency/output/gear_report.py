@@ -74,7 +74,10 @@ def loss_figures(flank: FlankMap) -> Iterator[Named]:
         (flank_plots.FILM_RATIO, "Smooth isothermal film over the composite roughness Rq."),
         (flank_plots.FRICTION, f"Friction coefficient of the model {flank.result.friction_model}."),
         (flank_plots.FLASH, "Bulk temperature and flash."),
-        (flank_plots.LOSS, "Mean power loss per projected area of the flank; its integral is the loss of the mesh."),
+        (
+            flank_plots.LOSS,
+            "Mean power loss per projected area of the flank; its integral, with what edges lose, is the loss.",
+        ),
     ):
         yield field.name, flank_plots.field_figure(flank, field), caption
 
@@ -98,7 +101,8 @@ def mesh_figures(result: EfficiencyResult) -> Iterator[Named]:
 def save_gear_figures(design: Design, result: EfficiencyResult, folder: Path) -> None:
     """All figures of one operating point as PNG files."""
     flank = FlankMap.of(design, result)
-    _save([*load_figures(flank), *loss_figures(flank), *mesh_figures(result)], folder)
+    on_tooth = [*load_figures(flank), *loss_figures(flank)] if flank.drawable else []
+    _save([*on_tooth, *mesh_figures(result)], folder)
 
 
 def save_map_figures(grid: EfficiencyMap, folder: Path) -> None:
@@ -134,10 +138,13 @@ def write_gear_report(
     parts: list[tuple[str, list[Block]]] = []
     if grid is not None:
         parts.append(("Efficiency over torque, speed and temperature", _map_blocks(grid, result)))
-    parts += [
-        ("Result", [Table(("quantity", "value", "unit"), efficiency_rows(result), operating_point(result))]),
+    on_tooth = [
         ("Contact under load", [_pictures(load_figures(flank))]),
         ("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank)), _ranges(result)]),
+    ]
+    parts += [
+        ("Result", [Table(("quantity", "value", "unit"), efficiency_rows(result), operating_point(result))]),
+        *(on_tooth if flank.drawable else ()),
         ("Over the mesh", [_pictures(mesh_figures(result)), _positions(result)]),
         ("Design", _design_blocks(design, units)),
         ("What the model leaves out", [Table(("skipped",), [(text,) for text in result.skipped])]),

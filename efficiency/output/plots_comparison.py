@@ -1,4 +1,4 @@
-"""Figures of a comparison of friction models: friction and loss along the mesh."""
+"""Figures of a comparison of friction models: friction and loss along the mesh, loss by region, run time."""
 
 from __future__ import annotations
 
@@ -9,23 +9,16 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
+from ehl.plots import BLUE
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from efficiency.loss.compare import Comparison
-    from efficiency.loss.result import EfficiencyResult
 
 FloatArray = NDArray[np.float64]
 MARKERS = "os^vD<>PX*"
-
-
-def friction_along_mesh(result: EfficiencyResult) -> FloatArray:
-    """Friction coefficient at each position, weighted with the sliding power density; nan without sliding."""
-    points = result.points
-    weight = points.force * points.speed_sliding
-    total = np.bincount(points.position, weight, minlength=result.positions)
-    sliding = np.bincount(points.position, weight * result.friction.mu, minlength=result.positions)
-    return np.asarray(np.divide(sliding, total, out=np.full(result.positions, np.nan), where=total > 0.0))
 
 
 def plot_friction_along_mesh(comparison: Comparison) -> Figure:
@@ -53,9 +46,54 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
             marker=MARKERS[number % len(MARKERS)],
             ms=3.5,
             lw=1.2,
-            label=result.friction_model,
+            label=comparison.rows[number].name,
         )
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=label, ylim=(0.0, None))
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def plot_loss_by_region(comparison: Comparison) -> Figure:
+    """Share of the sliding loss by thirds of the gear flank, a panel for each friction model."""
+    rows = [row for row in comparison.rows if row.loss_regions]
+    columns = min(3, len(rows))
+    lines = -(-len(rows) // 3)
+    figure = Figure(figsize=(0.9 + 3.0 * columns, 0.5 + 1.9 * lines), layout="constrained")
+    panels = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+    top = 100.0 * max((float(np.nanmax(row.loss_regions)) for row in rows), default=1.0)
+    shown = None
+    for axes, row in zip(panels.ravel(), rows, strict=False):
+        shares = 100.0 * np.array(row.loss_regions)
+        shown = axes.imshow(shares, origin="lower", cmap="Oranges", vmin=0.0, vmax=top, aspect="auto")
+        for (height, face), share in np.ndenumerate(shares):
+            dark = share > 0.6 * top
+            axes.annotate(
+                f"{share:.1f}", (face, height), ha="center", va="center", color="w" if dark else "k", fontsize=8
+            )
+        axes.set_xticks(range(3), FACES, fontsize=8)
+        axes.set_yticks(range(3), HEIGHTS, fontsize=8)
+        axes.set_title(row.name, fontsize=8)
+    for axes in panels.ravel()[len(rows) :]:
+        axes.set_axis_off()
+    if shown is not None:
+        figure.colorbar(shown, ax=panels.ravel().tolist(), label="share of the sliding loss [%]")
+    figure.supxlabel("third of the gear face", fontsize=9)
+    figure.supylabel("third of the gear height", fontsize=9)
+    return figure
+
+
+def plot_run_time(comparison: Comparison) -> Figure:
+    """Run time of friction and loss for each friction model, geometry and load left out."""
+    rows = [row for row in comparison.rows if row.kind == "mesh"][::-1]
+    figure = Figure(figsize=(7.0, 0.9 + 0.34 * len(rows)), layout="constrained")
+    axes: Axes = figure.add_subplot()
+    seconds = np.maximum([row.seconds for row in rows], 1e-5)
+    axes.barh(np.arange(len(rows)), seconds, color=BLUE)
+    for place, value in enumerate(seconds):
+        axes.annotate(
+            f"{value:.3g} s", (value, place), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
+        )
+    axes.set_yticks(np.arange(len(rows)), [row.name for row in rows], fontsize=8)
+    axes.set(xscale="log", xlabel="run time of friction and loss [s]", xlim=(None, 6.0 * float(seconds.max())))
     return figure

@@ -211,6 +211,7 @@ def influence_figure(study: Study) -> Figure:
         )
         axes.axvline(100.0 * study.reference_point(design).efficiency, color=_colour(number), lw=0.9, ls="--")
     axes.set_yticks(np.arange(len(names))[::-1], [_range_text(study, name) for name in names], fontsize=8)
+    axes.margins(x=0.04)
     axes.set_xlabel("mesh efficiency [%]; dashed: at the reference")
     axes.grid(axis="x", alpha=0.3)
     axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=max(1, min(count, 3)))

@@ -41,7 +41,8 @@ def efficiency_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
         (f"power_input, {result.driver} driving", f"{result.power_input / 1e3:.3f}", "kW"),
         ("friction_coefficient_mean", f"{result.friction_coefficient_mean:.5f}", ""),
         ("outside_range_share", percent(result.outside_range_share, 1), "% of the sliding power"),
-        ("pressure_max", f"{result.pressure_max / 1e9:.3f}", "GPa"),
+        ("pressure_max, flanks", f"{result.pressure_max / 1e9:.3f}", "GPa"),
+        *_edge_rows(result),
         ("film ratio", _span(film, ".2f"), ""),
         ("surface temperature, greatest", f"{np.nanmax(flash) - KELVIN:.1f}", "degC"),
         ("transmission error, loaded", f"{result.transmission_error_loaded * ARCSEC:.2f}", "arcsec peak to peak"),
@@ -49,6 +50,18 @@ def efficiency_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
         ("torque_residual", f"{result.torque_residual:.1e}", ""),
     ]
     return rows
+
+
+def _edge_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
+    """Pressure, load and loss where the contact reaches an edge; nothing where it does not."""
+    if not result.edge_load_share > 0.0:
+        return []
+    low, high = (f"{value / 1e9:.2f}" for value in (result.pressure_edge_lower, result.pressure_edge_upper))
+    return [
+        ("pressure at an edge", f"{result.pressure_edge / 1e9:.2f} ({low} to {high})", "GPa"),
+        ("share of the load at edges", percent(result.edge_load_share, 2), "%"),
+        ("share of the loss at edges", percent(result.edge_loss_share, 2), "%"),
+    ]
 
 
 def _span(values: NDArray[np.float64], form: str) -> str:
@@ -149,7 +162,7 @@ def efficiency_table(result: EfficiencyResult) -> None:
         console.print(f"skipped  {item}")
 
 
-COMPARISON_HEADER = ("friction", "efficiency [%]", "loss [W]", "mean mu", "interval [%]", "outside [%]")
+COMPARISON_HEADER = ("friction", "efficiency [%]", "loss [W]", "mean mu", "interval [%]", "outside [%]", "time [s]")
 
 
 def comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:
@@ -167,6 +180,7 @@ def comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:
                 f"{row.friction_coefficient_mean:.4f}" if math.isfinite(row.friction_coefficient_mean) else "–",
                 interval,
                 percent(row.outside_range_share, 1),
+                f"{row.seconds:.2g}" if row.kind == "mesh" else "–",
             )
         )
     return rows
