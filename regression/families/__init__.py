@@ -10,10 +10,21 @@ from ehl.errors import InputError
 from regression.families.family import Family
 from regression.families.load_share import LOAD_SHARE, load_share_parts
 from regression.families.log_linear import POWER_LAW, XU
+from regression.families.rough_share import ROUGH_SHARE, rough_share_parts
 
-__all__ = ["FAMILIES", "LOAD_SHARE", "POWER_LAW", "XU", "Family", "family_named", "load_share_parts"]
+__all__ = [
+    "FAMILIES",
+    "LOAD_SHARE",
+    "POWER_LAW",
+    "ROUGH_SHARE",
+    "XU",
+    "Family",
+    "family_named",
+    "load_share_parts",
+    "rough_share_parts",
+]
 
-FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, LOAD_SHARE)}
+FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, LOAD_SHARE, ROUGH_SHARE)}
 
 
 def family_named(name: str) -> Family:
