@@ -186,17 +186,24 @@ def run_uncertainty(
     positions: int = POSITIONS,
     points_per_line: int = POINTS_PER_LINE,
     friction_in_equilibrium: bool = False,
-    geared: GearMesh | None = None,
+    temperatures: tuple[float, float, float] | None = None,
 ) -> EfficiencyUncertainty:
-    """Interval of the efficiency from those of formula, boundary friction and roughness; as `run_gear`."""
+    """Interval of the efficiency from those of formula, boundary friction and roughness; as `run_gear`.
+
+    `temperatures` are the bulk ones of pinion and gear and that of the oil at the contacts [K], as a heat balance found
+    them.
+    """
     design = resolve_design(design)
     model = resolve_friction(friction, design)
     torque, operation, oil = _operating_point(design, conditions)
-    if geared is None:
-        geared = gear_mesh(design, side, positions, points_per_line)
-    return efficiency_uncertainty(
-        _solver(geared.mesh, torque, oil, friction_in_equilibrium), model, operation, inputs or UncertainInputs()
-    )
+    if temperatures is not None:
+        pinion, gear, inlet = temperatures
+        operation = replace(
+            operation, temperature_bulk_pinion=pinion, temperature_bulk_gear=gear, temperature_inlet=inlet
+        )
+    mesh = gear_mesh(design, side, positions, points_per_line).mesh
+    solve = _solver(mesh, torque, oil, friction_in_equilibrium)
+    return efficiency_uncertainty(solve, model, operation, inputs or UncertainInputs())
 
 
 def run_duty(

@@ -13,19 +13,7 @@ if TYPE_CHECKING:
     from efficiency.loss.uncertainty import EfficiencyUncertainty
 
 KWH = 3.6e6
-DUTY_HEADER = (
-    "flanks",
-    "driver",
-    "torque [N m]",
-    "speed [rpm]",
-    "oil [degC]",
-    "hours",
-    "efficiency [%]",
-    "in [kWh]",
-    "lost [kWh]",
-    "rolling [kWh]",
-    "outside [%]",
-)
+DUTY_HEADER = ("flanks", "driver", "N m", "rpm", "degC", "hours", "efficiency [%]", "in [kWh]", "lost [kWh]")
 
 
 def duty_rows(cycle: DutyCycle) -> list[tuple[str, ...]]:
@@ -41,14 +29,12 @@ def duty_rows(cycle: DutyCycle) -> list[tuple[str, ...]]:
             percent(row.efficiency) if row.status == "converged" else row.reason,
             _energy(row.energy_input),
             _energy(row.energy_loss),
-            _energy(row.energy_loss_rolling),
-            percent(row.outside_range_share, 1),
         )
         for row in cycle.rows
     ]
-    energies = (cycle.total(name) for name in ("energy_input", "energy_loss", "energy_loss_rolling"))
+    energies = (cycle.total(name) for name in ("energy_input", "energy_loss"))
     hours = f"{cycle.total('hours'):.4g}"
-    return [*rows, ("total", "", "", "", "", hours, percent(cycle.efficiency), *map(_energy, energies), "")]
+    return [*rows, ("total", "", "", "", "", hours, percent(cycle.efficiency), *map(_energy, energies))]
 
 
 def duty_table(cycle: DutyCycle) -> None:
@@ -65,7 +51,14 @@ def duty_table(cycle: DutyCycle) -> None:
         table.add_row(*row)
     console = Console()
     console.print(table)
-    console.print(f"efficiency of the cycle {percent(cycle.efficiency)} +- {percent(cycle.efficiency_error, 4)} %")
+    rolling = _energy(cycle.total("energy_loss_rolling"))
+    outside = sum(row.outside_range_share * row.energy_loss for row in cycle.rows) / cycle.total("energy_loss")
+    console.print(
+        f"efficiency of the cycle {percent(cycle.efficiency)} +- {percent(cycle.efficiency_error, 4)} % "
+        f"(discretisation); rolling loss apart {rolling} kWh; {percent(outside, 1)} % of the loss outside the range of "
+        "the friction model",
+        highlight=False,
+    )
     for note in cycle.notes:
         console.print(f"note     {note}", highlight=False)
 
