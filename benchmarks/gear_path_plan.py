@@ -1,0 +1,81 @@
+"""Contacts along the meshes of the shipped gear pairs, as the table of a plan: what a fitted formula is checked with.
+
+    python benchmarks/gear_path_plan.py data/datasets/gear_paths.csv
+
+Each pair runs at its own torque and at half of it, at its own speed and at a third of it. The points of a mesh are taken
+in the order of the path, equally spaced in the work friction takes there, so that the table weighs like the loss does.
+Points outside the ranges of the plan `gear_default` are left out and counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from efficiency.design import load_design
+from efficiency.loss.duty import DutyRow, duty_points
+from regression.plan import load_plan
+
+SHIPPED = (
+    "fm_spiral_bevel_14x39",
+    "fm_hypoid_13x42",
+    "fh_hypoid_9x34",
+    "fh_hypoid_9x34_offset_10",
+    "fh_spiral_bevel_12x37",
+)
+POINTS = 20  # of each mesh at each operating point
+COLUMNS = {
+    "pressure_hertz": "pressure_hertz [GPa]",
+    "radius_equivalent": "radius_equivalent [mm]",
+    "speed_entrainment": "speed_entrainment [m/s]",
+    "slide_to_roll": "slide_to_roll",
+    "lengthwise_to_roll": "lengthwise_to_roll",
+    "temperature_oil": "temperature_oil [degC]",
+    "roughness_rms": "roughness_rms [um]",
+}
+
+
+def path_points(name: str) -> pd.DataFrame:
+    """Points of one pair, SI units; `outside` is the share of the work outside the ranges of `gear_default`."""
+    design = load_design(name)
+    torque, speed, oil = design.operation.torque, design.operation.speed, design.operation.temperature_oil
+    duty = [DutyRow(t, s, oil, 1.0) for t in (torque, 0.5 * torque) for s in (speed, speed / 3.0)]
+    ranges = load_plan("gear_default").axes
+    tables = []
+    for points, row in zip(duty_points([design], duty), duty, strict=True):
+        state = points.state
+        table = pd.DataFrame({name: np.asarray(getattr(state, name)) for name in COLUMNS if hasattr(state, name)})
+        table["lengthwise_to_roll"] = np.abs(state.speed_sliding_lengthwise) / state.speed_entrainment
+        inside = np.ones(len(table), dtype=bool)
+        for name in ("pressure_hertz", "radius_equivalent", "speed_entrainment"):
+            inside &= table[name].between(*ranges[name].values).to_numpy()
+        inside &= table["lengthwise_to_roll"].to_numpy() <= ranges["lengthwise_to_roll"].values[-1]
+        inside &= table["slide_to_roll"].abs().between(1e-3, ranges["slide_to_roll"].values[-1]).to_numpy()
+        work = np.cumsum(points.weight * inside)
+        chosen = np.searchsorted(work, work[-1] * (np.arange(POINTS) + 0.5) / POINTS)
+        outside = 1.0 - work[-1] / points.weight.sum()
+        tables.append(
+            table.iloc[np.unique(chosen)].assign(design=design.name, torque=row.torque, speed=row.speed, outside=outside)
+        )
+    return pd.concat(tables, ignore_index=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path)
+    file = parser.parse_args().file
+    table = pd.concat([path_points(name) for name in SHIPPED], ignore_index=True)
+    print(table.groupby("design")[["outside"]].max())
+    scale = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6}
+    written = pd.DataFrame({head: table[name] * scale.get(name, 1.0) for name, head in COLUMNS.items()})
+    written[COLUMNS["temperature_oil"]] -= 273.15
+    written["# design"] = table["design"]
+    written.to_csv(file, index=False, float_format="%.6g")
+    print(f"{len(table)} contacts")
+
+
+if __name__ == "__main__":
+    main()
