@@ -170,9 +170,11 @@ def sweep_status(
 def sweep_merge(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the results.")],
     target: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="One file: .h5, or .csv as a table.")],
+    compress: Annotated[bool, typer.Option("--compress", help="Compressed .h5, to keep and to pass on.")] = False,
 ) -> None:
     """Put all shards of a run into one file, sorted by case key."""
     from regression.dataset import export_table, load_dataset
+    from regression.datasets import merge_compressed
     from regression.store import merge
 
     if target.suffix == ".csv":
@@ -180,7 +182,7 @@ def sweep_merge(
         export_table(dataset, target)
         count = len(dataset.frame)
     else:
-        count = merge(run, target)
+        count = merge_compressed(run, target) if compress else merge(run, target)
     typer.echo(f"{target}: {count} cases")
 
 

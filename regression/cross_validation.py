@@ -15,6 +15,7 @@ from regression.data_cloud import Extrapolation, data_cloud
 from regression.dataset import columns
 from regression.families import Family
 from regression.fitted_form import fit_form
+from regression.gp_residual import GpResidual
 from regression.scores import computed_friction
 
 FOLDS = 10
@@ -67,16 +68,34 @@ def fold_numbers(frame: pd.DataFrame, count: int = FOLDS) -> NDArray[np.int64]:
 
 
 def cross_validate(
-    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, folds: NDArray[np.int64] | None = None
+    family: Family,
+    frame: pd.DataFrame,
+    *,
+    gaussian_process: bool = False,
+    folds: NDArray[np.int64] | None = None,
+    start: GpResidual | None = None,
 ) -> HeldOut:
-    """Friction of every row by a formula fitted without its fold; the length scales of a process are found anew too."""
+    """Friction of every row by a formula fitted without its fold; the length scales of a process are found anew too.
+
+    Parameters
+    ----------
+    family : Family
+    frame : DataFrame
+        Usable rows.
+    gaussian_process : bool
+        With the process on the residual.
+    folds : array of int, shape (n,), optional
+        Those of `fold_numbers` if not given.
+    start : GpResidual, optional
+        Where each fold's search for length scales begins.
+    """
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
     beside = np.zeros(len(frame), dtype=bool)
     for number in np.unique(folds):
         held = folds == number
         rest = frame[~held].reset_index(drop=True)
-        form = fit_form(family, rest, gaussian_process=gaussian_process)
+        form = fit_form(family, rest, gaussian_process=gaussian_process, start=start)
         mu[held], spread = form.friction(frame[held])
         if spread is not None:
             deviation[held] = spread

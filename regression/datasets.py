@@ -5,9 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import h5py
+
 from ehl._data import data_names, named_file
 from ehl.errors import InputError
 from regression.dataset import Dataset, load_dataset
+from regression.store import LIBVER, merge
 
 if TYPE_CHECKING:
     from regression.plan import Plan
@@ -54,3 +57,34 @@ def dataset_plan(name: str) -> Plan:
     from regression.plan import load_plan
 
     return load_plan(named_file("plan", FOLDER, name))
+
+
+def merge_compressed(run: Path, target: Path) -> int:
+    """Write all rows of a run into one compressed file, as datasets are shipped; returns how many.
+
+    The file is read like any other result file, and can be swept into as well.
+
+    Raises
+    ------
+    InputError
+        As `regression.store.merge`.
+    """
+    plain = target.with_name(target.name + ".plain")
+    plain.unlink(missing_ok=True)
+    if target.exists():
+        raise InputError("target", str(target), "a file that does not exist yet")
+    try:
+        count = merge(run, plain)
+        with h5py.File(plain, "r", libver=LIBVER) as source, h5py.File(target, "w", libver=LIBVER) as packed:
+            packed.attrs.update(source.attrs)
+            for name, column in source.items():
+                small = column.shape == ()
+                how = {} if small else {"compression": "gzip", "compression_opts": 9, "shuffle": True}
+                size = {} if small else {"chunks": (max(min(len(column), 1024), 1),), "maxshape": (None,)}
+                packed.create_dataset(name, data=column[()], dtype=column.dtype, **how, **size)
+                packed[name].attrs.update(column.attrs)
+    except OSError as error:
+        raise InputError("target", str(target), "a file that can be written", f"{error}.") from None
+    finally:
+        plain.unlink(missing_ok=True)
+    return count

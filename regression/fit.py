@@ -73,7 +73,7 @@ def fit_formula(
         raise InputError("run", f"{len(frame)} usable cases", needed, f"Excluded: {reasons}.")
     with threadpool_limits(1):
         form = fit_form(family, frame, gaussian_process=gaussian_process)
-        held_out = cross_validate(family, frame, gaussian_process=gaussian_process)
+        held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.residual)
         within, _ = form.friction(frame)
     fitted, floor = form.coefficients, noise_of(dataset, noise)
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))

@@ -42,8 +42,20 @@ class FittedForm:
         return (mu, None) if self.residual is None else corrected(mu, self.residual, table, mu_b)
 
 
-def fit_form(family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False) -> FittedForm:
+def fit_form(
+    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, start: GpResidual | None = None
+) -> FittedForm:
     """Fit a family to the rows of a dataset, the coefficients first, then the process on their residual.
+
+    Parameters
+    ----------
+    family : Family
+    frame : DataFrame
+        Usable rows.
+    gaussian_process : bool
+        Add the process.
+    start : GpResidual, optional
+        Where the search for its length scales begins.
 
     Raises
     ------
@@ -63,8 +75,9 @@ def fit_form(family: Family, frame: pd.DataFrame, *, gaussian_process: bool = Fa
     if not gaussian_process:
         return form
     rest = np.log(computed_friction(frame) / form.friction(frame)[0])
-    inputs = tuple(dict.fromkeys((*family.box, "film_ratio_formula")))
-    return FittedForm(family, coefficients, fit_residual(columns(frame), rest, statistical_variance(frame), inputs))
+    inputs = tuple(dict.fromkeys((*family.box, "correlation_length", "film_ratio_formula")))
+    process = fit_residual(columns(frame), rest, statistical_variance(frame), inputs, start=start)
+    return FittedForm(family, coefficients, process)
 
 
 def boundary_friction_of(frame: pd.DataFrame) -> float | Array:

@@ -150,6 +150,7 @@ def fit_residual(
     *,
     count: int = POINTS,
     variance_count: int = VARIANCE_POINTS,
+    start: GpResidual | None = None,
 ) -> GpResidual:
     """The Gaussian process of a residual of ln mu.
 
@@ -165,6 +166,8 @@ def fit_residual(
         Inputs; those that do not vary are left out.
     count, variance_count : int
         Points kept, and how many of them the variance uses.
+    start : GpResidual, optional
+        Of the same variables: where the search for the length scales begins.
 
     Raises
     ------
@@ -177,7 +180,9 @@ def fit_residual(
     logs = _logarithms(table, names)
     mean, scale = logs.mean(axis=0), logs.std(axis=0)
     x = (logs - mean) / scale
-    length_scales, variance, white = _likeliest(x, residual, noise)
+    length_scales, variance, white = _likeliest(
+        x, residual, noise, start if start is not None and start.variables == names else None
+    )
     chosen, _ = covering_points(x / length_scales, count)
     points = np.round(x[chosen], _DIGITS)
     kept = min(variance_count, len(points))
@@ -205,7 +210,7 @@ def _weights(x: Array, z: Array, residual: Array, noise: Array, length_scales: A
     return np.asarray(np.linalg.solve(r, q.T @ np.concatenate([residual / root, np.zeros(len(z))])))
 
 
-def _likeliest(x: Array, residual: Array, noise: Array) -> tuple[Array, float, float]:
+def _likeliest(x: Array, residual: Array, noise: Array, start: GpResidual | None) -> tuple[Array, float, float]:
     """Length scales, variance and unexplained noise of greatest likelihood, by scikit-learn on some of the cases."""
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.gaussian_process import GaussianProcessRegressor
@@ -213,9 +218,14 @@ def _likeliest(x: Array, residual: Array, noise: Array) -> tuple[Array, float, f
 
     some = np.sort(np.random.default_rng(1).permutation(len(x))[:_SEARCHED])
     level = max(float(np.var(residual)), 1e-12)
-    kernel = ConstantKernel(level, (1e-3 * level, 1e3 * level)) * Matern(
-        np.full(x.shape[1], 2.0), (0.3, 30.0), nu=2.5
-    ) + WhiteKernel(0.1 * level, (1e-4 * level, level))
+    of_variance, of_scales, of_noise = (1e-3 * level, 1e3 * level), (0.3, 30.0), (1e-4 * level, level)
+    variance, length_scales, white = level, np.full(x.shape[1], 2.0), 0.1 * level
+    if start is not None:
+        variance, white = float(np.clip(start.variance, *of_variance)), float(np.clip(start.noise, *of_noise))
+        length_scales = np.clip(np.array(start.length_scales), *of_scales)
+    kernel = ConstantKernel(variance, of_variance) * Matern(length_scales, of_scales, nu=2.5) + WhiteKernel(
+        white, of_noise
+    )
     with warnings.catch_warnings():
         # a length scale at its bound is a variable without effect
         warnings.simplefilter("ignore", ConvergenceWarning)

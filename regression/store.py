@@ -26,7 +26,7 @@ from regression.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS, Row
 
 STORE_SCHEMA = 2
 # the oldest format of the superblock has no "opened for writing" mark, which a killed writer would leave behind
-_LIBVER = ("earliest", "v110")
+LIBVER = ("earliest", "v110")
 # rows of a block: what one damaged place on the disk can cost
 _CHUNK = 64
 _COLUMNS = (*NUMBER_UNITS, *TEXT_WIDTHS, "check")
@@ -169,7 +169,7 @@ class ResultStore:
         try:
             self._file.close()
             # opened anew, HDF5 cuts off the room that was taken and not needed
-            h5py.File(self.path, "r+", libver=_LIBVER).close()
+            h5py.File(self.path, "r+", libver=LIBVER).close()
         except (OSError, RuntimeError) as error:
             hint = f"{error}. Make room and give the same command again."
             raise InputError("run", str(self.path), "a disk that can be written", hint) from None
@@ -199,7 +199,7 @@ def _create(path: Path, meta: Mapping[str, str | int]) -> None:
     try:
         with draft.open("wb") as file:
             _reserve(file.fileno(), 0, 2 * _BLOCK_BYTES + len(str(meta["plan"])))
-        with h5py.File(draft, "w", libver=_LIBVER) as file:
+        with h5py.File(draft, "w", libver=LIBVER) as file:
             file.attrs["schema"] = STORE_SCHEMA
             file.attrs["writer"] = f"mixed-ehl {__version__}"
             for name in _SHARED:
@@ -228,7 +228,7 @@ class _Broken(InputError):
 def _open(path: Path, mode: str, locking: bool = True) -> h5py.File:
     try:
         # some network file systems cannot lock; there one writer per file is the user's care
-        return h5py.File(path, mode, libver=_LIBVER, locking="best-effort" if locking else False)
+        return h5py.File(path, mode, libver=LIBVER, locking="best-effort" if locking else False)
     except OSError as error:
         # HDF5 speaks of blocks too: only these words mean a lock
         if isinstance(error, BlockingIOError) or "unable to lock file" in str(error):
