@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from efficiency.run import Conditions
     from ehl.units import Quantity
 
-OPERATION, MISALIGNMENT, OUTPUT, GEOMETRY = "Operating point", "Misalignment", "Output", "Geometry only"
+OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
+OUTPUT, GEOMETRY = "Output", "Geometry only"
 
 DesignArgument = Annotated[str, typer.Argument(metavar="DESIGN", help="A design file, or the name of a shipped one.")]
 SideOption = Annotated[str, typer.Option(help="Flanks that carry the load: drive or coast.", rich_help_panel=OPERATION)]

@@ -1,16 +1,19 @@
-"""Options of `gear` that concern friction and loss, and the duty cycle."""
+"""What `gear` computes, prints and writes: one operating point, a map, a duty cycle; options of friction and loss."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
+    from efficiency.command_options import Lists
     from efficiency.contact.pair import Side
     from efficiency.design import Design
-    from efficiency.loss.result import EfficiencyResult
+    from efficiency.output.gear_files import OutputFiles
+    from efficiency.output.machine_summary import Units
     from efficiency.run import Conditions
 
 LOSS = "Friction and loss"
@@ -61,81 +64,115 @@ def with_driver(design: Design, driver: str | None) -> Design:
     return design.model_copy(update={"operation": design.operation.model_copy(update={"driver": driver})})
 
 
-def one_point(
+def refuse(what: str, options: Mapping[str, object]) -> None:
+    """`InputError` for options that mean nothing beside something else."""
+    from ehl.errors import InputError
+
+    for name, value in options.items():
+        if value is not None and value is not False:
+            raise InputError(name, str(value), f"nothing beside {what}")
+
+
+def show_point(
     design: Design,
     friction: str,
     conditions: Conditions,
     side: Side,
+    files: OutputFiles,
+    units: Units,
     *,
     friction_in_equilibrium: bool,
     bulk_temperature: bool,
     uncertainty: bool,
     json_output: bool,
-) -> EfficiencyResult:
-    """Compute and print one operating point."""
-    from efficiency.output.loss_tables import heat_lines, uncertainty_table
+) -> None:
+    """Compute, print and write one operating point."""
+    from threadpoolctl import threadpool_limits
+
+    from efficiency.output.gear_files import Extras, write_result
     from efficiency.output.tables import efficiency_table
     from efficiency.run import run_gear, run_heat_balance, run_uncertainty
     from ehl.report import print_json
 
-    lines: list[str] = []
-    content: dict[str, object] = {}
-    if bulk_temperature:
-        balance = run_heat_balance(
-            design, friction, conditions, side=side, friction_in_equilibrium=friction_in_equilibrium
-        )
-        result, lines = balance.result, heat_lines(balance)
-        content["heat_balance"] = {
-            "heat": list(balance.heat),
-            "thermal_resistance": list(balance.thermal_resistance),
-            "rounds": balance.rounds,
-            "residual": balance.residual,
-        }
-    else:
-        result = run_gear(design, friction, conditions, side=side, friction_in_equilibrium=friction_in_equilibrium)
-    known = None
-    if uncertainty and result.status == "converged":
-        bulk = (result.temperature_bulk_1, result.temperature_bulk_2, result.temperature_inlet)
-        known = run_uncertainty(
-            design,
-            friction,
-            conditions,
-            side=side,
-            friction_in_equilibrium=friction_in_equilibrium,
-            temperatures=bulk if bulk_temperature else None,
-        )
-        content["uncertainty"] = known.to_dict()
+    balance = spread = bulk = None
+    # matrices are small: threads of the linear algebra would only wait for each other
+    with threadpool_limits(1):
+        if bulk_temperature:
+            balance = run_heat_balance(
+                design, friction, conditions, side=side, friction_in_equilibrium=friction_in_equilibrium
+            )
+            result = balance.result
+            bulk = (result.temperature_bulk_1, result.temperature_bulk_2, result.temperature_inlet)
+        else:
+            result = run_gear(design, friction, conditions, side=side, friction_in_equilibrium=friction_in_equilibrium)
+        if uncertainty and result.status == "converged":
+            spread = run_uncertainty(
+                design,
+                friction,
+                conditions,
+                side=side,
+                friction_in_equilibrium=friction_in_equilibrium,
+                temperatures=bulk,
+            )
+    extras = Extras(balance, spread)
     if json_output:
-        print_json(result.to_dict() | content)
-        return result
-    efficiency_table(result)
-    for line in lines:
-        typer.echo(line)
-    if known is not None:
-        uncertainty_table(known)
-    return result
+        print_json(result.to_dict() | extras.to_dict())
+    else:
+        efficiency_table(result)
+        extras.show()
+    write_result(design, result, files, units, extras)
+    _fail_unless_converged(result.status, result.reason)
 
 
-def show_duty(design: Design, friction: str, duty: Path, oil: str | None, json_output: bool) -> None:
-    """Compute and print a duty cycle.
+def show_map(
+    design: Design,
+    friction: str,
+    lists: Lists,
+    oil: str | None,
+    side: Side,
+    files: OutputFiles,
+    units: Units,
+    json_output: bool,
+) -> None:
+    """Compute, print and write a map."""
+    from threadpoolctl import threadpool_limits
 
-    Raises
-    ------
-    typer.Exit
-        With 1 where a row did not converge.
-    """
+    from efficiency.command_options import progress
+    from efficiency.output.gear_files import write_map
+    from efficiency.output.tables import map_table
+    from efficiency.run import run_map
+    from ehl.report import print_json
+
+    with threadpool_limits(1), progress("operating points") as move:
+        grid = run_map(design, friction, *lists, oil=oil, side=side, report=move)
+    print_json(grid.to_dict()) if json_output else map_table(grid)
+    write_map(design, grid, files, units)
+    _fail_unless_converged(grid.status, grid.reason)
+
+
+def show_duty(
+    design: Design, friction: str, duty: Path, oil: str | None, files: OutputFiles, json_output: bool
+) -> None:
+    """Compute, print and write a duty cycle."""
     from threadpoolctl import threadpool_limits
 
     from efficiency.command_options import progress
     from efficiency.loss.duty import read_duty
+    from efficiency.output.gear_files import write_duty
     from efficiency.output.loss_tables import duty_table
     from efficiency.run import run_duty
     from ehl.report import print_json
 
     rows = read_duty(duty)
-    with threadpool_limits(1), progress("operating points") as move:
+    with threadpool_limits(1), progress("rows of the duty cycle") as move:
         cycle = run_duty(design, friction, rows, oil=oil, report=move)
     print_json(cycle.to_dict()) if json_output else duty_table(cycle)
-    if cycle.status != "converged":
-        typer.echo(f"not converged: {cycle.reason}", err=True)
+    write_duty(cycle, files)
+    _fail_unless_converged(cycle.status, cycle.reason)
+
+
+def _fail_unless_converged(status: str, reason: str) -> None:
+    """Exit code 1 with the reason on standard error."""
+    if status != "converged":
+        typer.echo(f"not converged: {reason}", err=True)
         raise typer.Exit(1)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ehl.errors import InputError
 
 if TYPE_CHECKING:
     from efficiency.design import Design
     from efficiency.loss.compare import Comparison
+    from efficiency.loss.duty_cycle import DutyCycle
+    from efficiency.loss.heat_balance import HeatBalance
     from efficiency.loss.map import EfficiencyMap
     from efficiency.loss.result import EfficiencyResult
+    from efficiency.loss.uncertainty import EfficiencyUncertainty
     from efficiency.output.data_tables import DataTable
     from efficiency.output.machine_summary import Units
 
@@ -61,7 +64,47 @@ class OutputFiles:
             write_csv(self.csv, tables)
 
 
-def write_result(design: Design, result: EfficiencyResult, files: OutputFiles, units: Units = "metric") -> None:
+@dataclass(frozen=True)
+class Extras:
+    """What else was asked for at an operating point."""
+
+    balance: HeatBalance | None = None
+    uncertainty: EfficiencyUncertainty | None = None
+
+    def tables(self) -> list[DataTable]:
+        """Tables in SI units."""
+        from efficiency.output.gear_extras import balance_data, uncertainty_data
+
+        found = [] if self.balance is None else [balance_data(self.balance)]
+        return found if self.uncertainty is None else [*found, uncertainty_data(self.uncertainty)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        found: dict[str, Any] = {}
+        if self.balance is not None:
+            parts = ("thermal_resistance", "heat", "rounds", "residual")
+            found["heat_balance"] = {name: getattr(self.balance, name) for name in parts}
+        if self.uncertainty is not None:
+            found["uncertainty"] = self.uncertainty.to_dict()
+        return found
+
+    def show(self) -> None:
+        """Print what there is."""
+        from efficiency.output.loss_tables import heat_lines, uncertainty_table
+
+        for line in [] if self.balance is None else heat_lines(self.balance):
+            print(line)
+        if self.uncertainty is not None:
+            uncertainty_table(self.uncertainty)
+
+
+def write_result(
+    design: Design,
+    result: EfficiencyResult,
+    files: OutputFiles,
+    units: Units = "metric",
+    extras: Extras = Extras(),
+) -> None:
     """Figures, page and tables of one operating point."""
     from efficiency.output.data_tables import result_tables
     from efficiency.output.gear_report import save_gear_figures, write_gear_report
@@ -70,8 +113,10 @@ def write_result(design: Design, result: EfficiencyResult, files: OutputFiles, u
     if files.plot is not None:
         save_gear_figures(design, result, files.plot)
     if files.report is not None:
-        write_gear_report(design, result, files.report, units=units)
-    files.write_tables(result_tables(result), f"{operating_point(result)}, friction {result.friction_model}")
+        write_gear_report(design, result, files.report, units=units, extras=extras)
+    files.write_tables(
+        [*result_tables(result), *extras.tables()], f"{operating_point(result)}, friction {result.friction_model}"
+    )
 
 
 def write_map(design: Design, grid: EfficiencyMap, files: OutputFiles, units: Units = "metric") -> None:
@@ -100,3 +145,12 @@ def write_comparison(comparison: Comparison, files: OutputFiles) -> None:
     if files.report is not None:
         write_comparison_report(comparison, files.report)
     files.write_tables(comparison_tables(comparison), f"{operating_point(comparison)}: friction models")
+
+
+def write_duty(duty: DutyCycle, files: OutputFiles) -> None:
+    """Tables of a duty cycle."""
+    from efficiency.output.data_tables import remarks_table
+    from efficiency.output.gear_extras import duty_data
+
+    title = f"{duty.design}: duty cycle, friction {duty.friction_model}"
+    files.write_tables([duty_data(duty), remarks_table(duty.results)], title)

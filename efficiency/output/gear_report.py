@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
+from efficiency.output.gear_extras import UNCERTAINTY_HEADER, balance_rows, uncertainty_rows, uncertainty_text
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from efficiency.output.plots_blank import blank_figure
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from efficiency.design import Design
     from efficiency.loss.map import EfficiencyMap
     from efficiency.loss.result import EfficiencyResult
+    from efficiency.output.gear_files import Extras
 
 Named = tuple[str, "Figure", str]
 
@@ -125,6 +127,7 @@ def write_gear_report(
     path: Path,
     grid: EfficiencyMap | None = None,
     units: Units = "metric",
+    extras: Extras | None = None,
 ) -> Path:
     """One self-contained page of one operating point; with a map, of the map and one of its points in detail.
 
@@ -143,7 +146,7 @@ def write_gear_report(
         ("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank)), _ranges(result)]),
     ]
     parts += [
-        ("Result", [Table(("quantity", "value", "unit"), efficiency_rows(result), operating_point(result))]),
+        ("Result", _result_blocks(result, extras)),
         *(on_tooth if flank.drawable else ()),
         ("Over the mesh", [_pictures(mesh_figures(result)), _positions(result)]),
         ("Design", _design_blocks(design, units)),
@@ -196,6 +199,17 @@ def _headline(result: EfficiencyResult) -> Section:
     if warnings:
         blocks.append(Table(("to be known",), [(text,) for text in warnings]))
     return Section("", blocks)
+
+
+def _result_blocks(result: EfficiencyResult, extras: Extras | None) -> list[Block]:
+    blocks: list[Block] = [Table(("quantity", "value", "unit"), efficiency_rows(result), operating_point(result))]
+    if extras is not None and extras.balance is not None:
+        caption = "Heat balance: bulk temperatures at which friction heat and cooling of the teeth agree."
+        blocks.append(Table(("quantity", "pinion", "gear"), balance_rows(extras.balance), caption))
+    if extras is not None and extras.uncertainty is not None:
+        caption = f"Uncertainty: {uncertainty_text(extras.uncertainty)}."
+        blocks.append(Table(UNCERTAINTY_HEADER, uncertainty_rows(extras.uncertainty), caption))
+    return blocks
 
 
 def _map_blocks(grid: EfficiencyMap, shown: EfficiencyResult) -> list[Block]:
