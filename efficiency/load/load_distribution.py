@@ -38,6 +38,8 @@ class TeethElasticity:
         Elastic constants.
     edge_rounding_pinion, edge_rounding_gear : float
         Radius at the tip, toe and heel edges of each member [m].
+    neighbours : bool
+        Whether a tooth feels loads on its neighbours through the body.
     """
 
     pinion: Tooth
@@ -46,6 +48,7 @@ class TeethElasticity:
     material_gear: Material
     edge_rounding_pinion: float = 2e-4
     edge_rounding_gear: float = 2e-4
+    neighbours: bool = True
 
     @property
     def effective_modulus(self) -> float:
@@ -55,14 +58,23 @@ class TeethElasticity:
     def bending(self, position: MeshPosition) -> FloatArray:
         """Deflection of both teeth along the normal at each point per unit force at each point [m/N], (n, n).
 
-        Points of different tooth pairs do not feel each other: the body between the teeth is rigid.
+        Points of different tooth pairs feel each other through the body between the teeth, if `neighbours` is set.
         """
         matrix = np.zeros((position.pair.size, position.pair.size))
-        for pair in np.unique(position.pair):
-            at = np.flatnonzero(position.pair == pair)
-            matrix[np.ix_(at, at)] = self.pinion.influence(
-                position.face_pinion[at], position.height_pinion[at]
-            ) + self.gear.influence(position.face_gear[at], position.height_gear[at])
+        points = {int(pair): np.flatnonzero(position.pair == pair) for pair in np.unique(position.pair)}
+
+        def on(tooth: Literal["pinion", "gear"], at: IntArray) -> tuple[FloatArray, FloatArray]:
+            return getattr(position, f"face_{tooth}")[at], getattr(position, f"height_{tooth}")[at]
+
+        for pair, at in points.items():
+            matrix[np.ix_(at, at)] = self.pinion.influence(*on("pinion", at)) + self.gear.influence(*on("gear", at))
+            for other, there in points.items():
+                if not (self.neighbours and other > pair):
+                    continue
+                # the loaded flank of the driving pinion looks to the teeth further along in mesh, that of the gear back
+                ahead = self.pinion.neighbour_influence(other - pair, *on("pinion", there), *on("pinion", at))
+                ahead = ahead + self.gear.neighbour_influence(other - pair, *on("gear", at), *on("gear", there)).T
+                matrix[np.ix_(there, at)], matrix[np.ix_(at, there)] = ahead, ahead.T
         return matrix
 
     def local(self, position: MeshPosition) -> LocalCompliance:

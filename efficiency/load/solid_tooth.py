@@ -1,8 +1,8 @@
 """One tooth of a member as a three-dimensional elastic solid on its ring of teeth, condensed to one flank.
 
-Deflection is that of the middle surface of the tooth under loads on the flank, the point of the middle surface being
-the one on the normal of the contact point: between flank and middle surface lies the local deformation
-(`local_compliance`). Solved once per member at the nodes of a grid on the flank; in between by polynomials.
+Deflection under loads on the flank is that of the flank, except near the load: there it is that of the middle surface
+of the tooth on the normal of the contact point, since between both lies the local deformation (`compliance`). Solved
+once per member at the nodes of a grid on the flank; in between by polynomials.
 """
 
 from __future__ import annotations
@@ -20,7 +20,10 @@ from efficiency.load.tooth_cell import Part, ToothCell, tooth_cell
 from ehl.material import Material
 
 _MIDDLE = 0.5
-_NEWTON = 6
+_NEWTON = 4
+# of the local deformation, in half thicknesses: in a half-space the difference of displacement between the surface and
+# a depth is gone at a distance of that depth
+_REACH = 1.5
 
 
 @dataclass(frozen=True)
@@ -34,8 +37,8 @@ class SolidTooth:
     nodes : (array, array)
         Nodes over the height and along the face of the tooth block.
     own : (n, n) array
-        Deflection of the middle surface at the nodes per unit normal force at the nodes [m/N]; symmetric and positive
-        semidefinite, height slowest.
+        Deflection at the nodes per unit normal force at the nodes [m/N], local deformation left out; symmetric and
+        positive semidefinite, height slowest.
     ahead : tuple of (n, n) arrays
         The same read on the next teeth on the side that the loaded flank looks to.
     half_thickness : (n,) array
@@ -151,11 +154,14 @@ def solid_tooth(
     flank, into = _flank(cell, side, b, c)
     middle, half = _middle_surface(cell, flank, into, b, c)
     loading = _along_normal(functions, solid.count, (np.full_like(b, side), b, c), into)
-    reading = _along_normal(functions, solid.count, middle, into)
+    count = b.size
+    reading = np.concatenate([loading, _along_normal(functions, solid.count, middle, into)])
     response = ring_response(solid, cell.pitch, cells or cell.teeth, reading, loading)
-    own, discarded = _positive(response.own)
+    on_flank, on_middle = response.own[:count], response.own[count:]
+    near = _nearness(flank, half)
+    own, discarded = _positive(on_flank - near * (on_flank - on_middle))
     # the loaded flank looks to the next tooth in rising azimuth if it is the upper one
-    ahead = response.ahead if side == 1.0 else tuple(matrix.T for matrix in response.ahead)
+    ahead = tuple(matrix[:count] if side == 1.0 else matrix[:count].T for matrix in response.ahead)
     return SolidTooth(cell, nodes, own, ahead, half, 3 * solid.count, discarded)
 
 
@@ -184,6 +190,13 @@ def _middle_surface(
         distance = distance + step[:, 2]
     points, _ = cell.tooth.place(np.full_like(b, _MIDDLE), b, c)
     return (np.full_like(b, _MIDDLE), b, c), np.sum((points - flank) * into, axis=1)
+
+
+def _nearness(flank: FloatArray, half: FloatArray) -> FloatArray:
+    """1 where a load is so near that the local deformation takes part, falling to 0 at twice the half thickness."""
+    distance = np.linalg.norm(flank[:, None] - flank[None], axis=-1)
+    reach = _REACH * 0.5 * (half[:, None] + half[None])
+    return np.asarray(np.exp(-((distance / reach) ** 4)))
 
 
 def _along_normal(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from efficiency.contact.tooth_grid import ToothGrid
-from efficiency.load.shape_functions import lagrange_polynomials, lobatto_nodes
+from efficiency.load.shape_functions import Pair, lagrange_polynomials, lobatto_nodes
 
 FloatArray = NDArray[np.float64]
 Part = Literal["foot", "tooth", "slot"]
@@ -45,28 +45,29 @@ class Block:
 
     def place(self, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points (n, 3) [m] and their derivatives (n, 3 coordinates of the cube, 3) at n places of the cube."""
-        polynomials = [
-            lagrange_polynomials(lobatto_nodes(count), x)
-            for count, x in zip(self.nodes.shape[:3], (a, b, c), strict=True)
-        ]
+        (fa, da), (fb, db), (fc, dc) = self._polynomials(a, b, c)
+        by_c = np.moveaxis(self.nodes, 2, 0).reshape(fc.shape[1], -1)
+        shape = (a.size, *self.nodes.shape[:2], 3)
+        here, ahead = (fc @ by_c).reshape(shape), (dc @ by_c).reshape(shape)
 
-        def image(*which: int) -> FloatArray:
-            factors = [pair[k] for pair, k in zip(polynomials, which, strict=True)]
-            return np.asarray(np.einsum("pi,pj,pk,ijkx->px", *factors, self.nodes, optimize=True))
+        def image(across: FloatArray, over: FloatArray, along: FloatArray) -> FloatArray:
+            return np.asarray(np.einsum("pj,pjx->px", over, np.einsum("pi,pijx->pjx", across, along)))
 
-        return image(0, 0, 0), np.stack([image(1, 0, 0), image(0, 1, 0), image(0, 0, 1)], axis=1)
+        tangents = image(da, fb, here), image(fa, db, here), image(fa, fb, ahead)
+        return image(fa, fb, here), np.stack(tangents, axis=1)
 
     def jacobian(self, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
         """Derivatives (na, nb, nc, 3 coordinates of the cube, 3) on a tensor grid of the cube [m]."""
-        polynomials = [
-            lagrange_polynomials(lobatto_nodes(count), x)
-            for count, x in zip(self.nodes.shape[:3], (a, b, c), strict=True)
-        ]
+        polynomials = self._polynomials(a, b, c)
         columns = []
         for direction in range(3):
             factors = [pair[int(axis == direction)] for axis, pair in enumerate(polynomials)]
             columns.append(np.einsum("ai,bj,ck,ijkx->abcx", *factors, self.nodes, optimize=True))
         return np.stack(columns, axis=-2)
+
+    def _polynomials(self, *coordinates: FloatArray) -> list[Pair]:
+        counts = self.nodes.shape[:3]
+        return [lagrange_polynomials(lobatto_nodes(n), x) for n, x in zip(counts, coordinates, strict=True)]
 
 
 @dataclass(frozen=True)
