@@ -1,0 +1,116 @@
+"""Contact next to a rounded edge against a numerical solution of the plane contact problem, and its limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from efficiency.load._kernels import edge_angle
+from efficiency.load.edge_contact import EdgeSection, free_edge_compliance
+from efficiency.load.equilibrium import solve_equilibrium
+
+
+def numerical(distance: float, ratio: float, cells: int = 500) -> tuple[float, float, float]:
+    """Peak pressure, approach and half-length of the contact by cells of even pressure, load of Hertz, its units."""
+    centre = min(distance, 0.0) * ratio / (1.0 + ratio)
+    ends = np.linspace(centre - 1.3, centre + 1.3, cells + 1)
+    x, width = 0.5 * (ends[1:] + ends[:-1]), ends[1] - ends[0]
+    gap = x**2 + ratio * np.maximum(x - distance, 0.0) ** 2
+
+    def primitive(s: np.ndarray) -> np.ndarray:
+        return s * np.log(np.abs(s)) - s
+
+    # displacement (2/pi) ln(1/|x - s|) per load: Hertz then has p = sqrt(1 - x^2)
+    kernel = -2.0 / np.pi * (primitive(x[:, None] - ends[None, :-1]) - primitive(x[:, None] - ends[None, 1:]))
+    # a constant makes the compliance positive; it shifts the approach only
+    shift = 2.0
+    result = solve_equilibrium(
+        kernel / width + shift,
+        lambda force: (1e-12 * force, np.full(force.size, 1e-12)),
+        gap,
+        np.ones(cells),
+        0.5 * math.pi,
+    )
+    approach = result.angle - shift * 0.5 * math.pi
+    loaded = result.force > 0.0
+    return float(result.force.max()) / width, approach, 0.5 * width * np.count_nonzero(loaded)
+
+
+def test_numerical_solution_gives_hertz() -> None:
+    peak, approach, half_length = numerical(3.0, 50.0)
+    assert peak == pytest.approx(1.0, abs=1e-3)
+    assert half_length == pytest.approx(1.0, abs=6e-3)
+    assert approach == pytest.approx(0.5 + math.log(2.0), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("distance", "ratio"), [(0.5, 60.0), (0.0, 60.0), (-0.7, 60.0), (0.3, 5.0), (-1.5, 5.0), (-4.0, 5.0)]
+)
+def test_closed_form_against_cells(distance: float, ratio: float) -> None:
+    section = EdgeSection.of([distance], [ratio])
+    peak, approach, half_length = numerical(distance, ratio)
+    first_touch = min(distance, 0.0) ** 2 * ratio / (1.0 + ratio)
+    extra = approach - first_touch - 0.5 - math.log(2.0)
+    assert section.pressure_max[0] == pytest.approx(peak, rel=5e-3)
+    assert section.approach[0] == pytest.approx(extra, abs=3e-3)
+    assert section.half_length[0] == pytest.approx(half_length, rel=0.02)
+
+
+@pytest.mark.parametrize(("distance", "ratio"), [(0.5, 60.0), (-1.5, 5.0), (-9.0, 60.0)])
+def test_pressure_carries_the_load(distance: float, ratio: float) -> None:
+    section = EdgeSection.of([distance], [ratio])
+    length, a = float(section.half_length[0]), float(section.angle[0])
+
+    def density(t: float) -> float:
+        return float(section.pressure(np.array([t]))[0, 0]) * length * math.sin(t)
+
+    total = quad(density, 0.0, math.pi, points=[a] if 0.0 < a < math.pi else None, limit=200)[0]
+    assert total == pytest.approx(0.5 * math.pi, rel=1e-7)
+
+
+def test_limits_are_hertz() -> None:
+    """Edge out of the contact: Hertz. Contact on the rounding alone: Hertz with the reduced radius."""
+    ratio = np.array([60.0, 60.0])
+    section = EdgeSection.of([1.0, -20.0], ratio)
+    np.testing.assert_allclose(section.half_length, [1.0, 1.0 / math.sqrt(61.0)], rtol=1e-14)
+    np.testing.assert_allclose(section.pressure_max, [1.0, math.sqrt(61.0)], rtol=2e-4)
+    np.testing.assert_allclose(section.approach, [0.0, 0.5 * math.log(61.0)], atol=1e-14)
+
+
+def test_approach_is_continuous_and_its_rate_is_its_derivative() -> None:
+    """At fixed e the load goes with b^2 and the approach with b^2 D(e/b): d(b^2 D) = -ln l d(b^2)."""
+    ratio = 40.0
+    for place in (0.4, -0.2, -1.0, -4.0, -6.3, -6.5):
+        squares = np.array([1.0 - 1e-5, 1.0, 1.0 + 1e-5])
+        section = EdgeSection.of(place / np.sqrt(squares), np.full(3, ratio))
+        values = squares * section.approach
+        assert (values[2] - values[0]) / 2e-5 == pytest.approx(float(section.approach_rate[1]), rel=1e-6, abs=1e-9)
+
+
+def test_compiled_angle_is_the_plain_one() -> None:
+    from scipy.optimize import brentq
+
+    rng = np.random.default_rng(1)
+    distance, ratio = rng.uniform(-8.0, 1.2, 40), 10.0 ** rng.uniform(0.0, 2.5, 40)
+
+    def plain(e: float, k: float) -> float:
+        def off(a: float) -> float:
+            length = 1.0 / math.sqrt(1.0 + k / math.pi * (a - math.sin(a) * math.cos(a)))
+            return length * (math.cos(a) - k / math.pi * (math.sin(a) - a * math.cos(a))) - e
+
+        if e >= 1.0:
+            return 0.0
+        return math.pi if off(math.pi) >= 0.0 else float(brentq(off, 0.0, math.pi, xtol=1e-14))
+
+    wanted = [plain(e, k) for e, k in zip(distance, ratio, strict=True)]
+    np.testing.assert_allclose(edge_angle(distance, ratio), wanted, atol=1e-9)
+
+
+def test_free_face_doubles_the_logarithm_near_it() -> None:
+    """Close to the face the image adds what the load itself has: (2 (1 - nu^2)/(pi E)) ln(h/(2c))."""
+    near = free_edge_compliance(1e-6, 1e-3, 206e9, 0.3)
+    assert float(near) == pytest.approx(2.0 * 0.91 / (math.pi * 206e9) * math.log(500.0), rel=1e-5)
+    assert float(free_edge_compliance(1.0, 1e-3, 206e9, 0.3)) < 1e-6 * float(near)
