@@ -2,8 +2,8 @@
 
 What the solver gives for a row is kept in two parts: friction of the film, and what decides the load share of the
 asperities (film thickness with load sharing, the share itself with the deterministic solver). Boundary friction and the
-scale of the load share then mix the two without another solution. The surrogate is linear in the logarithms of those
-parts and of the parameters that do need one.
+scale of the load share then mix the two without another solution. The surrogate takes the parts with the film held
+(`regression.calibration.held_film`), and a correction linear in the logarithms of the parameters.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ehl.material import Material
 from ehl.oil import Oil
 from ehl.path import solve_path
 from ehl.solve import ContactResult, solve_contact
+from regression.calibration.held_film import HeldFilm, held_film
 from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of
 from regression.calibration.scenes import Group
 from regression.calibration.setup import CalibrationSetup
@@ -52,10 +53,11 @@ def solve_group(
     sets: Sequence[tuple[Sequence[Lubricant], Mapping[str, float]]],
     model: ModelInput,
     bodies: tuple[Material, Material],
-) -> Array:
-    """Parts of the friction of one group for several sets of parameters, shape (sets, contacts, 3); nan where failed.
+) -> tuple[Array, tuple[HeldFilm | None, ...]]:
+    """Parts of the friction of one group for several sets of parameters, and the films of the first set.
 
     The contacts of the first set are solved one from the other, those of the others from the same contact of the first.
+    The parts have the shape (sets, contacts, 3), nan where the solver failed.
 
     Parameters
     ----------
@@ -81,7 +83,8 @@ def solve_group(
             if result.status == "failed" and start is not None:
                 result = solve_contact(contact, oil, surface, model, bodies, bulk)
             out[k, i] = _parts(result, rough=rough)
-    return out
+    films = [held_film(*entry) for entry in zip(first, group.contacts, sets[0][0], strict=True)]
+    return out, tuple(films)
 
 
 @dataclass
@@ -102,6 +105,8 @@ class FrictionSolver:
         Contacts solved so far.
     seconds : float
         Wall time of that.
+    films : dict
+        Films of each row as solved last.
     """
 
     setup: CalibrationSetup
@@ -112,6 +117,7 @@ class FrictionSolver:
     calls: int = 0
     seconds: float = 0.0
     _known: dict[tuple[float, ...], Array] = field(default_factory=dict, repr=False)
+    films: dict[int, HeldFilm] = field(default_factory=dict, repr=False)
 
     @property
     def rough(self) -> bool:
@@ -169,11 +175,28 @@ class FrictionSolver:
         else:
             with parallel_config(backend="loky", inner_max_num_threads=1):
                 found = Parallel(n_jobs=self.jobs)(delayed(solve_group)(*task) for task in tasks)
-        for group, parts in zip(groups, found, strict=True):
+        for group, (parts, films) in zip(groups, found, strict=True):
             self.calls += len(group.rows) * len(sets)
+            # the films of the latest first set serve: all the surrogate needs of them is how friction changes
+            self.films = self.films | {row: film for row, film in zip(group.rows, films, strict=True) if film}
             for key, of_set in zip(keys, parts, strict=True):
                 self._known[key][list(group.rows)] = np.column_stack([of_set, np.ones(len(group.rows))])
         self.seconds += time.perf_counter() - clock
+
+    def held(self, values: Values, films: Mapping[int, HeldFilm]) -> Array:
+        """Transformed parts with these films held, shape (n, 2), to a constant for each row; nil without films."""
+        out = np.zeros((self.roughness.size, 2))
+        if not films:
+            return out
+        card = card_with(Oil.load(self.setup.oil), values, self.temperature)
+        oils: dict[float, Lubricant] = {}
+        for group in self.groups:
+            for row, contact, temperature in zip(group.rows, group.contacts, group.temperatures, strict=True):
+                if row in films:
+                    if temperature not in oils:
+                        oils[temperature] = lubricant_of(card, temperature, rising=self.setup.rising)
+                    out[row] = films[row].friction_and_film(contact, oils[temperature])
+        return out
 
     def _surface(self, values: Values) -> dict[str, float]:
         """What the parameters say of the surfaces the solver meets; load sharing meets smooth ones."""
@@ -206,7 +229,7 @@ class FrictionSolver:
 
 @dataclass(frozen=True, eq=False)
 class Surrogate:
-    """Friction near a set of values, linear in logarithms.
+    """Friction near a set of values: films held, and a correction linear in logarithms.
 
     Parameters
     ----------
@@ -218,7 +241,12 @@ class Surrogate:
     centre : ndarray, shape (n, 2)
         Transformed parts there.
     slopes : ndarray, shape (n, 2, k)
-        Their derivatives by the logarithm of each fitted parameter; nil for those that only mix.
+        What their derivatives by the logarithm of each fitted parameter have beyond those with films held; nil for
+        those that only mix.
+    films : dict
+        The films that are held.
+    held : ndarray, shape (n, 2)
+        Parts with them at `values`.
     """
 
     solver: FrictionSolver
@@ -226,6 +254,13 @@ class Surrogate:
     names: tuple[str, ...]
     centre: Array
     slopes: Array
+    films: Mapping[int, HeldFilm]
+    held: Array
+
+    @property
+    def moving(self) -> bool:
+        """Whether any fitted parameter asks for solutions."""
+        return any(self.solver.needs_solution(name) for name in self.names)
 
     @property
     def log_values(self) -> Array:
@@ -236,15 +271,16 @@ class Surrogate:
         """mu of all rows, shape (n,)."""
         step = log_values - self.log_values
         values = {**self.values, **dict(zip(self.names, np.exp(log_values), strict=True))}
-        return self.solver.friction(self.centre + self.slopes @ step, values)
+        change = self.solver.held(values, self.films) - self.held if self.moving else 0.0
+        return self.solver.friction(self.centre + change + self.slopes @ step, values)
 
     def jacobian(self, log_values: Array) -> Array:
-        """d mu/d ln(value), shape (n, k), by central differences of the surrogate."""
-        columns = []
+        """d mu/d ln(value), shape (n, k), by differences of the surrogate."""
+        columns, here = [], self.at(log_values)
         for j in range(len(self.names)):
             step = np.zeros(len(self.names))
             step[j] = 1e-5
-            columns.append((self.at(log_values + step) - self.at(log_values - step)) / 2e-5)
+            columns.append((self.at(log_values + step) - here) / 1e-5)
         return np.column_stack(columns)
 
     def moved(self, values: dict[str, float], centre: Array) -> Surrogate:
@@ -256,6 +292,8 @@ class Surrogate:
         length = float(step @ step)
         slopes = self.slopes
         if length > 0.0:
-            wrong = np.nan_to_num(centre - self.centre - self.slopes @ step)
+            change = self.solver.held(values, self.films) - self.held
+            wrong = np.nan_to_num(centre - self.centre - change - self.slopes @ step)
             slopes = slopes + wrong[..., None] * step / length
-        return Surrogate(self.solver, values, self.names, centre, slopes)
+        films = self.solver.films
+        return Surrogate(self.solver, values, self.names, centre, slopes, films, self.solver.held(values, films))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,8 @@ SCALED = 5  # rounds in which the scale of the residuals follows them
 # a gain of the loss below this is the end: a step of a twentieth of a standard error, in whatever direction
 LEAST_GAIN = 0.5 * 0.05**2
 POOR = 0.5  # gain over the one foretold below which the finite differences are taken anew
-STARTS, START_ROWS, START_SPREAD = 7, 10, 4.0  # places tried first, on so many rows, within this factor of the card
+# places the search on the surrogate begins from, within this factor; how far it may go; how often
+STARTS, START_SPREAD, START_REGION, START_ROUNDS = 6, 5.0, 2.5, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,22 +101,33 @@ def bounds_of(names: tuple[str, ...]) -> tuple[Array, Array]:
     )
 
 
-def surrogate_at(solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], rows: Mask) -> Surrogate:
-    """The surrogate about these values: one finite difference for each parameter that asks for new solutions."""
-    moving = [name for name in names if solver.needs_solution(name)]
-    sets, steps = [values], []
+def surrogate_at(
+    solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], rows: Mask, *, differences: bool = True
+) -> Surrogate:
+    """The surrogate about these values.
+
+    With `differences`, each parameter that asks for new solutions is moved a little and all rows are solved; without,
+    films are held.
+    """
+    moving = [name for name in names if solver.needs_solution(name)] if differences else []
+    parts = [solver.transformed(solver.parts([values], rows)[0])]
+    films = solver.films
+    held = solver.held(values, films)
+    sets, steps = [], []
     for name in moving:
         # away from the nearer bound
         middle = np.sqrt(PARAMETERS[name].low * PARAMETERS[name].high)
         step = STEP if values[name] < middle else -STEP
         sets.append({**values, name: values[name] * float(np.exp(step))})
         steps.append(step)
-    parts = solver.transformed(solver.parts(sets, rows))
-    slopes = np.zeros((*parts.shape[1:], len(names)))
+    slopes = np.zeros((*parts[0].shape, len(names)))
+    if sets:
+        parts += list(solver.transformed(solver.parts(sets, rows)))
     for k, (name, step) in enumerate(zip(moving, steps, strict=True)):
+        change = parts[k + 1] - parts[0] - (solver.held(sets[k], films) - held)
         # a neighbour that failed says nothing of the slope
-        slopes[..., names.index(name)] = np.nan_to_num((parts[k + 1] - parts[0]) / step)
-    return Surrogate(solver, values, names, parts[0], slopes)
+        slopes[..., names.index(name)] = np.nan_to_num(change / step)
+    return Surrogate(solver, values, names, parts[0], slopes, films, held)
 
 
 def minimise(
@@ -124,11 +136,12 @@ def minimise(
     scale: float,
     region: float,
     held: dict[int, float] | None = None,
+    start: Array | None = None,
 ) -> Array:
     """ln(values) of least loss on the surrogate within the bounds and the region; `held` ones stay, shape (k,)."""
     low, high = bounds_of(surrogate.names)
     here = surrogate.log_values
-    start = here.copy()
+    start = here.copy() if start is None else start.copy()
     for j, value in (held or {}).items():
         start[j] = value
     free = [j for j in range(here.size) if j not in (held or {})]
@@ -149,15 +162,16 @@ def minimise(
 
     found = least_squares(
         standardised,
-        np.clip(here[free], low + 1e-9, high - 1e-9),
+        np.clip(start[free], low + 1e-9, high - 1e-9),
         slopes,
         bounds=(low, high),
         loss="huber",
         f_scale=robust.TUNING,
         x_scale=1.0,
-        xtol=1e-10,
-        ftol=1e-12,
-        gtol=1e-12,
+        xtol=1e-7,
+        ftol=1e-9,
+        gtol=1e-9,
+        max_nfev=40,
     )
     return place(np.asarray(found.x))
 
@@ -171,33 +185,42 @@ def inverse_information(scaled: Array) -> Array:
 def best_start(
     solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], target: Target
 ) -> dict[str, float]:
-    """The card's values, or a better place found on a few rows; a limit that hides the rest is left behind this way."""
-    moving = [name for name in names if solver.needs_solution(name)]
-    if not moving or solver.rough:
-        return values
-    used = np.flatnonzero(target.rows)
-    spread = used[np.argsort(target.friction[used], kind="stable")]
-    few = np.zeros_like(target.rows)
-    few[spread[np.linspace(0, spread.size - 1, min(START_ROWS, spread.size)).astype(int)]] = True
-    here = np.log([values[name] for name in moving])
-    low, high = bounds_of(tuple(moving))
-    low, high = np.maximum(low, here - np.log(START_SPREAD)), np.minimum(high, here + np.log(START_SPREAD))
+    """A place to start from: the best of several searches on the surrogate with films held, solved, and once more.
+
+    A limiting stress too high to act has no slope to follow, one too low hides all else: only a search from several
+    sides leaves them behind.
+    """
+    moving = [j for j, name in enumerate(names) if solver.needs_solution(name)]
+    best, least = values, np.inf
+    if not moving:
+        return best
+    low, high = bounds_of(names)
     cube = qmc.Sobol(len(moving), seed=0).random(8)[: STARTS - 1]
-    places = np.vstack([here, low + cube * (high - low)])
-    sets = [{**values, **dict(zip(moving, map(float, np.exp(place)), strict=True))} for place in places]
-    parts = solver.transformed(solver.parts(sets, few))
-    fewer = replace(target, rows=few & np.isfinite(parts).all(axis=(0, 2)))
-    if not fewer.rows.any():
-        return values
-    others = tuple(name for name in names if name not in moving)
-    tried = []
-    for start, part in zip(sets, parts, strict=True):
-        surrogate = Surrogate(solver, start, others, part, np.zeros((*part.shape, len(others))))
-        best = minimise(surrogate, fewer, fewer.scale(fewer.residuals(surrogate.at(surrogate.log_values)), 0), 10.0)
-        residuals = fewer.residuals(surrogate.at(best))
-        tried.append((float(np.sum(np.abs(residuals))), {**start, **dict(zip(others, np.exp(best), strict=True))}))
-    found = min(tried, key=lambda entry: entry[0])[1]
-    return {name: float(value) for name, value in found.items()}
+    scale = 0.0
+    for _ in range(START_ROUNDS):
+        surrogate = surrogate_at(solver, best, names, target.rows, differences=False)
+        here = surrogate.log_values
+        residuals = target.residuals(surrogate.at(here))
+        # the first misfit is that of a wrong place: a loss that hardly bends there lets the whole of it count
+        scale = scale or max(target.scale(residuals, 0), float(np.sqrt(np.mean(residuals**2))))
+        least = min(least, robust.loss(residuals / scale))
+        tried = []
+        for point in (None, *cube):
+            start = here.copy()
+            if point is not None:
+                start[moving] = np.clip(
+                    here[moving] + (2.0 * point - 1.0) * np.log(START_SPREAD), low[moving], high[moving]
+                )
+            found = minimise(surrogate, target, scale, START_REGION, start=start)
+            tried.append((robust.loss(target.residuals(surrogate.at(found)) / scale), tuple(found)))
+        _, goal = min(tried)
+        there = {**best, **dict(zip(names, map(float, np.exp(goal)), strict=True))}
+        mu = solver.friction(solver.transformed(solver.parts([there], target.rows)[0]), there)
+        loss = robust.loss(target.residuals(mu) / scale)
+        if not loss < least:
+            break
+        best, least = there, loss
+    return best
 
 
 def search(
@@ -209,16 +232,17 @@ def search(
 ) -> Fit:
     """Least loss over the fitted parameters, from these values on.
 
-    Each round solves all rows once; the finite differences are taken at the start and where the search seems to have
-    ended, and corrected along the steps in between.
+    Each round solves all rows once. The surrogate begins with films held and is corrected along the steps; finite
+    differences of the solver are taken where the search seems to have ended, and decide whether it has.
 
     Raises
     ------
     ConvergenceError
         The search did not come to rest.
     """
-    region, fresh, gained = REGION, True, np.inf
-    surrogate = surrogate_at(solver, values, names, target.rows)
+    region, gained = REGION, np.inf
+    surrogate = surrogate_at(solver, values, names, target.rows, differences=False)
+    fresh = not surrogate.moving
     for rounds in range(1, MOST_ROUNDS + 1):
         here = surrogate.log_values
         friction = surrogate.at(here)
@@ -249,7 +273,7 @@ def search(
         gain = cost - robust.loss(there / scale) if np.isfinite(there).all() else -np.inf
         if gain > 0.0:
             surrogate, gained = trial, gain
-            fresh = not any(solver.needs_solution(name) for name in names)
+            fresh = not surrogate.moving
             region = min(2.0 * region, REGION)
             if gain < POOR * foretold and not fresh:
                 surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
