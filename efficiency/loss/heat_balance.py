@@ -141,6 +141,9 @@ def balance_heat(
             slope += np.outer(change - slope @ step, step) / float(step @ step)
         before = rise.copy(), wrong
         step = np.linalg.solve(np.eye(2) - slope, wrong)
+        if step @ wrong <= 0.0:
+            # more heat than the cooling can follow: that balance would not be stable, so follow the heat
+            step = wrong
         # a slope near 1 would throw the next step far off
         largest = 2.0 * float(np.abs(wrong).max())
         rise = np.clip(rise + np.clip(step, -largest, largest), 0.0, most)

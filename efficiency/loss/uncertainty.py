@@ -142,7 +142,7 @@ def with_boundary_friction(model: FrictionModel, value: float) -> FrictionModel 
     """The same model with another mu_b; None where mu_b is no input of it."""
     if isinstance(model, FormulaFriction):
         return replace(model, formula=model.formula.model_copy(update={"boundary_friction": value}))
-    if hasattr(model, "boundary_friction") and hasattr(model, "solves_contacts"):
+    if hasattr(model, "boundary_friction"):
         return replace(model, boundary_friction=value)  # type: ignore[type-var]
     return None
 
