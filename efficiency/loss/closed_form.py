@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 from ehl.errors import InputError
 
@@ -139,3 +140,80 @@ def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> 
     mu, cos_n = friction_coefficient, math.cos(pair.pressure_angle)
     worm = (cos_n + mu * math.tan(pair.spiral_angle_gear)) / (cos_n + mu * math.tan(pair.spiral_angle_pinion))
     return worm - mu * pair.profile_measure / (2.0 * cos_n)
+
+
+def lengthwise_sliding(
+    pair: PitchGeometry,
+    friction_coefficient: float = 0.05,
+    *,
+    friction_in_equilibrium: bool = False,
+    driver: Literal["pinion", "gear"] = "pinion",
+) -> float:
+    """Mesh efficiency of the sliding along the teeth alone, exact at the pitch point [-].
+
+    Loads from frictionless equilibrium: ``1 - mu |tan b1 - tan b2|/cos a_n``, as the loss of the mesh model with teeth
+    of vanishing height. With friction in the equilibrium ``(cos a_n + m tan b2)/(cos a_n + m tan b1)``, m = mu towards
+    the larger spiral angle; with the gear driving friction pulls the other way. Profile sliding comes on top. No loss
+    without offset.
+
+    Parameters
+    ----------
+    pair : PitchGeometry
+        Pitch-point data of the pair.
+    friction_coefficient : float
+        Constant friction coefficient.
+    friction_in_equilibrium : bool
+        Whether friction helps to carry the torque.
+    driver : {"pinion", "gear"}
+        Member the power comes from.
+    """
+    _check_friction(friction_coefficient)
+    cos_n = math.cos(pair.pressure_angle)
+    tan_1, tan_2 = math.tan(pair.spiral_angle_pinion), math.tan(pair.spiral_angle_gear)
+    if not friction_in_equilibrium:
+        loss = friction_coefficient * pair.lengthwise_measure / cos_n
+        return 1.0 - loss if driver == "pinion" else 1.0 / (1.0 + loss)
+    signed = math.copysign(friction_coefficient, tan_1 - tan_2)
+    if driver == "pinion":
+        return (cos_n + signed * tan_2) / (cos_n + signed * tan_1)
+    return (cos_n - signed * tan_1) / (cos_n - signed * tan_2)
+
+
+def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after: float) -> float:
+    """Tooth loss factor H_v of the virtual cylindrical pair: loss = mu H_v times the power [-].
+
+    Ohlendorf's ``H_v = pi (1/z_v1 + 1/z_v2)/cos b_b (1 - e + e1^2 + e2^2)`` as in ISO/TR 14179-2 (from memory), with
+    the virtual tooth numbers ``z/cos d`` of the pair; e1, e2 are the parts of the profile contact ratio before and
+    after the pitch point. Made for cylindrical gears: it knows no sliding along the teeth and applies without offset.
+
+    Parameters
+    ----------
+    pair : PitchGeometry
+        Pitch-point data of the pair.
+    path_before, path_after : float
+        e1 and e2 [-].
+
+    Raises
+    ------
+    InputError
+        The pair has an offset.
+    """
+    if pair.lengthwise_measure > 0.02:
+        raise InputError(
+            "spiral angles",
+            f"tangents apart by {pair.lengthwise_measure:.3g}",
+            "equal spiral angles, a pair without offset",
+            "The formula of cylindrical gears has no sliding along the teeth.",
+        )
+    teeth = [
+        2.0 * radius * math.cos(spiral) / (pair.module_normal * math.cos(pitch))
+        for radius, spiral, pitch in (
+            (pair.radius_pinion, pair.spiral_angle_pinion, pair.pitch_angle_pinion),
+            (pair.radius_gear, pair.spiral_angle_gear, pair.pitch_angle_gear),
+        )
+    ]
+    mean_spiral = 0.5 * (pair.spiral_angle_pinion + pair.spiral_angle_gear)
+    base = math.asin(math.sin(mean_spiral) * math.cos(pair.pressure_angle))
+    ratio = path_before + path_after
+    shape = 1.0 - ratio + path_before**2 + path_after**2
+    return math.pi * (1.0 / teeth[0] + 1.0 / teeth[1]) / math.cos(base) * shape
