@@ -22,6 +22,9 @@ def fit(
     noise: Annotated[Path | None, typer.Option(help="Run of repeated roughness realisations: noise floor.")] = None,
     nested: Annotated[bool, typer.Option("--nested", help="Hold the choice of the family out too (minutes).")] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of fitted over computed friction.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FIT.html", help="Write one page on data, formulas, errors and failures.")
+    ] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of a sweep, and say what it is worth."""
@@ -47,6 +50,10 @@ def fit(
         from regression.plots import plot_parity
 
         save_figure(plot_parity(dataset, formulas), plot)
+    if report is not None:
+        from regression.fit_report import write_fit_report
+
+        write_fit_report(report, dataset, formulas, FAMILIES if family == "best" else [family])
     if json_output:
         typer.echo(formulas[0].to_json(), nl=False)
         return
