@@ -37,7 +37,7 @@ from regression.calibration.setup import CalibrationSetup
 
 Array = NDArray[np.float64]
 
-PROFILE_CAP = 300.0  # profiles are made where they take at most so long [s]
+PROFILE_CALLS = 6000  # profiles are made where they ask for at most so many solutions, and those are smooth ones
 EXCLUDED_GAIN = 3.84  # loss of fit beyond which a held value is excluded by the data, chi-square of one degree, 95 %
 
 
@@ -228,7 +228,7 @@ def calibrate(
     jobs : int
         Worker processes, one thread each.
     profile : bool, optional
-        Whether intervals are profiles on the solver; where not given, if that takes at most `PROFILE_CAP`.
+        Whether intervals are profiles on the solver; where not given, if that is cheap (`PROFILE_CALLS`).
     told : callable, optional
         Told of the progress in words.
 
@@ -251,7 +251,12 @@ def calibrate(
 
     names = setup.parameters
     fit = search(solver, best_start(solver, start, names, target), names, target, told)
-    rounds = fit.rounds
+    rounds, stated = fit.rounds, _noise(fit, target)
+    if stated.larger_than_stated:
+        told(f"the residuals are {math.sqrt(stated.chi_square):.2g} times the stated noise: it is estimated instead")
+        target = replace(target, stated=False)
+        fit = search(solver, fit.values, names, target, told)
+        rounds += fit.rounds
     untold: dict[str, tuple[str, float]] = {}
     while True:
         noise = _noise(fit, target)
@@ -290,8 +295,8 @@ def calibrate(
         correlation=tuple(tuple(float(value) for value in row) for row in found.correlation),
         fitted=names,
         noise=float(np.median(scale[target.rows])),
-        noise_stated=float(np.median(target.sigma[target.rows])) if target.stated else math.nan,
-        chi_square=noise.chi_square,
+        noise_stated=math.nan if math.isnan(stated.chi_square) else float(np.median(target.sigma[target.rows])),
+        chi_square=stated.chi_square,
         misfit=float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2))),
         outliers=tuple(int(i) + 1 for i in np.flatnonzero(far)),
         excluded=tuple(int(i) + 1 for i in np.flatnonzero(~target.rows)),
@@ -299,7 +304,7 @@ def calibrate(
         solver_error=float(np.nanmax(errors)),
         profiled=profiled,
         values=fit.values,
-        notes=_notes(setup, target, noise, found.widening, tuple(untold)),
+        notes=_notes(setup, stated, float(noise.scale), found.widening, tuple(untold)),
         iterations=rounds,
         solver_calls=solver.calls,
         seconds=time.perf_counter() - clock,
@@ -308,8 +313,7 @@ def calibrate(
 
 def _profiles(solver: FrictionSolver, names: tuple[str, ...], target: Target, *, wanted: bool | None) -> bool:
     """Whether to make profiles: as asked for, or where they are cheap."""
-    per_call = solver.seconds / max(solver.calls, 1)
-    cheap = per_call * 4 * len(names) * int(target.rows.sum()) <= PROFILE_CAP
+    cheap = not solver.rough and 4 * len(names) * int(target.rows.sum()) <= PROFILE_CALLS
     return cheap if wanted is None else wanted
 
 
@@ -376,7 +380,7 @@ def _untold(name: str, why: str, held: float, start: float) -> ParameterEstimate
 
 
 def _notes(
-    setup: CalibrationSetup, target: Target, noise: Noise, widening: float, untold: tuple[str, ...]
+    setup: CalibrationSetup, stated: Noise, scale: float, widening: float, untold: tuple[str, ...]
 ) -> tuple[str, ...]:
     notes = []
     if setup.specimens.geometry == "point":
@@ -388,9 +392,9 @@ def _notes(
         )
     if setup.specimens.coating:
         notes.append("The coating is recorded; its own elasticity and heat conduction are not computed.")
-    if noise.larger_than_stated:
+    if stated.larger_than_stated:
         notes.append(
-            f"The residuals are {math.sqrt(noise.chi_square):.2g} times the stated noise: the model does not describe "
+            f"The residuals are {scale:.2g} times the stated noise: the model does not describe "
             "the data to within it. Intervals use the residuals."
         )
     if widening > 1.0:
@@ -400,7 +404,7 @@ def _notes(
         )
     if untold:
         notes.append("Values hold with " + ", ".join(untold) + " held; what those hide is not in the intervals.")
-    if not target.stated:
+    if math.isnan(stated.chi_square):
         notes.append("The noise was estimated from the residuals.")
     return tuple(notes)
 

@@ -168,10 +168,10 @@ def minimise(
         loss="huber",
         f_scale=robust.TUNING,
         x_scale=1.0,
-        xtol=1e-7,
-        ftol=1e-9,
-        gtol=1e-9,
-        max_nfev=40,
+        xtol=1e-5,
+        ftol=1e-7,
+        gtol=1e-7,
+        max_nfev=30,
     )
     return place(np.asarray(found.x))
 
