@@ -149,6 +149,30 @@ class Misalignment(InputModel):
     alpha: Annotated[float, Quantity("rad", ge=-0.01, le=0.01)] = 0.0
 
 
+class Deflection(InputModel):
+    """Displacements of shafts, bearings and housing under load, in the axes of the misalignment.
+
+    They are those at the pinion torque `torque`, and grow in proportion to it.
+    """
+
+    E: Error = 0.0
+    P: Error = 0.0
+    G: Error = 0.0
+    alpha: Annotated[float, Quantity("rad", ge=-0.01, le=0.01)] = 0.0
+    torque: Annotated[float, Quantity("N*m", gt=0.0, le=1e6)] | None = None
+
+    @model_validator(mode="after")
+    def _at_a_torque(self) -> Self:
+        if self.moves and self.torque is None:
+            raise InputError("torque", None, "the pinion torque of these displacements, such as '300 N m'")
+        return self
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is any."""
+        return any((self.E, self.P, self.G, self.alpha))
+
+
 class AssemblyInput(InputModel):
     """Position of the axes and which flanks drive."""
 
@@ -157,6 +181,7 @@ class AssemblyInput(InputModel):
     drive_flank_pinion: FlankSide = "concave"
     normal_backlash: Depth = 0.0
     misalignment: Misalignment = Misalignment()
+    deflection: Deflection = Deflection()
 
 
 class OperatingPoint(InputModel):
@@ -210,6 +235,20 @@ class Design(InputModel):
         moved = validate(Misalignment, {"E": E, "P": P, "G": G, "alpha": alpha}, "assembly.misalignment")
         assembly = self.assembly.model_copy(update={"misalignment": moved})
         return self.model_copy(update={"assembly": assembly})
+
+    def under_torque(self, torque: float) -> Design:
+        """The pair with the deflections at a pinion torque [N m] added to its misalignment."""
+        given, start = self.assembly.deflection, self.assembly.misalignment
+        if given.torque is None or not given.moves:
+            return self
+        share = torque / given.torque
+        return self.with_misalignment(
+            **{name: getattr(start, name) + share * getattr(given, name) for name in ("E", "P", "G", "alpha")}
+        )
+
+    def without_deflection(self) -> Design:
+        """The same pair on shafts and bearings that do not give way."""
+        return self.model_copy(update={"assembly": self.assembly.model_copy(update={"deflection": Deflection()})})
 
     def placement(self) -> Assembly:
         """Position of the members, misalignments included."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -66,7 +67,8 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
     teeth = TeethElasticity(
         *elastic_teeth(design, side),
         *materials,
-        *(_edge_rounding(member, design) for member in (design.pinion, design.gear)),
+        edge_rounding_pinion=_edge_rounding(design.pinion, design),
+        edge_rounding_gear=_edge_rounding(design.gear, design),
     )
 
     def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
@@ -90,6 +92,13 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
         unloaded,
         EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
     )
+    if design.assembly.deflection.moves:
+
+        @lru_cache(maxsize=4)
+        def deflected(torque: float) -> Mesh:
+            return gear_mesh(design.under_torque(torque).without_deflection(), side, positions, points_per_line).mesh
+
+        mesh = replace(mesh, under_torque=deflected)
     return GearMesh(pair, mesh, _pitch_geometry(design.pinion.blank, design.gear.blank, pinion, gear))
 
 

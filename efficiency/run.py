@@ -12,6 +12,7 @@ from efficiency.contact.pair import Side
 from efficiency.cooling_input import CoolingInput
 from efficiency.design import OPERATION_LIMITS, Design, MemberInput, Misalignment, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
+from efficiency.load.foreign import read_load
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.duty_cycle import DutyCycle, duty_cycle
@@ -23,6 +24,7 @@ from efficiency.loss.map import EfficiencyMap, efficiency_map
 from efficiency.loss.parameter_map import OPERATION_AXES, ParameterMap, Place, parameter_map
 from efficiency.loss.result import EfficiencyResult
 from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs, efficiency_uncertainty
+from ehl.errors import InputError
 from ehl.expectation import quantity_of
 from ehl.oil import Oil
 from regression.friction_models import FrictionModel, friction_model, shipped_formulas
@@ -90,6 +92,7 @@ def run_gear(
     positions: int = POSITIONS,
     points_per_line: int = POINTS_PER_LINE,
     friction_in_equilibrium: bool = False,
+    load_from: Path | None = None,
 ) -> EfficiencyResult:
     """Efficiency of a pair at one operating point.
 
@@ -107,6 +110,8 @@ def run_gear(
         Resolution; the result states the error.
     friction_in_equilibrium : bool
         Let the friction forces take part in carrying the torque.
+    load_from : Path, optional
+        CSV file with the load distribution of a foreign program (`efficiency.load.foreign`) in place of the own one.
 
     Raises
     ------
@@ -118,8 +123,12 @@ def run_gear(
     design = resolve_design(design)
     model = resolve_friction(friction, design)
     torque, operation, oil = _operating_point(design, conditions)
-    mesh = gear_mesh(design, side, positions, points_per_line).mesh
-    return _solver(mesh, torque, oil, friction_in_equilibrium)(model, operation)
+    geared = gear_mesh(design, side, positions, points_per_line)
+    if load_from is not None:
+        if friction_in_equilibrium:
+            raise InputError("load_from", str(load_from), "no file where friction takes part in carrying the torque")
+        return mesh_efficiency(_foreign(geared, load_from, conditions), model, oil, operation)
+    return _solver(geared.mesh, torque, oil, friction_in_equilibrium)(model, operation)
 
 
 def run_heat_balance(
@@ -318,6 +327,7 @@ def run_compare(
     positions: int = POSITIONS,
     points_per_line: int = POINTS_PER_LINE,
     geared: GearMesh | None = None,
+    load_from: Path | None = None,
 ) -> Comparison:
     """The same pair at the same point with several friction models, and the closed forms; as `run_gear`.
 
@@ -331,7 +341,13 @@ def run_compare(
     torque, operation, oil = _operating_point(design, conditions)
     if geared is None:
         geared = gear_mesh(design, side, positions, points_per_line)
-    return compare_models(load_mesh(geared.mesh, torque), models, oil, operation, geared.pitch)
+    loaded = load_mesh(geared.mesh, torque) if load_from is None else _foreign(geared, load_from, conditions)
+    return compare_models(loaded, models, oil, operation, geared.pitch)
+
+
+def _foreign(geared: GearMesh, path: Path, conditions: Conditions) -> LoadedMesh:
+    """Load of a foreign program; a torque asked for has to be that of the file."""
+    return read_load(path, geared.pair, geared.mesh.teeth, conditions.torque)
 
 
 def run_map(

@@ -246,7 +246,8 @@ def _places(
         height = columns["height_gear"] + blank.root(u)
     else:
         z = columns["z"] - surface.assembly.G
-        u, height = blank.coordinates(np.hypot(columns["x"], columns["y"]), z)
+        along, over = blank.coordinates(np.hypot(columns["x"], columns["y"]), z)
+        u, height = np.real(along), np.real(over)
     v = surface.fraction(u, height)
     margin = surface.margin(u, v)
     if margin.min() < -_BEYOND:

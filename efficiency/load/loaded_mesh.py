@@ -8,6 +8,7 @@ goes beyond the gap up to which edges were followed, they are followed further.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
@@ -22,6 +23,7 @@ from efficiency.load.load_distribution import (
     TeethElasticity,
     distribute_load,
     elastic_cycle,
+    require_torque,
 )
 from ehl.errors import InputError
 
@@ -62,6 +64,8 @@ class Mesh:
         Makes lines for another reach; without it the lines stay as they are.
     reach : float
         Gear rotation up to which edges are followed [rad].
+    under_torque : callable, optional
+        The mesh with shafts and bearings deflected by a pinion torque [N m]; without it they do not give way.
     """
 
     design: str
@@ -75,6 +79,7 @@ class Mesh:
     transmission_error: float = math.nan
     make_cycle: MakeCycle | None = field(default=None, repr=False, compare=False)
     reach: float = math.inf
+    under_torque: Callable[[float], Mesh] | None = field(default=None, repr=False, compare=False)
     _refitted: dict[int, Mesh] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
@@ -168,7 +173,13 @@ class LoadedMesh:
 
 
 def load_mesh(mesh: Mesh, torque_pinion: float) -> LoadedMesh:
-    """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0."""
+    """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0.
+
+    The mesh of the result is the one that carries: deflected, and with lines as long as the load needs them.
+    """
+    require_torque(torque_pinion)
+    if mesh.under_torque is not None:
+        mesh = mesh.under_torque(torque_pinion)
     coarse = distribute_load(mesh.elastic_coarse, mesh.teeth, torque_pinion)
     fitted = mesh.fitted(coarse)
     if fitted is not mesh:

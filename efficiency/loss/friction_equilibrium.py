@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.load.load_distribution import LoadDistribution, distribute_load
-from efficiency.loss.efficiency import LoadedMesh, Mesh
+from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh
 from efficiency.loss.kinematics import Axis, Operation, join_states, loaded_points
 from ehl.errors import ConvergenceError, InputError
 from ehl.oil import Oil
@@ -79,12 +79,14 @@ def load_mesh_with_friction(
         ``self_locking`` where friction takes the whole torque, ``friction_rounds`` where the torques do not settle,
         ``friction_not_converged`` and ``friction_undefined`` where the friction model fails.
     """
+    # deflected and with lines as long as the load without friction needs them
+    mesh = load_mesh(mesh, torque_pinion).mesh
     if mesh.axes is None:
         raise InputError("mesh.axes", None, "the axes of both members, for the arms of the friction forces")
-    grids = (mesh.fine, mesh.coarse)
+    grids = (mesh.elastic_fine, mesh.elastic_coarse)
     # where the gear drives, everything slides the other way
     way = 1.0 if operation.driver == "pinion" else -1.0
-    arms = [[way * friction_arm(position, mesh.axes[0]) for position in cycle] for cycle in grids]
+    arms = [[way * friction_arm(elastic.position, mesh.axes[0]) for elastic in cycle] for cycle in grids]
     torques = [np.full(len(cycle), torque_pinion) for cycle in grids]
     modulus = mesh.teeth.effective_modulus
     for _ in range(LIMIT):
