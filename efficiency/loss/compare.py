@@ -177,7 +177,7 @@ def _reference(results: Sequence[EfficiencyResult]) -> EfficiencyResult | None:
             if result.friction_model == name:
                 return result
     fitted = [result for result in able if result.friction_model not in PUBLISHED]
-    return (fitted or able or [None])[0]
+    return next(iter(fitted or able), None)
 
 
 def _mesh_row(name: str, result: EfficiencyResult) -> ComparisonRow:

@@ -78,7 +78,8 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     fine = loaded_points(loaded.fine, modulus, operation)
     coarse = loaded_points(loaded.coarse, modulus, operation)
     estimate, estimate_coarse = _friction(friction, loaded, fine, coarse, oil)
-    lubrication = local_lubrication(fine, estimate, oil, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
+    table = conditions_of(fine.state, oil)
+    lubrication = local_lubrication(fine, estimate, table, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
 
     torque, speed = loaded.fine.torque_pinion, operation.speed_pinion
 
@@ -131,7 +132,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         edge_loss_share=_edge_loss(loaded.fine, fine, estimate.mu),
         transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
         transmission_error_unloaded=mesh.unloaded_error,
-        ranges=_ranges(fine, oil),
+        ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
         outside_range_share=_share(fine, estimate, FrictionFlag.OUTSIDE_RANGE),
         flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
         torque_residual=loaded.fine.torque_residual,
@@ -198,14 +199,12 @@ def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[s
     return notes
 
 
-def _ranges(points: LoadedPoints, oil: Oil) -> dict[str, tuple[float, float]]:
-    table = conditions_of(points.state, oil)
-    return {name: (float(table[name].min()), float(table[name].max())) for name in RANGES}
-
-
 def _edge_loss(load: LoadDistribution, points: LoadedPoints, mu: FloatArray) -> float:
     """Share of the loss where the contact reaches an edge."""
-    at_edge = np.array([load.positions[k].at_edge[i] for k, i in zip(points.position, points.index, strict=True)])
+    at_edge = np.zeros(points.force.size, bool)
+    for number, position in enumerate(load.positions):
+        here = points.position == number
+        at_edge[here] = position.at_edge[points.index[here]]
     power = mu * points.force * points.speed_sliding
     total = float(power.sum())
     return float(power[at_edge].sum()) / total if total > 0.0 else 0.0

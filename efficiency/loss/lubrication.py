@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import LoadedPoints
 from ehl.material import Material
-from ehl.oil import Oil
 from ehl.state import ContactState
-from regression.conditions import conditions_of
+from regression.conditions import Conditions
 from regression.friction_models import FrictionEstimate
 
 FloatArray = NDArray[np.float64]
@@ -71,7 +70,7 @@ class LocalLubrication:
 
 
 def local_lubrication(
-    points: LoadedPoints, friction: FrictionEstimate, oil: Oil, bodies: tuple[Material, Material]
+    points: LoadedPoints, friction: FrictionEstimate, table: Conditions, bodies: tuple[Material, Material]
 ) -> LocalLubrication:
     """Film, flash temperature and rolling traction at the loaded points.
 
@@ -81,8 +80,8 @@ def local_lubrication(
         Loaded points; surface 1 is the pinion.
     friction : FrictionEstimate
         Friction at them; a `SolvedFriction` brings the rest along.
-    oil : Oil
-        Oil card.
+    table : mapping
+        `regression.conditions.conditions_of` the points.
     bodies : tuple of Material
         Pinion and gear.
     """
@@ -90,7 +89,7 @@ def local_lubrication(
         return LocalLubrication(
             friction.film_central, friction.film_ratio, friction.temperature_flash, friction.rolling_traction, "ehl"
         )
-    state, table = points.state, conditions_of(points.state, oil)
+    state = points.state
     loading = table["viscosity_inlet"] * table["temperature_viscosity"] * state.speed_entrainment**2
     loading = loading / table["thermal_conductivity"]
     # the factor of ehl.heat.film.wilson_gupta_1992 on arrays

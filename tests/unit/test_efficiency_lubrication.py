@@ -22,6 +22,7 @@ from ehl.material import load_material
 from ehl.oil import Oil
 from ehl.solve import solve_contact
 from ehl.state import ContactState
+from regression.conditions import conditions_of
 from regression.friction_models import ConstantFriction, FrictionEstimate
 
 STEEL = load_material("steel")
@@ -87,10 +88,10 @@ def test_solved_contacts_bring_their_own_lubrication() -> None:
     state, _ = point(1e9, 3.0, 0.2, 0.0, roughness_rms_1=3e-7, roughness_rms_2=4e-7)
     mu, one = np.array([0.05]), np.ones(1)
     given = SolvedFriction(mu, mu, mu, np.zeros(1, np.int8), 1e-7 * one, 0.5 * one, 400.0 * one, 1e-4 * one)
-    own = local_lubrication(loaded(state), given, OIL, BODIES)
+    own = local_lubrication(loaded(state), given, conditions_of(state, OIL), BODIES)
     assert (own.source, own.film_central[0], own.film_ratio[0]) == ("ehl", 1e-7, 0.5)
     plain = ConstantFriction(0.05).evaluate(state, OIL)
-    formula = local_lubrication(loaded(state), plain, OIL, BODIES)
+    formula = local_lubrication(loaded(state), plain, conditions_of(state, OIL), BODIES)
     assert formula.source == "formula"
     # the film ratio is that of the isothermal film, the film itself thinner by the heat of the inlet
     assert 0.8 < formula.film_central[0] / (formula.film_ratio[0] * 5e-7) < 1.0
@@ -99,7 +100,7 @@ def test_solved_contacts_bring_their_own_lubrication() -> None:
 def test_formula_film_is_near_the_solved_one() -> None:
     state, contact = point(1e9, 3.0, 0.2, 0.0)
     plain = FrictionEstimate(np.array([0.03]), np.zeros(1), np.zeros(1), np.zeros(1, np.int8))
-    formula = local_lubrication(loaded(state), plain, OIL, BODIES)
+    formula = local_lubrication(loaded(state), plain, conditions_of(state, OIL), BODIES)
     solved = solve_contact(contact, OIL.at(363.15), SurfaceInput(), ModelInput(accuracy="fast"), BODIES, (363.15,) * 2)
     assert formula.film_central[0] == pytest.approx(solved.film_central, rel=0.15)
 

@@ -1,0 +1,222 @@
+"""Run time of the efficiency of a pair, and friction formulas against solving every contact.
+
+``python benchmarks/gear_efficiency.py [FOLDER] [--part times growth map models] [--design NAME ...] [--formula ...]``
+
+``times``: CPU seconds of each stage from the design file on. ``growth``: seconds over mesh positions and over map
+points. ``map``: 20 x 20 torques and speeds, with the memory it takes. ``models``: efficiency with the shipped formulas
+of the oil (or those given), with smooth and load-sharing contacts, against the deterministic rough solver. CSV files
+and a figure go to FOLDER.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import resource
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from efficiency.design import Design, load_design
+from efficiency.gear_mesh import gear_mesh
+from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.map import efficiency_map
+from efficiency.run import resolve_friction
+from ehl.oil import Oil
+from regression.friction_models import shipped_formulas
+
+DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
+POSITIONS = (12, 24, 48, 96)
+REFERENCE = "ehl:deterministic"
+SOLVED = ("ehl:smooth", "ehl", REFERENCE)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """CPU seconds of one stage."""
+
+    design: str
+    stage: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Growth:
+    """CPU seconds over the size of a computation."""
+
+    over: str
+    size: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Model:
+    """Efficiency with one friction model; the difference is in points (1 = 1 % of the input power)."""
+
+    design: str
+    friction: str
+    efficiency: float
+    efficiency_lower: float
+    efficiency_upper: float
+    difference: float
+    mean_mu: float
+    outside_range_share: float
+    status: str
+    seconds: float
+
+
+def cpu(work: Callable[[], Any]) -> tuple[Any, float]:
+    """What some work gives, and its CPU seconds in this process."""
+    clock = time.process_time()
+    result = work()
+    return result, time.process_time() - clock
+
+
+def at(design: Design) -> Operation:
+    """Operating point of a design file."""
+    rough = design.pinion.roughness_rms, design.gear.roughness_rms
+    return Operation(design.operation.speed, design.operation.temperature_oil, *rough)
+
+
+def times(design: Design, formula: str) -> list[Stage]:
+    """Stages of one operating point, and the same again with the geometry known."""
+    model, oil, torque = resolve_friction(formula, design), Oil.load(design.operation.oil), design.operation.torque
+    geared, geometry = cpu(lambda: gear_mesh(design))
+    loaded, first = cpu(lambda: load_mesh(geared.mesh, torque))
+    _, friction = cpu(lambda: mesh_efficiency(loaded, model, oil, at(design)))
+    other, again = cpu(lambda: load_mesh(geared.mesh, 0.8 * torque))
+    _, loss = cpu(lambda: mesh_efficiency(other, model, oil, at(design)))
+    rows = {"geometry": geometry, "compliance and load": first, "friction and loss": friction}
+    rows |= {"one more point, geometry known": again + loss}
+    return [Stage(design.name, stage, seconds) for stage, seconds in rows.items()]
+
+
+def growth(design: Design, formula: str) -> list[Growth]:
+    """Seconds over mesh positions (load and loss, geometry known) and over map points (load known)."""
+    model, oil, torque = resolve_friction(formula, design), Oil.load(design.operation.oil), design.operation.torque
+    rows = []
+    for positions in POSITIONS:
+        mesh = gear_mesh(design, "drive", positions).mesh
+        load_mesh(mesh, 0.9 * torque)
+        _, seconds = cpu(lambda mesh=mesh: mesh_efficiency(load_mesh(mesh, torque), model, oil, at(design)))
+        rows.append(Growth("positions", positions, seconds))
+    mesh = gear_mesh(design).mesh
+    for count in (4, 16, 64):
+        speeds = list(np.linspace(50.0, 500.0, count))
+        operation = at(design)
+        rough = operation.roughness_rms_pinion, operation.roughness_rms_gear
+
+        def run(speeds: Sequence[float] = speeds, rough: tuple[float, float] = rough) -> Any:
+            return efficiency_map(mesh, model, oil, [torque], lambda s, t: Operation(s, t, *rough), speeds, [363.15])
+
+        rows.append(Growth("map points of one torque", count, cpu(run)[1]))
+    return rows
+
+
+def whole_map(design: Design, formula: str, points: int = 20) -> tuple[float, float]:
+    """CPU seconds of a map of torques and speeds from the design on, and the most memory in use [MB]."""
+    model, oil = resolve_friction(formula, design), Oil.load(design.operation.oil)
+    operation = at(design)
+    rough = operation.roughness_rms_pinion, operation.roughness_rms_gear
+    torques = list(np.linspace(0.1, 1.5, points) * design.operation.torque)
+    speeds = list(np.linspace(0.1, 1.5, points) * design.operation.speed)
+
+    def run() -> Any:
+        mesh = gear_mesh(design).mesh
+        return efficiency_map(mesh, model, oil, torques, lambda s, t: Operation(s, t, *rough), speeds, [363.15])
+
+    _, seconds = cpu(run)
+    return seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def models(design: Design, formulas: Sequence[str], solved: Sequence[str]) -> list[Model]:
+    """Efficiency with each friction model; wall seconds, as solved contacts use all cores."""
+    oil = Oil.load(design.operation.oil)
+    loaded = load_mesh(gear_mesh(design).mesh, design.operation.torque)
+    found = []
+    for name in (*solved, *formulas):
+        clock = time.perf_counter()
+        result = mesh_efficiency(loaded, resolve_friction(name, design), oil, at(design))
+        found.append((name, result, time.perf_counter() - clock))
+    reference = next((r.efficiency for name, r, _ in found if name == REFERENCE), found[0][1].efficiency)
+    return [
+        Model(
+            design.name,
+            name,
+            result.efficiency,
+            result.efficiency_lower,
+            result.efficiency_upper,
+            100.0 * (result.efficiency - reference),
+            result.friction_coefficient_mean,
+            result.outside_range_share,
+            result.status,
+            seconds,
+        )
+        for name, result, seconds in found
+    ]
+
+
+def write(folder: Path, name: str, rows: Sequence[Any]) -> None:
+    """Rows of one kind as CSV and on the screen."""
+    header = [field.name for field in fields(rows[0])]
+    with (folder / f"gear_efficiency_{name}.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(astuple(row) for row in rows)
+    print("\n" + "  ".join(header))
+    for row in rows:
+        print("  ".join(f"{value:.5g}" if isinstance(value, float) else str(value) for value in astuple(row)))
+
+
+def plot_growth(rows: Sequence[Growth], path: Path) -> None:
+    """Seconds over size, with the straight line through the origin."""
+    figure = Figure(figsize=(7.0, 3.4), layout="constrained")
+    kinds = dict.fromkeys(row.over for row in rows)
+    for axes, kind in zip(figure.subplots(1, len(kinds)), kinds, strict=True):
+        part = [row for row in rows if row.over == kind]
+        size = np.array([row.size for row in part])
+        seconds = np.array([row.seconds for row in part])
+        axes.loglog(size, seconds, "o-", color="#1f5a99")
+        axes.loglog(size, seconds[-1] * size / size[-1], "--", color="#8a8f98", label="linear")
+        axes.set(xlabel=kind, ylabel="CPU seconds")
+        axes.legend(frameon=False)
+    figure.savefig(path, dpi=150)
+
+
+def main() -> None:
+    """Run the parts asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", type=Path, default=Path())
+    parser.add_argument("--part", nargs="+", default=["times", "growth", "map", "models"])
+    parser.add_argument("--design", nargs="+", default=list(DESIGNS))
+    parser.add_argument("--formula", nargs="+", help="formula files or names; default: those shipped for the oil")
+    parser.add_argument("--solved", nargs="*", default=list(SOLVED), help="solved contacts to compare with")
+    given = parser.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
+    designs, reading = cpu(lambda: [load_design(name) for name in given.design])
+    formulas = [given.formula or list(shipped_formulas(design.operation.oil)) for design in designs]
+    # the first run of all pays for compiled code and caches
+    times(designs[0], formulas[0][0])
+    if "times" in given.part:
+        stages = [row for design, names in zip(designs, formulas, strict=True) for row in times(design, names[0])]
+        write(given.folder, "times", [Stage("all", "reading the designs", reading), *stages])
+    if "growth" in given.part:
+        rows = growth(designs[0], formulas[0][0])
+        write(given.folder, "growth", rows)
+        plot_growth(rows, given.folder / "gear_efficiency_growth.png")
+    if "map" in given.part:
+        seconds, memory = whole_map(designs[0], formulas[0][0])
+        print(f"\nmap of 20 x 20 points: {seconds:.1f} s CPU, {memory:.0f} MB in the whole run")
+    if "models" in given.part:
+        pairs = zip(designs, formulas, strict=True)
+        write(given.folder, "models", [row for d, names in pairs for row in models(d, names, given.solved)])
+
+
+if __name__ == "__main__":
+    main()
