@@ -49,7 +49,8 @@ def friction_along_mesh(result: EfficiencyResult) -> FloatArray:
     """Friction coefficient at each position of the mesh cycle, weighted with the sliding power; nan without sliding."""
     sliding = position_losses(result.points, np.ones(result.points.force.size), result.positions)
     mu = np.full(result.positions, np.nan)
-    return np.divide(result.power_loss_positions, sliding, out=mu, where=sliding > 0.0)
+    np.divide(result.power_loss_positions, sliding, out=mu, where=sliding > 0.0)
+    return mu
 
 
 def _at_points(result: EfficiencyResult, name: str) -> FloatArray:
