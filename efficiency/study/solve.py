@@ -264,7 +264,8 @@ def _append(store: Path, key: str, found: Found) -> None:
     try:
         store.parent.mkdir(parents=True, exist_ok=True)
         with store.open("a", encoding="utf-8") as file:
-            file.write(line + "\n")
+            # a line that was cut off when an earlier run was killed must not swallow this one
+            file.write(f"\n{line}\n" if file.tell() else f"{line}\n")
     except OSError as error:
         raise InputError("--output", str(store.parent), "a folder that can be written", f"{error}.") from None
 

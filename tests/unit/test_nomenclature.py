@@ -18,11 +18,15 @@ from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
 from efficiency.settings.inputs import SettingsInput
+from efficiency.study.points import Study, StudyPoint
 from ehl.inputs import Case
 from ehl.material import Material
 from ehl.oil import Oil
 from ehl.solve import ContactResult
 from ehl.state import ContactState
+from regression.calibration.calibrate import CalibrationResult, ParameterEstimate
+from regression.calibration.measurement import COLUMNS
+from regression.calibration.setup import CalibrationSetup
 from regression.conditions import UNITS
 from regression.formula import Formula
 from regression.plan import Plan
@@ -58,6 +62,7 @@ def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     [
         ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow,
         PairGeometry, SideGeometry, FlankSummary, MisalignmentPoint, MisalignmentStudy,
+        Study, StudyPoint,
     ],
 )  # fmt: skip
 def test_every_result_is_listed(record: type) -> None:
@@ -65,4 +70,4 @@ def test_every_result_is_listed(record: type) -> None:
 
 
 def test_every_column_is_listed() -> None:
-    assert set(UNITS) | set(NUMBER_UNITS) <= NAMES
+    assert set(UNITS) | set(NUMBER_UNITS) | set(COLUMNS) <= NAMES
