@@ -99,6 +99,11 @@ class LatexPrinter(Printer):
         """The sign of the comparison."""
         return f"{left} {_COMPARED[operation]} {right}", COMPARE
 
+    @staticmethod
+    def _enclosed(part: tuple[str, int], level: int) -> str:
+        text, own = part
+        return text if own >= level else rf"\left( {text} \right)"
+
     def _text(self, value: Value, named: bool = True) -> tuple[str, int]:
         if value.operation == "divide" and not (named and value.name):
             above, below = (self._text(operand)[0] for operand in value.operands)

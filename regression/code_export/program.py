@@ -194,7 +194,7 @@ def _corrected(residual: GpResidual, friction: Any, table: dict[str, Any], bound
     """`regression.formula.corrected`: the process fades beyond its data and raises mu above no bound."""
     ends = zip(residual.low, residual.high, strict=True)
     scales = zip(residual.mean, residual.scale, strict=True)
-    x = [(_logarithm(table[n]) - m) / s for n, (m, s) in zip(residual.variables, scales, strict=True)]
+    x = [(_logarithm(np.abs(table[n])) - m) / s for n, (m, s) in zip(residual.variables, scales, strict=True)]
     excess, scaled = [], []
     for place, (low, high), length in zip(x, ends, residual.length_scales, strict=True):
         span = high - low

@@ -349,7 +349,8 @@ def test_latex_sets(tmp_path: Path) -> None:
     text = (tmp_path / "friction.tex").read_text()
     parser = MathTextParser("agg")
     shown = equations(program)
-    assert shown[-1] == (r"\mu", r"\mathrm{share} \, \mu_{\mathrm{b}} + (1 - \mathrm{share}) \, \mathrm{capped}")
+    film = r"\left( 1 - \mathrm{share} \right) \, \mathrm{capped}"
+    assert shown[-1] == (r"\mu", rf"\mathrm{{share}} \, \mu_{{\mathrm{{b}}}} + {film}")
     for symbol, expression in shown:
         parser.parse(f"${symbol} = {expression}$")
         assert f"{symbol} = {expression}" in text
