@@ -52,7 +52,9 @@ def keys(model: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[str]:
                 yield from keys(inner, seen)
 
 
-@pytest.mark.parametrize("model", [Case, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, Formula])
+@pytest.mark.parametrize(
+    "model", [Case, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, Formula, CalibrationSetup]
+)
 def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     assert set(keys(model, set())) <= NAMES
 
@@ -62,6 +64,7 @@ def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     [
         ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow,
         PairGeometry, SideGeometry, FlankSummary, MisalignmentPoint, MisalignmentStudy,
+        CalibrationResult, ParameterEstimate,
         Study, StudyPoint,
     ],
 )  # fmt: skip
