@@ -39,6 +39,8 @@ from efficiency.commands_loss import (
     DriverOption,
     DutyOption,
     EquilibriumOption,
+    LoadFromOption,
+    SaveLoadOption,
     UncertaintyOption,
     refuse,
     show_duty,
@@ -73,6 +75,8 @@ def gear(
     bulk_temperature: BulkOption = False,
     uncertainty: UncertaintyOption = False,
     duty: DutyOption = None,
+    load_from: LoadFromOption = None,
+    save_load: SaveLoadOption = None,
     json_output: JsonOption = False,
     plot: FiguresOption = None,
     report: ReportOption = None,
@@ -105,6 +109,8 @@ def gear(
         "--friction-in-equilibrium": friction_in_equilibrium,
         "--bulk-temperature": bulk_temperature,
         "--uncertainty": uncertainty,
+        "--load-from": load_from,
+        "--save-load": save_load,
     }
     if geometry:
         from efficiency.commands_geometry import show_geometry
@@ -136,6 +142,8 @@ def gear(
             friction_in_equilibrium=friction_in_equilibrium,
             bulk_temperature=bulk_temperature,
             uncertainty=uncertainty,
+            load_from=load_from,
+            save_load=save_load,
             json_output=json_output,
         )
 
@@ -151,6 +159,7 @@ def compare(
     oil: OilOption = None,
     side: SideOption = "drive",
     driver: DriverOption = None,
+    load_from: LoadFromOption = None,
     json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).", rich_help_panel=OUTPUT)] = None,
     report: ReportOption = None,
@@ -173,7 +182,9 @@ def compare(
             raise InputError(name, values, "one value; lists make a map with `mixed-ehl gear`")
     with threadpool_limits(1):
         pair = with_driver(aligned_design(design, {}), driver)
-        comparison = run_compare(pair, friction, first_conditions(lists, oil), side=chosen_side(side))
+        comparison = run_compare(
+            pair, friction, first_conditions(lists, oil), side=chosen_side(side), load_from=load_from
+        )
     print_json(comparison.to_dict()) if json_output else comparison_table(comparison)
     write_comparison(comparison, files)
     if comparison.status != "converged":

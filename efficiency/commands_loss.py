@@ -43,6 +43,15 @@ UncertaintyOption = Annotated[
         rich_help_panel=LOSS,
     ),
 ]
+LoadFromOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="CSV file with the load distribution of a foreign program, in place of the own one.", rich_help_panel=LOSS
+    ),
+]
+SaveLoadOption = Annotated[
+    Path | None, typer.Option(help="Write the load distribution as CSV, as --load-from reads it.", rich_help_panel=LOSS)
+]
 DutyOption = Annotated[
     Path | None,
     typer.Option(
@@ -84,16 +93,21 @@ def show_point(
     friction_in_equilibrium: bool,
     bulk_temperature: bool,
     uncertainty: bool,
+    load_from: Path | None,
+    save_load: Path | None,
     json_output: bool,
 ) -> None:
     """Compute, print and write one operating point."""
     from threadpoolctl import threadpool_limits
 
+    from efficiency.load.foreign import write_load
     from efficiency.output.gear_files import Extras, write_result
     from efficiency.output.tables import efficiency_table
     from efficiency.run import run_gear, run_heat_balance, run_uncertainty
     from ehl.report import print_json
 
+    if load_from is not None:
+        refuse("--load-from", {"--bulk-temperature": bulk_temperature, "--uncertainty": uncertainty})
     balance = spread = bulk = None
     # matrices are small: threads of the linear algebra would only wait for each other
     with threadpool_limits(1):
@@ -104,7 +118,16 @@ def show_point(
             result = balance.result
             bulk = (result.temperature_bulk_1, result.temperature_bulk_2, result.temperature_inlet)
         else:
-            result = run_gear(design, friction, conditions, side=side, friction_in_equilibrium=friction_in_equilibrium)
+            result = run_gear(
+                design,
+                friction,
+                conditions,
+                side=side,
+                friction_in_equilibrium=friction_in_equilibrium,
+                load_from=load_from,
+            )
+        if save_load is not None:
+            write_load(result.load, save_load)
         if uncertainty and result.status == "converged":
             spread = run_uncertainty(
                 design,
