@@ -6,10 +6,11 @@ import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from efficiency.output.flank_map import FlankMap
+from efficiency.output.plots_flank import LOSS, contact_figure, field_figure
 from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
 from efficiency.output.plots_load import (
     plot_comparison,
-    plot_flank_pressure,
     plot_friction_and_loss,
     plot_load_sharing,
     plot_transmission_error,
@@ -149,6 +150,7 @@ def _gear(result: DemoResult) -> Section:
     gear = result.comparison.results[0]
     pair = result.gear.pair
     cycle = tuple(load.position for load in gear.load.positions)
+    flank = FlankMap.of(pair.design, gear)
     return Section(
         "3. Gear pair",
         [
@@ -161,7 +163,8 @@ def _gear(result: DemoResult) -> Section:
                 [
                     Picture(ease_off_figure(pair), "Ease-off and unloaded contact path."),
                     Picture(contact_lines_figure(pair, cycle), "Potential contact lines over one mesh cycle."),
-                    Picture(plot_flank_pressure(gear), "Hertz pressure on the gear flank under load."),
+                    Picture(contact_figure(flank), "Contact pattern and Hertz pressure on the gear flank under load."),
+                    Picture(field_figure(flank, LOSS), "Power loss per area of the gear flank, fitted formula."),
                     Picture(plot_load_sharing(gear), "Share of the torque one tooth pair carries."),
                     Picture(plot_transmission_error(gear), "Transmission error, unloaded and loaded."),
                     Picture(plot_friction_and_loss(gear), "Friction and loss over one mesh cycle, fitted formula."),

@@ -123,8 +123,7 @@ def contact_lines_figure(
     for position in cycle:
         face = position.face_gear if member == "gear" else position.face_pinion
         height = position.height_gear if member == "gear" else position.height_pinion
-        for tooth in np.unique(position.pair):
-            own = position.pair == tooth
+        for own in _flank_lines(position):
             u = face[own] - 0.5 * blank.face_width
             line = np.stack([u, height[own] + blank.root(u)], axis=1) * _MM
             # one piece per point, so that the colour can change along the line
@@ -132,13 +131,21 @@ def contact_lines_figure(
             lines += list(np.stack([corners[:-1], corners[1:]], axis=1))
             radii.append(position.radius_equivalent[own])
             if position is cycle[0]:
-                axes.plot(*line.T, color="k", lw=2.5, zorder=3, label="one position, all pairs" if own[0] else None)
+                axes.plot(
+                    *line.T, color="k", lw=2.5, zorder=3, label="one position, all pairs" if own[0] == 0 else None
+                )
     shown = axes.add_collection(LineCollection(lines, array=np.concatenate(radii) * _MM, cmap="plasma", linewidths=1.3))
     figure.colorbar(shown, ax=axes, label="equivalent radius\nnormal to the line [mm]", shrink=0.85)
     draw_path(axes, pair, pair.path if path is None else path, member, BLUE)
     flank_axes(axes, pair, member)
     axes.legend(loc="lower left", fontsize=8, frameon=False, ncols=2)
     return figure
+
+
+def _flank_lines(position: MeshPosition) -> list[NDArray[np.int64]]:
+    """Points of each contact line of a position; those of edges left out."""
+    edge = position.edge
+    return [line for line in position.lines if edge is None or not edge.touching[line[0]]]
 
 
 def radius_figure(pair: GearPair, cycle: tuple[MeshPosition, ...], lines: int = 6) -> Figure:
@@ -149,10 +156,13 @@ def radius_figure(pair: GearPair, cycle: tuple[MeshPosition, ...], lines: int = 
     axes = figure.add_subplot()
     pitch = pair.surface.pitch
     traces = [
-        (position.pinion_angle / pitch + float(tooth), position.face_gear[own], position.radius_equivalent[own])
+        (
+            position.pinion_angle / pitch + float(position.pair[own[0]]),
+            position.face_gear[own],
+            position.radius_equivalent[own],
+        )
         for position in cycle
-        for tooth in np.unique(position.pair)
-        for own in (position.pair == tooth,)
+        for own in _flank_lines(position)
     ]
     traces.sort(key=lambda trace: trace[0])
     chosen = np.unique(np.linspace(0, len(traces) - 1, lines + 2).astype(int)[1:-1])

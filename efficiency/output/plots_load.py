@@ -1,8 +1,8 @@
-"""Figures of a loaded mesh: pressure on the flank, load sharing, transmission error, friction and loss, comparisons."""
+"""Figures of a loaded mesh: load sharing, transmission error, friction and loss, comparisons."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,36 +26,6 @@ def _figure(width: float = 7.0, height: float = 4.2) -> tuple[Figure, Axes]:
 
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.add_subplot()
-
-
-def plot_flank_pressure(result: EfficiencyResult) -> Figure:
-    """Hertz pressure on the gear flank over one mesh cycle; contact lines of all positions, unloaded parts grey."""
-    from matplotlib.collections import LineCollection
-
-    figure, axes = _figure(7.5, 3.0)
-    idle: list[Any] = []
-    loaded: list[Any] = []
-    pressure: list[float] = []
-    for load in result.load.positions:
-        p = load.position
-        for at in p.lines:
-            line = np.column_stack([p.face_gear[at], p.height_gear[at]]) * 1e3
-            mean = 0.5 * (load.pressure_hertz[at][1:] + load.pressure_hertz[at][:-1])
-            segments = np.stack([line[:-1], line[1:]], axis=1)
-            idle += list(segments[mean == 0.0])
-            loaded += list(segments[mean > 0.0])
-            pressure += list(mean[mean > 0.0] / 1e9)
-    order = np.argsort(pressure)
-    axes.add_collection(LineCollection(idle, colors=GREY, linewidths=0.5, alpha=0.5))
-    lines = LineCollection([loaded[k] for k in order], array=np.array(pressure)[order], cmap="viridis", linewidths=3.0)
-    axes.add_collection(lines)
-    figure.colorbar(lines, ax=axes, label="Hertz pressure [GPa]")
-    tooth = result.load.tooth_outline
-    axes.plot(tooth[0] * 1e3, tooth[1] * 1e3, color="black", lw=1.0)
-    axes.set(xlabel="along the face from the toe [mm]", ylabel="over the root [mm]", title="Gear flank, one mesh cycle")
-    axes.set_aspect("equal")
-    axes.autoscale()
-    return figure
 
 
 def plot_load_sharing(result: EfficiencyResult) -> Figure:
