@@ -18,6 +18,9 @@ from regression.gp_residual import GpResidual, fit_residual
 from regression.noise import statistical_variance
 from regression.scores import computed_friction
 
+# of the process beside the variables of the box: sliding across the line makes films between rough surfaces of its own
+_MORE_INPUTS = ("slide_to_roll", "correlation_length", "film_ratio_formula")
+
 
 @dataclass(frozen=True)
 class FittedForm:
@@ -75,7 +78,7 @@ def fit_form(
     if not gaussian_process:
         return form
     rest = np.log(computed_friction(frame) / form.friction(frame)[0])
-    inputs = tuple(dict.fromkeys((*family.box, "correlation_length", "film_ratio_formula")))
+    inputs = tuple(dict.fromkeys((*family.box, *_MORE_INPUTS)))
     process = fit_residual(columns(frame), rest, statistical_variance(frame), inputs, start=start)
     return FittedForm(family, coefficients, process)
 

