@@ -18,6 +18,9 @@ from regression.dataset import columns
 from regression.families import Family
 from regression.scores import computed_friction
 
+MODEL_ERROR = 0.03  # of ln mu
+_OUTLIER = 0.05  # weighted residual of ln mu from which the loss grows linearly
+
 
 @dataclass(frozen=True)
 class Coefficients:
@@ -44,14 +47,23 @@ class Coefficients:
 
 def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: float) -> Coefficients:
     """Coefficients of one family from the rows of a dataset."""
-    table, target = columns(frame), np.log(computed_friction(frame))
+    table, target, weight = columns(frame), np.log(computed_friction(frame)), weights(frame)
     if family.design is not None:
-        return linear_fit(family.terms, family.design(table), target)
-    return _nonlinear_fit(family, table, target, boundary_friction)
+        return linear_fit(family.terms, family.design(table), target, weight)
+    return _nonlinear_fit(family, table, target, weight, boundary_friction)
 
 
-def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coefficients:
-    """Ordinary least squares by QR; the first column is the constant.
+def weights(frame: pd.DataFrame) -> Array:
+    """Weight of the residual of ln mu of every row: 1 for an exact case, less for one of wide interval.
+
+    `friction_error` is a 90 % bound, about two standard deviations; `MODEL_ERROR` is what a form itself errs by.
+    """
+    deviation = 0.5 * np.nan_to_num(frame["friction_error"].to_numpy(dtype=float))
+    return np.asarray(MODEL_ERROR / np.hypot(MODEL_ERROR, deviation))
+
+
+def linear_fit(terms: tuple[str, ...], design: Array, target: Array, weight: Array | None = None) -> Coefficients:
+    """Weighted least squares by QR; the first column is the constant.
 
     A column that does not vary cannot be told from the constant: its term is dropped, with coefficient 0.
 
@@ -61,12 +73,15 @@ def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coeffici
         One per column.
     design : array, shape (n, k)
     target : array, shape (n,)
+    weight : array, shape (n,), optional
+        Of each residual; 1 where not given.
     """
     spread = np.ptp(design, axis=0)
     varies = spread > 1e-9 * np.maximum(np.abs(design).max(axis=0), 1e-30)
     kept = [0, *(int(i) for i in np.flatnonzero(varies) if i != 0)]
     dropped = {terms[i]: "does not vary in the data" for i in range(len(terms)) if i not in kept}
-    columns_kept = design[:, kept]
+    weight = np.ones(len(target)) if weight is None else weight
+    columns_kept, target = design[:, kept] * weight[:, None], target * weight
     scale = np.linalg.norm(columns_kept, axis=0)
     scaled = columns_kept / scale
     condition = float(np.linalg.cond(scaled))
@@ -85,7 +100,7 @@ def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coeffici
         values,
         {terms[i]: float(e) for i, e in zip(kept, errors, strict=True)},
         dropped,
-        _variance_inflation([terms[i] for i in kept[1:]], columns_kept[:, 1:]),
+        _variance_inflation([terms[i] for i in kept[1:]], design[:, kept[1:]]),
         condition,
     )
 
@@ -97,14 +112,17 @@ def _variance_inflation(terms: list[str], design: Array) -> dict[str, float]:
     return {term: float(value) for term, value in zip(terms, np.diag(inverse), strict=True)}
 
 
-def _nonlinear_fit(family: Family, table: Mapping[str, Array], target: Array, boundary_friction: float) -> Coefficients:
+def _nonlinear_fit(
+    family: Family, table: Mapping[str, Array], target: Array, weight: Array, boundary_friction: float
+) -> Coefficients:
     """Bounded least squares with a loss that outliers do not dominate, started from physical values."""
     from scipy.optimize import least_squares
 
     terms = family.terms
 
     def residual(x: Array) -> Array:
-        return family.log_mu(table, dict(zip(terms, map(float, x), strict=True)), boundary_friction) - target
+        log_mu = family.log_mu(table, dict(zip(terms, map(float, x), strict=True)), boundary_friction)
+        return np.asarray(weight * (log_mu - target))
 
     lower, upper = np.array(family.lower), np.array(family.upper)
     start = np.array(family.start)
@@ -115,12 +133,12 @@ def _nonlinear_fit(family: Family, table: Mapping[str, Array], target: Array, bo
         start,
         bounds=(lower, upper),
         loss="soft_l1",
-        f_scale=0.1,
+        f_scale=_OUTLIER,
         x_scale=np.maximum(np.abs(start), 0.05),
-        ftol=1e-10,
-        xtol=1e-10,
-        gtol=1e-10,
-        max_nfev=2000,
+        ftol=1e-8,
+        xtol=1e-8,
+        gtol=1e-8,
+        max_nfev=1000,
     )
     if solution.status <= 0:
         raise ConvergenceError("fit", f"family {family.name} after {solution.nfev} evaluations")

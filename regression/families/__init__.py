@@ -1,13 +1,15 @@
 """Families of friction formulas: what each computes from the local conditions and its coefficients.
 
-Two are linear in ln mu (`xu`, `power_law`), the others are nonlinear. All take slide_to_roll_total and speed_sliding,
-the length of the whole sliding vector: mu does not depend on the sign of the sliding.
+Three are linear in ln mu (`xu`, `power_law`, `regimes`), the others are nonlinear. All take slide_to_roll_total and
+speed_sliding, the length of the whole sliding vector, and `rough_share` the amount of slide_to_roll beside them: mu
+does not depend on the sign of the sliding.
 """
 
 from __future__ import annotations
 
 from ehl.errors import InputError
 from regression.families.family import Family
+from regression.families.film_regimes import REGIMES
 from regression.families.load_share import LOAD_SHARE, load_share_parts
 from regression.families.log_linear import POWER_LAW, XU
 from regression.families.rough_share import ROUGH_SHARE, rough_share_parts
@@ -16,6 +18,7 @@ __all__ = [
     "FAMILIES",
     "LOAD_SHARE",
     "POWER_LAW",
+    "REGIMES",
     "ROUGH_SHARE",
     "XU",
     "Family",
@@ -24,7 +27,7 @@ __all__ = [
     "rough_share_parts",
 ]
 
-FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, LOAD_SHARE, ROUGH_SHARE)}
+FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, REGIMES, LOAD_SHARE, ROUGH_SHARE)}
 
 
 def family_named(name: str) -> Family:

@@ -42,10 +42,10 @@ def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
 def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Array | float = 0.0) -> Array:
     """Friction of the heated film; at most Lambda.
 
-    A film as thick as the Hertz depth b^2/R spreads the load (`relief`, `spread`). The viscosity between ambient and
-    mean pressure is that of the modulus law through both. The stress tau0 asinh(x) falls with the temperature it
-    makes itself: tau = tau0 a/(1 + theta tanh a)^heat_power with a = asinh x and theta = tau0 beta dT/tau from the film
-    and both surfaces. The cap is a smooth minimum at each pressure.
+    A film as thick as the Hertz depth b^2/R lowers the pressure (`relief`) and widens the contact (`spread`). The
+    viscosity between ambient and mean pressure is that of the modulus law through both. The stress tau0 asinh(x) falls
+    with the temperature it makes itself: tau = tau0 a/(1 + theta tanh a)^heat_power with a = asinh x and
+    theta = tau0 beta dT/tau from the film and both surfaces. The cap is a smooth minimum at each pressure.
 
     Parameters
     ----------
@@ -62,7 +62,8 @@ def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Ar
     rise = np.log(c["viscosity_mean_pressure"] / viscosity)
     # modulus law g(p) = p/(c0 + c1 p) through slope alpha at 0 and `rise` at the mean pressure
     bend = rise / np.maximum(c["pressure_viscosity"] * mean, 1e-9)
-    relief = 1.0 + k["relief"] * np.sqrt(c["film_formula"] * c["radius_equivalent"]) / c["half_width"]
+    thick = c["film_formula"] * c["radius_equivalent"] / c["half_width"] ** 2
+    relief = 1.0 + k["relief"] * np.sqrt(thick) + k["relief_thick"] * thick
     ratio = 0.5 * np.abs(c["slide_to_roll"])
     surfaces = 0.5 * (np.sqrt(1.0 + ratio) + np.sqrt(np.abs(1.0 - ratio)))
     flash = k["heat_flash"] * np.sqrt(c["half_width"] / speed) / (EFFUSIVITY * surfaces)
@@ -81,4 +82,4 @@ def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Ar
         shear = k["stress"] * stress * isothermal / (1.0 + heat * np.tanh(isothermal)) ** k["heat_power"]
         limit = np.maximum(c["limiting_shear_coefficient"] * pressure, 1e-9)
         total = total + weight * shear * (1.0 + (shear / limit) ** CAP_ORDER) ** (-1.0 / CAP_ORDER)
-    return np.asarray(total / mean * relief ** k["spread"])
+    return np.asarray(total / mean * np.sqrt(1.0 + k["spread"] * thick))

@@ -172,7 +172,7 @@ def test_noise_floor_is_the_rms_of_the_stated_errors(dataset: Dataset) -> None:
 
 
 def test_refusals(dataset: Dataset) -> None:
-    with pytest.raises(InputError, match="one of xu, power_law, load_share"):
+    with pytest.raises(InputError, match="one of xu, power_law, regimes, load_share"):
         fit_formula(dataset, "spline")
     few = Dataset(dataset.frame.iloc[:10], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
     with pytest.raises(InputError, match=r"usable cases.*at least 18.*corner"):
