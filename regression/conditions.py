@@ -117,12 +117,15 @@ def _state_columns(state: ContactState) -> dict[str, Array]:
 
 def _oil_columns(state: ContactState, lubricant_at: Callable[[float], Lubricant]) -> dict[str, Array]:
     """Figures of the oil at every point; one lubricant per distinct temperature."""
-    temperature = np.asarray(state.temperature_oil, dtype=float)
-    pressure = np.broadcast_to(np.asarray(state.pressure_hertz, dtype=float), temperature.shape)
+    shape = np.shape(state.temperature_oil)
+    temperature = np.ravel(np.asarray(state.temperature_oil, dtype=float))
+    pressure = np.ravel(np.broadcast_to(np.asarray(state.pressure_hertz, dtype=float), shape))
     columns = {name: np.empty(temperature.shape) for name in LUBRICANT_UNITS}
-    for value in np.unique(temperature):
-        here = temperature == value
-        lubricant = lubricant_at(float(value))
+    order = np.argsort(temperature, kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(temperature[order])) + 1):
+        if not here.size:
+            continue
+        lubricant = lubricant_at(float(temperature[here[0]]))
         row = lubricant_row(lubricant, 0.0)
         for name, column in columns.items():
             column[here] = row[name]
@@ -130,7 +133,7 @@ def _oil_columns(state: ContactState, lubricant_at: Callable[[float], Lubricant]
         columns["viscosity_mean_pressure"][here] = lubricant.viscosity(mean_pressure)
         if isinstance(lubricant.eyring_stress, RisingStress):
             columns["eyring_stress"][here] = lubricant.eyring_stress(mean_pressure)
-    return columns
+    return {name: column.reshape(shape) for name, column in columns.items()}
 
 
 def _moes_film(table: Conditions, load: Array) -> Array:

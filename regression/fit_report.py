@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import __version__
+from ehl.errors import InputError
 from ehl.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
 from ehl.html_report import Formula as FormulaBlock
 from ehl.oil import Oil
@@ -21,7 +22,7 @@ from regression.dataset import Dataset, columns
 from regression.families import FAMILIES
 from regression.formula import Formula
 from regression.plots import plot_friction
-from regression.plots_curves import COLEMAN, plot_maps, plot_stribeck, plot_traction, scene_of
+from regression.plots_curves import COLEMAN, plot_maps, plot_stribeck, plot_traction, scene_of, varies
 from regression.plots_fit import (
     AXES,
     checked_rows,
@@ -33,7 +34,7 @@ from regression.plots_fit import (
 )
 from regression.published_registry import PUBLISHED, evaluate_published
 from regression.scores import computed_friction
-from regression.sensitivity import SobolIndices, formula_sensitivity
+from regression.sensitivity import formula_sensitivity
 
 _OILS_SHOWN = 3
 _WORST = 10
@@ -299,24 +300,24 @@ def _curves(dataset: Dataset, formulas: Sequence[Formula], oil: str) -> Section:
     scene = scene_of(dataset, oil)
     best = formulas[0]
     drawn = "Thick: fitted formulas, the best with its interval. Thin: published ones, not fitted, (M) from memory. "
-    return Section(
-        f"Curves and maps, {oil}",
-        [
-            Text(f"The middle of the data, where nothing else is said: {scene.said()}."),
-            Picture(
-                plot_stribeck(scene, formulas),
-                "Stribeck curves from slow and rough to fast and smooth: speed and roughness run from 3 to 97 % of the "
-                f"cases in opposite directions. {drawn}Dots: computed cases whose other variables lie within 22 % of "
-                "their range about these conditions, so that they need not lie on the lines.",
-            ),
-            Picture(plot_traction(scene, formulas), f"Traction curves. {drawn}Dots as above."),
-            Picture(
-                plot_maps(scene, best),
-                f"{best.name}: friction over pressure and speed at three roughnesses. Dots: computed cases near, in "
-                "the same colours. Hatched: outside the range or beside the data.",
-            ),
-        ],
-    )
+    near = "Dots: computed cases whose other variables lie within 22 % of their range about these conditions."
+    blocks: list[Block] = [Text(f"The middle of the data, where nothing else is said: {scene.said()}.")]
+    if scene.ranges["roughness_rms"][0] > 0.0 and (
+        varies(scene, "roughness_rms") or varies(scene, "speed_entrainment")
+    ):
+        caption = (
+            "Stribeck curves from slow and rough to fast and smooth: speed and roughness run from 3 to 97 % of the "
+            f"cases in opposite directions. {drawn}{near}"
+        )
+        blocks.append(Picture(plot_stribeck(scene, formulas), caption))
+    blocks.append(Picture(plot_traction(scene, formulas), f"Traction curves. {drawn}{near}"))
+    if varies(scene, "pressure_hertz") and varies(scene, "speed_entrainment"):
+        caption = (
+            f"{best.name}: friction over pressure and speed. Dots: computed cases near, in the same colours. Hatched: "
+            "outside the range or beside the data."
+        )
+        blocks.append(Picture(plot_maps(scene, best), caption))
+    return Section(f"Curves and maps, {oil}", blocks)
 
 
 def _formula(best: Formula) -> Section:
@@ -368,9 +369,10 @@ def _formula(best: Formula) -> Section:
 def _sensitivity(dataset: Dataset, best: Formula) -> Section:
     if not dataset.oils:
         return Section("Sensitivity", [Text("Not computed: the lubricant was given by numbers, without an oil card.")])
-    found: list[tuple[str, SobolIndices]] = [
-        (oil, formula_sensitivity(best, Oil.load(oil))) for oil in dataset.oils[:_OILS_SHOWN]
-    ]
+    try:
+        found = [(oil, formula_sensitivity(best, Oil.load(oil))) for oil in dataset.oils[:_OILS_SHOWN]]
+    except InputError as error:
+        return Section("Sensitivity", [Text(f"Not computed: {error}")])
     return Section(
         "Sensitivity",
         [

@@ -108,6 +108,12 @@ def scene_of(dataset: Dataset, oil: str) -> Scene:
     return Scene(dataset, Oil.load(oil), held, ranges)
 
 
+def varies(scene: Scene, name: str) -> bool:
+    """Whether the data hold more than one value of a variable."""
+    low, high = scene.ranges[name]
+    return high > low * (1.0 + 1e-6)
+
+
 def plot_stribeck(scene: Scene, formulas: Sequence[Formula]) -> Figure:
     """Friction over the film ratio at three slide-to-roll ratios, from slow and rough to fast and smooth."""
     from matplotlib.figure import Figure
@@ -160,7 +166,10 @@ def plot_traction(scene: Scene, formulas: Sequence[Formula]) -> Figure:
 
 
 def plot_maps(scene: Scene, formula: Formula) -> Figure:
-    """Friction over pressure and speed by a formula, with the computed cases near in the same colours."""
+    """Friction over pressure and speed by a formula, with the computed cases near in the same colours.
+
+    At three roughnesses, or at three slide-to-roll ratios where the roughness does not vary.
+    """
     from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
 
@@ -169,8 +178,9 @@ def plot_maps(scene: Scene, formula: Formula) -> Figure:
     pressure = np.linspace(*scene.ranges["pressure_hertz"], _MAP)
     speed = np.geomspace(*scene.ranges["speed_entrainment"], _MAP)
     grid = dict(zip(("speed_entrainment", "pressure_hertz"), np.meshgrid(speed, pressure), strict=True))
-    places = _spread(scene, "roughness_rms")
-    scenes = [scene.at(roughness_rms=rough) for rough in places]
+    third = "roughness_rms" if varies(scene, "roughness_rms") else "slide_to_roll_total"
+    scenes = [scene.at(**{third: value}) for value in _spread(scene, third)]
+    label, factor, _, _ = AXES[third]
     maps = [formula.evaluate(here.conditions(**grid)) for here in scenes]
     every = np.concatenate([value.mu.ravel() for value in maps])
     levels = np.geomspace(0.98 * np.nanmin(every), 1.02 * np.nanmax(every), 17)
@@ -193,7 +203,7 @@ def plot_maps(scene: Scene, formula: Formula) -> Figure:
         )
         axes.set(xscale="log", xlabel=AXES["speed_entrainment"][0])
         plain_ticks(axes.xaxis, speed[0], speed[-1])
-        axes.set_title(f"Rq {1e6 * here.held['roughness_rms']:.2g} µm", fontsize=10)
+        axes.set_title(f"{label} {factor * here.held[third]:.2g}", fontsize=10)
     panels[0].set_ylabel(AXES["pressure_hertz"][0])
     bar = figure.colorbar(filled, ax=panels, label="friction coefficient µ [-]")
     bar.set_ticks(levels[::4].tolist(), labels=[f"{level:.2g}" for level in levels[::4]])

@@ -155,6 +155,20 @@ def test_page(dataset: Dataset, formulas: list[Formula], tmp_path: Path) -> None
     assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower().replace("finance", "")
 
 
+def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:
+    """Without roughness there is no Stribeck curve, without a range of pressure no map."""
+    smooth = {**PLAN["variables"], "pressure_hertz": "1 GPa"}  # type: ignore[dict-item]
+    del smooth["roughness_rms"]
+    plan = validate(Plan, {**PLAN, "sampling": {"size": 32}, "variables": smooth})
+    sweep(plan, tmp_path / "run", evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
+    dataset = load_dataset(tmp_path / "run")
+    page = write_fit_report(tmp_path / "fit.html", dataset, [fit_formula(dataset, "power_law")]).read_text("utf-8")
+    assert "Traction curves" in page
+    assert "Stribeck" not in page
+    assert "Hatched" not in page
+    assert "smooth, 32 cases fitted" in page
+
+
 def test_command(mixed_ehl: Callable[..., Any], run: Path, tmp_path: Path) -> None:
     target = tmp_path / "fit.html"
     outcome = mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "power_law", "--report", target)
