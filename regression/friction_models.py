@@ -22,6 +22,8 @@ from regression.formula_file import load_formula
 from regression.oil_cards import card_hash
 from regression.published_registry import PUBLISHED, PublishedFormula, evaluate_published
 
+COLEMAN_FRICTION = 0.05  # as cited by Kolivand, Li & Kahraman (2010)
+
 
 class FrictionFlag(IntEnum):
     """What is to be said of one friction value; the greatest that applies is given."""
@@ -180,8 +182,8 @@ def friction_model(spec: str) -> FrictionModel:
     Parameters
     ----------
     spec : str
-        ``constant:0.05``, a name of the registry (``xu_kahraman_2007``), a shipped formula, or the path of a formula
-        file; ``strict:`` before the last two refuses points outside the data.
+        ``constant:0.05`` or ``coleman``, which is that one, a name of the registry (``xu_kahraman_2007``), a shipped
+        formula, or the path of a formula file; ``strict:`` before the last two refuses points outside the data.
 
     Raises
     ------
@@ -190,6 +192,8 @@ def friction_model(spec: str) -> FrictionModel:
         file is no formula.
     """
     kind, colon, value = spec.partition(":")
+    if spec == "coleman":
+        return ConstantFriction(COLEMAN_FRICTION)
     if kind == "constant":
         if not colon:
             raise InputError("friction constant", None, "its value, as in constant:0.05")
@@ -235,4 +239,5 @@ def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
 def friction_model_choices() -> str:
     """What `friction_model` accepts, in words."""
     names = ", ".join((*sorted(PUBLISHED), *shipped_formulas()))
-    return f"constant:VALUE, one of {names}, or the path of a formula file (.json)"
+    coleman = f"coleman (constant:{COLEMAN_FRICTION:g})"
+    return f"constant:VALUE, {coleman}, one of {names}, or the path of a formula file (.json)"

@@ -228,6 +228,7 @@ def formula_report(formula: Formula) -> None:
 def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[str, Any]:
     """One friction value for JSON."""
     from regression.friction_models import FrictionFlag
+    from regression.published_registry import PUBLISHED
 
     mu, lower, upper = (float(x) for x in (estimate.mu, estimate.lower, estimate.upper))
     return {
@@ -237,6 +238,7 @@ def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[st
         "flag": FrictionFlag(int(estimate.flag)).name.lower(),
         "friction_model": name,
         "oil": oil,
+        **({"certainty": PUBLISHED[name].certainty} if name in PUBLISHED else {}),
     }
 
 
@@ -250,4 +252,5 @@ def friction_line(content: dict[str, Any]) -> None:
         line += (
             "  in the convex hull of its data" if content["in_convex_hull"] else "  outside the convex hull of its data"
         )
-    Console().print(f"{line}  {content['friction_model']}, {content['oil']}", highlight=False, soft_wrap=True)
+    marked = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
+    Console().print(f"{line}  {content['friction_model']}{marked}, {content['oil']}", highlight=False, soft_wrap=True)

@@ -113,4 +113,26 @@ def test_registry_states_source_range_and_certainty() -> None:
         "misharin_1958",
         "drozdov_gavrikov_1967",
         "odonoghue_cameron_1966",
+        "masjedi_khonsari_2012",
     }
+    assert all((entry.mark == "") == (entry.certainty == "found") for entry in PUBLISHED.values())
+    assert "in part" in PUBLISHED["benedict_kelley_1961"].certainty_words
+
+
+def test_masjedi_khonsari_share_by_hand() -> None:
+    # logarithms by hand, base 10: U 1e-11, W 1e-4, G 4000, s 3e-5, V 0.035
+    inside = 10.0 ** (
+        math.log10(4470.0)
+        + 6.015 * math.log10(3e-5)
+        + 1.168 * math.log10(0.035)
+        - 0.485 * 4.0
+        + 3.741 * 11.0
+        - 2.898 * math.log10(4000.0)
+    )
+    per_cent = 0.005 * 10.0 ** (0.408 * 4.0 + 0.088 * 11.0 + 0.103 * math.log10(4000.0)) * math.log(1.0 + inside)
+    share = p.share_masjedi_khonsari_2012(1e-11, 1e-4, 4000.0, 3e-5, 0.035)
+    assert 5.0 < per_cent < 95.0
+    assert float(share) == pytest.approx(0.01 * per_cent, rel=1e-9)
+    # smoother is less, and what is no share is no number
+    assert float(p.share_masjedi_khonsari_2012(1e-11, 1e-4, 4000.0, 3e-6, 0.035)) < 1e-3
+    assert math.isnan(float(p.share_masjedi_khonsari_2012(1e-14, 1e-4, 4000.0, 3e-5, 0.035)))

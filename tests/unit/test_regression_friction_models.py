@@ -39,6 +39,10 @@ def test_constant_is_exact_in_any_shape() -> None:
     assert (estimate.flag == FrictionFlag.OK).all()
 
 
+def test_colemans_constant_has_a_name() -> None:
+    assert friction_model("coleman") == friction_model("constant:0.05")
+
+
 @pytest.mark.parametrize("name", sorted(PUBLISHED))
 def test_published_are_plausible_and_keep_the_shape(name: str) -> None:
     model = friction_model(name)
