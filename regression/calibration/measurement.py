@@ -42,6 +42,7 @@ MEASURED: dict[str, Quantity] = {
     "friction_uncertainty": Quantity("", gt=0.0, le=1.0, hint="One standard deviation of mu."),
 }
 LABEL = "curve"
+SYNTHETIC = "# SYNTHETIC"  # how a table of synthetic friction begins
 COLUMNS: dict[str, Quantity | None] = {**CONDITIONS, **MEASURED, LABEL: None}
 
 
@@ -52,7 +53,7 @@ class Measurement:
     Parameters
     ----------
     name : str
-        File name.
+        File name, and "(synthetic)" where the file says so.
     file_hash : str
         SHA-256 of the file.
     columns : dict of ndarray, shape (n,)
@@ -116,10 +117,10 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
         if name in given
     }
     columns.setdefault("roughness_rms", np.zeros(size))
-    nothing = np.full(size, np.nan)
+    nothing, content = np.full(size, np.nan), path.read_bytes()
     return Measurement(
-        name=path.name,
-        file_hash=hashlib.sha256(path.read_bytes()).hexdigest(),
+        name=path.name + (" (synthetic)" if content.startswith(SYNTHETIC.encode()) else ""),
+        file_hash=hashlib.sha256(content).hexdigest(),
         columns=columns,
         load=loads[0],
         friction=np.array(table.get("friction_coefficient", nothing), dtype=float),

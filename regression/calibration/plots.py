@@ -56,9 +56,9 @@ def plot_calibration(measurement: Measurement, result: CalibrationResult) -> Fig
         above.set_ylabel("friction coefficient [-]")
         above.legend(frameon=False, fontsize=8)
         below.axhline(0.0, color="black", lw=0.8)
-        below.set(xlabel=name, ylabel="measured - computed\nover noise [-]")
+        below.set(xlabel=name, ylabel="table - computed\nover noise [-]")
     fitted = ", ".join(result.fitted)
-    figure.suptitle(f"{measurement.name}: points measured, lines computed with {fitted}", fontsize=10)
+    figure.suptitle(f"{measurement.name}: points of the table, lines computed with fitted\n{fitted}", fontsize=10)
     return figure
 
 

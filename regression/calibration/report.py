@@ -23,7 +23,7 @@ def calibration_report(result: CalibrationResult) -> None:
         ("unit", False),
         ("", False),
     ):
-        table.add_column(heading, justify="right" if right else "left")
+        table.add_column(heading, justify="right" if right else "left", no_wrap=True)
     for estimate in result.parameters:
         parameter = PARAMETERS[estimate.name]
         value, low, high = (
@@ -38,7 +38,7 @@ def calibration_report(result: CalibrationResult) -> None:
     if len(result.fitted) > 1:
         matrix = Table(title="correlation of the logarithms")
         for heading in ("", *result.fitted):
-            matrix.add_column(heading, justify="right")
+            matrix.add_column(heading, justify="right", overflow="fold")
         for name, row in zip(result.fitted, result.correlation, strict=True):
             matrix.add_row(name, *(f"{value:+.2f}" for value in row))
         console.print(matrix)

@@ -16,7 +16,7 @@ from ehl import __version__
 from ehl.errors import ConvergenceError, InputError
 from ehl.units import Quantity
 from regression.calibration.calibrate import all_values, solver_of
-from regression.calibration.measurement import CONDITIONS, Measurement
+from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.setup import CalibrationSetup
 
@@ -103,7 +103,7 @@ def write_synthetic(made: Measurement, setup: CalibrationSetup, seed: int, truth
     """
     values = ", ".join(f"{name} {value:.6g}" for name, value in true_values(made, setup, truth).items())
     text = io.StringIO()
-    text.write(f"# SYNTHETIC, no measurement: friction computed by ehl {__version__} for {setup.oil} with noise, ")
+    text.write(f"{SYNTHETIC}, no measurement: friction computed by ehl {__version__} for {setup.oil} with noise, ")
     text.write(f"seed {seed}\n# by mixed-ehl calibrate --synthetic; parameters (SI): {values}\n")
     writer = csv.writer(text, lineterminator="\n")
     names = [name for name in CONDITIONS if name in made.columns and np.ptp(made.columns[name]) > 0.0]

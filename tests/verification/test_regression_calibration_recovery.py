@@ -218,5 +218,6 @@ def test_the_contact_solver_gives_back_what_was_put_in(
     assert Path("curves.png").stat().st_size > 10_000
     card = Oil.load("mine.toml")
     assert card.calibration is not None
+    assert card.calibration.file == "made.csv (synthetic)"
     assert card.eyring_stress == result["parameters"][0]["value"]
     assert card.calibration.fitted["boundary_friction"].value == result["parameters"][1]["value"]
