@@ -18,13 +18,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from scipy.sparse import bmat, coo_matrix, kron
 from skfem import Basis, BilinearForm, ElementHex2, MeshHex
 
 from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
 from efficiency.design import Design, load_design
+from efficiency.load.compliance import Tooth
 from efficiency.load.solid_tooth import SolidTooth, solid_tooth
 from efficiency.load.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, loaded_flank, solid_tooth_of
 
@@ -217,8 +220,6 @@ class NinePoints:
     own, ahead : (9, 9) arrays
         Deflection of the points per unit force on each of them, and of the same points of the next tooth in rising
         azimuth [m/N].
-    line : (2, stations) array
-        Distance from the toe, and deflection of the tip per unit force on the middle of the tip [m], [m/N].
     unknowns : int
     seconds : float
     """
@@ -227,7 +228,6 @@ class NinePoints:
     height: FloatArray
     own: FloatArray
     ahead: FloatArray
-    line: FloatArray
     unknowns: int
     seconds: float
 
@@ -269,16 +269,10 @@ def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> N
         c, s = np.cos(grid.pitch), np.sin(grid.pitch)
         turned = normals @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         ahead = elements.at(deflection, elements.node(rows, columns, upper, 1), turned)
-    along = np.arange(counts.along + 1)
-    tip = np.full_like(along, counts.rows)
-    line = elements.at(deflection, elements.node(tip, along, upper), elements.normals(tip, along, upper))
     face = grid.u[0] - grid.u[0, 0]
     height = grid.height[rows, columns] - blank.root(grid.u[0, columns])
     seconds = time.perf_counter() - clock
-    middle = 7  # of the nine: tip, middle of the face
-    return NinePoints(
-        face[columns], height, own, ahead, np.stack([face, line[:, middle]]), elements.stiffness.shape[0], seconds
-    )
+    return NinePoints(face[columns], height, own, ahead, elements.stiffness.shape[0], seconds)
 
 
 def line_load(tooth: SolidTooth) -> FloatArray:
@@ -319,57 +313,58 @@ MEMBERS: tuple[tuple[str, Member], ...] = (
 COUNTS = Counts(3, 3, 8, 4, 16)
 
 
+def compare(
+    name: str, member: Member, points: NinePoints, solid: SolidTooth, plate: Tooth, axes: Axes
+) -> list[list[object]]:
+    """Print and draw one member; rows of the table."""
+    errors = points.errors(solid)
+    print(
+        f"{name} {member}: elements {points.unknowns} unknowns, {points.seconds:.0f} s; away from the load worst "
+        f"{100 * np.abs(errors).max():.1f} %, rms {100 * np.sqrt(np.mean(errors**2)):.1f} %"
+    )
+    away = ~np.eye(9, dtype=bool)
+    of_solid, of_plate = (model.influence(points.face, points.height) for model in (solid, plate))
+    largest = np.max(np.where(away, points.own, 0.0), axis=0)
+    print(
+        np.array2string(
+            100.0 * np.where(away, (of_solid - points.own) / largest, 0.0), precision=1, suppress_small=True
+        )
+    )
+    x = 1e9 * points.own[away]
+    axes.loglog(x, x, color="#909090", lw=1)
+    axes.loglog(x, 1e9 * np.maximum(of_plate[away], 1e-13), "^", ms=4, color="#c8651b", label="plate on elastic root")
+    axes.loglog(x, 1e9 * of_solid[away], "o", ms=4, color="#1f5a99", label="solid on its ring")
+    axes.set(title=f"{name}, {member}", xlabel="finite elements [nm/N]", ylabel="model [nm/N]")
+    axes.set(xlim=(0.08, 8.0), ylim=(1e-3, 8.0))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    return [[name, member, i, j, points.own[i, j], of_solid[i, j], of_plate[i, j]] for i in range(9) for j in range(9)]
+
+
 def main() -> None:
     """Run all computations."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
     cells = int(sys.argv[2]) if len(sys.argv) > 2 else 3
     folder.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(9.0, 6.4), layout="constrained")
+    figure = Figure(figsize=(8.0, 7.0), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     rows: list[list[object]] = []
     for axes, (name, member) in zip(panels, MEMBERS, strict=True):
         design = load_design(name)
-        print(f"{name} {member}")
         for orders, unknowns, seconds, error in convergence(design, member):
             memory = 8e-6 * unknowns**2
             print(
                 f"  orders {orders.tooth} {orders.body}: {unknowns} unknowns, {seconds:.2f} s, {memory:.0f} MB, "
                 f"line loads {100 * error:.1f} %"
             )
-        points = nine_points(design, member, COUNTS, cells)
-        tooth = solid_tooth_of(design, member, "drive", cells=cells)
-        errors = points.errors(tooth)
-        upper = tooth_grid(design, member, ROWS, COLUMNS).sides[1] == loaded_flank(design, member, "drive")
-        print(
-            f"  elements: {points.unknowns} unknowns, {points.seconds:.0f} s; away from the load: worst "
-            f"{100 * np.abs(errors).max():.1f} %, rms {100 * np.sqrt(np.mean(errors**2)):.1f} %"
-        )
-        if cells > 2:
-            ahead = tooth.neighbour_influence(1, points.face, points.height, points.face, points.height)
-            ahead = ahead if upper else ahead.T
-            print(
-                f"  next tooth: worst {100 * np.abs(ahead - points.ahead).max() / points.ahead.max():.1f} %, "
-                f"sum {ahead.sum() / points.ahead.sum():.3f}"
-            )
-        for i in range(9):
-            for j in range(9):
-                rows.append([name, member, i, j, points.own[i, j], tooth.influence(points.face, points.height)[i, j]])
+        solid = solid_tooth_of(design, member, "drive", cells=cells)
         plate = elastic_teeth(design, "drive", "plate")[member == "gear"]
-        face, fine = points.line[0], np.linspace(0.0, tooth.face_width, 201)
-        axes.plot(1e3 * face, 1e9 * points.line[1], "o", color="#202020", ms=4, label="finite elements")
-        middle = float(face[points.line[1].argmax()])
-        for label, model, style in (("solid", tooth, "-"), ("plate on elastic root", plate, "--")):
-            at = np.append(fine, middle)
-            matrix = model.influence(at, model.whole_depth(at))
-            axes.plot(1e3 * fine, 1e9 * matrix[:-1, -1], style, label=label)
-        axes.set(title=f"{name}, {member}", xlabel="distance from the toe [mm]", ylabel="deflection of the tip [nm/N]")
-        top = 1.2e9 * float(tooth.influence([middle], tooth.whole_depth([middle]))[0, 0])
-        axes.set_ylim(-0.05 * top, top)
+        points = nine_points(design, member, COUNTS, cells)
+        rows += compare(name, member, points, solid, plate, axes)
     panels[0].legend(frameon=False)
     figure.savefig(folder / "tooth_compliance.png", dpi=130)
     with (folder / "tooth_compliance.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["design", "member", "point", "loaded_point", "elements_m_per_N", "solid_m_per_N"])
+        writer.writerow(["design", "member", "point", "loaded_point", "elements_m_N", "solid_m_N", "plate_m_N"])
         writer.writerows(rows)
 
 

@@ -50,7 +50,7 @@ class Orders:
         return Orders(times(self.tooth), times(self.body))
 
 
-ORDERS = Orders(tooth=(6, 8, 14), body=(5, 5, 12))
+ORDERS = Orders(tooth=(7, 9, 16), body=(6, 6, 14))
 """By convergence, see docs/gear_load.md."""
 
 

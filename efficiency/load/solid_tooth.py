@@ -17,6 +17,7 @@ from efficiency.load.ring import ring_response
 from efficiency.load.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
 from efficiency.load.shape_functions import FloatArray, lagrange_polynomials, lobatto_nodes
 from efficiency.load.tooth_cell import Part, ToothCell, tooth_cell
+from ehl.errors import ConvergenceError
 from ehl.material import Material
 
 _MIDDLE = 0.5
@@ -143,6 +144,8 @@ def solid_tooth(
     ConvergenceError
         The tooth model is folded, or the body is not held.
     """
+    if not held:
+        raise ConvergenceError("tooth_not_held", "no surface of the body is held")
     cell = tooth_cell(grid, rim_thickness)
     body = material.youngs_modulus if body_modulus is None else body_modulus
     moduli: dict[Part, float] = {"foot": body, "slot": body, "tooth": material.youngs_modulus}
