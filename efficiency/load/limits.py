@@ -74,10 +74,12 @@ def _place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: i
     )
 
 
-def limit_notes(load: LoadDistribution, teeth: TeethElasticity, unloaded: float) -> tuple[str, ...]:
+def limit_notes(
+    load: LoadDistribution, teeth: TeethElasticity, unloaded: float, edges: EdgeLoad | None = None
+) -> tuple[str, ...]:
     """What a user has to know of the load: pressure above the hardness, load at edges, flanks that do not match.
 
-    `unloaded` is the transmission error without load, peak to peak [rad].
+    `unloaded` is the transmission error without load, peak to peak [rad]; `edges` what is known of the edges already.
     """
     notes = []
     above, loaded = points_above_hardness(load, teeth)
@@ -87,7 +89,7 @@ def limit_notes(load: LoadDistribution, teeth: TeethElasticity, unloaded: float)
             f"Hertz pressure above the {hardness(teeth) / 1e9:.3g} GPa hardness of the softer member at {above} of "
             f"{loaded} loaded points, up to {peak.pressure / 1e9:.4g} GPa, {peak.place}; the teeth would yield"
         )
-    edges = edge_load(load, teeth)
+    edges = edges or edge_load(load, teeth)
     if edges.share >= _EDGE_SHARE:
         notes.append(_edge_note(edges, load, teeth))
     if unloaded > _LARGE_ERROR:

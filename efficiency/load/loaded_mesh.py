@@ -17,6 +17,8 @@ import numpy as np
 
 from efficiency.contact.axis import Axis
 from efficiency.contact.contact_lines import MeshPosition
+from efficiency.load.edge_load import EdgeLoad, edge_load
+from efficiency.load.limits import limit_notes
 from efficiency.load.load_distribution import (
     ElasticPosition,
     LoadDistribution,
@@ -170,6 +172,16 @@ class LoadedMesh:
     fine: LoadDistribution
     coarse: LoadDistribution
     friction_in_equilibrium: bool = False
+
+    @cached_property
+    def edges(self) -> EdgeLoad:
+        """Load and pressure at the edges."""
+        return edge_load(self.fine, self.mesh.teeth)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What a user has to know of geometry and load."""
+        return self.mesh.notes + limit_notes(self.fine, self.mesh.teeth, self.mesh.unloaded_error, self.edges)
 
 
 def load_mesh(mesh: Mesh, torque_pinion: float) -> LoadedMesh:

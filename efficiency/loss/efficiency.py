@@ -14,8 +14,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.load.edge_load import edge_load
-from efficiency.load.limits import limit_notes, points_above_hardness
+from efficiency.load.limits import points_above_hardness
 from efficiency.load.load_distribution import LoadDistribution
 from efficiency.load.loaded_mesh import LoadedMesh as LoadedMesh
 from efficiency.load.loaded_mesh import Mesh as Mesh
@@ -28,12 +27,12 @@ from efficiency.loss.result import EfficiencyResult, Reason
 from ehl.oil import Oil
 from regression.conditions import conditions_of
 from regression.friction_models import FrictionEstimate, FrictionFlag, FrictionModel
+from regression.published_registry import PUBLISHED
 
 FloatArray = NDArray[np.float64]
 
 SKIPPED = (
-    "elastic influence between neighbouring teeth through the body",
-    "root fillets and lengthwise curvature of the teeth as plates",
+    "shafts, bearings and the body beyond its held surfaces",
     "churning, windage and bearing losses",
 )
 FRICTIONLESS = "friction in the load equilibrium"
@@ -96,7 +95,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     power_loss = float(losses.mean())
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
-    edges = edge_load(loaded.fine, mesh.teeth)
+    edges = loaded.edges
     return EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
@@ -192,7 +191,9 @@ def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
 
 
 def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[str, ...]:
-    notes = loaded.mesh.notes + limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
+    notes = loaded.notes
+    if name in PUBLISHED and PUBLISHED[name].mark:
+        notes += (f"friction model {name} {PUBLISHED[name].certainty_words}",)
     missing = int(np.count_nonzero(_missing(friction)))
     if missing:
         notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)
