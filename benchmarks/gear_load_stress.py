@@ -47,7 +47,7 @@ REASONS = {
     "no_contact": "no tooth pair can touch at some pinion angle",
     "map": "the fields of the mesh are not smooth enough to be mapped",
     "transmission": "the unloaded transmission error is out of proportion with the ease-off",
-    "tooth_folded": "the body between the flanks of a tooth cannot be made without folds",
+    "crossing": "the flanks of a tooth cross",
     "newton_limit": "Newton's method on the local compliance did not converge",
     "active_set_limit": "neither active set came to an end",
 }

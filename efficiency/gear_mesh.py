@@ -12,6 +12,7 @@ from efficiency.contact.contact_lines import EDGE_REACH, MeshPosition, mesh_cycl
 from efficiency.contact.pair import GearPair, Side, gear_pair
 from efficiency.cutting.flank import Flank
 from efficiency.design import BlankInput, Design, MemberInput
+from efficiency.load.compliance import Tooth
 from efficiency.load.load_distribution import TeethElasticity
 from efficiency.load.teeth import elastic_teeth
 from efficiency.loss.closed_form import PitchGeometry
@@ -64,8 +65,9 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
     pair = gear_pair(design, side)
     pinion, gear = (_mean_angles(flank) for flank in design.flanks(side))
     materials = design.pinion.elastic_material(), design.gear.elastic_material()
+    bodies, told = _bodies(design, side)
     teeth = TeethElasticity(
-        *elastic_teeth(design, side),
+        *bodies,
         *materials,
         edge_rounding_pinion=_edge_rounding(design.pinion, design),
         edge_rounding_gear=_edge_rounding(design.gear, design),
@@ -88,7 +90,7 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
         positions,
         points_per_line,
         axes,
-        pair.notes,
+        (*pair.notes, *told),
         unloaded,
         EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
     )
@@ -100,6 +102,15 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
 
         mesh = replace(mesh, under_torque=deflected)
     return GearMesh(pair, mesh, _pitch_geometry(design.pinion.blank, design.gear.blank, pinion, gear))
+
+
+def _bodies(design: Design, side: Side) -> tuple[tuple[Tooth, Tooth], tuple[str, ...]]:
+    """Teeth as elastic bodies, and what is to be known of them."""
+    try:
+        return elastic_teeth(design, side), ()
+    except ConvergenceError as error:
+        note = f"teeth as plates on an elastic root, less accurate: no solid can be made of them, {error}"
+        return elastic_teeth(design, side, "plate"), (note,)
 
 
 def _edge_rounding(member: MemberInput, design: Design) -> float:

@@ -29,6 +29,8 @@ IntArray = NDArray[np.int64]
 EDGE_REACH = 1.0 / 60.0
 # least cosine squared of the angle between an edge and the lines for which the section square to the edge is taken
 _LEAST_CROSSING = 0.1
+# of two flanks that still have a line of contact [m]
+LARGEST_RADIUS = 10.0
 
 
 @dataclass(frozen=True)
@@ -230,6 +232,8 @@ def _with_edges(
         points = points.at(points.closing < least[owner[points.owner]] + reach)
     own = conjugate_fields(surface, points.u, points.v, points.length)
     del own["valley"]
+    meets = own["radius_equivalent"] < 0.99 * LARGEST_RADIUS
+    points, own = points.at(meets), {name: values[meets] for name, values in own.items()}
     crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _LEAST_CROSSING)
     # the section square to the edge
     own["radius_equivalent"] = own["radius_equivalent"] / crossing
@@ -289,6 +293,8 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
     # its curvature adds to that of the conjugate flanks, its slope shifts the place of closest approach
     slope = eu * up + ev * vp
     curvature = rate / (surface_gear * surface_pinion) + euu * up**2 + 2.0 * euv * up * vp + evv * vp**2
+    # next to a limit of undercut flanks part more and more slowly, beyond it they would cut into each other
+    curvature = np.maximum(curvature, 1.0 / LARGEST_RADIUS)
     u1, h1 = p(u, v, ("u1", "h1"))
     gear, pinion = surface.gear.blank, surface.pinion.blank
     return {

@@ -134,19 +134,15 @@ def test_pressure_above_the_hardness_fails_and_says_where(mesh: Mesh) -> None:
     assert not any("hardness" in note for note in light.notes)
 
 
-def test_a_peak_at_the_tip_edge_is_told(loaded: LoadedMesh) -> None:
+def test_load_at_the_edges_is_told(loaded: LoadedMesh) -> None:
     peak = pressure_peak(loaded.fine, loaded.mesh.teeth)
     assert peak.pressure == loaded.fine.pressure_max
-    position = next(p for p in loaded.fine.positions if p.pressure_hertz.max() == peak.pressure)
-    point = int(np.argmax(position.pressure_hertz))
-    # the last point of its line, half a part of the line from the tip of the gear
-    tooth, at = loaded.mesh.teeth.gear, position.position
-    depth = tooth.whole_depth(at.face_gear[point])
-    assert 0.0 < depth - at.height_gear[point] < at.length[point]
-    assert peak.edge == "tip edge of the gear"
-    assert peak.place.startswith("midway toe to heel, near the tip of the gear flank")
     (note,) = limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
-    assert "tip edge of the gear" in note
+    assert "gear tip" in note
+    assert "before and after the path of the smooth flanks" in note
+    result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
+    assert 0.0 < result.edge_load_share < result.edge_loss_share < 0.5
+    assert result.pressure_max < result.pressure_edge_lower < result.pressure_edge < result.pressure_edge_upper
 
 
 def with_offset(offset: float) -> Design:
@@ -166,13 +162,9 @@ def test_flanks_that_do_not_match_at_all_are_refused() -> None:
         run_gear(with_offset(0.01), positions=4, points_per_line=9)
 
 
-def test_a_peak_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
-    positions = []
-    for position in loaded.fine.positions:
-        pressure = np.zeros_like(position.pressure_hertz)
-        pressure[4] = 1e9  # the middle of the first line of nine points
-        positions.append(replace(position, pressure_hertz=pressure))
-    inner = replace(loaded.fine, positions=tuple(positions))
+def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
+    positions = tuple(replace(p, at_edge=np.zeros_like(p.at_edge)) for p in loaded.fine.positions)
+    inner = replace(loaded.fine, positions=positions)
     assert pressure_peak(inner, loaded.mesh.teeth).edge == ""
     assert limit_notes(inner, loaded.mesh.teeth, loaded.mesh.unloaded_error) == ()
 
