@@ -71,6 +71,7 @@ def mu(
     temperature: Annotated[str, typer.Option(help='Oil temperature at the inlet, "80 degC".')],
     roughness: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
+    correlation_length: Annotated[str, typer.Option(help='Of the roughness of either surface, "50 um".')] = "30 um",
     oil: Annotated[str | None, typer.Option(help="Oil card; the formula's own if not given.")] = None,
     boundary_friction: Annotated[
         float | None, typer.Option(help="mu_b of the asperities in place of the formula's own.", min=0.0, max=1.0)
@@ -91,7 +92,7 @@ def mu(
     from regression.report import friction_content, friction_line
 
     friction = with_options(friction_model(model), boundary_friction, refuse)
-    given = (pressure, radius, speed, slide_to_roll, temperature, roughness, lengthwise)
+    given = (pressure, radius, speed, slide_to_roll, temperature, roughness, lengthwise, correlation_length)
     values = check_point(dict(zip(POINT, given, strict=True)))
     composite = values.pop("roughness_rms") / 2.0**0.5
     steel = load_material("steel")

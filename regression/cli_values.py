@@ -32,6 +32,7 @@ POINT: dict[str, tuple[str, Quantity]] = {
         ("temperature_oil", "--temperature", Temperature),
         ("roughness_rms", "--roughness", inputs.Rms),
         ("speed_sliding_lengthwise", "--lengthwise", inputs.SlidingSpeed),
+        ("correlation_length", "--correlation-length", inputs.Length),
     )
 }
 

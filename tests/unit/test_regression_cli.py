@@ -146,6 +146,7 @@ def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
         ({"temperature": "80"}, ["--temperature", "80 degC"]),
         ({"temperature": "300 degC"}, ["--temperature", "at most"]),
         ({"roughness": "0.4"}, ["--roughness", "ambiguous"]),
+        ({"correlation_length": "50"}, ["--correlation-length", "ambiguous"]),
         ({"oil": "fva9"}, ["oil", "fva9", "fva3"]),
     ],
 )
