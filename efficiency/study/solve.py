@@ -15,7 +15,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
-from itertools import product
+from itertools import groupby, product
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -175,7 +176,10 @@ def _tasks(
     grid: tuple[int, int],
     costly: bool,
 ) -> Iterator[StudyTask]:
-    """All states of the aligned design in one task, each misalignment at the reference; costly states one by one."""
+    """States of the aligned design, a task for each torque, and each misalignment at the reference.
+
+    Costly states make a task each.
+    """
     every = tuple(product(levels.torque, levels.speed, levels.temperature_oil, levels.roughness_rms))
     middle = (reference["torque"], reference["speed"], reference["temperature_oil"], reference["roughness_rms"])
     start = design.assembly.misalignment
@@ -195,8 +199,8 @@ def _tasks(
         )
         task = StudyTask(design.with_misalignment(**moved), blank, side, oil, friction, (), grid)
         states = (middle,) if shift else every
-        for part in ((state,) for state in states) if costly else (states,):
-            yield replace(task, states=part)
+        for _, part in groupby(states, key=None if costly else itemgetter(0)):
+            yield replace(task, states=tuple(part))
 
 
 Found = tuple[list[StudyPoint], dict[str, int]]
