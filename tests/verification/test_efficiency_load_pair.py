@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from efficiency.design import load_design
+from efficiency.design import Deflection, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh, profile_contact_ratio
 from efficiency.load.load_distribution import distribute_load
 from efficiency.loss.closed_form import coleman_type
@@ -98,7 +99,8 @@ def test_closed_form_is_explained_by_its_symmetric_path(mesh: GearMesh, loaded: 
     """The closed form spreads the load evenly over a path as long before as after the pitch point.
 
     The pinion's long addendum makes the path one-sided: its mean sliding is 2 (g1^2 + g2^2)/(g1 + g2)^2 = 1.17 times
-    that. With it the mesh loses 0.97 of the closed form, as the elastic load favours the middle of the path.
+    that. With it the mesh loses 1.03 of the closed form: the elastic load favours the middle of the path, but the edges
+    go on carrying before and after it, where sliding is greatest.
     """
     pitch = mesh.pitch
     transverse = math.atan(math.tan(pitch.pressure_angle) / math.cos(pitch.spiral_angle_gear))
@@ -111,7 +113,7 @@ def test_closed_form_is_explained_by_its_symmetric_path(mesh: GearMesh, loaded: 
     closed = 1.0 - coleman_type(pitch, 0.05)
     ratio = (1.0 - efficiency(loaded, 0.05).efficiency) / closed
     assert one_sided == pytest.approx(1.171, abs=2e-3)
-    assert 0.95 < ratio / one_sided < 1.0
+    assert 1.0 < ratio / one_sided < 1.06
 
 
 def test_pitch_geometry_of_the_design(mesh: GearMesh) -> None:
@@ -170,6 +172,17 @@ def test_light_load_is_hertz_point_contact() -> None:
     assert load.share[0] == pytest.approx(1.0)
     assert load.pressure_hertz.max() == pytest.approx(peak, rel=0.03)
     assert 0.5 * position.length[load.force > 0.0].sum() == pytest.approx(half_length, rel=0.12)
+
+
+def test_deflection_grows_with_the_torque() -> None:
+    """0.1 mm of E at 300 N m is 0.05 mm at 150 N m, on top of the misalignment."""
+    assembly = DESIGN.assembly.model_copy(update={"deflection": Deflection(E=1e-4, torque=300.0)})
+    soft = DESIGN.model_copy(update={"assembly": assembly})
+    loaded = load_mesh(gear_mesh(soft, "drive", 4, 9).mesh, 150.0)
+    same = load_mesh(gear_mesh(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9).mesh, 150.0)
+    np.testing.assert_array_equal(loaded.fine.transmission_error, same.fine.transmission_error)
+    with pytest.raises(ValidationError, match="the pinion torque of these displacements"):
+        Deflection(E=1e-4)
 
 
 def test_coast_side_carries_load_too() -> None:
