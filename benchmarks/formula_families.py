@@ -2,10 +2,10 @@
 
     python benchmarks/formula_families.py RUN --sizes 64 128 256 512 1024 --out benchmarks/out
 
-RUN is the result file or folder of a sweep. Its rows come sorted by key, a hash, so that the first n are a random sample
-of the plan; they are fitted and the last `--check` are predicted, which no fit has seen. Prints a table of all and of the
-bands of the film ratio, writes formula_families_<plan>.csv and .png. Errors beside them: what the solver states for the
-same contacts (median of the 90 % bound), below which no formula can be judged.
+RUN is the result file or folder of a sweep. Its rows come sorted by key, a hash, so that the first n are a random
+sample of the plan; they are fitted and the last `--check` are predicted, which no fit has seen. Prints a table of all
+and of the bands of the film ratio, writes formula_families_<plan>.csv and .png. Beside the errors stands what the solver
+states for the same contacts (median of the 90 % bound), below which no formula can be judged.
 """
 
 from __future__ import annotations
