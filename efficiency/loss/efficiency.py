@@ -133,6 +133,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         transmission_error_unloaded=mesh.unloaded_error,
         ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
         outside_range_share=_share(fine, estimate, FrictionFlag.OUTSIDE_RANGE),
+        flag_shares=_flag_shares(fine, estimate),
         flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
         torque_residual=loaded.fine.torque_residual,
         compatibility_residual=loaded.fine.compatibility_residual,
@@ -198,6 +199,13 @@ def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[s
     if missing:
         notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)
     return notes
+
+
+def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, float]:
+    """Share of the loss at points of each flag; points without friction have no loss."""
+    power = np.where(np.isfinite(estimate.mu), estimate.mu, 0.0) * points.force * points.speed_sliding
+    total = max(float(power.sum()), np.finfo(float).tiny)
+    return {flag.name.lower(): float(power[estimate.flag == flag].sum()) / total for flag in FrictionFlag}
 
 
 def _edge_loss(load: LoadDistribution, points: LoadedPoints, mu: FloatArray) -> float:

@@ -77,8 +77,8 @@ class EfficiencyResult:
         Least and greatest value over the loaded points of each local variable of the friction formula.
     outside_range_share : float
         Share of the sliding power at points outside the friction model's stated range [-].
-    flags : dict
-        Number of loaded points by the friction model's flag.
+    flags, flag_shares : dict
+        Number of loaded points by the friction model's flag, and their share of the loss [-].
     torque_residual, compatibility_residual : float
         Worst relative residuals of the load distribution [-].
     positions, points_per_line, points_loaded : int
@@ -134,6 +134,7 @@ class EfficiencyResult:
     ranges: dict[str, tuple[float, float]]
     outside_range_share: float
     flags: dict[str, int]
+    flag_shares: dict[str, float]
     torque_residual: float
     compatibility_residual: float
     positions: int

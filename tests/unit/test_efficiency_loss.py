@@ -88,6 +88,9 @@ def test_points_outside_the_range_are_told(loaded: LoadedMesh) -> None:
     power = result.points.force * result.points.speed_sliding
     assert result.outside_range_share == pytest.approx(power[pressure > 1e9].sum() / power.sum())
     assert result.flags["outside_range"] == np.count_nonzero(pressure > 1e9) > 0
+    lost = result.friction.mu * power
+    assert result.flag_shares["outside_range"] == pytest.approx(lost[pressure > 1e9].sum() / lost.sum())
+    assert sum(result.flag_shares.values()) == pytest.approx(1.0)
     assert result.status == "converged"
 
 
