@@ -4,8 +4,8 @@
 
 RUN is the result file or folder of a sweep. Its rows come sorted by key, a hash, so that the first n are a random
 sample of the plan; they are fitted and the last `--check` are predicted, which no fit has seen. Prints a table of all
-and of the bands of the film ratio, writes formula_families_<plan>.csv and .png. Beside the errors stands what the solver
-states for the same contacts (median of the 90 % bound), below which no formula can be judged.
+and of the bands of the film ratio, writes formula_families_<plan>.csv and .png. Beside the errors stands what the
+solver states for the same contacts (median of the 90 % bound), below which no formula can be judged.
 """
 
 from __future__ import annotations

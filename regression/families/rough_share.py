@@ -28,9 +28,11 @@ def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arr
     boundary film, `touch` Rq. All grow with lambda, so that X falls from 1 to 0.
     """
     rough = np.maximum(c["roughness_rms"], _LEAST_ROUGHNESS)
-    ratio = c["film_formula"] / rough
-    flattening = c["pressure_hertz"] * c["correlation_length"] / (c["effective_modulus"] * rough) / 0.3
     waves = c["half_width"] / c["correlation_length"] / 20.0
+    # waves longer than the contact are shape to it, not roughness
+    plain = c["film_formula"] / rough
+    ratio = plain * (1.0 + k["narrow"] / (20.0 * waves))
+    flattening = c["pressure_hertz"] * c["correlation_length"] / (c["effective_modulus"] * rough) / 0.3
     rise = np.maximum(np.log(c["viscosity_mean_pressure"] / c["viscosity_inlet"]), 1e-3) / 5.0
     across = np.abs(c["slide_to_roll"]) / 0.2
     squeezed = (
@@ -40,7 +42,7 @@ def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arr
         + k["squeeze_pressure"] * np.log(flattening)
         + k["squeeze_waves"] * np.log(waves)
         + k["squeeze_viscosity"] * np.log(rise)
-        - np.log1p((k["touch"] / ratio) ** 3)
+        - np.log1p((k["touch"] / plain) ** 3)
     )
     log_sliding = (
         k["slide_film"] * np.log(ratio)
@@ -84,19 +86,20 @@ _TERMS: dict[str, tuple[float, float, float]] = {
     "squeeze_waves": (0.0, -2.0, 2.0),
     "squeeze_viscosity": (-0.2, -3.0, 3.0),
     "touch": (0.08, 0.0, 0.5),
+    "narrow": (2.0, 0.0, 10.0),
     "slide": (3.0, 0.0, 1e3),
     "slide_film": (1.7, 0.0, 8.0),
     "slide_pressure": (3.7, 0.0, 8.0),
     "slide_waves": (-0.4, -4.0, 4.0),
-    "slide_viscosity": (-0.3, -6.0, 6.0),
-    "slide_heat": (-3.2, -8.0, 6.0),
+    "slide_viscosity": (-0.3, -4.0, 4.0),
+    "slide_heat": (-3.2, -6.0, 6.0),
     "slide_power": (2.0, 0.2, 5.0),
 }
 
 _EQUATION = (
-    "mu = X mu_b + (1 - X)^film_power F; X = 1/(1 + Q (1 + Z)); l = h0/Rq;"
+    "mu = X mu_b + (1 - X)^film_power F; X = 1/(1 + Q (1 + Z)); l = h0/Rq (1 + narrow lc/b);"
     " Q = squeeze l^squeeze_film exp(squeeze_tail l) P^squeeze_pressure B^squeeze_waves N^squeeze_viscosity"
-    "/(1 + (touch/l)^3);"
+    "/(1 + (touch Rq/h0)^3);"
     " Z = slide |s/0.2|^slide_power l^slide_film P^slide_pressure B^slide_waves N^slide_viscosity"
     " (1 + SR)^slide_heat; P = p_h lc/(0.3 E' Rq), B = b/(20 lc), N = G/5, s = slide_to_roll across the line,"
     " SR = |v_s|/u_r; F = (1 + spread T)^0.5 sum_i w_i t_i (1 + (t_i/(Lam p_i))^8)^(-1/8)/p over p_i = q_i p/r,"
