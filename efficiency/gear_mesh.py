@@ -43,7 +43,17 @@ class GearMesh:
     pitch: PitchGeometry
 
 
-def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_per_line: int = 31) -> GearMesh:
+Bodies = tuple[tuple[Tooth, Tooth], tuple[str, ...]]
+"""Teeth of pinion and gear as elastic bodies, and what is to be known of them."""
+
+
+def gear_mesh(
+    design: Design,
+    side: Side = "drive",
+    positions: int = 24,
+    points_per_line: int = 31,
+    bodies: Bodies | None = None,
+) -> GearMesh:
     """Geometry, contact lines and tooth compliance of a design.
 
     Parameters
@@ -54,6 +64,8 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
         Which flanks are in contact.
     positions, points_per_line : int
         Pinion angles in a pitch (even) and points on each contact line.
+    bodies : Bodies, optional
+        From `elastic_bodies`, where they are known: misalignments do not change them.
 
     Raises
     ------
@@ -65,9 +77,10 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
     pair = gear_pair(design, side)
     pinion, gear = (_mean_angles(flank) for flank in design.flanks(side))
     materials = design.pinion.elastic_material(), design.gear.elastic_material()
-    bodies, told = _bodies(design, side)
+    known = elastic_bodies(design, side) if bodies is None else bodies
+    teeth_as_bodies, told = known
     teeth = TeethElasticity(
-        *bodies,
+        *teeth_as_bodies,
         *materials,
         edge_rounding_pinion=_edge_rounding(design.pinion, design),
         edge_rounding_gear=_edge_rounding(design.gear, design),
@@ -98,13 +111,14 @@ def gear_mesh(design: Design, side: Side = "drive", positions: int = 24, points_
 
         @lru_cache(maxsize=4)
         def deflected(torque: float) -> Mesh:
-            return gear_mesh(design.under_torque(torque).without_deflection(), side, positions, points_per_line).mesh
+            moved = design.under_torque(torque).without_deflection()
+            return gear_mesh(moved, side, positions, points_per_line, known).mesh
 
         mesh = replace(mesh, under_torque=deflected)
     return GearMesh(pair, mesh, _pitch_geometry(design.pinion.blank, design.gear.blank, pinion, gear))
 
 
-def _bodies(design: Design, side: Side) -> tuple[tuple[Tooth, Tooth], tuple[str, ...]]:
+def elastic_bodies(design: Design, side: Side) -> Bodies:
     """Teeth as elastic bodies, and what is to be known of them."""
     try:
         return elastic_teeth(design, side), ()

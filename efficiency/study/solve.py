@@ -22,7 +22,7 @@ from typing import Any
 
 from efficiency.contact.pair import Side
 from efficiency.design import Design, load_design
-from efficiency.gear_mesh import gear_mesh
+from efficiency.gear_mesh import Bodies, elastic_bodies, gear_mesh
 from efficiency.load.loaded_mesh import LoadedMesh, Mesh, load_mesh
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
@@ -244,9 +244,15 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
     return task.key, (points, dict(notes))
 
 
+@lru_cache(maxsize=4)
+def _bodies(aligned: str, side: Side) -> Bodies:
+    return elastic_bodies(Design.model_validate_json(aligned), side)
+
+
 @lru_cache(maxsize=2)
 def _mesh(design: str, side: Side, grid: tuple[int, int]) -> Mesh:
-    return gear_mesh(Design.model_validate_json(design), side, *grid).mesh
+    pair = Design.model_validate_json(design)
+    return gear_mesh(pair, side, *grid, _bodies(pair.with_misalignment().model_dump_json(), side)).mesh
 
 
 @lru_cache(maxsize=2)
