@@ -110,10 +110,11 @@ def _band_title(low: float, high: float, count: int) -> str:
 
 def plain_ticks(axis: Axis, low: float, high: float) -> None:
     """Numbers of a logarithmic axis as 0.01 rather than powers of ten, few enough to stand beside each other."""
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
     steps = (1.0, 2.0, 5.0) if high < 40.0 * low else (1.0, 3.0) if high < 400.0 * low else (1.0,)
-    axis.set_major_locator(LogLocator(subs=steps))
+    # within a factor of six there are too few of these numbers
+    axis.set_major_locator(LogLocator(subs=steps) if high > 6.0 * low else MaxNLocator(5, steps=(1, 2, 5, 10)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
 

@@ -132,6 +132,9 @@ def assignments(program: Program, printer: Printer) -> list[tuple[str, str]]:
     return [(printer.variable(step.name), printer.expression(step)) for step in program.steps]
 
 
+_NO_GUARD = ("This form has no loops: points within the range but beside the cases of the fit are not flagged.",)
+
+
 def description(program: Program) -> list[str]:
     """What the head of every program says: where it comes from, what it takes and gives, what it is worth."""
     formula = program.formula
@@ -154,6 +157,7 @@ def description(program: Program) -> list[str]:
         "  mu: friction coefficient, without rolling traction; no number where the formula has no value",
         f"  lower, upper: interval that held {wide:g} % of the held-out cases; outside the range the worst error",
         f"  flag: {_flags(program)}",
+        *(_NO_GUARD if formula.cloud is not None and "case_distance" not in program.operations else ()),
         "Range:",
     ]
     for name, (low, high) in formula.ranges.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -155,7 +156,9 @@ def _outputs(formula: Formula, oil: Oil | None, loops: bool) -> tuple[Value, ...
     table, within_laws = _conditions(oil)
     outside = _outside(formula, table)
     ramp, floored = _least_sliding(formula, table)
-    coefficients = {name: record.coefficient(f"k_{name}", value) for name, value in formula.coefficients.items()}
+    coefficients = {
+        name: record.coefficient(re.sub(r"\W", "_", f"k_{name}"), value) for name, value in formula.coefficients.items()
+    }
     boundary = record.coefficient("boundary_friction", formula.boundary_friction)
     logarithm: Any = record.value_of(formula.form.log_mu(floored, coefficients, boundary))
     friction = np.exp(logarithm)

@@ -369,6 +369,18 @@ def test_process_is_refused_where_there_are_no_loops(language: str, tmp_path: Pa
         export_formula(formula_of("fva3_load_share+gp"), tmp_path / "friction.txt", language)
 
 
+def test_spreadsheet_says_that_the_guard_is_left_out(tmp_path: Path) -> None:
+    guarded = formula_of("fva3_load_share+gp").model_copy(
+        update={"residual": None, "interval": formula_of("fva3_load_share").interval}
+    )
+    export_formula(guarded, tmp_path / "friction.txt")
+    assert "beside the cases of the fit are not flagged" in (tmp_path / "friction.txt").read_text()
+    export_formula(guarded, tmp_path / "friction.c")
+    text = (tmp_path / "friction.c").read_text()
+    assert "static double case_distance" in text
+    assert "not flagged" not in text
+
+
 def python_function(path: Path) -> Callable[..., Any]:
     namespace: dict[str, Any] = {}
     exec(path.read_text(), namespace)
