@@ -1,4 +1,4 @@
-"""A tooth as a plate on an elastic root: the method of the field, kept to be compared with the solid tooth.
+"""A tooth as a plate on an elastic root: the method of the field, for comparison and where no solid can be made.
 
 The plate is the tooth unrolled along its trace: free at the tip, toe and heel, thickness and height varying.
 Deflection and both rotations of Mindlin's plate are polynomials whose coefficients minimise the potential
