@@ -198,6 +198,7 @@ def _coordinates(state: ContactState) -> FloatArray:
             state.temperature_bulk_1,
             state.temperature_bulk_2,
             state.roughness_rms,
+            state.correlation_length,
         ]
     )
     width = np.ptp(columns, axis=0)
