@@ -200,8 +200,9 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
 
 
 def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:
-    """Rows a formula can be compared with, whatever their own error."""
+    """Rows a formula can be compared with: a case of large error of its own is no reference."""
     usable = (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
+    usable &= ~(frame["friction_error"] > LARGEST_ERROR)
     return frame[usable & (frame["slide_to_roll_total"] > 0.0)].reset_index(drop=True)
 
 

@@ -105,7 +105,7 @@ def test_corners_are_checked_where_they_were_not_fitted(dataset: Dataset) -> Non
 
 def test_families_come_best_first(dataset: Dataset) -> None:
     formulas = list(fit_families(dataset).values())
-    assert formulas[0].family == "load_share"
+    assert formulas[0].family in ("load_share", "rough_share")
     held_out = [f.validation.r2_log for f in formulas]
     assert held_out == sorted(held_out, reverse=True)
 
