@@ -123,7 +123,12 @@ class EhlFriction:
 
     def _contact(self, state: ContactState, oil: Oil, at: int) -> Scene:
         rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))
-        surface = SurfaceInput(roughness_rms_1=rms[0], roughness_rms_2=rms[1], boundary_friction=self.boundary_friction)
+        surface = SurfaceInput(
+            roughness_rms_1=rms[0],
+            roughness_rms_2=rms[1],
+            correlation_length=float(state.correlation_length[at]),
+            boundary_friction=self.boundary_friction,
+        )
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
         return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
 
