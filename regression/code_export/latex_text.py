@@ -125,9 +125,13 @@ def _escaped(name: str) -> str:
 def equations(program: Program) -> list[tuple[str, str]]:
     """Symbol and expression of every step that mu needs, in the order of the computation."""
     printer = LatexPrinter()
-    friction = next(step for step in program.steps if step.name == "friction")
+    mu = next(step for step in program.steps if step.name == "mu")
+    # mu = friction times the ramp at little sliding, where there is a value
+    ramped = mu.operands[1]
+    friction = ramped if ramped.name else ramped.operands[0]
     needed = reached((friction,))
-    return [(printer.variable(step.name), printer.expression(step)) for step in program.steps if step in needed]
+    lines = [(printer.variable(step.name), printer.expression(step)) for step in program.steps if step in needed]
+    return [*lines[:-1], (SYMBOLS["friction"], lines[-1][1])]
 
 
 def latex_text(program: Program, name: str) -> str:
