@@ -34,7 +34,7 @@ def plot_loss_along_mesh(comparison: Comparison) -> Figure:
 
 
 def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figure:
-    figure = Figure(figsize=(7.0, 4.4), layout="constrained")
+    figure = Figure(figsize=(7.0, 3.9 + 0.2 * len(values)), layout="constrained")
     axes: Axes = figure.add_subplot()
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, max(len(values), 2)))
     for number, (result, line) in enumerate(zip(comparison.results, values, strict=True)):
@@ -50,7 +50,7 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
         )
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=label, ylim=(0.0, None))
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    figure.legend(fontsize=8, frameon=False, loc="outside lower center")
     return figure
 
 
@@ -60,7 +60,7 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
     columns = min(3, len(rows))
     lines = -(-len(rows) // 3)
     figure = Figure(figsize=(0.9 + 3.0 * columns, 0.5 + 1.9 * lines), layout="constrained")
-    panels = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+    panels = figure.subplots(lines, columns, squeeze=False, sharey=True)
     top = 100.0 * max((float(np.nanmax(row.loss_regions)) for row in rows), default=1.0)
     shown = None
     for axes, row in zip(panels.ravel(), rows, strict=False):
