@@ -93,6 +93,18 @@ def test_hypoid_pitch_point_is_exact(mu: float, b1: float, b2: float) -> None:
     assert "friction in the load equilibrium" not in with_friction.skipped
 
 
+@pytest.mark.parametrize(("b1", "b2"), [(50.0, 30.0), (20.0, 40.0)])
+def test_hypoid_pitch_point_with_the_gear_driving(b1: float, b2: float) -> None:
+    """eta = (cos a - mu tan b1)/(cos a - mu tan b2): friction points the other way, input and output change places."""
+    pressure, t1, t2 = math.radians(20.0), math.tan(math.radians(b1)), math.tan(math.radians(b2))
+    mesh = pitch_point(math.radians(b1), math.radians(b2), pressure)
+    model, cos_a, operation = ConstantFriction(0.05), math.cos(pressure), replace(OPERATION, driver="gear")
+    result = mesh_efficiency(load_mesh_with_friction(mesh, 100.0, model, OIL, operation), model, OIL, operation)
+    signed = math.copysign(0.05, t1 - t2)
+    assert result.efficiency == pytest.approx((cos_a - signed * t1) / (cos_a - signed * t2), rel=1e-9)
+    assert result.power_output == pytest.approx(100.0 * OPERATION.speed_pinion, rel=1e-14)
+
+
 def test_energy_balance_of_a_real_pair() -> None:
     """What goes in at the pinion less what comes out at the gear is the sum of mu F |v_s|."""
     mesh = gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 11).mesh
