@@ -33,8 +33,8 @@ from regression.friction_models import shipped_formulas
 
 DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
 POSITIONS = (12, 24, 48, 96)
-REFERENCE = "ehl:deterministic"
-SOLVED = ("ehl:smooth", "ehl", REFERENCE)
+REFERENCE = "ehl"
+SOLVED = ("ehl:smooth", "ehl:load_sharing", REFERENCE)
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,10 @@ from efficiency.commands_loss import (
 def gear(
     design: DesignArgument,
     friction: Annotated[
-        str, typer.Option(help="Formula file, constant:0.05, a published formula's name, ehl or ehl:smooth.")
+        str,
+        typer.Option(
+            help="Formula file, constant:0.05, a published formula's name, ehl, ehl:load_sharing or ehl:smooth."
+        ),
     ] = "constant:0.05",
     torque: TorqueOption = None,
     speed: SpeedOption = None,

@@ -112,7 +112,7 @@ def run_demo(folder: Path, jobs: int, notify: Notify = lambda step, done, total:
     notify("gear pair", 0, 1)
     design = resolve_design(DESIGN)
     gear = gear_mesh(design)
-    models = [*map(str, paths), "ehl", CONSTANT, "xu_kahraman_2007"]
+    models = [*map(str, paths), "ehl:load_sharing", CONSTANT, "xu_kahraman_2007"]
     comparison = run_compare(design, models, Conditions(), geared=gear)
     notify("gear pair", 1, 1)
     lap("gear")

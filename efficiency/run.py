@@ -73,7 +73,7 @@ def resolve_design(design: Design | str | Path) -> Design:
 
 
 def resolve_friction(friction: FrictionModel | str, design: Design) -> FrictionModel:
-    """A friction model, or the one of that name: ``ehl``, ``ehl:smooth``, or any of `regression.friction_model`."""
+    """A friction model, or the one of that name: solved contacts (``ehl``...) or any of `regression.friction_model`."""
     if not isinstance(friction, str):
         return friction
     if friction.partition(":")[0] == "ehl":

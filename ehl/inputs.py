@@ -141,7 +141,7 @@ class ModelInput(InputModel):
 
     thermal: Thermal = "auto"
     accuracy: Accuracy = "standard"
-    roughness: Literal["load_sharing", "deterministic"] = "load_sharing"
+    roughness: Literal["load_sharing", "deterministic"] = "deterministic"
     elasticity: Elasticity = "soe"
     friction_tolerance: Annotated[float, Quantity("", ge=1e-4, le=0.5)] | None = None
     shortcuts: Literal["auto", "off"] = "auto"
@@ -248,8 +248,9 @@ class Case(InputModel):
                     idle.append((f"{name}.temperature_bulk", "thermal is off"))
         if self.model.elasticity == "fft" and self.model.roughness == "load_sharing":
             idle.append(("model.elasticity", "load sharing has no transient"))
-        if self.model.roughness == "deterministic" and self.model.load_sharing_scale != 1.0:
-            idle.append(("model.load_sharing_scale", "the roughness is deterministic"))
+        if self.model.roughness == "deterministic":
+            law = {"load_sharing", "load_sharing_scale"} & self.model.model_fields_set
+            idle += [(f"model.{name}", "the roughness is deterministic") for name in sorted(law)]
         if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
             shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
             idle += [(f"surface.{name}", "load sharing knows Rq alone") for name in shape if name in given]

@@ -18,7 +18,7 @@ from regression.published_registry import PUBLISHED
 
 COLEMAN_FRICTION = 0.05
 # what the fitted constant is fitted to, best first; else the first fitted formula, else the first model
-REFERENCES = ("ehl:deterministic:all", "ehl:deterministic", "ehl:all", "ehl")
+REFERENCES = ("ehl:all", "ehl", "ehl:load_sharing:all", "ehl:load_sharing")
 
 
 @dataclass(frozen=True)

@@ -153,9 +153,9 @@ def _solve_chain(scenes: list[Scene], model: ModelInput, bodies: tuple[Material,
 
 
 def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> EhlFriction:
-    """The model of a name: ``ehl`` (load sharing), ``ehl:smooth`` or ``ehl:deterministic``.
+    """The model of a name: ``ehl`` (the rough surfaces rolled through), ``ehl:load_sharing`` or ``ehl:smooth``.
 
-    They solve 320, 320 and 80 contacts and interpolate the others; ``:all`` at the end solves every point, ``:sampled``
+    They solve 80, 320 and 320 contacts and interpolate the others; ``:all`` at the end solves every point, ``:sampled``
     80 of them.
 
     Raises
@@ -165,15 +165,14 @@ def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> 
     """
     words = spec.split(":")
     wanted = set(words[1:])
-    clash = {"smooth", "deterministic"} <= wanted or {"all", "sampled"} <= wanted
-    if words[0] != "ehl" or clash or not wanted <= {"smooth", "deterministic", "all", "sampled"}:
+    clash = {"smooth", "load_sharing"} <= wanted or {"all", "sampled"} <= wanted
+    if words[0] != "ehl" or clash or not wanted <= {"smooth", "load_sharing", "all", "sampled"}:
         raise InputError(
-            "friction model", spec, "ehl, ehl:smooth or ehl:deterministic, with :all or :sampled at the end"
+            "friction model", spec, "ehl, ehl:load_sharing or ehl:smooth, with :all or :sampled at the end"
         )
     steel = load_material("steel")
-    deterministic = "deterministic" in wanted
-    points = POINTS_DETERMINISTIC if deterministic or "sampled" in wanted else POINTS
-    model = ModelInput(accuracy="fast", roughness="deterministic" if deterministic else "load_sharing")
+    points = POINTS if wanted & {"smooth", "load_sharing"} and "sampled" not in wanted else POINTS_DETERMINISTIC
+    model = ModelInput(accuracy="fast", roughness="load_sharing" if "load_sharing" in wanted else "deterministic")
     return EhlFriction(
         spec, "smooth" in wanted, None if "all" in wanted else points, bodies=bodies or (steel, steel), model=model
     )

@@ -180,9 +180,10 @@ def _comparison(result: DemoResult) -> Section:
         "4. Against constant mu and other models",
         [
             Text(
-                "The same loaded mesh with each friction model. 'ehl' solves the contact at every point instead of "
-                "using a formula, so its difference from the fitted formula is what the formula costs. Loads come "
-                "from frictionless equilibrium. The closed forms take one constant mu for the whole pair."
+                "The same loaded mesh with each friction model. 'ehl:load_sharing' solves contacts of the mesh, by the "
+                "load-sharing model of the data, instead of using a formula, so its difference from the fitted formula "
+                "is what the formula costs; 'ehl' would roll the rough surfaces through. Loads come from frictionless "
+                "equilibrium. The closed forms take one constant mu for the whole pair."
             ),
             Table(COMPARISON_HEADER, comparison_rows(result.comparison), operating_point(result.comparison), 0),
             Picture(plot_comparison(result.comparison), "Power loss by friction model."),

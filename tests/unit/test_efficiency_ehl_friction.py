@@ -104,13 +104,13 @@ def test_all_solves_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(150)
-    model = replace(ehl_friction("ehl:deterministic:all"), jobs=1)
+    model = replace(ehl_friction("ehl:all"), jobs=1)
     np.testing.assert_allclose(model.evaluate(state, OIL).mu, exact(state), rtol=1e-9)
     assert len(solver.asked) == 150
 
 
 def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    for spec, rough in (("ehl:smooth", 0.0), ("ehl", 0.3e-6)):
+    for spec, rough in (("ehl:smooth", 0.0), ("ehl:load_sharing", 0.3e-6), ("ehl", 0.3e-6)):
         solver = Solver()
         monkeypatch.setattr(module, "solve_contact", solver)
         ehl_friction(spec).evaluate(states(5), OIL)  # too few for worker processes
@@ -174,7 +174,7 @@ def test_real_solver_at_two_points() -> None:
         slide_to_roll=[0.1, 0.2],
         roughness_rms_1=0.4e-6,
     )
-    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl"))
+    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl:load_sharing"))
     assert np.all(smooth.flag == FrictionFlag.OK)
     assert np.all((smooth.lower > 0.0) & (smooth.lower < smooth.mu) & (smooth.mu < smooth.upper))
     assert np.all(rough.mu > smooth.mu)
@@ -183,7 +183,7 @@ def test_real_solver_at_two_points() -> None:
 
 def test_worker_processes_give_the_same_friction() -> None:
     state = states(2 * module.FEWEST_PER_JOB, 4)
-    one, two = (EhlFriction("ehl", jobs=jobs).evaluate(state, OIL) for jobs in (1, 2))
+    one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).evaluate(state, OIL) for jobs in (1, 2))
     # each chain of neighbours begins anew in its process, so starts differ, and solutions within their own error
     np.testing.assert_allclose(two.mu, one.mu, atol=float(np.max(one.upper - one.mu)))
     assert np.all(two.flag == FrictionFlag.OK)
@@ -198,7 +198,7 @@ def test_deterministic_roughness_at_two_points() -> None:
         slide_to_roll=[0.1, 0.2],
         roughness_rms_1=0.4e-6,
     )
-    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl:deterministic"))
+    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl"))
     assert np.all(rough.flag == FrictionFlag.OK)
     assert np.all((rough.mu > 0.8 * smooth.mu) & (rough.mu < 0.1))
     assert np.all(rough.upper - rough.mu > smooth.upper - smooth.mu)
@@ -208,11 +208,13 @@ def test_names() -> None:
     assert isinstance(ehl_friction("ehl:smooth"), FrictionModel)
     assert ehl_friction("ehl:smooth:all").points is None
     assert ehl_friction("ehl:smooth").points == module.POINTS
+    assert ehl_friction("ehl:load_sharing").points == module.POINTS
+    assert ehl_friction("ehl:load_sharing:sampled").points == module.POINTS_DETERMINISTIC
+    assert ehl_friction("ehl:load_sharing").model.roughness == "load_sharing"
+    assert ehl_friction("ehl").points == module.POINTS_DETERMINISTIC
     assert ehl_friction("ehl:sampled").points == module.POINTS_DETERMINISTIC
-    assert ehl_friction("ehl").model.roughness == "load_sharing"
-    assert ehl_friction("ehl:deterministic").points == module.POINTS_DETERMINISTIC
-    assert ehl_friction("ehl:deterministic:all").points is None
-    assert ehl_friction("ehl:deterministic").model.roughness == "deterministic"
-    for spec in ("ehl:rough", "ehl:", "ehl2", "ehl:smooth:deterministic", "ehl:all:sampled"):
+    assert ehl_friction("ehl:all").points is None
+    assert ehl_friction("ehl").model.roughness == "deterministic"
+    for spec in ("ehl:rough", "ehl:", "ehl2", "ehl:smooth:load_sharing", "ehl:all:sampled"):
         with pytest.raises(InputError, match="friction model"):
             ehl_friction(spec)

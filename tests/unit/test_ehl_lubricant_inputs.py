@@ -103,7 +103,9 @@ def test_figures_without_effect_are_named(lubricant: dict[str, Any], names: set[
 
 def test_elastic_kernel() -> None:
     assert case(NUMBERS).model.elasticity == "soe"
-    assert any("model.elasticity" in text for text in case(NUMBERS, elasticity="fft").without_effect())
+    shared = case(NUMBERS, elasticity="fft", roughness="load_sharing")
+    assert any("model.elasticity" in text for text in shared.without_effect())
+    assert case(NUMBERS, elasticity="fft").without_effect() == ()
     with pytest.raises(InputError, match=r"model\.elasticity"):
         case(NUMBERS, elasticity="exact")
 

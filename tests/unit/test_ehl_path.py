@@ -22,7 +22,7 @@ from ehl.state import ContactState
 from ehl.steady import SteadyResult
 
 OIL = Oil.load("fva3")
-ISOTHERMAL = ModelInput(thermal="off")
+ISOTHERMAL = ModelInput(thermal="off", roughness="load_sharing")
 
 
 def states(count: int) -> ContactState:
@@ -48,7 +48,7 @@ def line(pressure: float = 1e9, **changes: Any) -> LineContact:
 @pytest.mark.parametrize(("accuracy", "allowed"), [("reference", 1e-6), ("standard", 5e-5)])
 def test_warm_equals_cold(accuracy: Any, allowed: float) -> None:
     # the mesh is graded by the way the solution came about; its error, not the start, sets the difference
-    model = ModelInput(thermal="off", accuracy=accuracy)
+    model = ModelInput(thermal="off", accuracy=accuracy, roughness="load_sharing")
     state = states(5)
     cold, warm = solve_path(state, OIL, model=model, warm=False), solve_path(state, OIL, model=model)
     assert (cold.warm, warm.warm, warm.fallbacks) == (0, 4, 0)
@@ -144,7 +144,7 @@ def test_bad_state_values_are_refused_one_by_one(monkeypatch: pytest.MonkeyPatch
         temperature_oil=[350.0, 900.0, 360.0],
         roughness_rms_1=[1e-7, 1e-7, 1.0],
     )
-    path = solve_path(state, OIL, surface=SurfaceInput(boundary_friction=0.08))
+    path = solve_path(state, OIL, surface=SurfaceInput(boundary_friction=0.08), model=ISOTHERMAL)
     assert path.status == ("converged", "failed", "failed")
     assert "temperature_oil" in path.messages[1]
     assert "roughness_rms_1" in path.messages[2]

@@ -27,6 +27,7 @@ CONTACT = {
     "slide_to_roll": 0.3,
 }
 OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
+SHARED = {"roughness": "load_sharing"}
 
 
 def case(**tables: object) -> Case:
@@ -114,7 +115,7 @@ def test_inputs_without_effect_are_named() -> None:
             contact={**CONTACT, "slide_to_roll": 0.0},
             solid_1={"temperature_bulk": 363.15},
             surface={"roughness_rms_1": 1e-7, "skewness": 1.0},
-            model={"thermal": "off"},
+            model={"thermal": "off", "roughness": "load_sharing"},
         )
     )
     text = " ".join(result.notes)
@@ -137,8 +138,8 @@ def test_outside_the_theory(change: dict[str, float], words: str) -> None:
 
 def test_no_friction_of_asperities_without_sliding() -> None:
     rough = {"roughness_rms_1": 3e-7, "roughness_rms_2": 3e-7}
-    rolling = solve_case(case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough))
+    rolling = solve_case(case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough, model=SHARED))
     assert rolling.asperity_load_share > 0.01
     assert rolling.friction_coefficient == 0.0
     lengthwise = {**CONTACT, "slide_to_roll": 0.0, "speed_sliding_lengthwise": 1.0}
-    assert solve_case(case(contact=lengthwise, surface=rough)).friction_asperity > 0.0
+    assert solve_case(case(contact=lengthwise, surface=rough, model=SHARED)).friction_asperity > 0.0

@@ -16,6 +16,7 @@ from regression.calibration.setup import load_setup
 SETUP = """
 oil = "fva3"
 parameters = ["eyring_stress", "boundary_friction"]
+model.roughness = "load_sharing"
 [conditions]
 radius_equivalent = "9.525 mm"
 temperature_oil = "80 degC"
@@ -86,7 +87,7 @@ def test_spreadsheet_reads_like_its_text(tmp_path: Path) -> None:
         (GOOD, SETUP.replace('["eyring_stress", "boundary_friction"]', "[]"), ["at least one"]),
         (
             GOOD,
-            SETUP.replace('"boundary_friction"', '"load_sharing_scale"') + '[model]\nroughness = "deterministic"\n',
+            SETUP.replace('"boundary_friction"', '"load_sharing_scale"').replace('"load_sharing"', '"deterministic"'),
             ["load_sharing_scale", "boundary_film"],
         ),
         (GOOD, SETUP.replace('roughness_rms = "80 nm"\n', ""), ["boundary_friction", "roughness_rms"]),

@@ -31,6 +31,7 @@ def setup_of(**changes: object) -> CalibrationSetup:
         "oil": "fva3",
         "parameters": ["eyring_stress", "boundary_friction"],
         "specimens": {"geometry": "point"},
+        "model": {"roughness": "load_sharing", "accuracy": "fast"},
         **changes,
     }
     return CalibrationSetup.model_validate(content)

@@ -198,7 +198,7 @@ def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, 
 def test_estimate_and_changes_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     estimate = mixed_ehl("sweep", plan, "--estimate", "--jobs", "2", "--set", "sampling.size=64")
     assert estimate.code == 0
-    assert "64 cases (load_sharing, standard)" in estimate.out
+    assert "64 cases (deterministic, standard)" in estimate.out
     assert "with 2 workers" in estimate.out
     run = ("-o", tmp_path / "run", "--with", "arana_2019", "--jobs", "1", "--set", "lubricant.oil=75w90")
     assert mixed_ehl("sweep", plan, *run).code == 0

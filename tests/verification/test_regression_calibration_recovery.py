@@ -40,6 +40,7 @@ def setup_of(parameters: list[str], **changes: object) -> CalibrationSetup:
         "parameters": parameters,
         "specimens": {"geometry": "line"},
         "noise": {"absolute": SIGMA},
+        "model": {"roughness": "load_sharing", "accuracy": "fast"},
         **changes,
     }
     return CalibrationSetup.model_validate(content)
@@ -188,6 +189,7 @@ geometry = "point"
 [noise]
 absolute = 0.0005
 [model]
+roughness = "load_sharing"
 accuracy = "fast"
 thermal = "off"
 """

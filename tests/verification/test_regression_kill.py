@@ -37,6 +37,7 @@ roughness_rms = {{ low = "0.2 um", high = "0.6 um", scale = "log" }}
 [lubricant]
 oil = "fva3"
 [model]
+roughness = "load_sharing"
 accuracy = "fast"
 thermal = "off"
 """
