@@ -39,6 +39,7 @@ def plan() -> Plan:
             "roughness_rms": "0.4 um",
         },
         "lubricant": {"oil": "fva3"},
+        "model": {"roughness": "load_sharing"},
     }
     return validate(Plan, content)
 
