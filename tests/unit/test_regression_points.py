@@ -190,7 +190,7 @@ def test_every_point_has_a_roughness_of_its_own_and_realisations_are_a_factor() 
     )
     assert [case.surface.seed for _, case in same.cases()] == [5, 6, 7] * 16
     with pytest.raises(InputError, match=r"realisations.*deterministic"):
-        plan(sampling={"size": 16, "realisations": 3})
+        plan(model={"roughness": "load_sharing"}, sampling={"size": 16, "realisations": 3})
     # a constrained plan keeps the roughness of a point
     free = plan(model={"roughness": "deterministic"}, sampling={"size": 256, "seed": 3})
     bounded = plan(model={"roughness": "deterministic"}, constraints=LIMITS)
