@@ -280,7 +280,7 @@ def _residuals(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
         [
             Text(
                 "Formulas fitted to all usable cases, on these cases. Grey: the best formula on the cases left out of "
-                "the fit: corners, and results whose own error is above 10 %."
+                "the fit: corners, and results whose own error exceeds mu."
             ),
             Picture(
                 plot_regimes(dataset, formulas),

@@ -55,12 +55,12 @@ def test_rows_that_cannot_be_fitted_are_left_out_and_counted(dataset: Dataset) -
     worse = changed(dataset, sobol[:3], friction_coefficient=0.0)
     worse = changed(worse, sobol[3:5], friction_coefficient=-0.01)
     worse = changed(worse, sobol[5:6], status="failed", reason="time_cap")
-    worse = changed(worse, sobol[6:8], status="unsettled", friction_error=[0.09, 0.11])
+    worse = changed(worse, sobol[6:8], status="unsettled", friction_error=[0.9, 1.1])
     frame, excluded = usable_rows(worse, corners=False)
     assert excluded == {
         "corner kept for checking": 32,
         "failed: time_cap": 1,
-        "friction error above 10 %": 1,
+        "friction error above 100 %": 1,
         "friction not positive": 5,
     }
     assert len(frame) == 57

@@ -93,7 +93,7 @@ def test_process_halves_the_held_out_error_and_survives_the_file(
     with_process.save(tmp_path / "f.json")
     again = load_formula(tmp_path / "f.json")
     conditions = columns(dataset.frame)
-    np.testing.assert_array_equal(again.evaluate(conditions).upper, with_process.evaluate(conditions).upper)
+    np.testing.assert_allclose(again.evaluate(conditions).upper, with_process.evaluate(conditions).upper, rtol=1e-9)
 
 
 def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: Formula) -> None:
