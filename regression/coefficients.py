@@ -47,8 +47,8 @@ class Coefficients:
 def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: float) -> Coefficients:
     """Coefficients of one family from the rows of a dataset.
 
-    All rows weigh the same. The stated error of a case is relative to its own friction: weights by it would prefer the
-    draws of a profile that happen to rub more (on 75W90 the friction along gear meshes came out 20 % too high that way).
+    All rows weigh the same. The stated error of a case is relative to its own friction: weights by it would prefer
+    profiles that happen to rub more (on 75W90 the friction along gear meshes came out 20 % too high that way).
     """
     table, target = columns(frame), np.log(computed_friction(frame))
     if family.design is not None:

@@ -21,8 +21,8 @@ from regression.formula import FORMULA_SCHEMA, DataIdentity, Formula, OilIdentit
 from regression.noise import measured_noise, realisation_scatter
 from regression.scores import bands, computed_friction, covered_by_other_folds, interval_of, noise_floor, scores
 
-# a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of the profiles
-# at one point those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
+# a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
+# profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
 LARGEST_ERROR = 1.0
 # origins that are kept for checking, and why a row of them is not fitted
 _KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
