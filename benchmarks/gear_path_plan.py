@@ -2,8 +2,8 @@
 
     python benchmarks/gear_path_plan.py data/datasets/gear_paths.csv
 
-Each pair runs at its own torque and at half of it, at its own speed and at a third of it. The points of a mesh are taken
-in the order of the path, equally spaced in the work friction takes there, so that the table weighs like the loss does.
+Each pair runs at its own torque and at half of it, at its own speed and at a third of it. The points of a mesh are
+taken in the order of the path, equally spaced in the work friction takes there: the table weighs like the loss does.
 Points outside the ranges of the plan `gear_default` are left out and counted.
 """
 
@@ -57,9 +57,8 @@ def path_points(name: str) -> pd.DataFrame:
         work = np.cumsum(points.weight * inside)
         chosen = np.searchsorted(work, work[-1] * (np.arange(POINTS) + 0.5) / POINTS)
         outside = 1.0 - work[-1] / points.weight.sum()
-        tables.append(
-            table.iloc[np.unique(chosen)].assign(design=design.name, torque=row.torque, speed=row.speed, outside=outside)
-        )
+        told = {"design": design.name, "torque": row.torque, "speed": row.speed, "outside": outside}
+        tables.append(table.iloc[np.unique(chosen)].assign(**told))
     return pd.concat(tables, ignore_index=True)
 
 

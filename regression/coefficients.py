@@ -103,9 +103,7 @@ def _variance_inflation(terms: list[str], design: Array) -> dict[str, float]:
     return {term: float(value) for term, value in zip(terms, np.diag(inverse), strict=True)}
 
 
-def _nonlinear_fit(
-    family: Family, table: Mapping[str, Array], target: Array, boundary_friction: float
-) -> Coefficients:
+def _nonlinear_fit(family: Family, table: Mapping[str, Array], target: Array, boundary_friction: float) -> Coefficients:
     """Bounded least squares with a loss that outliers do not dominate, started from physical values."""
     from scipy.optimize import least_squares
 
