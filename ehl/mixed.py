@@ -6,8 +6,12 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ehl.contact import LineContact
 from ehl.errors import ConvergenceError
+from ehl.heat import ThermalTraction
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.lubricant import Lubricant
 from ehl.material import Material
@@ -18,11 +22,14 @@ from ehl.transient import RoughSurfaces, TransientResult, solve_transient
 from ehl.transient.accuracy import BUDGET, LEVELS, NODES_MIN, level_of, mesh_length, refuse_unresolvable
 from ehl.transient.scaling import film_estimate
 
+FloatArray = NDArray[np.float64]
+
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 SHORTEST = 60  # correlation lengths a generated profile holds at least
 # relative change of mu by roughness at a film ratio of 2.8, and how fast it falls with the film ratio: the largest of
 # our runs (three seeds, sealed and drained: 3.1 % at 2.8, 1.2 % at 4.0, 0.3 % at 5.9 and 8.9)
 ROUGHNESS_EFFECT, ROUGHNESS_RATIO, ROUGHNESS_POWER = 0.031, 2.8, 1.8
+ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
 TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 
 
@@ -35,6 +42,19 @@ def roughness_matters(film_ratio: float, model: ModelInput) -> bool:
     """Whether the estimated effect of roughness on mu exceeds half the tolerance asked for."""
     tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
     return model.shortcuts == "off" or roughness_effect(film_ratio) > 0.5 * tolerance
+
+
+def rolling_heat_of(heat: ThermalTraction | None, lubricant: Lubricant) -> tuple[FloatArray, FloatArray] | None:
+    """x [m] and heat of the pressure-driven flow [W/m2] of the smooth film; None where it does not matter.
+
+    It does not where it changes ln(viscosity) ahead of x = 0 by less than `ROLLING_EFFECT`: a film grows with the inlet
+    viscosity to the power of about 2/3.
+    """
+    if heat is None:
+        return None
+    slope = lubricant.dlog_viscosity_dtemperature(np.zeros(1), np.array([lubricant.temperature]))
+    rise = np.max(heat.temperature_rise_rolling[heat.x < 0.0], initial=0.0)
+    return (heat.x, heat.rolling_heat) if abs(float(slope[0])) * rise > ROLLING_EFFECT else None
 
 
 def rough_surfaces(surface: SurfaceInput, half_width: float) -> RoughSurfaces:
@@ -83,6 +103,7 @@ def solve_mixed(
     *,
     thermal: bool,
     bulk: tuple[float, float] | None = None,
+    rolling_heat: tuple[FloatArray, FloatArray] | None = None,
 ) -> TransientResult:
     """Run the transient solver for one contact description.
 
@@ -94,6 +115,8 @@ def solve_mixed(
         Whether heat matters.
     bulk : tuple of float, optional
         Bulk temperatures of both bodies [K]; that of the oil when not given.
+    rolling_heat : tuple of ndarray, optional
+        Heat of the pressure-driven flow along x, of the smooth film (`rolling_heat_of`).
 
     Returns
     -------
@@ -111,6 +134,7 @@ def solve_mixed(
         "hardness": min(body.hardness for body in bodies),
         "materials": bodies,
         "temperature_bulk": bulk,
+        "rolling_heat": rolling_heat,
         "elasticity": model.elasticity,
     }
     try:

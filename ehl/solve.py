@@ -21,7 +21,7 @@ from ehl.inputs import Case, ModelInput, SurfaceInput
 from ehl.load_sharing import load_sharing
 from ehl.lubricant import Lubricant
 from ehl.material import Material
-from ehl.mixed import TOLERANCE, rough_surfaces, roughness_effect, roughness_matters, solve_mixed
+from ehl.mixed import TOLERANCE, rolling_heat_of, rough_surfaces, roughness_effect, roughness_matters, solve_mixed
 from ehl.steady import SteadyResult, solve_steady
 from ehl.thermal_steady import ThermalSteadyResult, solve_steady_thermal
 from ehl.transient import TransientResult
@@ -30,6 +30,7 @@ from ehl.verdict import disbelief, hot_friction, notes_of, unresolved
 MOST_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
 REGULAR_WAVES = 1.15  # in Rq: at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
+NO_INLET_HEAT = "heat of the pressure-driven flow left out: the smooth contact has no thermal balance"
 _PROFILES = ("film", "isothermal", "heat", "transient", "dry")
 
 
@@ -296,7 +297,8 @@ def _rough(
         skipped.append(f"film: {nil.told}")
         return _dry(smooth, nil, contact, surface, bodies, bulk, thermal=thermal)
     try:
-        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=thermal, bulk=bulk)
+        rolling = rolling_heat_of(smooth.heat, lubricant)
+        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=thermal, bulk=bulk, rolling_heat=rolling)
     except ConvergenceError as error:
         return _failed(error.reason, smooth.iterations, 0.0)
     if run.status == "failed":
@@ -331,7 +333,7 @@ def _rough(
         realisation_error=run.realisation_error,
         friction_boundary_half=run.friction_boundary_half,
         friction_boundary_double=run.friction_boundary_double,
-        notes=(*smooth.notes, *run.notes),
+        notes=(*smooth.notes, *((NO_INLET_HEAT,) if heated else ()), *run.notes),
         transient=run,
     )
 

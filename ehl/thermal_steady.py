@@ -141,8 +141,8 @@ def solve_steady_thermal(
     start_heat : ThermalTraction, optional
         A neighbouring contact's temperatures.
     rolling_heat : bool
-        Whether the pressure-driven flow heats the film (inlet heating in pure rolling). The transient solver has no
-        such term.
+        Whether the pressure-driven flow heats the film (inlet heating in pure rolling). The transient solver takes
+        this heat from here.
 
     Returns
     -------

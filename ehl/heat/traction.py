@@ -46,6 +46,10 @@ class ThermalTraction:
         Into each body [W/m2].
     log_viscosity_offset : ndarray
         ln eta(p, T_film) - ln eta(p, T_inlet), what the heat does to the viscosity in the Reynolds equation [-].
+    rolling_heat : ndarray
+        Heat of the pressure-driven flow [W/m2].
+    temperature_rise_rolling : ndarray
+        What it adds to the film temperature, surfaces included [K].
     friction_fluid : float
         Integral of the shear stress over the load per length [-].
     friction_isothermal : float
@@ -75,6 +79,8 @@ class ThermalTraction:
     heat_flux_1: FloatArray
     heat_flux_2: FloatArray
     log_viscosity_offset: FloatArray
+    rolling_heat: FloatArray
+    temperature_rise_rolling: FloatArray
     friction_fluid: float
     friction_isothermal: float
     temperature_film_max: float
@@ -169,7 +175,8 @@ def thermal_traction(
     rolling = np.zeros_like(x) if rolling_heat is None else np.where(wet, rolling_heat, 0.0)
     extra = rolling if asperity_heat is None else rolling + asperity_heat
     balance = _balance(x, pressure, film, contact, lubricant, bodies, bulk, law, conduction)
-    offset = balance.constant + balance.surface @ extra + 0.5 * balance.film * rolling
+    layer = 0.5 * balance.film * rolling
+    offset = balance.constant + balance.surface @ extra + layer
     inlet = np.full_like(x, lubricant.temperature)
     isothermal = _stress(pressure, film, inlet, lubricant, speed)
 
@@ -223,6 +230,8 @@ def thermal_traction(
         log_viscosity_offset=lubricant.log_viscosity(pressure, temperature)
         + across.log_viscosity
         - lubricant.log_viscosity(pressure, inlet),
+        rolling_heat=rolling,
+        temperature_rise_rolling=balance.surface @ rolling + layer,
         friction_fluid=float(np.trapezoid(final, x)) / load,
         friction_isothermal=float(np.trapezoid(isothermal, x)) / load,
         temperature_film_max=float(np.max(temperature)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -65,6 +65,8 @@ class Settings:
         Kernel of an accepted step: the sum of exponentials, or the exactly integrated one.
     temperature_bulk : tuple of float, optional
         Bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given.
+    rolling_heat : tuple of ndarray, optional
+        x [m] and the heat of the pressure-driven flow there [W/m2]; none when not given.
     """
 
     nodes: int
@@ -79,6 +81,7 @@ class Settings:
     elasticity: Elasticity = "soe"
     temperature_bulk: tuple[float, float] | None = None
     conductivity_bend: float = 0.0
+    rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -228,12 +231,13 @@ def scaled_heat(
     materials: tuple[Material, Material],
     units: Units,
     settings: Settings,
-    nodes: int,
+    x: Array,
 ) -> Heat:
-    """Thermal kernels of both surfaces for this time step."""
+    """Thermal kernels of both surfaces for this time step, and the heat of the pressure-driven flow on the nodes."""
     bulk = bulk_temperatures(settings, lubricant)
-    kernel = fit_root_kernel(HEAT_RANGE * range_of(nodes), HEAT_MODES)
+    kernel = fit_root_kernel(HEAT_RANGE * range_of(x.size), HEAT_MODES)
     root = math.sqrt(units.time_step / math.pi)
+    given = settings.rolling_heat
     weights = np.array([kernel.weights * root / m.thermal_effusivity for m in materials])
     return Heat(
         on=settings.thermal,
@@ -249,6 +253,7 @@ def scaled_heat(
         nodes_per_step_2=contact.speed_2 / contact.speed_entrainment,
         bulk_1=bulk[0] - lubricant.temperature,
         bulk_2=bulk[1] - lubricant.temperature,
+        rolling=np.zeros(x.size) if given is None else np.interp(x * units.half_width, *given, left=0.0, right=0.0),
     )
 
 
@@ -327,7 +332,7 @@ def build_problem(
             front_width=ROUGHNESS_FRONT[1],
             spacing=dx,
         ),
-        heat=scaled_heat(contact, lubricant, materials, units, settings, n),
+        heat=scaled_heat(contact, lubricant, materials, units, settings, x),
         drainage=Drainage(
             on=not sealed,
             first=drained_from(contact, estimate, surfaces.rms, x),

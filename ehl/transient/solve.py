@@ -140,6 +140,7 @@ def solve_transient(
     materials: tuple[Material, Material] | None = None,
     conductivity: FilmConductivity | None = None,
     temperature_bulk: tuple[float, float] | None = None,
+    rolling_heat: tuple[Array, Array] | None = None,
     elasticity: Elasticity = "soe",
     nodes: int | None = None,
     travel: float | None = None,
@@ -174,6 +175,10 @@ def solve_transient(
         Growth of the film conductivity with pressure; that of `ehl.heat.FilmConductivity` when not given.
     temperature_bulk : tuple of float, optional
         Bulk temperatures of both bodies [K]; that of the oil when not given.
+    rolling_heat : tuple of ndarray, optional
+        x [m], increasing, and the heat of the pressure-driven flow there [W/m2], with heat on: what the smooth film
+        has (`ehl.heat.ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
+        stays the same whatever the rough film does.
     elasticity : {"soe", "fft"}
         Elastic kernel of an accepted step: a sum of exponentials, or the exactly integrated one.
     nodes : int, optional
@@ -220,6 +225,7 @@ def solve_transient(
         conductivity_rise=growth.c1,
         conductivity_bend=growth.c2,
         temperature_bulk=temperature_bulk,
+        rolling_heat=rolling_heat,
         elasticity=elasticity,
     )
     coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))

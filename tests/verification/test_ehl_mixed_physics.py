@@ -109,9 +109,10 @@ def test_heat_agrees_with_the_steady_thermal_solver(oil: Lubricant, speed: float
         (STEEL, STEEL),
         thermal="on",
         conduction="one_dimensional",
-        rolling_heat=False,
     )
-    moving = solve_transient(contact, oil, nodes=300, thermal=True)
+    assert steady.heat is not None
+    rolling = (steady.heat.x, steady.heat.rolling_heat)
+    moving = solve_transient(contact, oil, nodes=300, thermal=True, rolling_heat=rolling)
     assert moving.friction_coefficient == pytest.approx(steady.friction_fluid, rel=3e-3)
     assert moving.temperature_film_max == pytest.approx(steady.temperature_film_max, abs=0.5)
 

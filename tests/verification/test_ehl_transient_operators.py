@@ -114,11 +114,13 @@ def test_bulk_temperatures_of_both_bodies(slide_to_roll: float) -> None:
     constant = FilmConductivity(0.0, 0.0)
     steady = solve_steady_thermal(
         contact, oil, (STEEL, STEEL), temperature_bulk=bulk, thermal="on", conduction="one_dimensional",
-        conductivity=constant, rolling_heat=False,
+        conductivity=constant,
     )  # fmt: skip
     assert steady.status == "converged"
+    assert steady.heat is not None
+    rolling = (steady.heat.x, steady.heat.rolling_heat)
     scene = Scene(contact, oil, RoughSurfaces(), thermal=True)
-    last = rolled(run_of(scene, 100.0, temperature_bulk=bulk), 7.0, 0.1)[-1]
+    last = rolled(run_of(scene, 100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.0, 0.1)[-1]
     assert last[MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)
     assert last[TEMPERATURE_MAX] == pytest.approx(steady.temperature_film_max, abs=0.1)
     assert oil.temperature + last[FLASH_MAX] == pytest.approx(steady.temperature_flash, abs=0.1)

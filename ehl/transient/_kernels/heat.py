@@ -104,7 +104,8 @@ def shear_and_temperature(state, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
     Partition by the conductance k_f/h of the film: q1 = q/2 + (k_f/h)(T2 - T1).  The mid-layer is warmer than the
-    mean of the surfaces by tau u_s h/(8 k_f) (parabolic profile).
+    mean of the surfaces by tau u_s h/(8 k_f) (parabolic profile), and by q h/(16 k_f) through the heat q of the
+    pressure-driven flow, which is freed near the walls.
     """
     heat = model.heat
     fluid = model.fluid
@@ -131,7 +132,7 @@ def shear_and_temperature(state, work, model):
     for i in range(n):
         jump[i] = (rise_2[i] - rise_1[i]) / (1.0 + conductance[i] * (a1 + a2))
     for i in range(n):
-        rub[i] = contact.friction * c[i] * power
+        rub[i] = contact.friction * c[i] * power + heat.rolling[i]
     for i in range(n):
         # rise of the surfaces' mean per unit of heat: T_s = rise_s + a_s q_s
         share = conductance[i] / (1.0 + conductance[i] * (a1 + a2))
@@ -139,6 +140,8 @@ def shear_and_temperature(state, work, model):
     for i in range(n):
         mean = fluid.temperature + 0.5 * (rise_1[i] + rise_2[i])
         base[i] = mean + 0.5 * (a1 - a2) * conductance[i] * jump[i] + resistance[i] * rub[i]
+    for i in range(n):
+        base[i] += 0.0625 * heat.rolling[i] / conductance[i] if conductance[i] > 0.0 else 0.0
     for i in range(n):
         resistance[i] = (resistance[i] + 0.125 / conductance[i]) * power if p[i] > 0.0 else 0.0
     balanced_shear_row(rows, film, p, contact.boundary, fluid, state.temperature, state.shear)

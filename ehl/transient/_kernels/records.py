@@ -96,6 +96,7 @@ class Heat(NamedTuple):
     nodes_per_step_2: float
     bulk_1: float  # bulk temperatures above the inlet's [K]
     bulk_2: float
+    rolling: np.ndarray  # heat of the pressure-driven flow of the smooth film [W/m2]
 
 
 class Drainage(NamedTuple):
@@ -194,7 +195,7 @@ class HeatRows(NamedTuple):
 
     conductance: np.ndarray  # of the film [W/(m2 K)]; zero where it is broken
     jump: np.ndarray  # temperature difference the past leaves between the surfaces [K]
-    rub: np.ndarray  # heat of the asperity friction [W/m2]
+    rub: np.ndarray  # heat freed at the walls: asperity friction and pressure-driven flow [W/m2]
     base: np.ndarray  # film temperature without shear heat [K]
     resistance: np.ndarray  # K per p_h of shear stress
     cold: np.ndarray  # ln(eta/eta0) at the inlet temperature
