@@ -173,9 +173,14 @@ def formula_report(formula: Formula) -> None:
         if width.coverage is not None:
             end = "up" if width.high is None else f"{width.high:g}"
             deviation = math.sqrt(formula.interval.level * (1.0 - formula.interval.level) / width.count)
+            wide = (
+                f"{width.log_width:.2f} deviations of the process"
+                if formula.interval.normalised
+                else f"factor {math.exp(width.log_width):.3f}"
+            )
             console.print(
-                f"{100.0 * formula.interval.level:.0f} % interval, film ratio {width.low:g} to {end}: factor "
-                f"{math.exp(width.log_width):.3f}, covers {100.0 * width.coverage:.1f} % of {width.count} held out "
+                f"{100.0 * formula.interval.level:.0f} % interval, film ratio {width.low:g} to {end}: {wide}, "
+                f"covers {100.0 * width.coverage:.1f} % of {width.count} held out "
                 f"(two binomial standard errors: {200.0 * deviation:.1f} %)",
                 highlight=False,
                 soft_wrap=True,
