@@ -57,7 +57,8 @@ def show(progress):
     time.sleep(0.005)
 evaluate = partial(published_outputs, name=name) if name != "ehl" else solve_outputs
 version = name if name != "ehl" else SOLVER
-sweep(load_plan(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), flush_every=4, progress=show)
+flush = {"flush_every": 4, "flush_seconds": 60.0}
+sweep(load_plan(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), progress=show, **flush)
 """
 
 
