@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 _serial = itertools.count()
+_naming: list[tuple[str, ...]] = []  # packages of `local_names`, while it is on
 
 COMPARISONS = {"less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">="}
 LOGICAL = ("and", "or", "not", "isfinite", *COMPARISONS)
@@ -68,6 +69,8 @@ class Value(np.lib.mixins.NDArrayOperatorsMixin):
         self.number = number
         self.name = name
         self.serial = next(_serial)
+        if operands and _naming:
+            _name_locals()
 
     __hash__ = object.__hash__  # == is recorded, so that values are told apart by identity
 
@@ -266,18 +269,21 @@ def local_names(packages: tuple[str, ...]) -> Iterator[None]:
 
     The exported program then reads like the function it was recorded from.
     """
-    before = sys.getprofile()
+    _naming.append(packages)
+    try:
+        yield
+    finally:
+        _naming.pop()
 
-    def at_return(frame: FrameType, event: str, result: Any) -> None:
+
+def _name_locals() -> None:
+    """Name the values held by local variables of the functions that compute; a profiler hangs beside other threads."""
+    frame: FrameType | None = sys._getframe(2)
+    while frame is not None:
         module = str(frame.f_globals.get("__name__", ""))
-        if event == "return" and module != __name__ and module.startswith(packages):
+        if module != __name__ and module.startswith(_naming[-1]):
             for name, thing in frame.f_locals.items():
                 value = thing.item() if isinstance(thing, np.ndarray) and thing.shape == () else thing
                 if isinstance(value, Value) and value.operands and not value.name and len(name) > 2:
                     value.name = name.strip("_")
-
-    sys.setprofile(at_return)
-    try:
-        yield
-    finally:
-        sys.setprofile(before)
+        frame = frame.f_back
