@@ -202,8 +202,10 @@ def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[s
 
 
 def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, float]:
-    """Share of the loss at points of each flag; points without friction have no loss."""
-    power = np.where(np.isfinite(estimate.mu), estimate.mu, 0.0) * points.force * points.speed_sliding
+    """Share of the loss at points of each flag; points without friction count with the mean friction of the others."""
+    known = np.isfinite(estimate.mu)
+    typical = float(estimate.mu[known].mean()) if known.any() else 1.0
+    power = np.where(known, estimate.mu, typical) * points.force * points.speed_sliding
     total = max(float(power.sum()), np.finfo(float).tiny)
     return {flag.name.lower(): float(power[estimate.flag == flag].sum()) / total for flag in FrictionFlag}
 

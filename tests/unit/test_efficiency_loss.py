@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -304,3 +306,11 @@ def test_map_refuses_an_empty_list_and_reports_progress(mesh: Mesh) -> None:
     assert seen == [(1, 2), (2, 2)]
     with pytest.raises(InputError, match="speed"):
         efficiency_map(*arguments, [], [363.15])
+
+
+def test_points_without_friction_have_their_share_of_the_loss() -> None:
+    points = SimpleNamespace(force=np.ones(4), speed_sliding=np.array([1.0, 1.0, 1.0, 2.0]))
+    flag = np.array([FrictionFlag.OK] * 3 + [FrictionFlag.NOT_CONVERGED])
+    for mu, share in ((np.array([0.05, 0.05, 0.05, np.nan]), 0.4), (np.full(4, np.nan), 0.4)):
+        shares = stage._flag_shares(cast(Any, points), FrictionEstimate(mu, mu, mu, flag))
+        assert shares["not_converged"] == pytest.approx(share)
