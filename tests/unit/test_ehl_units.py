@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehl.errors import InputError
-from ehl.units import Quantity, parse_quantity
+from ehl.units import _COMMON, Quantity, _registry, parse_quantity
 
 
 @pytest.mark.parametrize(
@@ -70,3 +70,12 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
             TORQUE.check_list(text, "--torque")
     with pytest.raises(InputError, match=r"--torque = '2000 N m' .*at most 1000 N\*m"):
         TORQUE.check_list("100, 2000 N m", "--torque")
+
+
+@pytest.mark.parametrize("name", _COMMON)
+def test_common_units_convert_to_the_last_bit_as_by_pint(name: str) -> None:
+    unit, _, _ = _COMMON[name]
+    registry = _registry()
+    for value in (0.1, -1.7, 12.34567890123, 2.3e-7, 8.9e8):
+        quantity = registry.Quantity(value, registry.Unit(name))
+        assert parse_quantity(f"{value!r} {name}", unit) == quantity.to(registry.Unit(unit)).magnitude
