@@ -28,8 +28,8 @@ def _registry() -> Any:
 # a unit follows after a space, or at once if it cannot be read as part of the number
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
 
-# the units of nearly all input: their SI unit, factor, and zero in it. All others, and what is wrong with any, are left to
-# pint, which takes longer to load than a design to be read
+# the units of nearly all input: their SI unit, factor, and zero in it; all others, and what is wrong with any, are left
+# to pint, which takes longer to load than a design to be read
 _COMMON = {
     "m": ("m", 1.0, 0.0),
     "mm": ("m", 1e-3, 0.0),

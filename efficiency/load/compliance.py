@@ -27,15 +27,10 @@ class Tooth(Protocol):
     def whole_depth(self, face: ArrayLike) -> FloatArray:
         """Height of the tip over the root cone at a distance from the toe [m]."""
 
-    def influence(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
-        """Deflection of the middle of the tooth along the contact normal per unit normal force [m/N], (n, n)."""
+    def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
+        """Deflection of the middle of the tooth along the contact normal per unit normal force [m/N], (n, n).
 
-    def neighbour_influence(
-        self, distance: int, face: ArrayLike, height: ArrayLike, face_loaded: ArrayLike, height_loaded: ArrayLike
-    ) -> FloatArray:
-        """Deflection of another tooth under forces on this one [m/N], (n, m).
-
-        The other tooth stands as many pitches away on the side that the loaded flank looks to.
+        Points may lie on several teeth, by their number: it rises to the side that the loaded flanks look to.
         """
 
     def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:

@@ -23,11 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from efficiency.load._kernels import edge_angle
-
 FloatArray = NDArray[np.float64]
 
 _ANGLES = 121
+# last step of Newton's method on the angle a: the next one would be its square
+_LAST_STEP = 1e-9
+# keeps the start of it off the ends, where a has no slope by e
+_LEAST_SHARE = 1e-15
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,31 @@ class EdgeSection:
         before, top, after = (p[each, at + k] for k in (-1, 0, 1))
         bend = np.minimum(before - 2.0 * top + after, -1e-300)
         return np.asarray(np.maximum(p.max(axis=1), top - 0.125 * (after - before) ** 2 / bend))
+
+
+def edge_angle(distance: FloatArray, ratio: FloatArray) -> FloatArray:
+    """Angle a of `EdgeSection` for e/b and k (n,): Newton's method inside a bracket."""
+    angle = np.where(distance < 1.0, np.pi, 0.0)
+    at = np.flatnonzero((distance < 1.0) & (distance > -np.sqrt(1.0 + ratio)))
+    e, k = distance[at], ratio[at] / np.pi
+    # e falls from 1 to -sqrt(1 + R/r), at both ends as the square of the angle
+    share = (1.0 - e) / (1.0 + np.sqrt(1.0 + ratio[at]))
+    a = np.arccos(1.0 - 2.0 * np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE))
+    low, high = np.zeros(at.size), np.full(at.size, np.pi)
+    for _ in range(60):
+        s, c = np.sin(a), np.cos(a)
+        length = 1.0 / np.sqrt(1.0 + k * (a - s * c))
+        place = length * (c - k * (s - a * c))
+        beyond = place > e
+        low, high = np.where(beyond, a, low), np.where(beyond, high, a)
+        following = a + (place - e) / (length * s * (1.0 + k * (a + length * s * place)))
+        following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
+        step = np.abs(following - a).max(initial=0.0)
+        a = following
+        if step < _LAST_STEP:
+            break
+    angle[at] = a
+    return angle
 
 
 def free_edge_compliance(

@@ -11,7 +11,7 @@ active set, and by a one-change-at-a-time active set, which always ends, should 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -67,6 +67,16 @@ class Equilibrium:
     reason: Reason
 
 
+@dataclass(frozen=True)
+class ContactProblem:
+    """One contact problem but for its local compliance; attributes as the arguments of `solve_equilibrium`."""
+
+    compliance: FloatArray
+    gap: FloatArray
+    lever: FloatArray
+    torque: float
+
+
 def solve_equilibrium(
     compliance: FloatArray,
     local: Local,
@@ -92,6 +102,38 @@ def solve_equilibrium(
     Equilibrium
         Never raises for non-convergence: see ``status``.
     """
+    return solve_equilibria([ContactProblem(compliance, gap, lever, torque)], local)[0]
+
+
+def solve_equilibria(problems: Sequence[ContactProblem], local: Local) -> list[Equilibrium]:
+    """Several problems, Newton steps of all of them side by side.
+
+    Parameters
+    ----------
+    problems : sequence of ContactProblem
+        They do not know of each other.
+    local : callable
+        Local deflection and its derivative from the forces of all problems, one problem after the other.
+    """
+    parts = np.split(np.arange(sum(p.gap.size for p in problems)), np.cumsum([p.gap.size for p in problems])[:-1])
+    runs = [_newton(problem) for problem in problems]
+    force = np.concatenate([next(run) for run in runs])
+    results: dict[int, Equilibrium] = {}
+    while len(results) < len(runs):
+        deflection, slope = local(force)
+        for k, (run, at) in enumerate(zip(runs, parts, strict=True)):
+            if k in results:
+                continue
+            try:
+                force[at] = run.send((deflection[at], slope[at]))
+            except StopIteration as end:
+                results[k] = end.value
+    return [results[k] for k in range(len(runs))]
+
+
+def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, FloatArray], Equilibrium]:
+    """Newton's method on one problem; asks for the local deflection and its derivative at the forces it yields."""
+    compliance, gap, lever, torque = problem.compliance, problem.gap, problem.lever, problem.torque
     typical = torque / float(lever.sum())
     force = np.full(gap.size, typical)
     floor = _FLOOR * typical
@@ -101,7 +143,7 @@ def solve_equilibrium(
     reason: Reason = "newton_limit"
     iterations = 0
     point = np.maximum(force, floor)
-    deflection, slope = local(point)
+    deflection, slope = yield point
     for _ in range(NEWTON_LIMIT):
         iterations += 1
         matrix = compliance.copy()
@@ -117,7 +159,7 @@ def solve_equilibrium(
         force, angle, stiffness, active, count = solution
         exchanges += count
         point = np.maximum(force, floor)
-        deflection, slope = local(point)
+        deflection, slope = yield point
         residual = _violation(compliance, deflection, gap, lever, force, angle)
         if residual < TOLERANCE:
             reason = ""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -16,13 +17,13 @@ from numpy.typing import NDArray
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.load.compliance import LocalCompliance, Tooth
-from efficiency.load.edge_contact import EdgeSection, free_edge_compliance
-from efficiency.load.equilibrium import Equilibrium, solve_equilibrium
+from efficiency.load.edge_contact import free_edge_compliance
+from efficiency.load.equilibrium import ContactProblem, Equilibrium, solve_equilibria
+from efficiency.load.local_approach import LocalApproach
 from ehl.errors import InputError
 from ehl.material import Material, effective_modulus
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
@@ -60,22 +61,11 @@ class TeethElasticity:
 
         Points of different tooth pairs feel each other through the body between the teeth, if `neighbours` is set.
         """
-        matrix = np.zeros((position.pair.size, position.pair.size))
-        points = {int(pair): np.flatnonzero(position.pair == pair) for pair in np.unique(position.pair)}
-
-        def on(tooth: Literal["pinion", "gear"], at: IntArray) -> tuple[FloatArray, FloatArray]:
-            return getattr(position, f"face_{tooth}")[at], getattr(position, f"height_{tooth}")[at]
-
-        for pair, at in points.items():
-            matrix[np.ix_(at, at)] = self.pinion.influence(*on("pinion", at)) + self.gear.influence(*on("gear", at))
-            for other, there in points.items():
-                if not (self.neighbours and other > pair):
-                    continue
-                # the loaded flank of the driving pinion looks to the teeth further along in mesh, that of the gear back
-                ahead = self.pinion.neighbour_influence(other - pair, *on("pinion", there), *on("pinion", at))
-                ahead = ahead + self.gear.neighbour_influence(other - pair, *on("gear", at), *on("gear", there)).T
-                matrix[np.ix_(there, at)], matrix[np.ix_(at, there)] = ahead, ahead.T
-        return matrix
+        pair = position.pair
+        # the loaded flank of the driving pinion looks to the teeth further along in mesh, that of the gear back
+        matrix = self.pinion.influence(position.face_pinion, position.height_pinion, pair)
+        matrix = matrix + self.gear.influence(position.face_gear, position.height_gear, -pair)
+        return matrix if self.neighbours else np.where(pair[:, None] == pair, matrix, 0.0)
 
     def local(self, position: MeshPosition) -> LocalCompliance:
         """Local compliance of both teeth at each point."""
@@ -91,31 +81,26 @@ class TeethElasticity:
         own = np.where(_of_gear(edge), self.edge_rounding_gear, self.edge_rounding_pinion)
         return np.asarray(own / edge.crossing)
 
-    def free_edge(self, position: MeshPosition) -> FloatArray:
-        """Additional local compliance of the tooth whose edge is next to each point, per load per length [m2/N]."""
-        edge = position.edge
-        if edge is None:
-            return np.zeros(position.pair.size)
+    def free_edge(self, edge: EdgeProximity, depths: Sequence[FloatArray]) -> FloatArray:
+        """Additional local compliance of the tooth whose edge is next to each point, per load per length [m2/N].
+
+        Parameters
+        ----------
+        edge : EdgeProximity
+            The edges next to the points.
+        depths : sequence of two (n,) arrays
+            Distance from the flank to the middle of pinion and gear tooth [m].
+        """
         inside = np.maximum(edge.distance, 0.0) * np.sqrt(edge.crossing)
-        result = np.zeros(position.pair.size)
-        for of_member, tooth, material, radius, face, height in (
-            (
-                ~_of_gear(edge),
-                self.pinion,
-                self.material_pinion,
-                self.edge_rounding_pinion,
-                "face_pinion",
-                "height_pinion",
-            ),
-            (_of_gear(edge), self.gear, self.material_gear, self.edge_rounding_gear, "face_gear", "height_gear"),
-        ):
-            at = np.flatnonzero(of_member)
-            if not at.size:
-                continue
-            depth = tooth.depth(getattr(position, face)[at], getattr(position, height)[at])
-            distance = np.hypot(inside[at], radius)
-            result[at] = free_edge_compliance(distance, depth, material.youngs_modulus, material.poisson_ratio)
-        return result
+        radii, materials = (
+            (self.edge_rounding_pinion, self.edge_rounding_gear),
+            (self.material_pinion, self.material_gear),
+        )
+        of_pinion, of_gear = (
+            free_edge_compliance(np.hypot(inside, radius), depth, material.youngs_modulus, material.poisson_ratio)
+            for radius, depth, material in zip(radii, depths, materials, strict=True)
+        )
+        return np.where(_of_gear(edge), of_gear, of_pinion)
 
 
 def _of_gear(edge: EdgeProximity) -> BoolArray:
@@ -139,8 +124,6 @@ class ElasticPosition:
         Additional compliance next to a free edge [m2/N].
     rounding : (n,) array
         Radius of the edge next to each point [m]; not used where edges are left out.
-    effective_modulus : float
-        E' [Pa].
     """
 
     position: MeshPosition
@@ -148,47 +131,25 @@ class ElasticPosition:
     local: LocalCompliance
     free_edge: FloatArray
     rounding: FloatArray
-    effective_modulus: float
 
     @classmethod
     def of(cls, position: MeshPosition, teeth: TeethElasticity) -> ElasticPosition:
         """Compliance of the teeth at the points of a position."""
-        rounding = np.ones(position.pair.size) if position.edge is None else teeth.rounding(position.edge)
+        edge, size, local = position.edge, position.pair.size, teeth.local(position)
         return cls(
             position,
             teeth.bending(position),
-            teeth.local(position),
-            teeth.free_edge(position),
-            rounding,
-            teeth.effective_modulus,
+            local,
+            np.zeros(size) if edge is None else teeth.free_edge(edge, local.depths),
+            np.ones(size) if edge is None else teeth.rounding(edge),
         )
 
-    def half_width(self, load: FloatArray) -> FloatArray:
-        """Hertz half-width of the flanks for a load per length, edges left out [m]."""
-        radius = self.position.radius_equivalent
-        return np.asarray(np.sqrt(8.0 * load * radius / (np.pi * self.effective_modulus)))
-
-    def sections(self, load: FloatArray) -> tuple[IntArray, EdgeSection]:
-        """Points whose contact reaches an edge, and the contact there."""
-        if self.position.edge is None:
-            return np.zeros(0, np.int64), EdgeSection.of([], [])
-        half_width = self.half_width(load)
-        at = np.flatnonzero((self.position.edge.distance < half_width) & (load > 0.0))
-        ratio = self.position.radius_equivalent[at] / self.rounding[at]
-        return at, EdgeSection.of(self.position.edge.distance[at] / half_width[at], ratio)
-
-    def approach(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Local approach at each point [m] and its derivative by the force [m/N], forces above 0 [N]."""
-        length = self.position.length
-        load = force / length
-        approach, slope = self.local.approach(load)
-        approach, slope = approach + self.free_edge * load, slope + self.free_edge
-        at, section = self.sections(load)
-        if at.size:
-            scale = 4.0 / (np.pi * self.effective_modulus)
-            approach[at] += scale * load[at] * section.approach
-            slope[at] += scale * section.approach_rate
-        return approach, slope / length
+    @cached_property
+    def approach(self) -> LocalApproach:
+        """Local law of the points."""
+        edge = self.position.edge
+        distance = np.full(self.position.pair.size, np.inf) if edge is None else edge.distance
+        return LocalApproach(self.position.length, self.local, self.free_edge, distance, self.rounding)
 
 
 @dataclass(frozen=True)
@@ -361,12 +322,13 @@ def distribute_load(
     """
     require_torque(torque_pinion)
     torques = [torque_pinion] * len(cycle) if normal_torques is None else list(normal_torques)
-    loads = tuple(
-        _load_position(
-            position if isinstance(position, ElasticPosition) else ElasticPosition.of(position, teeth), float(torque)
-        )
-        for position, torque in zip(cycle, torques, strict=True)
-    )
+    elastic = [p if isinstance(p, ElasticPosition) else ElasticPosition.of(p, teeth) for p in cycle]
+    problems = [
+        ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque))
+        for e, torque in zip(elastic, torques, strict=True)
+    ]
+    solutions = solve_equilibria(problems, LocalApproach.joined([e.approach for e in elastic]))
+    loads = tuple(_solved(e, solution) for e, solution in zip(elastic, solutions, strict=True))
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
     return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())
@@ -383,9 +345,8 @@ def require_torque(torque_pinion: float) -> None:
         )
 
 
-def _load_position(elastic: ElasticPosition, torque: float) -> PositionLoad:
+def _solved(elastic: ElasticPosition, solution: Equilibrium) -> PositionLoad:
     position = elastic.position
-    solution = solve_equilibrium(elastic.bending, elastic.approach, position.gap, position.lever_pinion, torque)
     ratio = float(np.mean(position.lever_pinion / position.lever_gear))
     error = position.transmission_error - solution.angle * ratio
     return loaded_position(elastic, solution.force, solution.angle, error, solution)
@@ -397,9 +358,9 @@ def loaded_position(
     """Load per length, pressure and width of the contact from the normal forces at the points of a position."""
     position = elastic.position
     load = force / position.length
-    hertz = np.sqrt(load * elastic.effective_modulus / (2.0 * np.pi * position.radius_equivalent))
-    pressure, half_width = hertz.copy(), elastic.half_width(load)
-    at, section = elastic.sections(load)
+    hertz = np.sqrt(load * elastic.local.effective_modulus / (2.0 * np.pi * position.radius_equivalent))
+    pressure, half_width = hertz.copy(), elastic.approach.half_width(load)
+    at, section = elastic.approach.sections(load)
     at_edge = np.zeros(load.size, bool)
     at_edge[at] = True
     pressure[at] *= section.pressure_max

@@ -247,7 +247,7 @@ class PlateTooth:
         """Height of the tip over the root cone at a distance from the toe [m]."""
         return self.plate.local_height(np.asarray(face, float) / self.cos_spiral)
 
-    def influence(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
+    def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
         """Deflection along the contact normal per unit normal force [m/N], (n, n).
 
         The force acts where its line meets the middle plane (below the contact, towards the root), so its
@@ -257,16 +257,14 @@ class PlateTooth:
         ----------
         face, height : (n,) array_like
             Contact points: distance from the toe along the pitch cone and over the root cone [m].
+        tooth : (n,) array_like
+            The tooth each lies on. Teeth do not feel each other: the body under the plate is rigid.
         """
         along, height = self._on_plate(face, height)
         lowered = height - 0.5 * self.plate.thickness(along, height) * np.tan(self.pressure_angle)
-        return float(np.cos(self.pressure_angle)) ** 2 * self.plate.influence(along, np.maximum(lowered, 0.0))
-
-    def neighbour_influence(
-        self, distance: int, face: ArrayLike, height: ArrayLike, face_loaded: ArrayLike, height_loaded: ArrayLike
-    ) -> FloatArray:
-        """Deflection of another tooth [m/N], (n, m): none, the body under the plate is rigid."""
-        return np.zeros((np.size(face), np.size(face_loaded)))
+        number = np.broadcast_to(tooth, along.shape)
+        own = self.plate.influence(along, np.maximum(lowered, 0.0))
+        return float(np.cos(self.pressure_angle)) ** 2 * np.where(number[:, None] == number, own, 0.0)
 
     def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Distance along the contact normal from the flank to the middle plane [m], (n,)."""

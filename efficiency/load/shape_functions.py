@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
@@ -40,8 +42,19 @@ def hierarchic_functions(degree: int, x: FloatArray) -> Pair:
     return np.stack(values, axis=-1), np.stack(slopes, axis=-1)
 
 
+def lagrange_values(nodes: FloatArray, x: FloatArray) -> FloatArray:
+    """Lagrange polynomials of nodes, (points, functions)."""
+    return np.asarray(legendre.legvander(2.0 * x - 1.0, nodes.size - 1) @ _to_legendre(tuple(nodes.tolist())))
+
+
 def lagrange_polynomials(nodes: FloatArray, x: FloatArray) -> Pair:
-    """Lagrange polynomials of nodes."""
-    inverse = np.linalg.inv(legendre.legvander(2.0 * nodes - 1.0, nodes.size - 1))
+    """Lagrange polynomials of nodes and their derivatives."""
     values, slopes = legendre_polynomials(nodes.size - 1, x)
+    inverse = _to_legendre(tuple(nodes.tolist()))
     return values @ inverse, slopes @ inverse
+
+
+@lru_cache(maxsize=32)
+def _to_legendre(nodes: tuple[float, ...]) -> FloatArray:
+    """Matrix that takes values at nodes to Legendre coefficients."""
+    return np.asarray(np.linalg.inv(legendre.legvander(2.0 * np.array(nodes) - 1.0, len(nodes) - 1)))

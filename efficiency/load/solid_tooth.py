@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.load.ring import ring_response
 from efficiency.load.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
-from efficiency.load.shape_functions import FloatArray, lagrange_polynomials, lobatto_nodes
+from efficiency.load.shape_functions import FloatArray, lagrange_values, lobatto_nodes
 from efficiency.load.tooth_cell import Part, ToothCell, tooth_cell
 from ehl.errors import ConvergenceError
 from ehl.material import Material
@@ -67,28 +67,28 @@ class SolidTooth:
         """Height of the tip over the root cone at a distance from the toe [m]."""
         return np.asarray(np.interp(np.asarray(face, float), self.cell.stations, self.cell.top))
 
-    def influence(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
+    def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
         """Deflection along the contact normal per unit normal force [m/N], (n, n).
 
         Parameters
         ----------
         face, height : (n,) array_like
             Contact points: distance from the toe along the pitch cone and over the root cone [m].
+        tooth : (n,) array_like
+            Number of the tooth each lies on, rising to the side that the loaded flanks look to.
         """
         shape = self._interpolation(face, height)
-        return np.asarray(shape @ self.own @ shape.T)
-
-    def neighbour_influence(
-        self, distance: int, face: ArrayLike, height: ArrayLike, face_loaded: ArrayLike, height_loaded: ArrayLike
-    ) -> FloatArray:
-        """Deflection of points of another tooth per unit force at points of this one [m/N], (n, m).
-
-        The other tooth is as many pitches away (at least one) on the side that the loaded flank looks to.
-        """
-        over, under = self._interpolation(face, height), self._interpolation(face_loaded, height_loaded)
-        if distance > len(self.ahead):
-            return np.zeros((over.shape[0], under.shape[0]))
-        return np.asarray(over @ self.ahead[distance - 1] @ under.T)
+        number = np.broadcast_to(tooth, shape.shape[:1])
+        matrix = np.zeros((number.size, number.size))
+        points = {int(n): np.flatnonzero(number == n) for n in np.unique(number)}
+        for n, at in points.items():
+            matrix[np.ix_(at, at)] = shape[at] @ self.own @ shape[at].T
+            for distance, response in enumerate(self.ahead, 1):
+                there = points.get(n + distance)
+                if there is not None:
+                    block = shape[there] @ response @ shape[at].T
+                    matrix[np.ix_(there, at)], matrix[np.ix_(at, there)] = block, block.T
+        return matrix
 
     def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Distance along the contact normal from the flank to the middle surface [m], (n,)."""
@@ -104,7 +104,7 @@ class SolidTooth:
     def _interpolation(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Values (points, nodes) of the polynomials of the flank grid."""
         b, c = self.cell.on_flank(np.asarray(face, float), np.asarray(height, float))
-        over, along = (lagrange_polynomials(nodes, x)[0] for nodes, x in zip(self.nodes, (b, c), strict=True))
+        over, along = (lagrange_values(nodes, x) for nodes, x in zip(self.nodes, (b, c), strict=True))
         return (over[:, :, None] * along[:, None, :]).reshape(b.size, -1)
 
 

@@ -6,32 +6,13 @@ Everything is taken in logarithms: the viscosity of a stiff oil under pressure l
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from numba import njit
 
-NEWTONIAN, EYRING, CARREAU = range(3)
-LARGE = 20.0  # of ln x: beyond it 1 + x^2 is x^2
+# compiled loops that lie on disk look for the record of numbers here
+from ehl.rheology.numbers import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers  # noqa: F401
+
 LOG_TWO = math.log(2.0)
-
-
-class ShearNumbers(NamedTuple):
-    """A shear law in scaled variables: stresses in a reference stress, pressure and film in the solver's units."""
-
-    kind: int  # 0 newtonian, 1 eyring, 2 carreau
-    plain: bool  # constant stress scale and a limit that only cuts off the traction: the solvers' short forms serve
-    exponent: float  # of Carreau
-    low: float  # stress scale: low + rise/2 (1 + tanh(steepness (p/centre - 1)))
-    rise: float
-    steepness: float
-    centre: float
-    ambient: float  # limiting stress: ambient + slope p; infinite without one
-    slope: float
-    smooth: bool  # the limit is approached gradually and takes part in the pressure flow
-    plug: float  # 6 reference stress/(reference gradient times film unit), of the largest pressure flow
-
-
-PLAIN = ShearNumbers(NEWTONIAN, True, 1.0, 1.0, 0.0, 1.0, 1.0, math.inf, 0.0, False, math.inf)
 
 
 @njit(cache=True, error_model="numpy")

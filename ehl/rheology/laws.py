@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.rheology._kernels import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers
+from ehl.rheology.numbers import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers
 
 Array = NDArray[np.float64]
 

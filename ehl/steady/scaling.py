@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
-from ehl.rheology._kernels import PLAIN, ShearNumbers
+from ehl.rheology.numbers import PLAIN, ShearNumbers
 
 Array = NDArray[np.float64]
 Offset = Callable[[Array], Array]

@@ -93,13 +93,13 @@ def straight_line(crowded: ElasticPosition, points: int = 9) -> ElasticPosition:
     depths = tuple(np.repeat(depth[k : k + 1], points) for depth in crowded.local.depths)
     local = replace(crowded.local, radius_equivalent=one["radius_equivalent"], depths=depths)
     zero = np.zeros(points)
-    return ElasticPosition(position, np.zeros((points, points)), local, zero, zero + 1.0, crowded.effective_modulus)
+    return ElasticPosition(position, np.zeros((points, points)), local, zero, zero + 1.0)
 
 
 def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: GearMesh) -> None:
     """A single straight line of rigid teeth: even load, Hertz pressure and width, Weber's approach."""
     line, torque = straight_line(crowded), 100.0
-    at, modulus = line.position, line.effective_modulus
+    at, modulus = line.position, line.local.effective_modulus
     load = distribute_load([line], geared.mesh.teeth, torque).positions[0]
     even = torque / float(at.lever_pinion[0]) / (at.length.sum())
     np.testing.assert_allclose(load.load_per_length, even, rtol=1e-12)
@@ -124,9 +124,8 @@ def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: GearMesh) -> N
         replace(
             p,
             bending=1e-6 * p.bending,
-            local=replace(p.local, materials=rigid, effective_modulus=1e6 * p.effective_modulus),
+            local=replace(p.local, materials=rigid, effective_modulus=1e6 * p.local.effective_modulus),
             free_edge=1e-6 * p.free_edge,
-            effective_modulus=1e6 * p.effective_modulus,
         )
         for p in geared.mesh.elastic_fine
     ]

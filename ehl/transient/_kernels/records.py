@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ehl.rheology._kernels import PLAIN, ShearNumbers
+from ehl.rheology.numbers import PLAIN, ShearNumbers
 
 
 class Fluid(NamedTuple):
