@@ -46,13 +46,26 @@ def walther_1931(temperature: float, viscosity_40: float, viscosity_100: float) 
         Kinematic viscosity [m2/s].
     """
 
+    m, n = _walther_constants(viscosity_40, viscosity_100)
+    return float((10.0 ** (10.0 ** (m - n * math.log10(temperature))) - 0.7) * 1e-6)
+
+
+def walther_slope(temperature: float, viscosity_40: float, viscosity_100: float) -> float:
+    """-d ln(nu)/dT of `walther_1931` [1/K]: n (nu + 0.7) ln(nu + 0.7)/(nu T), nu in cSt; arguments as there."""
+    _, n = _walther_constants(viscosity_40, viscosity_100)
+    nu = 1e6 * walther_1931(temperature, viscosity_40, viscosity_100)
+    return n * (nu + 0.7) * math.log(nu + 0.7) / (nu * temperature)
+
+
+def _walther_constants(viscosity_40: float, viscosity_100: float) -> tuple[float, float]:
+    """m and n of the line through both viscosities."""
+
     def double_log(viscosity: float) -> float:
         return math.log10(math.log10(viscosity * 1e6 + 0.7))
 
     low, high = math.log10(40.0 + KELVIN), math.log10(100.0 + KELVIN)
     slope = (double_log(viscosity_40) - double_log(viscosity_100)) / (high - low)
-    level = double_log(viscosity_40) + slope * low
-    return float((10.0 ** (10.0 ** (level - slope * math.log10(temperature))) - 0.7) * 1e-6)
+    return double_log(viscosity_40) + slope * low, slope
 
 
 def density_at(temperature: float, density_15: float, coefficient: float) -> float:

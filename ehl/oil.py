@@ -20,6 +20,7 @@ from ehl.lubricant import (
     density_at,
     gold_2001,
     walther_1931,
+    walther_slope,
 )
 from ehl.rheology import RisingStress
 from ehl.units import Quantity
@@ -178,6 +179,15 @@ class Oil(InputModel):
             return law.K * math.exp(law.B / (temperature - KELVIN + law.C))
         return self.viscosity_kinematic(temperature) * self.density(temperature)
 
+    def temperature_viscosity(self, temperature: float) -> float:
+        """beta = -d ln(eta)/dT at ambient pressure [1/K]; `temperature` in K."""
+        law = self.viscosity
+        if isinstance(law, ModulusViscosity):
+            return law.B / (temperature - KELVIN + law.C) ** 2
+        # eta = nu rho
+        thinning = walther_slope(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
+        return thinning - self.density_temperature * self.density_15 / self.density(temperature)
+
     def alpha(self, temperature: float) -> float:
         """Pressure-viscosity coefficient [1/Pa]; `temperature` in K."""
         law = self.pressure_viscosity
@@ -219,8 +229,6 @@ class Oil(InputModel):
             )
         eta = self.viscosity_dynamic(temperature)
         alpha = self.alpha(temperature)
-        step = 0.01
-        beta = math.log(self.viscosity_dynamic(temperature - step) / self.viscosity_dynamic(temperature + step))
         law = self.viscosity
         viscosity_law: ViscosityLaw = law.law
         modulus = (law.a1, law.a2, law.b1, law.b2) if isinstance(law, ModulusViscosity) else ()
@@ -234,7 +242,7 @@ class Oil(InputModel):
             eyring_stress=self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha,
             limiting_shear_coefficient=self.limiting_shear_coefficient,
             temperature=temperature,
-            temperature_viscosity=beta / (2.0 * step),
+            temperature_viscosity=self.temperature_viscosity(temperature),
             temperature_constants=thermal,
             density=self.density(temperature),
             thermal_conductivity=self.thermal_conductivity,

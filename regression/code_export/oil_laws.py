@@ -11,8 +11,6 @@ from ehl.lubricant import GOLD_COEFFICIENTS, KELVIN, ROELANDS_LOG_VISCOSITY, ROE
 from ehl.oil import GoldAlpha, ModulusViscosity, Oil, TabulatedAlpha
 from regression.conditions import Array
 
-_STEP = 0.01  # [K], of the central difference in Oil.at
-
 
 def oil_columns(oil: Oil, temperature_oil: Array, pressure_hertz: Array) -> dict[str, Array | float]:
     """The variables of `regression.conditions.LUBRICANT_UNITS`.
@@ -27,8 +25,7 @@ def oil_columns(oil: Oil, temperature_oil: Array, pressure_hertz: Array) -> dict
         [Pa].
     """
     viscosity_inlet = _viscosity_dynamic(oil, temperature_oil)
-    warmer, colder = (_viscosity_dynamic(oil, temperature_oil + step) for step in (_STEP, -_STEP))
-    temperature_viscosity = np.log(colder / warmer) / (2.0 * _STEP)
+    temperature_viscosity = _temperature_viscosity(oil, temperature_oil)
     pressure_viscosity = _alpha(oil, temperature_oil)
     mean_pressure = 0.25 * math.pi * pressure_hertz
     rise = _log_viscosity_rise(oil, temperature_oil, mean_pressure, viscosity_inlet, pressure_viscosity)
@@ -49,14 +46,30 @@ def _density(oil: Oil, temperature: Array) -> Array:
     return oil.density_15 * (1.0 + oil.density_temperature * (temperature - KELVIN - 15.0))
 
 
-def _walther(oil: Oil, temperature: Array) -> Array:
-    """Kinematic viscosity [m2/s] by `ehl.lubricant.walther_1931`."""
+def _walther_constants(oil: Oil) -> tuple[float, float]:
     double_40, double_100 = (
         math.log10(math.log10(1e6 * nu + 0.7)) for nu in (oil.viscosity_kinematic_40, oil.viscosity_kinematic_100)
     )
     low, high = math.log10(40.0 + KELVIN), math.log10(100.0 + KELVIN)
     slope = (double_40 - double_100) / (high - low)
-    return (10.0 ** (10.0 ** (double_40 + slope * low - slope * np.log10(temperature))) - 0.7) * 1e-6
+    return double_40 + slope * low, slope
+
+
+def _walther(oil: Oil, temperature: Array) -> Array:
+    """Kinematic viscosity [m2/s] by `ehl.lubricant.walther_1931`."""
+    m, n = _walther_constants(oil)
+    return (10.0 ** (10.0 ** (m - n * np.log10(temperature))) - 0.7) * 1e-6
+
+
+def _temperature_viscosity(oil: Oil, temperature: Array) -> Array:
+    """beta [1/K] by `ehl.oil.Oil.temperature_viscosity`."""
+    law = oil.viscosity
+    if isinstance(law, ModulusViscosity):
+        return law.B / (temperature - KELVIN + law.C) ** 2
+    _, n = _walther_constants(oil)
+    nu = 1e6 * _walther(oil, temperature)
+    thinning = n * (nu + 0.7) * np.log(nu + 0.7) / (nu * temperature)
+    return thinning - oil.density_temperature * oil.density_15 / _density(oil, temperature)
 
 
 def _viscosity_dynamic(oil: Oil, temperature: Array) -> Array:

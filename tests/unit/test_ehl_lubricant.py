@@ -91,6 +91,16 @@ def test_walther_passes_through_its_two_points() -> None:
     assert walther_1931(373.15, 96.9e-6, 11.8e-6) == pytest.approx(11.8e-6, rel=1e-9)
 
 
+@pytest.mark.parametrize("name", data_names("oils"))
+def test_temperature_slope_of_every_oil_is_that_of_its_viscosity(name: str) -> None:
+    oil, step = Oil.load(name), 0.1
+    for temperature in (-40.0, 0.0, 40.0, 80.0, 130.0, 200.0):
+        log_eta = [math.log(oil.viscosity_dynamic(temperature + KELVIN + i * step)) for i in (-2, -1, 1, 2)]
+        # five points: wrong by the fourth power of the step
+        slope = (log_eta[0] - 8.0 * log_eta[1] + 8.0 * log_eta[2] - log_eta[3]) / (12.0 * step)
+        assert oil.temperature_viscosity(temperature + KELVIN) == pytest.approx(-slope, rel=1e-10)
+
+
 def test_unknown_oil_and_temperature_out_of_range() -> None:
     with pytest.raises(InputError, match="fva3"):
         Oil.load("snake_oil")

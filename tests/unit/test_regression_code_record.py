@@ -113,9 +113,7 @@ def test_laws_of_the_oil_cards(name: str) -> None:
     )
     wanted, found = conditions_of(state, oil), oil_columns(oil, temperature, pressure)
     for variable in LUBRICANT_UNITS:
-        # the temperature slope is a difference over 0.02 K of viscosities rounded to the last digit
-        tolerance = 5e-11 if variable == "temperature_viscosity" else 1e-12
-        np.testing.assert_allclose(found[variable], wanted[variable], rtol=tolerance, err_msg=variable)
+        np.testing.assert_allclose(found[variable], wanted[variable], rtol=1e-12, err_msg=variable)
 
 
 def start_coefficients(family: str) -> Mapping[str, float]:
