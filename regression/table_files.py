@@ -24,6 +24,8 @@ MAX_ROWS = 1_000_000
 
 Cell = float | int | str | None
 Column = tuple[float, ...] | tuple[str, ...]
+# rows that are not empty, each with its number in the file, counted from 1
+Rows = list[tuple[int, list[Cell]]]
 
 
 def read_table(
@@ -52,16 +54,27 @@ def read_table(
     InputError
         The file cannot be read, lacks a column, has one nobody knows, or a cell cannot be used; it is named.
     """
+    return numbered_table(path, quantities, required, bare=bare)[0]
+
+
+def numbered_table(
+    path: Path,
+    quantities: Mapping[str, Quantity | None],
+    required: Sequence[str] = (),
+    *,
+    bare: bool = True,
+) -> tuple[dict[str, Column], tuple[int, ...]]:
+    """The same as `read_table`, and the number of each row in the file, counted from 1 as editors do."""
     rows = _rows_of(path)
     if not rows:
         raise InputError(path.name, "no rows", "a header and at least one row")
-    header = [_HEADER.fullmatch(str(cell or "").strip()) for cell in rows[0]]
+    header = [_HEADER.fullmatch(str(cell or "").strip()) for cell in rows[0][1]]
     names = [match["name"].strip() if match else "" for match in header]
     units = [match["unit"] if match else None for match in header]
     _check_names(path, names, quantities, required)
     first = 1
-    if len(rows) > 1 and _are_units(rows[1], names, units, quantities):
-        units = [str(cell).strip() if cell not in (None, "") else None for cell in rows[1]]
+    if len(rows) > 1 and _are_units(rows[1][1], names, units, quantities):
+        units = [str(cell).strip() if cell not in (None, "") else None for cell in rows[1][1]]
         first = 2
     if len(rows) == first:
         raise InputError(path.name, "a header without rows", "at least one row below the header")
@@ -71,15 +84,15 @@ def read_table(
     for position, (name, unit) in enumerate(zip(names, units, strict=True)):
         if name.startswith("#"):
             continue
-        cells = [row[position] if position < len(row) else None for row in rows[first:]]
+        cells = [row[position] if position < len(row) else None for _, row in rows[first:]]
         quantity = quantities[name]
-        where = [f"{path.name}, row {first + 1 + i}, {name}" for i in range(len(cells))]
+        where = [f"{path.name}, row {number}, {name}" for number, _ in rows[first:]]
         if quantity is None:
             columns[name] = tuple(_text(cell, place) for cell, place in zip(cells, where, strict=True))
         else:
             checked = (_number(cell, unit, quantity, place, bare) for cell, place in zip(cells, where, strict=True))
             columns[name] = tuple(checked)
-    return columns
+    return columns, tuple(number for number, _ in rows[first:])
 
 
 def _check_names(
@@ -111,7 +124,7 @@ def _are_units(
         if units[position] is not None or not text:
             return False
         if quantity.unit == "":
-            if text not in ("1", "-"):
+            if text not in ("1", "-", "%"):
                 return False
             continue
         try:
@@ -145,7 +158,7 @@ def _number(cell: Cell, unit: str | None, quantity: Quantity, where: str, bare: 
     return quantity.check(value, where, bare=bare or not quantity.unit)
 
 
-def _rows_of(path: Path) -> list[list[Cell]]:
+def _rows_of(path: Path) -> Rows:
     if path.suffix.lower() in (".xlsx", ".xlsm"):
         return _xlsx_rows(path)
     try:
@@ -156,17 +169,23 @@ def _rows_of(path: Path) -> list[list[Cell]]:
         raise InputError(
             "file", str(path), "a readable UTF-8 CSV file, or XLSX", f"It could not be read: {error}."
         ) from None
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("# ")]
-    if not lines:
-        return []
-    separator = max(",;\t", key=lines[0].count)
+    # a line of notes or without content stays in place as an empty one, so that rows keep their numbers
+    lines = [line if line.strip() and not line.startswith("# ") else "" for line in text.splitlines()]
+    separator = max(",;\t", key=next((line for line in lines if line), "").count)
+    reader = csv.reader(io.StringIO("\n".join(lines)), delimiter=separator)
+    rows: Rows = []
+    start = 1
     try:
-        rows: list[list[Cell]] = [[*row] for row in csv.reader(io.StringIO("\n".join(lines)), delimiter=separator)]
+        for row in reader:
+            if row:
+                rows.append((start, [*row]))
+            # a cell in quotes may hold line breaks
+            start = reader.line_num + 1
     except csv.Error as error:
         raise InputError("file", str(path), "a CSV file", f"It could not be read: {error}.") from None
     if separator == ",":
         return rows
-    return [[_decimal_point(cell) for cell in row] for row in rows]
+    return [(number, [_decimal_point(cell) for cell in row]) for number, row in rows]
 
 
 def _decimal_point(cell: Cell) -> Cell:
@@ -174,7 +193,7 @@ def _decimal_point(cell: Cell) -> Cell:
     return text.replace(",", ".") if _DECIMAL_COMMA.fullmatch(text) else cell
 
 
-def _xlsx_rows(path: Path) -> list[list[Cell]]:
+def _xlsx_rows(path: Path) -> Rows:
     try:
         from openpyxl import load_workbook
     except ImportError:
@@ -187,10 +206,10 @@ def _xlsx_rows(path: Path) -> list[list[Cell]]:
     except Exception as error:  # openpyxl lets errors of zip and XML through
         raise InputError("file", str(path), "a readable XLSX file", f"It could not be read: {error}.") from None
     try:
-        rows = [[_cell(cell) for cell in row] for row in book.worksheets[0].values]
+        rows = [(number, [_cell(cell) for cell in row]) for number, row in enumerate(book.worksheets[0].values, 1)]
     finally:
         book.close()
-    return [row for row in rows if any(cell not in (None, "") for cell in row)]
+    return [(number, row) for number, row in rows if any(cell not in (None, "") for cell in row)]
 
 
 def _cell(cell: object) -> Cell:

@@ -99,7 +99,7 @@ class CalibrationResult:
     misfit : float
         RMS of computed over measured mu [-].
     outliers, excluded : tuple of int
-        Numbers of rows, the first below the header being 1.
+        Numbers of rows in the file, counted from 1.
     friction_computed : tuple of float
         mu of all rows by the solver; nan where it failed.
     solver_error : float
@@ -298,8 +298,8 @@ def calibrate(
         noise_stated=math.nan if math.isnan(stated.chi_square) else float(np.median(target.sigma[target.rows])),
         chi_square=stated.chi_square,
         misfit=float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2))),
-        outliers=tuple(int(i) + 1 for i in np.flatnonzero(far)),
-        excluded=tuple(int(i) + 1 for i in np.flatnonzero(~target.rows)),
+        outliers=tuple(measurement.row_numbers[i] for i in np.flatnonzero(far)),
+        excluded=tuple(measurement.row_numbers[i] for i in np.flatnonzero(~target.rows)),
         friction_computed=tuple(float(mu) for mu in fit.friction),
         solver_error=float(np.nanmax(errors)),
         profiled=profiled,

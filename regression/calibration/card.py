@@ -30,7 +30,7 @@ def calibrated_card(
         moved |= set(RISING)
     oil_values = {name: value for name, value in result.values.items() if name in moved and name not in SURFACE}
     card = card_with(base, oil_values, reference_temperature(measurement))
-    used = [i for i in range(measurement.size) if i + 1 not in result.excluded]
+    used = [i for i in range(measurement.size) if measurement.row_numbers[i] not in result.excluded]
     record = CalibrationRecord(
         file=measurement.name,
         file_hash=measurement.file_hash,

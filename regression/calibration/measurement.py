@@ -15,7 +15,7 @@ from ehl import inputs
 from ehl.errors import InputError
 from ehl.oil import Temperature
 from ehl.units import Quantity
-from regression.table_files import read_table
+from regression.table_files import numbered_table
 
 Array = NDArray[np.float64]
 
@@ -64,6 +64,8 @@ class Measurement:
         mu and its standard deviation [-]; nan where none is given.
     curve : tuple of str
         Label of each row.
+    row_numbers : tuple of int
+        Of each row in the file, counted from 1; below a header of one line where not given.
     """
 
     name: str
@@ -73,6 +75,11 @@ class Measurement:
     friction: Array
     uncertainty: Array
     curve: tuple[str, ...]
+    row_numbers: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.row_numbers:
+            object.__setattr__(self, "row_numbers", tuple(range(2, self.size + 2)))
 
     @property
     def size(self) -> int:
@@ -97,7 +104,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
     InputError
         Naming file, row and column.
     """
-    table = read_table(path, COLUMNS, ("friction_coefficient",) if friction else ())
+    table, numbers = numbered_table(path, COLUMNS, ("friction_coefficient",) if friction else ())
     size = len(next(iter(table.values())))
     for name in fixed:
         if name in table:
@@ -126,4 +133,5 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
         friction=np.array(table.get("friction_coefficient", nothing), dtype=float),
         uncertainty=np.array(table.get("friction_uncertainty", nothing), dtype=float),
         curve=tuple(str(label) for label in table.get(LABEL, ("1",) * size)),
+        row_numbers=numbers,
     )

@@ -37,19 +37,19 @@ def plot_calibration(measurement: Measurement, result: CalibrationResult) -> Fig
     residual = (measurement.friction - computed) / result.noise
     figure = Figure(figsize=(5.4 * len(curves) + 0.8, 6.0), layout="constrained")
     panels = figure.subplots(2, len(curves), sharex="col", squeeze=False, height_ratios=(3, 1))
-    outliers = {number - 1 for number in result.outliers}
+    number_of = measurement.row_numbers
     for column, (over, lines) in enumerate(curves.items()):
         above, below = panels[0, column], panels[1, column]
         factor, shift, name = _OVER[over]
         x = factor * np.abs(measurement.columns[over]) + shift
         for number, (label, rows) in enumerate(lines):
             colour = colormaps["viridis"](0.9 * number / max(len(lines) - 1, 1))
-            order = sorted((i for i in rows if i + 1 not in result.excluded), key=lambda i: x[i])
+            order = sorted((i for i in rows if number_of[i] not in result.excluded), key=lambda i: x[i])
             text = label if number < MOST_LABELS else "_"
             above.plot(x[order], measurement.friction[order], "o", ms=4, color=colour, label=text)
             above.plot(x[order], computed[order], "-", lw=1.2, color=colour)
             below.plot(x[order], residual[order], "o", ms=3, color=colour)
-            far = [i for i in order if i in outliers]
+            far = [i for i in order if number_of[i] in result.outliers]
             above.plot(x[far], measurement.friction[far], "o", ms=10, mfc="none", mec="crimson", label="_")
         if over in ("slide_to_roll", "speed_entrainment"):
             above.set_xscale("log")

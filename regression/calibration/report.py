@@ -48,11 +48,9 @@ def calibration_report(result: CalibrationResult) -> None:
         f"largest error the solver states of itself {100.0 * result.solver_error:.2g} %"
     )
     if result.outliers:
-        console.print(f"far off, and weighed less: rows {', '.join(map(str, result.outliers))} below the header")
+        console.print(f"far off, and weighed less: rows {', '.join(map(str, result.outliers))} of the file")
     if result.excluded:
-        console.print(
-            f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} below the header"
-        )
+        console.print(f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} of the file")
     for note in result.notes:
         console.print(f"note: {note}", markup=False)
     console.print(f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s")

@@ -87,7 +87,7 @@ def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
     for row, value in enumerate(pressure):
         if not least <= value <= most:
             raise InputError(
-                f"{measurement.name}, row {row + 2}, {measurement.load}",
+                f"{measurement.name}, row {measurement.row_numbers[row]}, {measurement.load}",
                 float(load[row]),
                 f"a Hertz pressure of {least:.3g} to {most:.3g} Pa; it is {value:.4g} Pa",
                 "Check load, radius and solids.",
@@ -119,7 +119,7 @@ def groups_of(measurement: Measurement, setup: CalibrationSetup) -> tuple[Group,
     for row, contact in enumerate(contacts):
         if contact.speed_sliding > MOST_SLIDING:
             raise InputError(
-                f"{measurement.name}, row {row + 2}, slide_to_roll",
+                f"{measurement.name}, row {measurement.row_numbers[row]}, slide_to_roll",
                 contact.slide_to_roll,
                 f"a sliding speed of at most {MOST_SLIDING:g} m/s; it is {contact.speed_sliding:.4g} m/s",
             )

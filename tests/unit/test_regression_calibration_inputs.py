@@ -31,6 +31,7 @@ TABLE = """load [N],speed_entrainment [mm/s],slide_to_roll [%],friction_coeffici
 36,0,50,0.080,b
 """
 GOOD = TABLE.replace("36,0,", "36,50,")
+UNITS_BELOW = "load,speed_entrainment,slide_to_roll,friction_coefficient,curve\nN,mm/s,%,1,\n" + GOOD.partition("\n")[2]
 
 
 def files(folder: Path, table: str = GOOD, setup: str = SETUP) -> tuple[Path, Path]:
@@ -94,6 +95,7 @@ def test_spreadsheet_reads_like_its_text(tmp_path: Path) -> None:
         (GOOD, SETUP.replace('geometry = "point"', 'geometry = "line"'), ["specimens.length", "10 mm"]),
         (GOOD, SETUP + "length = 0.01\n", ["length", "geometry = 'line'"]),
         (GOOD.replace("load [N]", "load [kN]"), SETUP, ["row 2", "Hertz pressure"]),
+        (UNITS_BELOW.replace("N,", "kN,"), SETUP, ["row 3", "Hertz pressure"]),
         (GOOD.replace("load [N]", "load_per_length [N/m]"), SETUP, ["specimens.geometry", "load"]),
         (GOOD, SETUP + "[noise]\nabsolute = 0.0\n", ["noise", "above 0"]),
         (GOOD.replace("50,0.0", "0,0.0").replace("5,0.03", "0,0.03"), SETUP, ["slide_to_roll", "sliding"]),

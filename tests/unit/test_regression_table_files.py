@@ -117,6 +117,24 @@ def test_bad_tables_name_row_and_column(tmp_path: Path, old: str, new: str, word
         assert word in str(caught.value)
 
 
+HEADER = "pressure_hertz,radius_equivalent,speed_entrainment,slide_to_roll"
+
+
+@pytest.mark.parametrize(
+    ("lines", "wanted"),
+    [
+        ([HEADER, "1e9,0.01,5,wrong"], 2),
+        ([HEADER, "GPa,mm,m/s,1", "1,10,5,wrong"], 3),
+        (["# a rig", "", HEADER, "", "GPa,mm,m/s,1", "1,10,5,0.3", "# a note", "1,10,5,wrong"], 8),
+        # a cell with a line break
+        (["#notes," + HEADER, '"two\nlines",1e9,0.01,5,0.3', "x,1e9,0.01,5,wrong"], 4),
+    ],
+)
+def test_rows_are_counted_as_in_the_file(tmp_path: Path, lines: list[str], wanted: int) -> None:
+    with pytest.raises(InputError, match=rf"points\.csv, row {wanted}, slide_to_roll"):
+        plan_with(tmp_path, "\n".join(lines))
+
+
 def test_bare_numbers_can_be_refused_and_columns_required(tmp_path: Path) -> None:
     from regression.plan import QUANTITIES
 
