@@ -28,12 +28,14 @@ def plan(
     from efficiency.design import load_design
     from efficiency.loss.duty import duty_points, read_duty
     from ehl.errors import InputError
+    from regression.cli_files import check_outputs
     from regression.gear_ranges import plan_text, seen_ranges
     from regression.plan import load_plan
     from regression.report import seen_table
 
     if model not in ("deterministic", "load_sharing"):
         raise InputError("--model", model, "deterministic or load_sharing")
+    check_outputs({"--output": output}, {"--output": (".toml",)})
     rows = read_duty(duty)
     pairs = [load_design(design) for design in designs]
     points = duty_points(pairs, rows, oil=oil)

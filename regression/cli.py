@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ehl.errors import InputError
 from regression.cli_sweep import sweep_app
 
 
@@ -21,18 +22,25 @@ def fit(
     paths: Annotated[Path | None, typer.Option(help="Run of contacts along gear meshes: checked, not fitted.")] = None,
     noise: Annotated[Path | None, typer.Option(help="Run of repeated roughness realisations: noise floor.")] = None,
     nested: Annotated[bool, typer.Option("--nested", help="Hold the choice of the family out too (minutes).")] = False,
-    plot: Annotated[Path | None, typer.Option(help="Write a figure of fitted over computed friction.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure of held-out over computed friction.")] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FIT.html", help="Write one page on data, formulas, errors and failures.")
     ] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of a sweep, and say what it is worth."""
+    from regression.cli_files import FIGURE, check_outputs
     from regression.datasets import named_dataset
-    from regression.families import FAMILIES
+    from regression.families import FAMILIES, family_named
     from regression.fit import fit_families, fit_formula
+    from regression.held_out import process_factors
     from regression.report import families_table, formula_report
 
+    check_outputs({"--output": output, "--plot": plot, "--report": report}, {"--plot": FIGURE})
+    if family != "best":
+        family_named(family)
+        if nested:
+            raise InputError("--nested", family, "--family best", "One family leaves no choice to hold out.")
     dataset = named_dataset(run)
     beside: dict[str, Any] = {
         "corners": corners,
@@ -58,7 +66,7 @@ def fit(
         typer.echo(formulas[0].to_json(), nl=False)
         return
     families_table(formulas, FAMILIES if family == "best" else [family])
-    formula_report(formulas[0])
+    formula_report(formulas[0], process_factors(dataset, formulas[0]))
     typer.echo(f"written: {output}")
 
 

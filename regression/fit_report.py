@@ -21,12 +21,12 @@ from regression.conditions import Array
 from regression.dataset import Dataset, columns
 from regression.families import FAMILIES
 from regression.formula import Formula
+from regression.held_out import fitted_rows, process_factors
 from regression.plots import plot_friction
 from regression.plots_curves import COLEMAN, plot_maps, plot_stribeck, plot_traction, scene_of, varies
 from regression.plots_fit import (
     AXES,
     checked_rows,
-    fitted_rows,
     friction_of_rows,
     plot_regimes,
     plot_residuals,
@@ -226,12 +226,7 @@ def _errors(dataset: Dataset, best: Formula) -> Section:
             f"{best.name}: errors of held-out cases by band. Noise floor: scatter of one roughness realisation "
             "about the mean of several, where repeated points were computed. Covered: cases in their interval.",
         ),
-        Table(
-            ("film ratio from", "to", "cases", "factor", "covered", "two binomial standard errors"),
-            _interval_rows(best),
-            f"{best.name}: interval of {100 * best.interval.level:g} % by film ratio: µ over and times the factor"
-            + (" exp(w s), s the formula's own deviation; w is listed." if best.interval.normalised else "."),
-        ),
+        _intervals(dataset, best),
     ]
     checks = [
         (
@@ -262,15 +257,26 @@ def _errors(dataset: Dataset, best: Formula) -> Section:
     return Section("Errors by region", blocks)
 
 
-def _interval_rows(formula: Formula) -> list[tuple[str, ...]]:
-    level = formula.interval.level
+def _intervals(dataset: Dataset, formula: Formula) -> Table:
+    """Interval by film ratio; that of a Gaussian process varies within a band, so that its spread stands there too."""
+    level, bands = formula.interval.level, formula.interval.bands
+    spread = process_factors(dataset, formula)
     rows: list[tuple[str, ...]] = []
-    for band in formula.interval.bands:
-        factor = number(band.log_width if formula.interval.normalised else math.exp(band.log_width))
+    for i, band in enumerate(bands):
         end = "" if band.high is None else f"{band.high:g}"
+        shown = (number(math.exp(band.log_width)),)
+        if spread:
+            middle, low, high = (number(x) for x in spread[i])
+            shown = (middle, f"{low} to {high}", number(band.log_width, 3))
         error = 2.0 * math.sqrt(level * (1.0 - level) / band.count)
-        rows.append((f"{band.low:g}", end, str(band.count), factor, _percent(band.coverage), _percent(error)))
-    return rows
+        rows.append((f"{band.low:g}", end, str(band.count), *shown, _percent(band.coverage), _percent(error)))
+    factors = ("factor, median", "90 % of cases", "w") if spread else ("factor",)
+    return Table(
+        ("film ratio from", "to", "cases", *factors, "covered", "two binomial standard errors"),
+        rows,
+        f"{formula.name}: interval of {100 * level:g} % by film ratio: µ over and times the factor"
+        + (" exp(w s), s the deviation the process states at the point." if spread else "."),
+    )
 
 
 def _residuals(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
@@ -279,17 +285,17 @@ def _residuals(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
         "Parity and residuals",
         [
             Text(
-                "Formulas fitted to all usable cases, on these cases. Grey: the best formula on the cases left out of "
-                "the fit: corners, and results whose own error exceeds mu."
+                "Held-out cases: each by the same form fitted without its fold, as in the tables of errors. Grey: the "
+                "best formula on the cases left out of the fit: corners, and results whose own error exceeds mu."
             ),
             Picture(
                 plot_regimes(dataset, formulas),
-                "Friction by formula over the computed one, by film ratio. Dashed: 10 % off. The best formula on top. "
-                "Points beyond the frame are drawn at its edge.",
+                "Held-out friction by formula over the computed one, by film ratio. Dashed: 10 % off. The best "
+                "formula on top. Points beyond the frame are drawn at its edge.",
             ),
             Picture(
                 plot_residuals(dataset, best),
-                f"{best.name}: ratio to the computed friction over every variable, cases of the fit. Line: running "
+                f"{best.name}: held-out over computed friction, over every variable. Line: running "
                 "median; band: 5 to 95 %. Points beyond the frame are drawn at its edge.",
             ),
         ],

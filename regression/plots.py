@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ehl.plots import BLUE, GREY, ORANGE
-from regression.dataset import Dataset, columns
+from regression.dataset import Dataset
 from regression.formula import Formula
+from regression.held_out import fitted_rows, held_out_friction
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,17 +43,17 @@ def plot_friction(dataset: Dataset) -> Figure:
 
 
 def plot_parity(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
-    """Friction by each formula over the computed one; dashed lines 10 % off."""
+    """Held-out friction by each formula over the computed one, best formula on top; dashed lines 10 % off."""
     from matplotlib.figure import Figure
 
-    frame = dataset.converged
-    mu = frame["friction_coefficient"].to_numpy()
+    mu = fitted_rows(dataset, formulas[0])["friction_coefficient"].to_numpy(dtype=float)
     figure = Figure(figsize=(6.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
-    for formula, colour in zip(formulas, (BLUE, ORANGE, GREY), strict=False):
-        predicted = formula.evaluate(columns(frame)).mu
-        label = f"{formula.family} (held-out MAPE {100.0 * formula.validation.mape:.2g} %)"
-        axes.plot(mu, predicted, ".", color=colour, ms=5, alpha=0.8, label=label)
+    lines = []
+    for formula, colour in reversed(list(zip(formulas, (BLUE, ORANGE, GREY), strict=False))):
+        label = f"{formula.name} (MAPE {100.0 * formula.validation.mape:.2g} %)"
+        held_out = held_out_friction(dataset, formula).mu
+        lines += axes.plot(mu, held_out, ".", color=colour, ms=5, alpha=0.8, label=label)
     ends = np.array([0.8 * mu.min(), 1.15 * mu.max()])
     axes.plot(ends, ends, color="black", lw=0.8)
     for factor in (0.9, 1.1):
@@ -62,7 +63,7 @@ def plot_parity(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
         yscale="log",
         xlim=ends,
         xlabel="computed friction coefficient [-]",
-        ylabel="friction coefficient by formula [-]",
+        ylabel="held-out friction coefficient by formula [-]",
     )
-    axes.legend(frameon=False, loc="upper left")
+    axes.legend(handles=lines[::-1], frameon=False, loc="upper left")
     return figure

@@ -14,7 +14,8 @@ from ehl.state import ContactState
 from regression.conditions import Array, Conditions, conditions_of
 from regression.dataset import Dataset
 from regression.formula import Formula
-from regression.plots_fit import AXES, COLOURS, RASTER_DPI, fitted_rows, plain_ticks
+from regression.held_out import fitted_rows
+from regression.plots_fit import AXES, COLOURS, RASTER_DPI, plain_ticks
 from regression.published_registry import PUBLISHED, evaluate_published
 
 if TYPE_CHECKING:

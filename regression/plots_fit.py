@@ -12,9 +12,9 @@ import numpy as np
 from ehl.plots import BLUE, GREY, ORANGE
 from regression.conditions import Array
 from regression.dataset import Dataset, columns
-from regression.fit import usable_rows
 from regression.fitted_form import boundary_friction_of
 from regression.formula import Formula
+from regression.held_out import fitted_rows, held_out_friction
 from regression.noise import BANDS
 from regression.scores import computed_friction
 
@@ -49,12 +49,6 @@ def checked_rows(dataset: Dataset) -> pd.DataFrame:
     return frame[usable].reset_index(drop=True)
 
 
-def fitted_rows(dataset: Dataset, formula: Formula | None = None) -> pd.DataFrame:
-    """The rows formulas are fitted to; with the corners where the formula was fitted to these too."""
-    corners = formula is not None and not any("corner" in reason for reason in formula.data.excluded)
-    return usable_rows(dataset, corners=corners)[0]
-
-
 def friction_of_rows(formula: Formula, frame: pd.DataFrame) -> Array:
     """What a formula gives for rows of a dataset, with the boundary friction of each."""
     mu, _ = formula.friction(columns(frame), boundary_friction_of(frame))
@@ -62,13 +56,19 @@ def friction_of_rows(formula: Formula, frame: pd.DataFrame) -> Array:
 
 
 def plot_regimes(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
-    """Friction by every formula over the computed one, one panel for each band of the film ratio."""
+    """Held-out friction by every formula over the computed one, one panel for each band of the film ratio.
+
+    Cases that were left out of the fit are shown by the best formula itself.
+    """
     from matplotlib.figure import Figure
 
     frame = checked_rows(dataset)
     mu, ratio = computed_friction(frame), frame["film_ratio"].to_numpy(dtype=float)
     used = frame["key"].isin(fitted_rows(dataset, formulas[0])["key"]).to_numpy(dtype=bool)
-    fitted = {formula.name: friction_of_rows(formula, frame) for formula in formulas}
+    shown = {formula.name: friction_of_rows(formula, frame) for formula in formulas}
+    for formula in formulas:
+        # both tables are sorted by key
+        shown[formula.name][used] = held_out_friction(dataset, formula).mu
     limits = list(itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)))
     bands = [(low, high) for low, high in limits if ((ratio >= low) & (ratio < high)).any()]
     if np.isinf(ratio).any():
@@ -79,7 +79,7 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
         inside = (ratio >= low) & (ratio < high) if math.isfinite(low) else np.isinf(ratio)
         ends = np.quantile(mu[inside], (0.005, 1.0)) * (0.7, 1.3)
         # the best formula on top
-        for order, (name, values) in reversed(list(enumerate(fitted.items()))):
+        for order, (name, values) in reversed(list(enumerate(shown.items()))):
             x, y = np.maximum(mu, ends[0]), np.clip(values, 0.5 * ends[0], 2.0 * ends[1])
             if order == 0:
                 rest = inside & ~used
@@ -90,7 +90,7 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
         for factor in (0.9, 1.1):
             axes.plot(ends, factor * ends, color="black", lw=0.6, ls="--")
         axes.set(xscale="log", yscale="log", xlim=ends, ylim=(0.5 * ends[0], 2.0 * ends[1]))
-        axes.set(xlabel="computed friction coefficient [-]", ylabel="by formula [-]")
+        axes.set(xlabel="computed friction coefficient [-]", ylabel="by formula, held out [-]")
         axes.set_title(_band_title(low, high, int((inside & used).sum())), fontsize=10)
         plain_ticks(axes.xaxis, *ends)
         plain_ticks(axes.yaxis, 0.5 * ends[0], 2.0 * ends[1])
@@ -120,11 +120,11 @@ def plain_ticks(axis: Axis, low: float, high: float) -> None:
 
 
 def plot_residuals(dataset: Dataset, formula: Formula) -> Figure:
-    """Formula over computed friction of the fitted cases, with its running median and 5 to 95 % range."""
+    """Held-out over computed friction of the fitted cases, with its running median and 5 to 95 % range."""
     from matplotlib.figure import Figure
 
     frame = fitted_rows(dataset, formula)
-    ratio = friction_of_rows(formula, frame) / computed_friction(frame)
+    ratio = held_out_friction(dataset, formula).mu / computed_friction(frame)
     shown = [name for name in AXES if _varies(frame[name].to_numpy(dtype=float))]
     rows = math.ceil(len(shown) / 3)
     figure = Figure(figsize=(10.4, 2.7 * rows), layout="constrained", dpi=RASTER_DPI)
@@ -146,7 +146,7 @@ def plot_residuals(dataset: Dataset, formula: Formula) -> Figure:
             axes.set_xscale("log")
             plain_ticks(axes.xaxis, float(x.min()), float(x.max()))
         if number % 3 == 0:
-            axes.set_ylabel("µ by formula\nover computed µ [-]")
+            axes.set_ylabel("µ held out over\ncomputed µ [-]")
     for axes in panels[len(shown) :]:
         axes.set_axis_off()
     return figure

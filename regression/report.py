@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
@@ -23,6 +24,13 @@ _SHOWN: dict[str, tuple[float, float, str]] = {
     "slide_to_roll_total": (1.0, 0.0, ""),
     "pressure_hertz": (1e-9, 0.0, "GPa"),
     "temperature_oil": (1.0, -273.15, "degC"),
+}
+
+_SHORT = {
+    "film_ratio": "lambda",
+    "slide_to_roll_total": "SR",
+    "pressure_hertz": "p_h",
+    "temperature_oil": "T",
 }
 
 
@@ -137,15 +145,28 @@ def status_table(status: RunStatus) -> None:
     Console().print(table)
 
 
+def _compact(title: str, *names: str, space: int = 1) -> Table:
+    """A table of numbers for 80 columns: the first column says where, the others stand close to each other."""
+    table = Table(title=title, box=SIMPLE, padding=(0, 0, 0, space), pad_edge=False, title_justify="left")
+    for name in names:
+        table.add_column(name, justify="left" if name == names[0] else "right", no_wrap=name == names[0])
+    return table
+
+
+def _per_cent(share: float | None) -> str:
+    if share is None or not math.isfinite(share):
+        return "-"
+    return f"{100.0 * share:.1f}" if abs(share) < 0.9995 else f"{100.0 * share:.0f}"
+
+
 def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
     """Held-out errors of all fitted families, best first, and which of those tried could not be fitted."""
-    table = Table(title="errors of held-out cases, whole (p, R) cells left out at a time")
-    for name in ("family", "terms", "R2 ln mu", "R2 mu", "MAPE", "95 %", "worst", "bias"):
-        table.add_column(name, justify="left" if name == "family" else "right")
+    title = "errors of held-out cases in %, whole (p, R) cells left out at a time"
+    table = _compact(title, "family", "terms", "R2 ln mu", "R2 mu", "MAPE", "95 %", "worst", "bias")
     for formula in formulas:
         v = formula.validation
         terms = str(len(formula.coefficients) - len(formula.dropped))
-        relative = (f"{100.0 * x:.1f} %" for x in (v.mape, v.p95, v.largest, v.bias))
+        relative = (_per_cent(x) for x in (v.mape, v.p95, v.largest, v.bias))
         table.add_row(formula.name, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *relative)
     console = Console()
     console.print(table)
@@ -153,38 +174,31 @@ def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
         console.print(f"{name} could not be fitted to these data; --family {name} says why", highlight=False)
 
 
-def formula_report(formula: Formula) -> None:
-    """Equation, coefficients, errors by region and the worst case."""
+def formula_report(formula: Formula, spread: Sequence[tuple[float, float, float]] = ()) -> None:
+    """Equation, coefficients, errors by region and the worst case.
+
+    `spread` is that of the interval within each band, as of `regression.held_out.process_factors`.
+    """
     console = Console()
     console.print(formula.to_text(), highlight=False, soft_wrap=True, markup=False)
-    table = Table(title="held-out errors by region")
-    names = ("variable", "from", "to", "cases", "R2", "RMS ln mu", "MAPE", "95 %", "worst", "bias", "covered", "noise")
-    for name in names:
-        table.add_column(name, justify="left" if name == "variable" else "right")
+    table = _compact(
+        "held-out errors by region in % (ln mu: RMS, in: in the interval)",
+        *("region", "cases", "R2", "ln mu", "MAPE", "95 %", "worst", "bias", "in", "noise"),
+        space=0,
+    )
+    before = ""
     for band in formula.bands:
+        if before and band.variable != before:
+            table.add_section()
+        before = band.variable
         factor, shift, unit = _SHOWN.get(band.variable, (1.0, 0.0, ""))
-        ends = (f"{factor * (x + shift):.3g} {unit}".strip() for x in (band.low, band.high))
-        r2 = "" if band.r2 is None else f"{band.r2:.3f}"
+        low, high = (f"{factor * (x + shift):.3g}" for x in (band.low, band.high))
+        region = f"{_SHORT.get(band.variable, band.variable)} {low} to {high} {unit}".strip()
+        r2 = "-" if band.r2 is None else f"{band.r2:.3f}"
         figures = (band.rmse_log, band.mape, band.p95, band.largest, band.bias, band.coverage, band.noise)
-        errors = ("" if x is None else f"{100.0 * x:.1f} %" for x in figures)
-        table.add_row(band.variable, *ends, str(band.count), r2, *errors)
+        table.add_row(region, str(band.count), r2, *(_per_cent(x) for x in figures))
     console.print(table)
-    for width in formula.interval.bands:
-        if width.coverage is not None:
-            end = "up" if width.high is None else f"{width.high:g}"
-            deviation = math.sqrt(formula.interval.level * (1.0 - formula.interval.level) / width.count)
-            wide = (
-                f"{width.log_width:.2f} deviations of the process"
-                if formula.interval.normalised
-                else f"factor {math.exp(width.log_width):.3f}"
-            )
-            console.print(
-                f"{100.0 * formula.interval.level:.0f} % interval, film ratio {width.low:g} to {end}: {wide}, "
-                f"covers {100.0 * width.coverage:.1f} % of {width.count} held out "
-                f"(two binomial standard errors: {200.0 * deviation:.1f} %)",
-                highlight=False,
-                soft_wrap=True,
-            )
+    console.print(_interval_table(formula, spread))
     worst = formula.validation.worst
     where = ", ".join(f"{name} {value:.4g}" for name, value in worst.conditions.items())
     console.print(
@@ -228,6 +242,27 @@ def formula_report(formula: Formula) -> None:
     if collinear:
         listed = ", ".join(f"{term} {value:.0f}" for term, value in collinear.items())
         console.print(f"collinear terms (variance inflation above 10): {listed}", highlight=False)
+
+
+def _interval_table(formula: Formula, spread: Sequence[tuple[float, float, float]]) -> Table:
+    interval = formula.interval
+    # of a process: what of them the cases have, as the deviation differs from case to case
+    factors = ("median factor", "90 % of cases") if spread else ("deviations",) if interval.normalised else ("factor",)
+    table = _compact(
+        f"{100.0 * interval.level:.0f} % interval: mu over and times a factor; covered in %",
+        *("film ratio", "held out", *factors, "covered", "two binomial errors"),
+    )
+    for i, band in enumerate(interval.bands):
+        end = "up" if band.high is None else f"{band.high:g}"
+        deviation = math.sqrt(interval.level * (1.0 - interval.level) / band.count)
+        shown = (f"{band.log_width:.2f}" if interval.normalised else f"{math.exp(band.log_width):.3f}",)
+        if spread:
+            middle, low, high = spread[i]
+            shown = (f"{middle:.3f}", f"{low:.3f} to {high:.3f}")
+        table.add_row(
+            f"{band.low:g} to {end}", str(band.count), *shown, _per_cent(band.coverage), _per_cent(2.0 * deviation)
+        )
+    return table
 
 
 def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[str, Any]:

@@ -42,6 +42,7 @@ def calibrate(
     from regression.calibration.measurement import read_measurement
     from regression.calibration.report import calibration_report
     from regression.calibration.setup import load_setup
+    from regression.cli_files import FIGURE, check_outputs
     from regression.sweep import available_jobs
 
     changes: dict[str, Any] = {}
@@ -49,6 +50,8 @@ def calibrate(
         changes["parameters"] = fit
     if oil is not None:
         changes["oil"] = oil
+    files = {"--output": output, "--plot": plot, "--synthetic": synthetic}
+    check_outputs(files, {"--output": (".toml",), "--plot": FIGURE})
     content = load_setup(setup, changes)
     workers = available_jobs() if jobs is None else jobs
     measurement = read_measurement(measured, content.conditions.given(), friction=synthetic is None)

@@ -71,6 +71,11 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path) -> 
 
     fitted = mixed_ehl("fit", run, "-o", formula, "--plot", tmp_path / "parity.png")
     assert fitted.code == 0
+    # its tables stand in 80 columns with nothing cut off
+    assert "…" not in fitted.out
+    tables = fitted.out[fitted.out.index("held-out errors by region") : fitted.out.index("worst case")]
+    assert max(map(len, tables.splitlines())) <= 80
+    assert "p_h 0.7 to 1 GPa" in tables
     assert (tmp_path / "parity.png").read_bytes().startswith(b"\x89PNG")
     assert "load_share" in fitted.out
     assert "xu: nine terms" in fitted.out
@@ -96,6 +101,30 @@ def test_fit_of_one_family(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     assert content["coefficients"]["speed"] == pytest.approx(-0.2, abs=1e-9)
     assert content["coefficients"]["viscosity"] == pytest.approx(-0.05, abs=1e-9)
     assert content["coefficients"]["roughness"] == pytest.approx(0.25, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("-o", "none/f.json"), ["--output", "There is no folder none"]),
+        (("-o", "."), ["--output", "This is a folder"]),
+        (("-o", "f.json", "--report", "none/fit.html"), ["--report", "There is no folder none"]),
+        (("-o", "f.json", "--plot", "parity.bmp"), ["--plot", ".png or .svg or .pdf"]),
+        (("-o", "f.json", "--report", "f.json"), ["a file of its own"]),
+        (("-o", "f.json", "--family", "cubic"), ["cubic", "load_share"]),
+        (("-o", "f.json", "--family", "xu", "--nested"), ["--nested", "--family best"]),
+    ],
+)
+def test_what_fit_cannot_write_is_refused_before_the_fit(
+    mixed_ehl: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], words: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    # a run that does not exist would be the next complaint
+    refused = mixed_ehl("fit", "no_run", *options)
+    assert refused.code == 2
+    for word in words:
+        assert word in refused.err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_families_that_cannot_be_fitted_are_named(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:

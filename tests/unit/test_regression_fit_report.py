@@ -18,9 +18,10 @@ from regression.evaluators import published_outputs
 from regression.fit import fit_formula, usable_rows
 from regression.fit_report import write_fit_report
 from regression.formula import Formula
+from regression.held_out import fitted_rows
 from regression.plan import Plan
 from regression.plots_curves import plot_maps, plot_stribeck, plot_traction, scene_of
-from regression.plots_fit import fitted_rows, plot_regimes, plot_residuals, plot_sensitivity
+from regression.plots_fit import plot_regimes, plot_residuals, plot_sensitivity
 from regression.published_registry import PUBLISHED
 from regression.sensitivity import formula_sensitivity
 from regression.sweep import sweep
