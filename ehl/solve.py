@@ -285,12 +285,15 @@ def _rough(
     """The contact with its roughness rolling through, unless the film is too thick for it to matter, or nil."""
     assert smooth.isothermal is not None
     if not heated:
-        central = smooth.isothermal.film_central
+        assert smooth.film is not None
         rms, height = _roughness_heights(surface, contact)
-        if height > 0.0 and not roughness_matters(central / height, model):
-            effect = roughness_effect(central / height)
+        # of the hot film: that is what keeps the surfaces apart, at 20 m/s half as thick as the isothermal one
+        hot_ratio = smooth.film.film_central / height if height > 0.0 else math.inf
+        if height > 0.0 and not roughness_matters(hot_ratio, model):
+            effect = roughness_effect(hot_ratio)
             skipped.append(f"roughness and time: estimated change of friction {100.0 * effect:.2g} %")
-            return replace(smooth, film_ratio=central / rms, friction_error=smooth.friction_error + effect)
+            film_ratio = smooth.isothermal.film_central / rms
+            return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
     thermal = heated or smooth.heat is not None
     nil = dry_limit(contact, lubricant, smooth.isothermal.film_central, smooth.friction_fluid, surface, model, bodies)
     if nil is not None:

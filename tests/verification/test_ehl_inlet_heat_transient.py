@@ -12,7 +12,7 @@ import ehl.solve
 from ehl.contact import LineContact
 from ehl.inputs import Case
 from ehl.material import load_material
-from ehl.mixed import ROLLING_EFFECT, rolling_heat_of
+from ehl.mixed import ROLLING_EFFECT, ROUGHNESS_EFFECT, ROUGHNESS_POWER, ROUGHNESS_RATIO, TOLERANCE, rolling_heat_of
 from ehl.oil import Oil
 from ehl.solve import NO_INLET_HEAT, solve_case
 from ehl.thermal_steady import ThermalSteadyResult, solve_steady_thermal
@@ -105,6 +105,29 @@ def test_leaving_out_the_roughness_of_a_fast_film_makes_no_step() -> None:
     allowed = left_out.friction_error + rolled.friction_error
     assert rolled.friction_coefficient == pytest.approx(left_out.friction_coefficient, rel=allowed)
     assert rolled.film_central == pytest.approx(left_out.film_central, rel=0.05)
+
+
+@pytest.mark.parametrize("speed", [10.0, 20.0])
+def test_the_hot_film_decides_whether_roughness_is_left_out(speed: float) -> None:
+    # film ratio at which the estimated effect of roughness is half the tolerance
+    limit = ROUGHNESS_RATIO * (ROUGHNESS_EFFECT / (0.5 * TOLERANCE["fast"])) ** (1.0 / ROUGHNESS_POWER)
+    smooth = solve_case(rough_case(0.0, speed))
+    assert smooth.isothermal is not None
+    hot = smooth.film_central
+    assert hot < 0.8 * smooth.isothermal.film_central
+
+    between = solve_case(rough_case(hot / (0.9 * limit), speed))
+    assert between.film_ratio > limit  # stays the isothermal one
+    assert between.transient is not None
+
+    rms = hot / (1.05 * limit)
+    left_out, rolled = solve_case(rough_case(rms, speed)), solve_case(rough_case(rms, speed, shortcuts="off"))
+    assert left_out.transient is None
+    assert rolled.transient is not None
+    assert left_out.film_ratio == pytest.approx(rolled.film_ratio)
+    assert left_out.friction_error == pytest.approx(0.5 * TOLERANCE["fast"] / 1.05**ROUGHNESS_POWER, abs=2e-3)
+    allowed = left_out.friction_error + rolled.friction_error
+    assert rolled.friction_coefficient == pytest.approx(left_out.friction_coefficient, rel=allowed)
 
 
 def test_a_note_says_where_no_balance_gave_the_heat_of_the_flow(monkeypatch: pytest.MonkeyPatch) -> None:
