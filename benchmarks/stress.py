@@ -1,13 +1,16 @@
 """Stability campaign of the deterministic rough solver: random contacts far outside the gear range, checked one by one.
 
-    python benchmarks/stress.py --range wide --count 2000 --shard 1/2
+    python benchmarks/stress.py --range wide --count 2048 --travel 2 --nodes-max 512 --cap 8 --defer
+    python benchmarks/stress.py --range wide --count 2048 --travel 2 --cap 60 --again 100
     python benchmarks/stress.py --range wide --report
     python benchmarks/stress.py --memory 1000
 
 Every contact goes through `ehl.solve.solve_case` in a worker process that is killed when a case takes more processor
 time than `--cap`. Rows are appended to a CSV as they come; the same command again goes on where it stopped. `--travel`
 fixes a shorter averaging window than the accuracy takes, which saves time; the interval of mu then counts for nothing.
-`--nodes-max` lowers the budget of nodes.
+`--nodes-max` lowers the budget of nodes; `--defer` leaves what needs more (and what reaches the cap) to a second pass.
+`--again N` is that pass: N of those left, drawn at random, with the accuracy's own budget. From both the report
+estimates the outcomes of the whole sample (`stress_report.py`).
 
 Outcomes: "converged"; "with fallback" (more than 1 % of the steps needed another method than Newton, or the smooth
 solver's list of fallbacks is not empty); "unsettled" (a result, its interval or its lagged steps beyond the limits);
@@ -22,28 +25,25 @@ import functools
 import math
 import multiprocessing
 import os
+import random
 import resource
 import signal
 import tempfile
 import threading
 import time
-from collections import Counter
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from unittest import mock
 
 import numpy as np
-from stress_cases import MODULUS, Scene, scenes
+from stress_cases import Scene, scenes
 
 import ehl.mixed
-from ehl.errors import InputError
+from ehl.errors import ConvergenceError, InputError
 from ehl.solve import ContactResult, solve_case
 from ehl.transient import solve_transient
 from ehl.transient.accuracy import BUDGET
-
-if TYPE_CHECKING:
-    import pandas as pd  # not in the workers: their memory is measured
 
 OUT = Path("benchmarks/out")
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
@@ -60,15 +60,7 @@ COLUMNS = (
     "iterations_per_step", "boundary_film", "capped_share", "elastic_error", "repeats", "skipped", "case_seconds",
     "memory_mb",
 )  # fmt: skip
-MEASURES = (
-    "case_seconds", "memory_mb", "nodes", "steps", "iterations_per_step", "steps_relaxed", "steps_continued",
-    "steps_slow", "steps_lagged", "steps_unconverged", "net_exchange", "mesh_error", "statistical_error",
-    "elastic_error",
-)  # fmt: skip
-COLORS = {
-    "converged": "tab:green", "with fallback": "tab:olive", "unsettled": "tab:orange", "refused": "tab:red",
-    "wrong": "black",
-}  # fmt: skip
+LEFT = ("mesh_budget", "time_cap")  # what a first pass with fewer nodes leaves to the second
 
 
 def broken(result: ContactResult, row: dict[str, Any]) -> list[str]:
@@ -125,13 +117,21 @@ def broken(result: ContactResult, row: dict[str, Any]) -> list[str]:
     return found
 
 
-def solved(scene: Scene, accuracy: str, travel: float | None, nodes_max: int | None = None) -> dict[str, Any]:
-    """The row of one scene."""
+def _deferred(*_: object) -> None:
+    raise ConvergenceError("mesh_budget", "left to the second pass")
+
+
+def solved(
+    scene: Scene, accuracy: str, travel: float | None, nodes_max: int | None = None, defer: bool = False
+) -> dict[str, Any]:
+    """The row of one scene; with `defer` a contact beyond the budget of nodes is not solved on a coarser mesh."""
     started = time.perf_counter()
     row = dict(scene.row)
     solve = functools.partial(solve_transient, travel=travel)
+    beyond = _deferred if defer else ehl.mixed._beyond_budget
     with (
         mock.patch.object(ehl.mixed, "solve_transient", solve),
+        mock.patch.object(ehl.mixed, "_beyond_budget", beyond),
         mock.patch.dict(BUDGET, {accuracy: nodes_max or BUDGET[accuracy]}),
         tempfile.TemporaryDirectory() as folder,
     ):
@@ -173,7 +173,7 @@ def _ended(outcome: str, reason: str, detail: str, started: float) -> dict[str, 
     return {"outcome": outcome, "reason": reason, "detail": detail, "case_seconds": seconds, "memory_mb": memory}
 
 
-def _serve(pipe: Connection, accuracy: str, travel: float | None, nodes_max: int | None) -> None:
+def _serve(pipe: Connection, accuracy: str, travel: float | None, nodes_max: int | None, defer: bool) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = os.getppid()
 
@@ -187,14 +187,16 @@ def _serve(pipe: Connection, accuracy: str, travel: float | None, nodes_max: int
         scene = pipe.recv()
         if scene is None:
             return
-        pipe.send(solved(scene, accuracy, travel, nodes_max))
+        pipe.send(solved(scene, accuracy, travel, nodes_max, defer))
 
 
 class Worker:
     """A process that solves one scene at a time and is replaced when it takes too long or dies."""
 
-    def __init__(self, accuracy: str, travel: float | None, nodes_max: int | None, cap: float) -> None:
-        self._arguments, self._cap = (accuracy, travel, nodes_max), cap
+    def __init__(
+        self, accuracy: str, travel: float | None, nodes_max: int | None, cap: float, defer: bool = False
+    ) -> None:
+        self._arguments, self._cap = (accuracy, travel, nodes_max, defer), cap
         self._context = multiprocessing.get_context("spawn")
         self._start()
 
@@ -232,14 +234,21 @@ class Worker:
 
 
 def campaign(options: argparse.Namespace) -> None:
-    """Solve the scenes of this shard that are not in its file yet."""
+    """Solve the scenes of this shard, or of the second pass, that are not in its file yet."""
     number, shards = (int(part) for part in options.shard.split("/"))
-    path = options.out / f"stress_{options.range}_seed{options.seed}_{number}of{shards}.csv"
+    found = scenes(options.range, options.count, options.seed)
+    if options.again:
+        path = options.out / f"again_{options.range}_seed{options.seed}.csv"
+        left = [index for index, reason in _written(options.out, options.range, options.seed) if reason in LEFT]
+        picked = [found[i] for i in random.Random(options.seed).sample(left, min(options.again, len(left)))]
+    else:
+        path = options.out / f"stress_{options.range}_seed{options.seed}_{number}of{shards}.csv"
+        picked = found[number - 1 :: shards]
     done: set[int] = set()
     if path.exists():
         with path.open(newline="", encoding="utf-8") as stream:
             done = {int(row["index"]) for row in csv.DictReader(stream)}
-    worker = Worker(options.accuracy, options.travel, options.nodes_max, options.cap)
+    worker = Worker(options.accuracy, options.travel, options.nodes_max, options.cap, options.defer)
     for scene in scenes("gear", 4, 0):  # compiles
         worker.solve(scene, cap=600.0)
     until = time.perf_counter() + options.minutes * 60.0
@@ -247,7 +256,7 @@ def campaign(options: argparse.Namespace) -> None:
         writer = csv.DictWriter(stream, COLUMNS, restval="")
         if not done:
             writer.writeheader()
-        for scene in scenes(options.range, options.count, options.seed)[number - 1 :: shards]:
+        for scene in picked:
             if time.perf_counter() > until:
                 break
             if scene.index not in done:
@@ -256,65 +265,13 @@ def campaign(options: argparse.Namespace) -> None:
     worker.close()
 
 
-def report(options: argparse.Namespace) -> None:
-    """Table and figure of all files of this range."""
-    import pandas as pd
-
-    files = sorted(options.out.glob(f"stress_{options.range}_seed*.csv"))
-    data = pd.concat([pd.read_csv(file) for file in files], ignore_index=True)
-    data["reason"] = data["reason"].fillna("")
-    text = table(data)
-    print(text)
-    (options.out / f"stress_{options.range}.txt").write_text(text + "\n", encoding="utf-8")
-    plot(data, options.out / f"stress_{options.range}.png")
-
-
-def table(data: pd.DataFrame) -> str:
-    """Counts by outcome and reason, and what a case cost."""
-    total = len(data)
-    lines = [f"{total} contacts"]
-    for outcome in COLORS:
-        part = data[data.outcome == outcome]
-        lines.append(f"{len(part):6d} {len(part) / total:7.1%}  {outcome}")
-        lines += [f"       {n:6d}  {name}" for name, n in Counter(part.reason).most_common() if name]
-    solved_share = data.outcome.isin(["converged", "with fallback"]).mean()
-    interval = ((data.outcome == "unsettled") & (data.reason == "statistical_interval")).mean()
-    lines.append(
-        f"converged {solved_share:.1%}; {interval:.1%} more solved with an interval of mu beyond the tolerance"
-    )
-    rough = data[data.steps.notna()] if "steps" in data else data
-    for name in MEASURES:
-        values = rough[name].dropna()
-        if len(values):
-            low, high = np.quantile(values, [0.5, 0.95])
-            lines.append(f"{name:>20s}: median {low:9.3g}, 95 % {high:9.3g}, max {values.max():9.3g}")
-    return "\n".join(lines)
-
-
-def plot(data: pd.DataFrame, path: Path) -> None:
-    """Where the outcomes lie."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    half_width = 4.0 * data.radius_equivalent * data.pressure_hertz / MODULUS
-    planes = (
-        ("pressure_hertz", data.pressure_hertz, "viscosity_inlet x speed_entrainment [N/m]",
-         data.viscosity_inlet * data.speed_entrainment),
-        ("half_width / correlation_length", half_width / data.correlation_length, "film_ratio", data.film_ratio),
-        ("slide_to_roll", data.slide_to_roll, "pressure_viscosity x pressure_hertz",
-         data.pressure_viscosity * data.pressure_hertz),
-    )  # fmt: skip
-    figure, axes = plt.subplots(1, 3, figsize=(15, 4.5), layout="constrained")
-    for axis, (name_x, x, name_y, y) in zip(axes, planes, strict=True):
-        for outcome, color in COLORS.items():
-            mask = (data.outcome == outcome) & np.isfinite(y)
-            axis.plot(x[mask], y[mask], ".", color=color, ms=4, label=f"{outcome} ({(data.outcome == outcome).sum()})")
-        axis.set(xlabel=name_x, ylabel=name_y, yscale="log", xscale="linear" if "slide" in name_x else "log")
-    axes[0].legend(fontsize=8)
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
+def _written(folder: Path, kind: str, seed: int) -> list[tuple[int, str]]:
+    """Index and reason of every contact of the first pass, in the order of the sample."""
+    rows: list[tuple[int, str]] = []
+    for path in folder.glob(f"stress_{kind}_seed{seed}_*.csv"):
+        with path.open(newline="", encoding="utf-8") as stream:
+            rows += [(int(row["index"]), row["reason"]) for row in csv.DictReader(stream)]
+    return sorted(rows)
 
 
 def memory(options: argparse.Namespace) -> None:
@@ -352,6 +309,8 @@ def main() -> None:
     parser.add_argument("--accuracy", choices=("fast", "standard", "reference"), default="fast")
     parser.add_argument("--travel", type=float, default=None, help="fixed window [b]")
     parser.add_argument("--nodes-max", type=int, default=None, help="budget of nodes instead of the accuracy's own")
+    parser.add_argument("--defer", action="store_true", help="leave what needs more nodes to a second pass")
+    parser.add_argument("--again", type=int, default=0, help="solve so many of those that a first pass left")
     parser.add_argument("--report", action="store_true", help="table and figure of what is there")
     parser.add_argument("--memory", type=int, default=0, help="resident memory over so many small cases")
     parser.add_argument("--out", type=Path, default=OUT)
@@ -364,7 +323,9 @@ def main() -> None:
         return
     if not options.report:
         campaign(options)
-    report(options)
+    from stress_report import report  # pandas: not in the workers, whose memory is measured
+
+    report(options.out, options.range)
 
 
 if __name__ == "__main__":
