@@ -1,11 +1,13 @@
 """Run time of the efficiency of a pair, and friction formulas against solving every contact.
 
-``python benchmarks/gear_efficiency.py [FOLDER] [--part times growth map models] [--design NAME ...] [--formula ...]``
+``python benchmarks/gear_efficiency.py [FOLDER] [--part times growth map models contacts] [--design NAME ...]``
 
 ``times``: CPU seconds of each stage from the design file on. ``growth``: seconds over mesh positions and over map
 points. ``map``: 20 x 20 torques and speeds, with the memory it takes. ``models``: efficiency with the shipped formulas
-of the oil (or those given), with smooth and load-sharing contacts, against the deterministic rough solver. CSV files
-and a figure go to FOLDER.
+of the oil (or those given with ``--formula``), with smooth and load-sharing contacts, against the deterministic rough
+solver, at the operating point of each design and at a third of its speed and 110 degC. ``contacts``: wall time of
+``ehl`` and ``ehl:smooth`` with `--contacts` contacts on `--jobs` cores; run it on an idle machine. CSV files and
+figures go to FOLDER.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ import csv
 import resource
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +28,11 @@ from matplotlib.figure import Figure
 from efficiency.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.map import efficiency_map
+from efficiency.loss.regions import friction_along_mesh
+from efficiency.loss.result import EfficiencyResult
 from efficiency.run import resolve_friction
 from ehl.oil import Oil
 from regression.friction_models import shipped_formulas
@@ -60,6 +66,9 @@ class Model:
     """Efficiency with one friction model; the difference is in points (1 = 1 % of the input power)."""
 
     design: str
+    rpm: float
+    degC: float
+    film_ratio: float  # mean over the sliding power, by formula
     friction: str
     efficiency: float
     efficiency_lower: float
@@ -67,8 +76,25 @@ class Model:
     difference: float
     mean_mu: float
     outside_range_share: float
+    contacts: int
+    failed: int
     status: str
-    seconds: float
+    seconds: float  # CPU
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Run time of solved contacts."""
+
+    design: str
+    friction: str
+    contacts: int
+    failed: int
+    jobs: int
+    wall_seconds: float
+    efficiency: float
+    efficiency_lower: float
+    efficiency_upper: float
 
 
 def cpu(work: Callable[[], Any]) -> tuple[Any, float]:
@@ -80,8 +106,7 @@ def cpu(work: Callable[[], Any]) -> tuple[Any, float]:
 
 def at(design: Design) -> Operation:
     """Operating point of a design file."""
-    rough = design.pinion.roughness_rms, design.gear.roughness_rms
-    return Operation(design.operation.speed, design.operation.temperature_oil, *rough)
+    return Operation.of_design(design, design.operation.speed, design.operation.temperature_oil)
 
 
 def times(design: Design, formula: str) -> list[Stage]:
@@ -109,11 +134,11 @@ def growth(design: Design, formula: str) -> list[Growth]:
     mesh = gear_mesh(design).mesh
     for count in (4, 16, 64):
         speeds = list(np.linspace(50.0, 500.0, count))
-        operation = at(design)
-        rough = operation.roughness_rms_pinion, operation.roughness_rms_gear
 
-        def run(speeds: Sequence[float] = speeds, rough: tuple[float, float] = rough) -> Any:
-            return efficiency_map(mesh, model, oil, [torque], lambda s, t: Operation(s, t, *rough), speeds, [363.15])
+        def run(speeds: Sequence[float] = speeds) -> Any:
+            return efficiency_map(
+                mesh, model, oil, [torque], lambda s, t: Operation.of_design(design, s, t), speeds, [363.15]
+            )
 
         rows.append(Growth("map points of one torque", count, cpu(run)[1]))
     return rows
@@ -122,44 +147,103 @@ def growth(design: Design, formula: str) -> list[Growth]:
 def whole_map(design: Design, formula: str, points: int = 20) -> tuple[float, float]:
     """CPU seconds of a map of torques and speeds from the design on, and the most memory in use [MB]."""
     model, oil = resolve_friction(formula, design), Oil.load(design.operation.oil)
-    operation = at(design)
-    rough = operation.roughness_rms_pinion, operation.roughness_rms_gear
     torques = list(np.linspace(0.1, 1.5, points) * design.operation.torque)
     speeds = list(np.linspace(0.1, 1.5, points) * design.operation.speed)
 
     def run() -> Any:
         mesh = gear_mesh(design).mesh
-        return efficiency_map(mesh, model, oil, torques, lambda s, t: Operation(s, t, *rough), speeds, [363.15])
+        return efficiency_map(
+            mesh, model, oil, torques, lambda s, t: Operation.of_design(design, s, t), speeds, [363.15]
+        )
 
     _, seconds = cpu(run)
     return seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
-def models(design: Design, formulas: Sequence[str], solved: Sequence[str]) -> list[Model]:
-    """Efficiency with each friction model; wall seconds, as solved contacts use all cores."""
+def operations(design: Design) -> tuple[Operation, ...]:
+    """The design's own operating point, and a slow hot one whose films are thin."""
+    own = at(design)
+    return own, replace(own, speed_pinion=own.speed_pinion / 3.0, temperature_oil=383.15)
+
+
+def models(
+    design: Design, formulas: Sequence[str], solved: Sequence[str], contacts: int | None
+) -> tuple[list[Model], list[list[EfficiencyResult]]]:
+    """Efficiency with each friction model at each operating point, solved contacts on one core; and the results."""
     oil = Oil.load(design.operation.oil)
     loaded = load_mesh(gear_mesh(design).mesh, design.operation.torque)
-    found = []
-    for name in (*solved, *formulas):
+    rows, results = [], []
+    for operation in operations(design):
+        found = []
+        for name in (*solved, *formulas):
+            model = resolve_friction(name, design)
+            if isinstance(model, EhlFriction):
+                model = replace(model, jobs=1, points=contacts or model.points)
+            found.append(cpu(partial(mesh_efficiency, loaded, model, oil, operation)))
+        reference = next((r for r, _ in found if r.friction_model == REFERENCE), found[0][0])
+        results.append([result for result, _ in found])
+        for result, seconds in found:
+            points = result.points
+            film = float(np.average(result.lubrication.film_ratio, weights=points.force * points.speed_sliding))
+            rows.append(
+                Model(
+                    design.name,
+                    result.speed_pinion * 30.0 / np.pi,
+                    result.temperature_oil - 273.15,
+                    film,
+                    result.friction_model,
+                    result.efficiency,
+                    result.efficiency_lower,
+                    result.efficiency_upper,
+                    100.0 * (result.efficiency - reference.efficiency),
+                    result.friction_coefficient_mean,
+                    result.outside_range_share,
+                    result.contacts,
+                    sum(result.contacts_failed.values()),
+                    result.status,
+                    seconds,
+                )
+            )
+    return rows, results
+
+
+def contacts_of(design: Design, names: Sequence[str], contacts: int, jobs: int) -> list[Contacts]:
+    """Wall time of solved contacts, worker processes and their start included."""
+    oil = Oil.load(design.operation.oil)
+    loaded = load_mesh(gear_mesh(design).mesh, design.operation.torque)
+    rows = []
+    for name in names:
+        model = resolve_friction(name, design)
+        if not isinstance(model, EhlFriction):
+            continue
         clock = time.perf_counter()
-        result = mesh_efficiency(loaded, resolve_friction(name, design), oil, at(design))
-        found.append((name, result, time.perf_counter() - clock))
-    reference = next((r.efficiency for name, r, _ in found if name == REFERENCE), found[0][1].efficiency)
-    return [
-        Model(
-            design.name,
-            name,
-            result.efficiency,
-            result.efficiency_lower,
-            result.efficiency_upper,
-            100.0 * (result.efficiency - reference),
-            result.friction_coefficient_mean,
-            result.outside_range_share,
-            result.status,
-            seconds,
-        )
-        for name, result, seconds in found
-    ]
+        result = mesh_efficiency(loaded, replace(model, jobs=jobs, points=contacts), oil, at(design))
+        seconds = time.perf_counter() - clock
+        failed = sum(result.contacts_failed.values())
+        interval = result.efficiency, result.efficiency_lower, result.efficiency_upper
+        rows.append(Contacts(design.name, name, result.contacts, failed, jobs, seconds, *interval))
+    return rows
+
+
+def warm_up(design: Design, names: Sequence[str], jobs: int) -> None:
+    """Compiled code in the cache of the machine."""
+    contacts_of(design, names, 24, jobs)
+
+
+def plot_models(results: Sequence[Sequence[EfficiencyResult]], path: Path) -> None:
+    """Friction along the mesh cycle by each model, a row per operating point."""
+    figure = Figure(figsize=(8.0, 3.0 * len(results)), layout="constrained")
+    for axes, found in zip(np.atleast_1d(figure.subplots(len(results), 1)), results, strict=True):
+        for result in found:
+            line = {"linewidth": 2.5, "color": "black"} if result.friction_model == REFERENCE else {"linewidth": 1.2}
+            angle = np.degrees(result.pinion_angle)
+            axes.plot(angle, friction_along_mesh(result), label=result.friction_model, **line)
+        rpm, temperature = result.speed_pinion * 30.0 / np.pi, result.temperature_oil - 273.15
+        axes.set_title(f"{result.design}, {rpm:.0f} rpm, {temperature:.0f} °C", fontsize=10)
+        axes.set(xlabel="pinion angle [°]", ylabel="mean friction coefficient")
+        axes.set_ylim(bottom=0.0)
+        axes.legend(frameon=False, fontsize=7, ncol=3)
+    figure.savefig(path, dpi=150)
 
 
 def write(folder: Path, name: str, rows: Sequence[Any]) -> None:
@@ -197,6 +281,10 @@ def main() -> None:
     parser.add_argument("--design", nargs="+", default=list(DESIGNS))
     parser.add_argument("--formula", nargs="+", help="formula files or names; default: those shipped for the oil")
     parser.add_argument("--solved", nargs="*", default=list(SOLVED), help="solved contacts to compare with")
+    parser.add_argument(
+        "--contacts", type=int, help="contacts solved of a mesh; default: as the program, 320 for times"
+    )
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes of the part contacts")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
     designs, reading = cpu(lambda: [load_design(name) for name in given.design])
@@ -214,8 +302,20 @@ def main() -> None:
         seconds, memory = whole_map(designs[0], formulas[0][0])
         print(f"\nmap of 20 x 20 points: {seconds:.1f} s CPU, {memory:.0f} MB in the whole run")
     if "models" in given.part:
-        pairs = zip(designs, formulas, strict=True)
-        write(given.folder, "models", [row for d, names in pairs for row in models(d, names, given.solved)])
+        rows = []
+        for design, names in zip(designs, formulas, strict=True):
+            more, results = models(design, names, given.solved, given.contacts)
+            rows += more
+            plot_models(results, given.folder / f"gear_efficiency_{design.name}.png")
+        write(given.folder, "models", rows)
+    if "contacts" in given.part:
+        names = [name for name in ("ehl:smooth", REFERENCE) if name in given.solved]
+        warm_up(designs[0], names, given.jobs)
+        write(
+            given.folder,
+            "contacts",
+            [row for d in designs for row in contacts_of(d, names, given.contacts or 320, given.jobs)],
+        )
 
 
 if __name__ == "__main__":

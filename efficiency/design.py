@@ -15,6 +15,7 @@ from efficiency.cooling_input import CoolingInput
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
+from efficiency.surface_input import FlankSurfaceInput
 from ehl._data import named_file
 from ehl.errors import InputError
 from ehl.expectation import quantity_of
@@ -215,6 +216,7 @@ class Design(InputModel):
     gear: MemberInput
     operation: OperatingPoint
     cooling: CoolingInput = CoolingInput()
+    surface: FlankSurfaceInput = FlankSurfaceInput()
 
     @model_validator(mode="after")
     def _pair(self) -> Self:

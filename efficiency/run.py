@@ -19,7 +19,7 @@ from efficiency.loss.duty_cycle import DutyCycle, duty_cycle
 from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
 from efficiency.loss.friction_equilibrium import load_mesh_with_friction
 from efficiency.loss.heat_balance import HeatBalance, balance_heat, wetted_heat_transfer
-from efficiency.loss.kinematics import Driver, Operation
+from efficiency.loss.kinematics import TEXTURE, Driver, Operation
 from efficiency.loss.map import EfficiencyMap, efficiency_map
 from efficiency.loss.parameter_map import OPERATION_AXES, ParameterMap, Place, parameter_map
 from efficiency.loss.result import EfficiencyResult
@@ -235,8 +235,10 @@ def run_duty(
             meshes[side] = gear_mesh(design, side, positions, points_per_line).mesh
         return load_mesh(meshes[side], torque)
 
-    rough = (design.pinion.roughness_rms, design.gear.roughness_rms)
-    return duty_cycle(duty, load, model, Oil.load(oil or design.operation.oil), rough, report)
+    def run(row: DutyRow) -> Operation:
+        return Operation.of_design(design, abs(row.speed), row.temperature_oil, row.driver)
+
+    return duty_cycle(duty, load, model, Oil.load(oil or design.operation.oil), run, report)
 
 
 def run_parameter_map(
@@ -267,6 +269,8 @@ def run_parameter_map(
     for name, values in chosen.items():
         if name in OPERATION_LIMITS:
             chosen[name] = [OPERATION_LIMITS[name].check(value, name) for value in values]
+        elif name in TEXTURE:
+            chosen[name] = [TEXTURE[name].check(value, name) for value in values]
         elif name.startswith("roughness_rms"):
             chosen[name] = [quantity_of(MemberInput, "roughness_rms").check(value, name) for value in values]
     torque, operation, oil = _operating_point(designs[0], conditions)
@@ -283,7 +287,7 @@ def run_parameter_map(
         return gear_mesh(aligned, side, positions, points_per_line).mesh
 
     def at(place: Place) -> Operation:
-        here = _operation(pair(place), operation.speed_pinion, operation.temperature_oil, operation.driver)
+        here = Operation.of_design(pair(place), operation.speed_pinion, operation.temperature_oil, operation.driver)
         names = {"speed": ("speed_pinion",), "roughness_rms": ("roughness_rms_pinion", "roughness_rms_gear")}
         return replace(
             here,
@@ -377,15 +381,11 @@ def run_map(
         model,
         Oil.load(oil or default.oil),
         operations[0],
-        lambda speed, temperature: _operation(design, speed, temperature, default.driver),
+        lambda speed, temperature: Operation.of_design(design, speed, temperature, default.driver),
         operations[1],
         operations[2],
         report,
     )
-
-
-def _operation(design: Design, speed: float, temperature: float, driver: Driver) -> Operation:
-    return Operation(speed, temperature, design.pinion.roughness_rms, design.gear.roughness_rms, driver)
 
 
 def _operating_point(design: Design, conditions: Conditions) -> tuple[float, Operation, Oil]:
@@ -396,5 +396,5 @@ def _operating_point(design: Design, conditions: Conditions) -> tuple[float, Ope
         return float(getattr(default, name)) if value is None else OPERATION_LIMITS[name].check(value, name)
 
     torque, speed, temperature = (chosen(name) for name in OPERATION_LIMITS)
-    operation = _operation(design, speed, temperature, conditions.driver or default.driver)
+    operation = Operation.of_design(design, speed, temperature, conditions.driver or default.driver)
     return torque, operation, Oil.load(conditions.oil or default.oil)

@@ -33,6 +33,9 @@ SlideToRoll = Annotated[float, Quantity("", ge=-200.0, le=200.0)]
 SlidingSpeed = Annotated[float, Quantity("m/s", ge=-200.0, le=200.0)]
 Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
 Length = Annotated[float, Quantity("m", ge=1e-6, le=1e-2)]
+PeklenikNumber = Annotated[
+    float, Quantity("", ge=1.0 / 3.0, le=1e6, hint="1 is isotropic, 3 to 9 ground across; above 1e5 sealed.")
+]
 
 
 class ContactInput(InputModel):
@@ -102,10 +105,7 @@ class SurfaceInput(InputModel):
     correlation_length: Length = 30e-6
     skewness: Annotated[float, Quantity("", ge=-3.0, le=3.0)] = 0.0
     kurtosis: Annotated[float, Quantity("", ge=1.5, le=20.0)] = 3.0
-    peklenik_number: Annotated[
-        float,
-        Quantity("", ge=1.0 / 3.0, le=1e6, hint="1 is isotropic, 3 to 9 ground across; above 1e5 sealed."),
-    ] = 1.0
+    peklenik_number: PeklenikNumber = 1.0
     boundary_film: Annotated[float, Quantity("m", ge=5e-9, le=1e-7)] | None = None
     boundary_friction: Annotated[float, Quantity("", ge=0.0, le=1.0)] = 0.10
     seed: Annotated[int, Field(ge=0)] = 1

@@ -36,6 +36,8 @@ class ContactState:
         Bulk temperatures of both bodies [K].
     correlation_length : array
         Lag where the autocorrelation of the roughness of either surface has fallen to 1/e [m].
+    peklenik_number : array
+        Correlation length along y over that along x [-]: 1 for isotropic roughness.
     """
 
     pressure_hertz: Array
@@ -50,13 +52,14 @@ class ContactState:
     temperature_bulk_1: Array
     temperature_bulk_2: Array
     correlation_length: Array
+    peklenik_number: Array
 
     @classmethod
     def of(cls, **values: ArrayLike) -> ContactState:
         """A state from scalars and arrays, broadcast to one shape.
 
         Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil, the
-        correlation length to 30 um as in a contact file.
+        correlation length to 30 um and the Peklenik number to 1 as in a contact file.
         """
         oil = values.get("temperature_oil", 353.15)
         values = {
@@ -68,6 +71,7 @@ class ContactState:
             "roughness_rms_1": 0.0,
             "roughness_rms_2": 0.0,
             "correlation_length": 30e-6,
+            "peklenik_number": 1.0,
             **values,
         }
         names = [field.name for field in fields(cls)]

@@ -34,8 +34,9 @@ class FrictionFlag(IntEnum):
     EXTRAPOLATED_NEAR = 3  # within the range of every variable, but beside the cases the formula was fitted to
     EXTRAPOLATED_FAR = 4  # and with no such case near
     OUTSIDE_RANGE = 5  # at least one variable lies outside the stated range
-    NOT_CONVERGED = 6  # a solver was asked and did not converge
-    UNDEFINED = 7  # the formula has no positive value here; mu is nan
+    PREDICTED = 6  # the contact next to it could not be solved and is predicted by the others
+    NOT_CONVERGED = 7  # a solver was asked and did not converge
+    UNDEFINED = 8  # the formula has no positive value here; mu is nan
 
 
 @dataclass(frozen=True)

@@ -125,8 +125,7 @@ def duty_points(
             if loaded.reason:
                 raise ConvergenceError(loaded.reason, f"{design.name} at {torque:g} N m")
             for row in rows:
-                rough = (design.pinion.roughness_rms, design.gear.roughness_rms)
-                operation = Operation(abs(row.speed), row.temperature_oil, *rough)
+                operation = Operation.of_design(design, abs(row.speed), row.temperature_oil)
                 points = loaded_points(loaded, meshes[side].teeth.effective_modulus, operation)
                 weight = points.force * points.speed_sliding * (row.hours / len(meshes[side].fine))
                 found.append(WeightedPoints(points.state, np.asarray(weight), card))

@@ -128,7 +128,7 @@ def duty_cycle(
     load: Callable[[Side, float], LoadedMesh],
     friction: FrictionModel,
     oil: Oil,
-    roughness: tuple[float, float],
+    operation: Callable[[DutyRow], Operation],
     report: Callable[[int, int], None] | None = None,
 ) -> DutyCycle:
     """Efficiency at every row and the energies of all.
@@ -143,8 +143,8 @@ def duty_cycle(
         One friction model.
     oil : Oil
         Oil card.
-    roughness : tuple of float
-        Rq of pinion and gear [m].
+    operation : callable
+        How the pair runs in a row.
     report : callable, optional
         Called with the number of rows done and of all rows.
     """
@@ -154,8 +154,7 @@ def duty_cycle(
         key = row.side, abs(row.torque)
         if key not in loaded:
             loaded[key] = load(*key)
-        operation = Operation(abs(row.speed), row.temperature_oil, *roughness, driver=row.driver)
-        result = mesh_efficiency(loaded[key], friction, oil, operation)
+        result = mesh_efficiency(loaded[key], friction, oil, operation(row))
         results.append(result)
         rows.append(_energy(row, result))
         if report is not None:

@@ -21,7 +21,7 @@ from efficiency.load.loaded_mesh import Mesh as Mesh
 from efficiency.load.loaded_mesh import load_mesh as load_mesh
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loaded_points
 from efficiency.loss.line_values import values_on_lines
-from efficiency.loss.lubrication import local_lubrication
+from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.result import EfficiencyResult, Reason
 from ehl.oil import Oil
@@ -79,6 +79,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     estimate, estimate_coarse = _friction(friction, loaded, fine, coarse, oil)
     table = conditions_of(fine.state, oil)
     lubrication = local_lubrication(fine, estimate, table, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
+    solved = estimate if isinstance(estimate, SolvedFriction) else None
 
     torque, speed = loaded.fine.torque_pinion, operation.speed_pinion
 
@@ -88,6 +89,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
     losses = position_losses(fine, estimate.mu, count)
     rolling = rolling_losses(fine, lubrication.rolling_traction, count)
     efficiency = efficiency_at(losses)
+    least, most = _loss_interval(fine, estimate, losses)
     others = efficiency_at(losses[::2]), efficiency_at(position_losses(coarse, estimate_coarse.mu, count))
     error_positions, error_points = (SAFETY * abs(efficiency - other) for other in others)
     reason = _reason(loaded, estimate, estimate_coarse)
@@ -111,9 +113,11 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
+        correlation_length=operation.correlation_length,
+        peklenik_number=operation.peklenik_number,
         efficiency=efficiency,
-        efficiency_lower=efficiency_at(position_losses(fine, estimate.upper, count)),
-        efficiency_upper=efficiency_at(position_losses(fine, estimate.lower, count)),
+        efficiency_lower=efficiency_at(most),
+        efficiency_upper=efficiency_at(least),
         efficiency_with_rolling=efficiency_at(losses + rolling),
         efficiency_error=error_positions + error_points,
         efficiency_error_positions=error_positions,
@@ -132,9 +136,11 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
         transmission_error_unloaded=mesh.unloaded_error,
         ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
-        outside_range_share=_share(fine, estimate, FrictionFlag.OUTSIDE_RANGE),
+        outside_range_share=_outside_range(fine, estimate),
         flag_shares=_flag_shares(fine, estimate),
         flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
+        contacts=solved.contacts if solved else 0,
+        contacts_failed=dict(solved.failed) if solved else {},
         torque_residual=loaded.fine.torque_residual,
         compatibility_residual=loaded.fine.compatibility_residual,
         positions=count,
@@ -143,7 +149,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
         status="failed" if reason else "converged",
         reason=reason,
         skipped=SKIPPED if loaded.friction_in_equilibrium else (*SKIPPED, FRICTIONLESS),
-        notes=_notes(loaded, friction.name, estimate),
+        notes=_notes(loaded, friction, estimate, fine, operation),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
         power_loss_positions=losses,
@@ -191,14 +197,37 @@ def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
     return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
 
 
-def _notes(loaded: LoadedMesh, name: str, friction: FrictionEstimate) -> tuple[str, ...]:
-    notes = loaded.notes
+def _notes(
+    loaded: LoadedMesh, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, operation: Operation
+) -> tuple[str, ...]:
+    notes, name = loaded.notes, model.name
     if name in PUBLISHED and PUBLISHED[name].mark:
         notes += (f"friction model {name} {PUBLISHED[name].certainty_words}",)
     missing = int(np.count_nonzero(_missing(friction)))
     if missing:
         notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)
+    if isinstance(friction, SolvedFriction) and friction.failed:
+        reasons = ", ".join(f"{reason} {count}" for reason, count in sorted(friction.failed.items()))
+        share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
+        how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "left out"
+        notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
+    if operation.peklenik_number != 1.0 and not getattr(model, "knows_lay", False):
+        notes += (f"friction model {name} takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes
+
+
+def _loss_interval(
+    points: LoadedPoints, friction: FrictionEstimate, losses: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest loss at each position [W].
+
+    A formula may be wrong the same way everywhere, so its interval is taken at all points at once; solved contacts know
+    the error of their mean.
+    """
+    if isinstance(friction, SolvedFriction):
+        return losses * max(1.0 - friction.mean_error, 0.0), losses * (1.0 + friction.mean_error)
+    count = losses.size
+    return position_losses(points, friction.lower, count), position_losses(points, friction.upper, count)
 
 
 def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, float]:
@@ -211,17 +240,19 @@ def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, 
 
 
 def _edge_loss(load: LoadDistribution, points: LoadedPoints, mu: FloatArray) -> float:
-    """Share of the loss where the contact reaches an edge."""
+    """Share of the loss where the contact reaches an edge; nan where friction is not known everywhere."""
     at_edge = np.zeros(points.force.size, bool)
     for number, position in enumerate(load.positions):
         here = points.position == number
         at_edge[here] = position.at_edge[points.index[here]]
     power = mu * points.force * points.speed_sliding
     total = float(power.sum())
-    return float(power[at_edge].sum()) / total if total > 0.0 else 0.0
+    return float(power[at_edge].sum()) / total if total != 0.0 else 0.0
 
 
-def _share(points: LoadedPoints, estimate: FrictionEstimate, flag: FrictionFlag) -> float:
+def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:
+    """Share of the sliding power at points outside the model's range, those without any value among them."""
+    outside = (estimate.flag == FrictionFlag.OUTSIDE_RANGE) | (estimate.flag == FrictionFlag.UNDEFINED)
     power = points.force * points.speed_sliding
     total = float(power.sum())
-    return float(power[estimate.flag >= flag].sum()) / total if total > 0.0 else 0.0
+    return float(power[outside].sum()) / total if total > 0.0 else 0.0

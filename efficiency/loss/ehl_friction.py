@@ -1,18 +1,19 @@
-"""Friction by solving the lubricated contact itself, at every point of the mesh or at enough to interpolate the others.
+"""Friction by solving the lubricated contact itself, at every point of the mesh or at enough to predict the others.
 
-The points of a mesh are a smooth two-parameter family of conditions, so some solutions, spread as far apart as
-possible, carry the whole of it; the last of them are first predicted by the others, which measures the error. They are
-solved along paths on which each starts the next: at most 320 of them, 80 by the deterministic rough solver.
+Contacts are solved along paths on which each starts the next: at most 320 of a mesh, 80 by the deterministic rough
+solver. A contact that cannot be solved is predicted by the others, as wrong as the worst of them would be.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.loss.contact_sample import chain, coordinates, nearest, predict, remoteness, spread, worth_solving
 from efficiency.loss.lubrication import SolvedFriction
 from ehl.contact import LineContact
 from ehl.errors import InputError
@@ -29,14 +30,35 @@ IntArray = NDArray[np.int64]
 Scene = tuple[LineContact, Lubricant, SurfaceInput, tuple[float, float]]
 
 # contacts solved for a mesh: of the smooth film (load sharing adds nothing to its cost), of the rolling rough surfaces
-POINTS, POINTS_DETERMINISTIC, HELD_OUT = 320, 80, 16
-FEWEST_PER_JOB = 12  # contacts below which a worker process does not pay
-# interval of the interpolation, in RMS errors at the held-out points
+POINTS, POINTS_DETERMINISTIC = 320, 80
+# contacts below which a worker process does not pay, and parts of the work for each: contacts differ in cost
+FEWEST_PER_JOB, PARTS_PER_JOB = 12, 4
+# share of the sliding power next to contacts that failed, from which there is no friction
+MOST_FAILED = 0.1
+# interval of the prediction, in RMS errors of the contacts predicted by the others
 _WIDTH = 2.0
-# slide-to-roll ratio below which friction is nearly proportional to it
-_LINEAR_SLIDING = 0.05
-# what is kept of each solution beside its error
+# what is kept of each solution beside its errors
 _KEPT = ("friction_coefficient", "film_central", "film_ratio", "temperature_flash", "rolling_traction")
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Contacts of a mesh as they were solved.
+
+    Attributes
+    ----------
+    values : (5, n) array
+        `_KEPT`, the film ratio as its inverse, which is finite; nan where a contact failed.
+    scatter, bias : (n,) arrays
+        Error of mu by chance (the interval of its mean over time) and of the method [-].
+    reasons : tuple of str
+        Why a contact failed; empty where it did not.
+    """
+
+    values: FloatArray
+    scatter: FloatArray
+    bias: FloatArray
+    reasons: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -74,52 +96,47 @@ class EhlFriction:
         """Each value is costly: nobody should ask for more of them than needed."""
         return True
 
+    @property
+    def knows_lay(self) -> bool:
+        """Whether the Peklenik number has an effect: it steers the oil between rolling asperities."""
+        return not self.smooth and self.model.roughness == "deterministic"
+
     def evaluate(self, state: ContactState, oil: Oil) -> SolvedFriction:
         """Friction at every point.
 
-        Where points are interpolated, `lower` and `upper` are two RMS errors of the prediction of held-out contacts
-        away, weighted with their sliding power; where all are solved, the solver's own error. A contact that does not
-        converge leaves nan at the points next to it, flagged; one that is only unsettled counts with its error.
+        `lower` and `upper` are two RMS errors of contacts predicted by the others away, weighted with their sliding
+        power, and the solver's own error that is no chance; where all points are solved, the solver's own error. A
+        contact that does not converge is predicted by the others, and the interval of the points next to it is the
+        largest error of such a prediction, in proportion to the distance where no contact is near; they are flagged.
+        Where those points hold more than a tenth of the sliding power, or too few contacts are left to predict with,
+        they have no friction. A contact that is only unsettled counts with its error.
         """
-        place = _coordinates(state)
+        place = coordinates(state)
         power = state.load_per_length * state.speed_sliding
         if self.points is None or state.size <= self.points:
             chosen = np.arange(state.size)
         else:
-            chosen = _spread(place, power, self.points)
-        values, error = self._solve(state, oil, chosen, place)
-        if chosen.size == state.size:
-            estimate, spread = values, error
-        else:
-            estimate, spread = _interpolate(place, chosen, values, power)
-        mu, film, thinness, hot, rolling = estimate
-        flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
-        ratio = np.full(mu.shape, np.inf)
-        np.divide(1.0, thinness, out=ratio, where=thinness != 0.0)
-        return SolvedFriction(mu, np.maximum(mu - spread, 0.0), mu + spread, flag, film, ratio, hot, rolling)
+            able = worth_solving(state, power)
+            chosen = able[spread(place[able], power[able], self.points)]
+        return _friction(place, power, chosen, self._solve(state, oil, chosen[chain(place[chosen])], chosen))
 
-    def _solve(
-        self, state: ContactState, oil: Oil, chosen: IntArray, place: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Values at chosen points (5, n) and the absolute error of mu, nan where a contact failed.
-
-        Neighbours start each other. The film ratio comes as its inverse, which is finite.
-        """
-        found = np.full((len(_KEPT) + 1, chosen.size), np.nan)
-        order = np.array(_chain(place[chosen]))
-        jobs = max(1, min(self.jobs or _cores(), chosen.size // FEWEST_PER_JOB))
-        parts = np.array_split(order, jobs)
-        tasks = [[self._contact(state, oil, int(at)) for at in chosen[part]] for part in parts]
+    def _solve(self, state: ContactState, oil: Oil, path: IntArray, chosen: IntArray) -> Solved:
+        """The chosen points, along a path on which neighbours start each other."""
+        jobs = max(1, min(self.jobs or _cores(), path.size // FEWEST_PER_JOB))
+        parts = 1 if jobs == 1 else min(PARTS_PER_JOB * jobs, path.size // FEWEST_PER_JOB)
+        tasks = [[self._contact(state, oil, int(at)) for at in part] for part in np.array_split(path, parts)]
         if jobs == 1:
-            solved = [_solve_chain(tasks[0], self.model, self.bodies)]
+            found = [_solve_chain(tasks[0], self.model, self.bodies)]
         else:
             from joblib import Parallel, delayed, parallel_config
 
             with parallel_config(backend="loky", inner_max_num_threads=1):
-                solved = Parallel(n_jobs=jobs)(delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
-        for part, values in zip(parts, solved, strict=True):
-            found[:, part] = values
-        return found[:-1], found[-1]
+                found = Parallel(n_jobs=jobs)(delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
+        place = {int(at): k for k, at in enumerate(path)}
+        order = [place[int(at)] for at in chosen]
+        values, scatter, bias = (np.concatenate([part[k] for part in found], axis=-1)[..., order] for k in range(3))
+        reasons = [reason for part in found for reason in part[3]]
+        return Solved(values, scatter, bias, tuple(reasons[k] for k in order))
 
     def _contact(self, state: ContactState, oil: Oil, at: int) -> Scene:
         rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))
@@ -127,6 +144,7 @@ class EhlFriction:
             roughness_rms_1=rms[0],
             roughness_rms_2=rms[1],
             correlation_length=float(state.correlation_length[at]),
+            peklenik_number=float(state.peklenik_number[at]),
             boundary_friction=self.boundary_friction,
         )
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
@@ -139,17 +157,75 @@ def _cores() -> int:
     return int(cpu_count())
 
 
-def _solve_chain(scenes: list[Scene], model: ModelInput, bodies: tuple[Material, Material]) -> FloatArray:
-    """The kept values and the absolute error of mu, shape (6, n), of contacts of which each starts the next."""
-    found = np.full((len(_KEPT) + 1, len(scenes)), np.nan)
+def _solve_chain(
+    scenes: list[Scene], model: ModelInput, bodies: tuple[Material, Material]
+) -> tuple[FloatArray, FloatArray, FloatArray, list[str]]:
+    """What `Solved` holds, of contacts of which each starts the next."""
+    values = np.full((len(_KEPT), len(scenes)), np.nan)
+    scatter, bias = np.full((2, len(scenes)), np.nan)
+    reasons = [""] * len(scenes)
     before: ContactResult | None = None
     for k, (line, lubricant, surface, bulk) in enumerate(scenes):
         result = solve_contact(line, lubricant, surface, model, bodies, bulk, before)
-        if result.status != "failed":
-            before = result
-            mu, film, ratio, hot, rolling = (float(getattr(result, name)) for name in _KEPT)
-            found[:, k] = mu, film, 1.0 / ratio, hot, rolling, abs(mu) * result.friction_error
-    return found
+        if result.status == "failed":
+            reasons[k] = result.reason
+            continue
+        before = result
+        mu, film, ratio, hot, rolling = (float(getattr(result, name)) for name in _KEPT)
+        values[:, k] = mu, film, 1.0 / ratio, hot, rolling
+        scatter[k] = abs(mu) * result.statistical_error
+        bias[k] = abs(mu) * (result.friction_error - result.statistical_error)
+    return values, scatter, bias, reasons
+
+
+def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: Solved) -> SolvedFriction:
+    """Friction at all points from the chosen ones."""
+    size, every = len(place), chosen.size == len(place)
+    known = np.isfinite(solved.values[0])
+    doubtful = ~known[nearest(place, place[chosen])]
+    total = float(power.sum())
+    # where nothing slides all points count alike
+    share = power / total if total > 0.0 else np.full(size, 1.0 / size)
+
+    values, half, chance = np.full((len(_KEPT), size), np.nan), np.full(size, np.nan), 0.0
+    prediction = None
+    if known.any() and not (every and known.all()):
+        prediction = predict(place, place[chosen[known]], solved.values[:, known])
+    if prediction is not None:
+        square, weight = prediction.missed**2, share[chosen[known]]
+        reach = _WIDTH * math.sqrt(float(np.average(square, weights=weight if weight.any() else None)))
+        worst = max(reach, math.sqrt(square.max())) * remoteness(place, place[chosen[known]])
+        values, half = prediction.values, np.where(doubtful, worst, reach)
+        # what the contacts miss by chance is independent of each other
+        chance = _WIDTH * float(np.linalg.norm((share @ prediction.weights) * prediction.missed))
+    if every:
+        values, half = np.where(known, solved.values, values), np.where(known, solved.scatter, half)
+        chance = float(np.linalg.norm((share * solved.scatter)[known]))
+    if float(share[doubtful].sum()) > MOST_FAILED:
+        values[:, doubtful] = np.nan
+    bias = solved.bias[known][nearest(place, place[chosen[known]])] if known.any() else np.full(size, np.nan)
+    missing = chance + float((share * half)[doubtful].sum() + (share * bias).sum())
+    half = half + bias
+
+    mu, film, thinness, hot, rolling = values
+    mean = float(share @ mu)
+    flag = np.where(doubtful, FrictionFlag.PREDICTED, FrictionFlag.OK)
+    flag = np.where(np.isfinite(mu), flag, FrictionFlag.NOT_CONVERGED).astype(np.int8)
+    ratio = np.full(mu.shape, np.inf)
+    np.divide(1.0, thinness, out=ratio, where=thinness != 0.0)
+    return SolvedFriction(
+        mu,
+        np.maximum(mu - half, 0.0),
+        mu + half,
+        flag,
+        film,
+        ratio,
+        hot,
+        rolling,
+        contacts=chosen.size,
+        failed=dict(Counter(reason for reason in solved.reasons if reason)),
+        mean_error=missing / mean if mean > 0.0 else math.nan,
+    )
 
 
 def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> EhlFriction:
@@ -187,79 +263,3 @@ def _line(state: ContactState, at: int) -> LineContact:
         slide_to_roll=float(state.slide_to_roll[at]),
         speed_sliding_lengthwise=float(state.speed_sliding_lengthwise[at]),
     )
-
-
-def _coordinates(state: ContactState) -> FloatArray:
-    """What friction depends on, scaled to a range of 1 each; what is the same at all points is left out."""
-    columns = np.column_stack(
-        [
-            np.log(state.pressure_hertz),
-            np.log(state.radius_equivalent),
-            np.log(state.speed_entrainment),
-            np.arcsinh(state.slide_to_roll / _LINEAR_SLIDING),
-            np.arcsinh(state.speed_sliding_lengthwise / state.speed_entrainment / _LINEAR_SLIDING),
-            state.temperature_oil,
-            state.temperature_bulk_1,
-            state.temperature_bulk_2,
-            state.roughness_rms,
-            state.correlation_length,
-        ]
-    )
-    width = np.ptp(columns, axis=0)
-    varies = width > 1e-9 * np.abs(columns).max(axis=0)
-    if not varies.any():
-        return np.zeros((state.size, 1))
-    return np.asarray((columns[:, varies] - columns[:, varies].min(axis=0)) / width[varies])
-
-
-def _spread(place: FloatArray, power: FloatArray, count: int) -> IntArray:
-    """Points one by one as far from all earlier ones as possible, sooner where there is more sliding power."""
-    # the fourth root keeps points without power, which matter only to plots, at a few of the lot
-    favour = np.maximum(power / max(float(power.max()), 1e-300), 1e-6) ** 0.25
-    chosen = [int(np.argmin(np.sum((place - place.mean(axis=0)) ** 2, axis=1)))]
-    distance = np.sum((place - place[chosen[0]]) ** 2, axis=1)
-    while len(chosen) < count and distance.max() > 0.0:
-        chosen.append(int(np.argmax(distance * favour)))
-        distance = np.minimum(distance, np.sum((place - place[chosen[-1]]) ** 2, axis=1))
-    return np.array(chosen)
-
-
-def _chain(place: FloatArray) -> list[int]:
-    """An order in which each point is the nearest of those left to the one before."""
-    left = np.ones(len(place), bool)
-    order = [0]
-    left[0] = False
-    while left.any():
-        distance = np.sum((place - place[order[-1]]) ** 2, axis=1)
-        order.append(int(np.argmin(np.where(left, distance, np.inf))))
-        left[order[-1]] = False
-    return order
-
-
-def _interpolate(
-    place: FloatArray, chosen: IntArray, values: FloatArray, weight: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Thin-plate spline through the solved points (5, n), and the interval of mu from predicting the last of them.
-
-    The error is weighted with the sliding power of the points: where there is none friction does not matter.
-    """
-    from scipy.interpolate import RBFInterpolator
-
-    known = np.isfinite(values[0])
-    needed = place.shape[1] + 2
-    if np.count_nonzero(known) < HELD_OUT + needed:
-        return np.full((len(values), len(place)), np.nan), np.full(len(place), np.nan)
-    solved, found = chosen[known], values[:, known].T
-
-    def spline(count: int, where: FloatArray) -> FloatArray:
-        return np.asarray(RBFInterpolator(place[solved[:count]], found[:count])(where))
-
-    kept = solved.size - HELD_OUT
-    wrong = spline(kept, place[solved[kept:]])[:, 0] - found[kept:, 0]
-    estimate = np.clip(spline(solved.size, place), np.minimum(found.min(axis=0), 0.0), found.max(axis=0)).T
-    if not known.all():
-        nearest = np.argmin(np.sum((place[:, None, :] - place[chosen][None, :, :]) ** 2, axis=2), axis=1)
-        estimate[:, ~known[nearest]] = np.nan
-    total = float(weight[solved[kept:]].sum())
-    mean_square = float(np.sum(weight[solved[kept:]] * wrong**2)) / total if total > 0.0 else float(np.mean(wrong**2))
-    return estimate, np.full(len(place), _WIDTH * math.sqrt(mean_square))

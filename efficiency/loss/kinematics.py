@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,20 @@ from numpy.typing import NDArray
 from efficiency.contact.axis import Axis as Axis
 from efficiency.load.load_distribution import LoadDistribution
 from ehl.errors import InputError
+from ehl.expectation import quantity_of
+from ehl.inputs import SurfaceInput
 from ehl.oil import TEMPERATURE_RANGE
 from ehl.state import ContactState
+
+if TYPE_CHECKING:
+    from efficiency.design import Design
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Driver = Literal["pinion", "gear"]
+
+# texture of the flanks: unit and range
+TEXTURE = {name: quantity_of(SurfaceInput, name) for name in ("correlation_length", "peklenik_number")}
 
 
 @dataclass(frozen=True)
@@ -39,6 +47,10 @@ class Operation:
         Bulk temperatures of the teeth [K]; the oil's where not given.
     temperature_inlet : float, optional
         Temperature of the oil as it enters the contacts [K], where the teeth have warmed it.
+    correlation_length : float
+        Of the roughness of either flank, across the contact line [m].
+    peklenik_number : float
+        Correlation length along the contact line over that across it [-].
 
     Raises
     ------
@@ -55,6 +67,21 @@ class Operation:
     temperature_bulk_pinion: float | None = None
     temperature_bulk_gear: float | None = None
     temperature_inlet: float | None = None
+    correlation_length: float = 30e-6
+    peklenik_number: float = 1.0
+
+    @classmethod
+    def of_design(cls, design: Design, speed_pinion: float, temperature_oil: float, driver: Driver = "pinion") -> Self:
+        """The flanks of a design at a pinion speed [rad/s] and an oil temperature [K]."""
+        return cls(
+            speed_pinion,
+            temperature_oil,
+            design.pinion.roughness_rms,
+            design.gear.roughness_rms,
+            driver,
+            correlation_length=design.surface.correlation_length,
+            peklenik_number=design.surface.peklenik_number,
+        )
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed_pinion) and self.speed_pinion > 0.0):
@@ -75,6 +102,8 @@ class Operation:
             value = getattr(self, name)
             if not (math.isfinite(value) and 0.0 <= value <= 2e-5):
                 raise InputError(name, value, "0 to 20 um (2e-5 m), as in the design file")
+        for name, quantity in TEXTURE.items():
+            quantity.check(getattr(self, name), name)
 
     @property
     def inlet(self) -> float:
@@ -154,6 +183,8 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
         temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
+        correlation_length=operation.correlation_length,
+        peklenik_number=operation.peklenik_number,
     )
     return LoadedPoints(
         state=state,

@@ -5,7 +5,8 @@ Where a friction model solved the contacts these are its own; elsewhere publishe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -35,12 +36,22 @@ class SolvedFriction(FrictionEstimate):
         Greatest surface temperature [K].
     rolling_traction : array
         Of each surface, over the load per length [-].
+    contacts : int
+        How many contacts were asked for.
+    failed : dict
+        How many of them were not solved, by reason.
+    mean_error : float
+        Error of the mean friction coefficient, weighted with the sliding power, over itself [-]: what contacts miss by
+        chance is independent of each other, what the method and failed contacts leave open is not.
     """
 
     film_central: FloatArray
     film_ratio: FloatArray
     temperature_flash: FloatArray
     rolling_traction: FloatArray
+    contacts: int = 0
+    failed: dict[str, int] = field(default_factory=dict)
+    mean_error: float = math.nan
 
 
 @dataclass(frozen=True)

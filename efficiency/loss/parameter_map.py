@@ -25,7 +25,10 @@ FloatArray = NDArray[np.float64]
 Place = Mapping[str, Any]
 
 GEOMETRY_AXES = ("design", "E", "P", "G", "alpha")
-OPERATION_AXES = ("speed", "temperature_oil", "roughness_rms", "roughness_rms_pinion", "roughness_rms_gear")
+OPERATION_AXES = (
+    *("speed", "temperature_oil", "roughness_rms", "roughness_rms_pinion", "roughness_rms_gear"),
+    *("correlation_length", "peklenik_number"),
+)
 AXES = (*GEOMETRY_AXES, "torque", *OPERATION_AXES)
 
 

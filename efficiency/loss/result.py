@@ -47,12 +47,15 @@ class EfficiencyResult:
         Of pinion and gear teeth [K].
     roughness_rms_1, roughness_rms_2 : float
         Rq of pinion and gear flanks [m].
+    correlation_length, peklenik_number : float
+        Of the roughness of either flank [m], [-].
     efficiency : float
         power_output/power_input, friction of sliding alone [-].
     efficiency_with_rolling : float
         With the rolling loss in it too [-].
     efficiency_lower, efficiency_upper : float
-        With the friction model's own interval at every point at once; nan where it states none.
+        With the friction model's own interval at every point at once; nan where it states none. Of solved contacts
+        with the error of their mean friction.
     efficiency_error : float
         Estimate of the discretisation error of the efficiency: sum of the next two.
     efficiency_error_positions, efficiency_error_points : float
@@ -79,6 +82,10 @@ class EfficiencyResult:
         Share of the sliding power at points outside the friction model's stated range [-].
     flags, flag_shares : dict
         Number of loaded points by the friction model's flag, and their share of the loss [-].
+    contacts : int
+        Contacts solved for the friction, failed ones among them; 0 where a formula gave it.
+    contacts_failed : dict
+        How many of them failed, by reason.
     torque_residual, compatibility_residual : float
         Worst relative residuals of the load distribution [-].
     positions, points_per_line, points_loaded : int
@@ -111,6 +118,8 @@ class EfficiencyResult:
     temperature_bulk_2: float
     roughness_rms_1: float
     roughness_rms_2: float
+    correlation_length: float
+    peklenik_number: float
     efficiency: float
     efficiency_lower: float
     efficiency_upper: float
@@ -135,6 +144,8 @@ class EfficiencyResult:
     outside_range_share: float
     flags: dict[str, int]
     flag_shares: dict[str, float]
+    contacts: int
+    contacts_failed: dict[str, int]
     torque_residual: float
     compatibility_residual: float
     positions: int

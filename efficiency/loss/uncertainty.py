@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from efficiency.loss.kinematics import Operation
+from efficiency.loss.lubrication import SolvedFriction
 from efficiency.loss.result import EfficiencyResult
 from ehl.errors import InputError
 from regression.friction_models import FormulaFriction, FrictionModel
@@ -25,7 +26,7 @@ from regression.friction_models import FormulaFriction, FrictionModel
 Solve = Callable[[FrictionModel, Operation], EfficiencyResult]
 
 LEVEL = 0.90
-# two RMS errors, the interval of interpolated solutions
+# two standard deviations, the interval of solved contacts and of models that do not tell
 _LEVEL_EHL = math.erf(math.sqrt(2.0))
 
 
@@ -229,6 +230,9 @@ def efficiency_uncertainty(
 def _formula_error(result: EfficiencyResult, friction: FrictionModel) -> tuple[float, float, str]:
     """Standard deviations of the efficiency by the friction model's own interval: all points alike, and independent."""
     estimate, points = result.friction, result.points
+    if isinstance(estimate, SolvedFriction):
+        sigma = 0.5 * (result.efficiency_upper - result.efficiency_lower) / NormalDist().inv_cdf(0.5 + 0.5 * _LEVEL_EHL)
+        return sigma, sigma, "error of the mean over the solved contacts"
     half = 0.5 * (estimate.upper - estimate.lower)
     if not np.all(np.isfinite(half)):
         return math.nan, math.nan, "the model states no interval: its error is not in the result"

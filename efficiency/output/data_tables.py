@@ -31,6 +31,7 @@ RESULT_UNITS: dict[str, str] = {
     "temperature_bulk_2": "K",
     "roughness_rms_1": "m",
     "roughness_rms_2": "m",
+    "correlation_length": "m",
     "power_loss": "W",
     "power_loss_rolling": "W",
     "power_input": "W",
@@ -113,6 +114,7 @@ def result_table(result: EfficiencyResult) -> DataTable:
     for name, (low, high) in result.ranges.items():
         rows += [(f"{name} (least)", cell(low), _unit(name)), (f"{name} (greatest)", cell(high), _unit(name))]
     rows += [(f"points flagged {name}", count, "") for name, count in result.flags.items()]
+    rows += [(f"contacts failed {reason}", count, "") for reason, count in result.contacts_failed.items()]
     return DataTable("result", ("quantity", "value", "unit"), rows)
 
 

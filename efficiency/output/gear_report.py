@@ -250,13 +250,15 @@ def _design_blocks(design: Design, units: Units) -> list[Block]:
         Table((words(part), "unit", *FLANKS), lines, "What is zero for all four flanks is left out.", text_columns=2)
         for part, lines in setting_tables(rows).items()
     )
+    lay = f"{design.surface.correlation_length * 1e6:.3g}", f"{design.surface.peklenik_number:.3g}"
     surface = [
-        (name, member.material, f"{member.roughness_rms * 1e6:.3g}")
+        (name, member.material, f"{member.roughness_rms * 1e6:.3g}", *lay)
         for name, member in (("pinion", design.pinion), ("gear", design.gear))
     ]
+    heads = ("member", "material", "roughness Rq [µm]", "correlation length [µm]", "Peklenik number")
     return [
         Picture(blank_figure(design), "Axial section of both members in the plane of the axes."),
         Table(("quantity", "unit", "pinion", "gear"), blank_table(rows), text_columns=2),
-        Table(("member", "material", "roughness Rq [µm]"), surface, text_columns=2),
+        Table(heads, surface, text_columns=2),
         *flanks,
     ]

@@ -233,7 +233,8 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
             )
             try:
                 loaded = _loaded(task.design, task.side, torque, task.grid)
-                operation = Operation(speed, temperature, roughness, roughness, driver=task.design.operation.driver)
+                operation = Operation.of_design(task.design, speed, temperature, task.design.operation.driver)
+                operation = replace(operation, roughness_rms_pinion=roughness, roughness_rms_gear=roughness)
                 result = mesh_efficiency(loaded, task.friction, card, operation)
             except ConvergenceError as error:
                 points.append(replace(point, reason=error.reason))

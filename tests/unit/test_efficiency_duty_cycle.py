@@ -31,6 +31,10 @@ MODEL = friction_model("xu_kahraman_2007")
 ROUGH = (0.4e-6, 0.4e-6)
 
 
+def run(row: DutyRow) -> Operation:
+    return Operation(abs(row.speed), row.temperature_oil, *ROUGH, driver=row.driver)
+
+
 @cache
 def mesh(side: Side = "drive") -> Mesh:
     return gear_mesh(DESIGN, side, 4, 9).mesh
@@ -49,7 +53,7 @@ def test_energies_add_up() -> None:
         asked.append((side, torque))
         return load(side, torque)
 
-    cycle = duty_cycle(rows, counted, MODEL, OIL, ROUGH)
+    cycle = duty_cycle(rows, counted, MODEL, OIL, run)
     assert asked == [("drive", 200.0), ("coast", 80.0)]
     first, coast, _ = cycle.rows
     single = mesh_efficiency(load("drive", 200.0), MODEL, OIL, Operation(125.0, 363.15, *ROUGH))
@@ -71,7 +75,7 @@ def test_a_failed_row_is_no_number() -> None:
     broken = replace(
         MODEL, formula=replace(MODEL.formula, local=lambda c, base: np.full(c["film_formula"].shape, np.nan))
     )
-    cycle = duty_cycle([DutyRow(200.0, 125.0, 363.15, 2.0)], load, broken, OIL, ROUGH)
+    cycle = duty_cycle([DutyRow(200.0, 125.0, 363.15, 2.0)], load, broken, OIL, run)
     assert (cycle.status, cycle.reason) == ("failed", "1 of 1 rows friction_undefined")
     assert cycle.to_dict()["total"]["efficiency"] is None
 

@@ -265,7 +265,7 @@ def test_refusing_formula_names_what_lies_outside(dataset: Dataset) -> None:
 
 def test_flags_sort_from_harmless_to_none() -> None:
     order = ["OK", "OTHER_CARD", "OTHER_OIL", "EXTRAPOLATED_NEAR", "EXTRAPOLATED_FAR", "OUTSIDE_RANGE"]
-    assert [flag.name for flag in sorted(FrictionFlag)] == [*order, "NOT_CONVERGED", "UNDEFINED"]
+    assert [flag.name for flag in sorted(FrictionFlag)] == [*order, "PREDICTED", "NOT_CONVERGED", "UNDEFINED"]
 
 
 def test_scores_of_held_out_rows_are_of_formulas_without_them(dataset: Dataset) -> None:

@@ -1,0 +1,158 @@
+"""Which contacts of a mesh are solved, and what they say of all its points, with the error of it.
+
+Friction over a mesh is a smooth function of few local conditions. Contacts are solved where these are spread widest; a
+thin-plate spline through them gives all points, and what the spline misses shows where each contact is predicted by
+the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.state import ContactState
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# share of the sliding power that the most lightly loaded points hold together, of which none is solved
+LIGHT_SHARE = 1e-3
+# slide-to-roll ratio below which friction is nearly proportional to it
+_LINEAR_SLIDING = 0.05
+# contacts beyond the terms of the plane that a prediction takes
+_SPARE = 8
+
+
+def coordinates(state: ContactState) -> FloatArray:
+    """What friction depends on, scaled to a range of 1 each; what is the same at all points is left out."""
+    columns = np.column_stack(
+        [
+            np.log(state.pressure_hertz),
+            np.log(state.radius_equivalent),
+            np.log(state.speed_entrainment),
+            np.arcsinh(state.slide_to_roll / _LINEAR_SLIDING),
+            np.arcsinh(state.speed_sliding_lengthwise / state.speed_entrainment / _LINEAR_SLIDING),
+            state.temperature_oil,
+            state.temperature_bulk_1,
+            state.temperature_bulk_2,
+            state.roughness_rms,
+            state.correlation_length,
+            state.peklenik_number,
+        ]
+    )
+    width = np.ptp(columns, axis=0)
+    varies = width > 1e-9 * np.abs(columns).max(axis=0)
+    if not varies.any():
+        return np.zeros((state.size, 1))
+    return np.asarray((columns[:, varies] - columns[:, varies].min(axis=0)) / width[varies])
+
+
+def worth_solving(state: ContactState, power: FloatArray) -> IntArray:
+    """All points but the most lightly loaded, which hold `LIGHT_SHARE` of the sliding power.
+
+    Ends of contact lines narrower than the waves of the roughness: hard to solve, and nothing depends on them.
+    """
+    order = np.argsort(state.load_per_length, kind="stable")
+    light = np.cumsum(power[order]) <= LIGHT_SHARE * power.sum()
+    return np.sort(order[~light]) if power.sum() > 0.0 else np.arange(state.size)
+
+
+def spread(place: FloatArray, power: FloatArray, count: int) -> IntArray:
+    """Points one by one as far from all earlier ones as possible, sooner where there is more sliding power."""
+    # the fourth root keeps points without power, which matter only to plots, at a few of the lot
+    favour = np.maximum(power / max(float(power.max()), 1e-300), 1e-6) ** 0.25
+    chosen = [int(np.argmin(np.sum((place - place.mean(axis=0)) ** 2, axis=1)))]
+    distance = np.sum((place - place[chosen[0]]) ** 2, axis=1)
+    while len(chosen) < count and distance.max() > 0.0:
+        chosen.append(int(np.argmax(distance * favour)))
+        distance = np.minimum(distance, np.sum((place - place[chosen[-1]]) ** 2, axis=1))
+    return np.array(chosen)
+
+
+def chain(place: FloatArray) -> IntArray:
+    """An order in which each point is the nearest of those left to the one before."""
+    left = np.ones(len(place), bool)
+    order = [0]
+    left[0] = False
+    while left.any():
+        distance = np.sum((place - place[order[-1]]) ** 2, axis=1)
+        order.append(int(np.argmin(np.where(left, distance, np.inf))))
+        left[order[-1]] = False
+    return np.array(order)
+
+
+def nearest(place: FloatArray, contacts: FloatArray) -> IntArray:
+    """Number of the contact next to each point."""
+    return np.asarray(np.argmin(_square_distance(place, contacts), axis=1))
+
+
+def remoteness(place: FloatArray, contacts: FloatArray) -> FloatArray:
+    """Distance of each point to the next contact, over the largest one of a contact to its next; at least 1."""
+    between = _square_distance(contacts, contacts)
+    np.fill_diagonal(between, np.inf)
+    square = _square_distance(place, contacts).min(axis=1) / between.min(axis=1).max()
+    return np.asarray(np.sqrt(np.maximum(square, 1.0)))
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Values at all points from those of the contacts.
+
+    Attributes
+    ----------
+    values : (k, n) array
+        Within the range of the contacts' own.
+    weights : (n, m) array
+        Of each contact in the value of a point.
+    missed : (m,) array
+        First value of each contact less what the others predict there.
+    """
+
+    values: FloatArray
+    weights: FloatArray
+    missed: FloatArray
+
+
+def predict(place: FloatArray, contacts: FloatArray, found: FloatArray) -> Prediction | None:
+    """Thin-plate spline through the contacts; None where they are too few.
+
+    Parameters
+    ----------
+    place : (n, d) array
+        Coordinates of all points.
+    contacts : (m, d) array
+        Coordinates of the contacts.
+    found : (k, m) array
+        Their values.
+
+    Notes
+    -----
+    With the matrix A of kernel and plane, the coefficients of the kernel are c = A^-1 f, and the contact i left out is
+    missed by c_i/(A^-1)_ii (Rippa 1999, Adv. Comput. Math. 11, from memory, without the plane; with it the same block
+    elimination holds).
+    """
+    count, dimensions = contacts.shape
+    if count < dimensions + 1 + _SPARE:
+        return None
+    matrix = np.zeros((count + dimensions + 1,) * 2)
+    plane = np.column_stack([np.ones(count), contacts])
+    matrix[:count, :count] = _thin_plate(contacts, contacts)
+    matrix[:count, count:], matrix[count:, :count] = plane, plane.T
+    # contacts on a plane of less dimensions leave terms of it open: the least ones are taken
+    inverse = np.linalg.pinv(matrix, rcond=1e-13, hermitian=True)[:, :count]
+    weights = np.column_stack([_thin_plate(place, contacts), np.ones(len(place)), place]) @ inverse
+    missed = (inverse[:count] @ found[0]) / np.diag(inverse[:count])
+    values = np.clip(found @ weights.T, np.minimum(found.min(axis=1), 0.0)[:, None], found.max(axis=1)[:, None])
+    return Prediction(values, weights, missed)
+
+
+def _thin_plate(one: FloatArray, other: FloatArray) -> FloatArray:
+    """r^2 log r between the points of two sets."""
+    square = _square_distance(one, other)
+    return np.asarray(0.5 * square * np.log(np.where(square > 0.0, square, 1.0)))
+
+
+def _square_distance(one: FloatArray, other: FloatArray) -> FloatArray:
+    return np.asarray(np.sum((one[:, None, :] - other[None, :, :]) ** 2, axis=2))

@@ -1,0 +1,96 @@
+"""Which contacts stand for a mesh, and the spline through them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from efficiency.loss.contact_sample import LIGHT_SHARE, chain, coordinates, nearest, predict, spread, worth_solving
+from ehl.state import ContactState
+
+
+def family(n: int, seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    place = rng.uniform(size=(n, 3))
+    found = np.vstack([np.sin(2.0 * place[:, 0]) + place[:, 1] ** 2, np.full(n, 7.0)])
+    return place, found
+
+
+def test_the_spline_goes_through_its_contacts_and_reproduces_planes() -> None:
+    place, found = family(60)
+    found[1] = 1.0 + place @ [0.5, 0.2, -0.1]
+    prediction = predict(place, place, found)
+    assert prediction is not None
+    np.testing.assert_allclose(prediction.values, found, atol=1e-9)
+    other, _ = family(40, 4)
+    elsewhere = predict(other, place, found)
+    assert elsewhere is not None
+    inside = np.clip(1.0 + other @ [0.5, 0.2, -0.1], found[1].min(), found[1].max())
+    np.testing.assert_allclose(elsewhere.values[1], inside, atol=1e-9)
+    np.testing.assert_allclose(elsewhere.weights.sum(axis=1), 1.0, atol=1e-9)
+
+
+def test_what_a_contact_is_missed_by_is_that_of_a_spline_without_it() -> None:
+    place, found = family(40)
+    prediction = predict(place, place, found)
+    assert prediction is not None
+    for left_out in (0, 17, 39):
+        others = np.arange(40) != left_out
+        without = predict(place[[left_out]], place[others], found[:, others])
+        assert without is not None
+        value = float((without.weights @ found[0, others])[0])
+        assert prediction.missed[left_out] == pytest.approx(found[0, left_out] - value, abs=1e-9)
+
+
+def test_contacts_in_a_plane_of_the_coordinates() -> None:
+    place, _ = family(50)
+    place[:, 2] = place[:, 0]
+    found = (2.0 * place[:, 0] + place[:, 1])[None, :]
+    prediction = predict(place, place, found)
+    assert prediction is not None
+    np.testing.assert_allclose(prediction.values, found, atol=1e-8)
+
+
+def test_too_few_contacts_predict_nothing() -> None:
+    place, found = family(11)
+    assert predict(place, place, found) is None
+
+
+def test_light_ends_of_lines_are_not_solved() -> None:
+    n = 500
+    pressure = np.concatenate([np.full(20, 2e7), np.full(n - 20, 1e9)])
+    state = ContactState.of(
+        pressure_hertz=pressure,
+        radius_equivalent=0.01,
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        slide_to_roll=np.linspace(-0.5, 0.5, n),
+    )
+    power = state.load_per_length * state.speed_sliding
+    kept = worth_solving(state, power)
+    left = np.setdiff1d(np.arange(n), kept)
+    assert set(range(20)) <= set(left)
+    assert power[left].sum() <= LIGHT_SHARE * power.sum()
+    # rolling points stay: they are loaded
+    assert int(np.argmin(np.abs(state.slide_to_roll))) in kept
+    assert worth_solving(state, np.zeros(n)).size == n
+
+
+def test_spread_and_chain() -> None:
+    place, _ = family(300)
+    chosen = spread(place, np.ones(300), 30)
+    assert np.unique(chosen).size == 30
+    gaps = np.sqrt(((place[chosen][:, None] - place[chosen][None]) ** 2).sum(axis=2)) + np.eye(30)
+    covered = np.sqrt(((place[:, None] - place[chosen][None]) ** 2).sum(axis=2)).min(axis=1)
+    assert gaps.min() >= covered.max() - 1e-12
+    assert sorted(chain(place[chosen])) == list(range(30))
+    np.testing.assert_array_equal(nearest(place[chosen], place[chosen]), np.arange(30))
+    assert spread(place[:1].repeat(5, axis=0), np.ones(5), 3).size == 1
+
+
+def test_coordinates_know_the_texture() -> None:
+    one = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 3.0}
+    assert coordinates(ContactState.of(**one | {"pressure_hertz": np.full(4, 1e9)})).shape == (4, 1)
+    for name, values in (("correlation_length", [3e-5, 6e-5]), ("peklenik_number", [1.0, 5.0])):
+        place = coordinates(ContactState.of(**one, **{name: values}))
+        np.testing.assert_array_equal(place[:, 0], [0.0, 1.0])
