@@ -1,11 +1,17 @@
-"""What a sweep costs beside its cases: overhead per case, and how busy the cores are.
+"""What a sweep costs beside its cases: overhead per case, and how busy two cores are.
 
-    python benchmarks/sweep_overhead.py [--cases 256] [--milliseconds 50] [--jobs 1 2] [--dask] [--csv FILE]
+    python benchmarks/sweep_overhead.py [--shard 1/16] [--empty 512] [--jobs 2] [--dask] [--csv FILE]
 
-Overhead: cases that take no time, wall time and CPU time of the parent over their number. Efficiency: cases that work
-(not sleep) for as long as the estimate of the default plan spreads, so that long and short ones mix; CPU time of the
-cases over workers times wall time, start of the workers left out. Wall times depend on what else the machine does: run
-it on a quiet one.
+Overhead: cases that take no time, wall time and processor time of the parent over their number.
+
+Efficiency: the same share of the default plan by one worker and by several, with the solver; workers are started and
+compiled code is loaded before the clock runs. The first two of these figures mean something on a busy machine too:
+
+- occupancy: time of the workers inside cases over workers times wall time. What is missing is waiting for the parent
+  and idling at the end;
+- slowing: processor time of the same cases one at a time, over that beside each other (memory, caches, clock rate);
+- efficiency: wall time with one worker over workers times wall time with several. It needs a quiet machine, and is the
+  product of the first two there.
 """
 
 from __future__ import annotations
@@ -16,16 +22,17 @@ import os
 import tempfile
 import time
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from pathlib import Path
 
 from ehl.inputs import Case
-from regression.cost import case_seconds
 from regression.dask_workers import dask_executor
 from regression.evaluators import Outputs
 from regression.executors import Executor
 from regression.plan import Plan, load_plan
 from regression.sweep import sweep
+
+# share of the plan that starts workers and loads compiled code: enough cases for each worker to meet a rough one
+WARM = 127
 
 
 def nothing(case: Case) -> Outputs:
@@ -33,52 +40,62 @@ def nothing(case: Case) -> Outputs:
     return {"friction_coefficient": 0.05}
 
 
-def busy(case: Case, seconds: dict[float, float]) -> Outputs:
-    """A case that keeps its core busy for as long as it should."""
-    end = time.thread_time() + seconds[case.contact.pressure_hertz or 0.0]
-    while time.thread_time() < end:
-        pass
-    return {"friction_coefficient": 0.05}
+def workers_of(jobs: int, dask: bool) -> AbstractContextManager[Executor | None]:
+    """Where the cases are computed."""
+    return dask_executor(f"local:{jobs}") if dask else nullcontext(None)
 
 
-def run(plan: Plan, evaluate: partial[Outputs], jobs: int, dask: bool) -> tuple[float, float]:
-    """Sweep with warm workers; wall time and CPU time of the parent."""
-    where: AbstractContextManager[Executor | None] = dask_executor(f"local:{jobs}") if dask else nullcontext(None)
-    with tempfile.TemporaryDirectory() as folder, where as executor:
-        # the first sweep starts the workers and imports what they need
-        sweep(plan, Path(folder) / "warm", evaluate=nothing, jobs=jobs, executor=executor, shard=(1, plan.count // 8))
+def overhead(plan: Plan, jobs: int, dask: bool) -> tuple[float, float]:
+    """Wall time, and processor time of the parent, of a case that takes none [ms]."""
+    with tempfile.TemporaryDirectory() as folder, workers_of(jobs, dask) as executor:
+        sweep(plan, Path(folder) / "warm", evaluate=nothing, jobs=jobs, executor=executor, shard=(1, 8))
         clock, cpu = time.perf_counter(), time.process_time()
-        sweep(plan, Path(folder) / "run", evaluate=evaluate, jobs=jobs, executor=executor)
-        return time.perf_counter() - clock, time.process_time() - cpu
+        sweep(plan, Path(folder) / "run", evaluate=nothing, jobs=jobs, executor=executor)
+        wall, parent = time.perf_counter() - clock, time.process_time() - cpu
+    return 1e3 * wall / plan.count, 1e3 * parent / plan.count
+
+
+def solved(plan: Plan, shard: tuple[int, int], jobs: int, dask: bool) -> tuple[int, float, float, float]:
+    """Cases, wall time, time inside cases and their processor time, by the solver [s]."""
+    with tempfile.TemporaryDirectory() as folder, workers_of(jobs, dask) as executor:
+        sweep(plan, Path(folder) / "warm", jobs=jobs, executor=executor, shard=(WARM, WARM))
+        report = sweep(plan, Path(folder) / "run", jobs=jobs, executor=executor, shard=shard)
+    return report.total, report.seconds, report.seconds_cases, report.seconds_cpu
 
 
 def main() -> None:
     """Measure overhead and efficiency."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=256)
-    parser.add_argument("--milliseconds", type=float, default=50.0, help="mean length of a busy case")
-    parser.add_argument("--jobs", type=int, nargs="*", default=[1, 2])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--shard", default="1/16", help="share of the default plan that is solved")
+    parser.add_argument("--empty", type=int, default=512, help="cases that take no time")
+    parser.add_argument("--jobs", type=int, default=2, help="workers beside each other")
     parser.add_argument("--dask", action="store_true", help="dask workers in place of joblib's")
     parser.add_argument("--csv", type=Path, default=Path("sweep_overhead.csv"))
     options = parser.parse_args()
-    plan = load_plan("gear_default", [f"sampling.size={options.cases}", "sampling.corners=false"])
-    cost = case_seconds(plan)
-    seconds = cost * (1e-3 * options.milliseconds / cost.mean())
-    lengths = dict(zip(plan.points.columns["pressure_hertz"].tolist(), seconds.tolist(), strict=True))
+    number, shards = (int(part) for part in options.shard.split("/"))
     load = os.getloadavg()[0]
-    longest = 1e3 * seconds.max()
-    print(f"{plan.count} cases, {options.milliseconds:g} ms in the mean, longest {longest:.0f} ms; load {load:.1f}")
+    print(f"load of the machine before: {load:.1f}")
+    empty = load_plan("gear_default", [f"sampling.size={options.empty}", "sampling.corners=false"])
+    plan = load_plan("gear_default")
+    rows = []
+    for jobs in dict.fromkeys((1, options.jobs)):
+        dask = options.dask and jobs > 1
+        kind = "dask" if dask else "joblib" if jobs > 1 else "this process"
+        wall, parent = overhead(empty, jobs, dask)
+        print(f"{jobs} x {kind}: overhead {wall:.2f} ms a case ({parent:.2f} ms CPU of the parent)", flush=True)
+        cases, *seconds = solved(plan, (number, shards), jobs, dask)
+        occupancy = seconds[1] / (jobs * seconds[0])
+        words = f"{cases} cases of the default plan in {seconds[0]:.1f} s (CPU of the cases {seconds[2]:.1f} s)"
+        print(f"{jobs} x {kind}: {words}, occupancy {100.0 * occupancy:.1f} %", flush=True)
+        rows.append((kind, jobs, wall, parent, cases, *seconds, occupancy))
+    alone, beside = rows[0], rows[-1]
+    slowing, efficiency = alone[7] / beside[7], alone[5] / (beside[1] * beside[5])
+    print(f"slowing {slowing:.3f}, parallel efficiency {100.0 * efficiency:.1f} % with {beside[1]} workers")
     with options.csv.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["workers", "jobs", "overhead [ms]", "CPU of the parent [ms]", "efficiency", "load before"])
-        for jobs in options.jobs:
-            empty, parent = (1e3 * x / plan.count for x in run(plan, partial(nothing), jobs, options.dask))
-            wall, _ = run(plan, partial(busy, seconds=lengths), jobs, options.dask)
-            efficiency = seconds.sum() / (jobs * wall)
-            kind = "dask" if options.dask else "joblib" if jobs > 1 else "this process"
-            writer.writerow([kind, jobs, f"{empty:.3f}", f"{parent:.3f}", f"{efficiency:.4f}", f"{load:.2f}"])
-            words = f"{empty:.2f} ms per case ({parent:.2f} ms CPU of the parent)"
-            print(f"{jobs} x {kind}: {words}, efficiency {100.0 * efficiency:.1f} %", flush=True)
+        names = ["workers", "jobs", "overhead [ms]", "CPU of the parent [ms]", "cases", "wall [s]", "in cases [s]"]
+        writer.writerow([*names, "CPU of the cases [s]", "occupancy", "load before"])
+        writer.writerows((*row[:2], *(f"{x:.4g}" for x in row[2:]), f"{load:.2f}") for row in rows)
 
 
 if __name__ == "__main__":

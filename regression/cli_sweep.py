@@ -144,15 +144,16 @@ def _adaptive(plan: Plan, run: Path, shard: tuple[int, int], conduct: dict[str, 
 
 @sweep_app.command("status")
 def sweep_status(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the results.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
     failed: Annotated[bool, typer.Option("--failed", help="List the failed cases too.")] = False,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """How far a run is; also while it is being computed."""
     from regression.dataset import run_status
+    from regression.datasets import results_path
     from regression.report import failed_table, status_table
 
-    status = run_status(run)
+    status = run_status(results_path(run))
     if json_output:
         from dataclasses import asdict
 
@@ -168,15 +169,16 @@ def sweep_status(
 
 @sweep_app.command("merge")
 def sweep_merge(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the results.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
     target: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="One file: .h5, or .csv as a table.")],
     compress: Annotated[bool, typer.Option("--compress", help="Compressed .h5, to keep and to pass on.")] = False,
 ) -> None:
     """Put all shards of a run into one file, sorted by case key."""
     from regression.dataset import export_table, load_dataset
-    from regression.datasets import merge_compressed
+    from regression.datasets import merge_compressed, results_path
     from regression.store import merge
 
+    run = results_path(run)
     if target.suffix == ".csv":
         dataset = load_dataset(run)
         export_table(dataset, target)

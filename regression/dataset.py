@@ -142,6 +142,8 @@ class RunStatus:
         Cases without a result, by reason.
     shards : tuple of ShardStatus
         One per file.
+    longest : float
+        Processor time of the longest case [s].
     """
 
     plan_name: str
@@ -150,6 +152,7 @@ class RunStatus:
     adaptive: int
     failed: tuple[FailedCase, ...]
     shards: tuple[ShardStatus, ...]
+    longest: float = 0.0
 
     @property
     def complete(self) -> bool:
@@ -181,7 +184,8 @@ def run_status(run: Path) -> RunStatus:
     every = one_row_per_case(frames)
     adaptive = int((every["origin"] == "adaptive").sum())
     lost = tuple(_failed_cases(every[every["status"] == "failed"]))
-    return RunStatus(plan_name, planned, len(every) - adaptive, adaptive, lost, tuple(shards))
+    longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
+    return RunStatus(plan_name, planned, len(every) - adaptive, adaptive, lost, tuple(shards), longest)
 
 
 _WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")

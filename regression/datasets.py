@@ -37,11 +37,16 @@ def named_dataset(run: str | Path) -> Dataset:
     InputError
         Neither exists (the message lists the names there are), or the results cannot be read.
     """
+    return load_dataset(results_path(run))
+
+
+def results_path(run: str | Path) -> Path:
+    """Folder or file of a run's results, or the file of the shipped dataset of that name; errors as `named_dataset`."""
     path = Path(run)
     if path.exists():
-        return load_dataset(path)
+        return path
     if str(run) in dataset_names():
-        return load_dataset(named_file("run", FOLDER, run, SUFFIX))
+        return named_file("run", FOLDER, run, SUFFIX)
     allowed = " or ".join(("a folder or file of results", *([", ".join(dataset_names())] if dataset_names() else [])))
     raise InputError("run", str(run), allowed, "Run `mixed-ehl sweep PLAN.toml -o RUN` first.")
 

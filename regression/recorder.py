@@ -51,6 +51,7 @@ class Recorder:
     recorded: set[str] = field(default_factory=set)
     safer: int = 0
     seconds_cases: float = 0.0
+    seconds_cpu: float = 0.0
     _buffer: list[Mapping[str, Any]] = field(default_factory=list)
     _start: float = field(default_factory=time.perf_counter)
     _flushed: float = field(default_factory=time.perf_counter)
@@ -70,6 +71,7 @@ class Recorder:
         if row["status"] != "failed" and row.get("setting"):
             self.safer += 1
         self.seconds_cases += float(row.get("seconds", 0.0))
+        self.seconds_cpu += float(row.get("seconds_cpu", 0.0))
         self._cost_done += self.costs.get(row["key"], 0.0)
         if len(self._buffer) >= self.flush_every or time.perf_counter() - self._flushed > self.flush_seconds:
             self.flush()

@@ -34,12 +34,22 @@ _SHORT = {
 }
 
 
+def _compact(title: str, *names: str, space: int = 1) -> Table:
+    """A table of numbers for 80 columns: the first column says where, the others stand close to each other."""
+    table = Table(title=title, box=SIMPLE, padding=(0, 0, 0, space), pad_edge=False, title_justify="left")
+    for name in names:
+        table.add_column(name, justify="left" if name == names[0] else "right", no_wrap=name == names[0])
+    return table
+
+
 def _reasons(reasons: dict[str, int]) -> str:
     return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
 
 
 def sweep_report(report: SweepReport) -> None:
     """One paragraph on what a sweep did."""
+    from regression.progress import duration
+
     console = Console()
     console.print(
         f"{report.path}: {report.total} cases, {report.resumed} found on disk, {report.converged} converged, "
@@ -48,6 +58,13 @@ def sweep_report(report: SweepReport) -> None:
         soft_wrap=True,
         highlight=False,
     )
+    if report.occupancy is not None:
+        console.print(
+            f"CPU time of the cases {duration(report.seconds_cpu)}; cases took {100.0 * report.occupancy:.1f} % of the "
+            f"time of {report.workers} {'worker' if report.workers == 1 else 'workers'}",
+            highlight=False,
+            soft_wrap=True,
+        )
     if report.saved is not None:
         console.print(
             f"{report.path.name} was cut short or broken: {report.saved} cases were saved out of it, the rest computed "
@@ -113,10 +130,8 @@ def failed_table(status: RunStatus) -> None:
     if not status.failed:
         Console().print("no failed cases")
         return
-    table = Table(title=f"{len(status.failed)} failed cases")
-    names = ("reason", "tries", "p_h [GPa]", "R [mm]", "u_r [m/s]", "SR", "T [degC]", "Rq [um]", "s", "key")
-    for name in names:
-        table.add_column(name, justify="left" if name in ("reason", "key") else "right")
+    names = ("reason", "key", "tries", "p_h [GPa]", "R [mm]", "u_r [m/s]", "SR", "T [degC]", "Rq [um]", "s")
+    table = _compact(f"{len(status.failed)} failed cases", *names)
     for case in status.failed:
         c = case.conditions
         figures = (
@@ -128,29 +143,25 @@ def failed_table(status: RunStatus) -> None:
             c["roughness_rms"] * 1e6,
             case.seconds,
         )
-        table.add_row(case.reason, str(case.attempts), *(f"{x:.3g}" for x in figures), case.key[:12])
+        table.add_row(case.reason, case.key[:12], str(case.attempts), *(f"{x:.3g}" for x in figures))
     Console().print(table)
 
 
 def status_table(status: RunStatus) -> None:
     """How far each shard of a run is."""
+    from regression.progress import duration
+
     added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
-    table = Table(title=f"{status.plan_name}: {status.finished} of {status.planned} cases{added}")
-    for name in ("file", "finished", "converged", "unsettled", "failed", "CPU time"):
-        table.add_column(name, justify="left" if name == "file" else "right")
+    title = f"{status.plan_name}: {status.finished} of {status.planned} cases{added}"
+    table = _compact(title, "file", "finished", "converged", "unsettled", "failed", "CPU time")
     for shard in status.shards:
         failed = _reasons(shard.failed) or "0"
         counts = (str(n) for n in (shard.finished, shard.converged, shard.unsettled))
         table.add_row(shard.path.name, *counts, failed, f"{shard.seconds:.1f} s")
-    Console().print(table)
-
-
-def _compact(title: str, *names: str, space: int = 1) -> Table:
-    """A table of numbers for 80 columns: the first column says where, the others stand close to each other."""
-    table = Table(title=title, box=SIMPLE, padding=(0, 0, 0, space), pad_edge=False, title_justify="left")
-    for name in names:
-        table.add_column(name, justify="left" if name == names[0] else "right", no_wrap=name == names[0])
-    return table
+    console = Console()
+    console.print(table)
+    seconds = sum(shard.seconds for shard in status.shards)
+    console.print(f"CPU time of all cases {duration(seconds)}, the longest {duration(status.longest)}", highlight=False)
 
 
 def _per_cent(share: float | None) -> str:

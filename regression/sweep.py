@@ -59,8 +59,10 @@ class SweepReport:
         Rows taken over from a file that was cut short; None where it was sound.
     safer : int
         Cases that have a result only with a safer setting than planned.
-    seconds, seconds_cases : float
-        Wall time, and that of all cases computed here together.
+    seconds, seconds_cases, seconds_cpu : float
+        Wall time; that of all cases computed here together, and their processor time.
+    workers : int or None
+        Worker processes of this machine; None where others computed.
     """
 
     path: Path
@@ -77,6 +79,15 @@ class SweepReport:
     safer: int
     seconds: float
     seconds_cases: float
+    seconds_cpu: float
+    workers: int | None
+
+    @property
+    def occupancy(self) -> float | None:
+        """Share of the workers' time inside cases; None where it is not known."""
+        if self.workers is None or not self.seconds_cases:
+            return None
+        return self.seconds_cases / (self.workers * self.seconds)
 
 
 @dataclass(frozen=True)
@@ -239,6 +250,8 @@ def compute_cases(
         recorder.safer,
         time.perf_counter() - clock,
         recorder.seconds_cases,
+        recorder.seconds_cpu,
+        how.jobs if how.executor is None else None,
     )
 
 

@@ -62,7 +62,10 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path) -> 
     status = json.loads(mixed_ehl("sweep", "status", run, "--json").out)
     assert (status["planned"], status["finished"], status["complete"]) == (32, 32, True)
     assert len(status["shards"]) == 2
-    assert "32 of 32 cases" in mixed_ehl("sweep", "status", run).out
+    assert "CPU time of the cases" in swept.out
+    shown = mixed_ehl("sweep", "status", run).out
+    assert "32 of 32 cases" in shown
+    assert "CPU time of all cases" in shown
 
     merged = mixed_ehl("sweep", "merge", run, "-o", tmp_path / "all.h5")
     assert merged.out.strip().endswith("all.h5: 32 cases")
@@ -242,6 +245,7 @@ def test_failed_cases_are_listed(mixed_ehl: Call, plan: Path, tmp_path: Path) ->
     mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
     listed = mixed_ehl("sweep", "status", tmp_path / "run", "--failed")
     assert "failed cases" in listed.out
+    assert "…" not in listed.out
     content = json.loads(mixed_ehl("sweep", "status", tmp_path / "run", "--json").out)
     failed = content["failed"]
     assert len(failed) == sum(content["shards"][0]["failed"].values()) > 0

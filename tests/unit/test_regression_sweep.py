@@ -71,6 +71,18 @@ def test_results_resume_and_progress(plan: Plan, tmp_path: Path) -> None:
     assert status.shards[0].converged == 16
 
 
+def test_a_sweep_says_how_busy_its_workers_were(plan: Plan, tmp_path: Path) -> None:
+    report = sweep(plan, tmp_path, evaluate=XU)
+    frame = load_dataset(tmp_path).frame
+    assert report.workers == 1
+    assert report.seconds_cpu == pytest.approx(frame["seconds_cpu"].sum())
+    assert report.occupancy == pytest.approx(frame["seconds"].sum() / report.seconds)
+    assert 0.0 < report.occupancy < 1.0
+    # nothing was computed: there is nothing to say
+    assert sweep(plan, tmp_path, evaluate=XU).occupancy is None
+    assert run_status(tmp_path).longest == frame["seconds_cpu"].max()
+
+
 def test_rows_hold_inputs_results_and_provenance(plan: Plan, tmp_path: Path) -> None:
     sweep(plan, tmp_path, evaluate=XU)
     dataset = load_dataset(tmp_path)
