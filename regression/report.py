@@ -141,9 +141,9 @@ def failed_table(status: RunStatus) -> None:
             c["slide_to_roll"],
             c["temperature_oil"] - 273.15,
             c["roughness_rms"] * 1e6,
-            case.seconds,
         )
-        table.add_row(case.reason, case.key[:12], str(case.attempts), *(f"{x:.3g}" for x in figures))
+        shown = (*(f"{x:.3g}" for x in figures), f"{case.seconds:.1f}")
+        table.add_row(case.reason, case.key[:12], str(case.attempts), *shown)
     Console().print(table)
 
 
