@@ -1,8 +1,7 @@
 """Which contacts of a mesh are solved, and what they say of all its points, with the error of it.
 
 Friction over a mesh is a smooth function of few local conditions. Contacts are solved where these are spread widest; a
-thin-plate spline through them gives all points, and what the spline misses shows where each contact is predicted by
-the others.
+thin-plate spline by them gives all points, and what it misses shows where each contact is predicted by the others.
 """
 
 from __future__ import annotations
@@ -23,6 +22,8 @@ LIGHT_SHARE = 1e-3
 _LINEAR_SLIDING = 0.05
 # contacts beyond the terms of the plane that a prediction takes
 _SPARE = 8
+# how far a spline may pass by contacts that scatter: from through all of them to nearly a plane
+_SMOOTHING = (0.0, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)
 
 
 def coordinates(state: ContactState) -> FloatArray:
@@ -115,8 +116,8 @@ class Prediction:
     missed: FloatArray
 
 
-def predict(place: FloatArray, contacts: FloatArray, found: FloatArray) -> Prediction | None:
-    """Thin-plate spline through the contacts; None where they are too few.
+def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: FloatArray) -> Prediction | None:
+    """Thin-plate spline by the contacts, as smooth as predicts them best from each other; None where they are too few.
 
     Parameters
     ----------
@@ -125,25 +126,36 @@ def predict(place: FloatArray, contacts: FloatArray, found: FloatArray) -> Predi
     contacts : (m, d) array
         Coordinates of the contacts.
     found : (k, m) array
-        Their values.
+        Their values; the first decides on the smoothness.
+    weight : (m,) array
+        What an error of each contact counts.
 
     Notes
     -----
-    With the matrix A of kernel and plane, the coefficients of the kernel are c = A^-1 f, and the contact i left out is
-    missed by c_i/(A^-1)_ii (Rippa 1999, Adv. Comput. Math. 11, from memory, without the plane; with it the same block
-    elimination holds).
+    With the matrix A of kernel and plane, smoothing on its diagonal, the coefficients of the kernel are c = A^-1 f, and
+    the contact i left out is missed by c_i/(A^-1)_ii (Rippa 1999, Adv. Comput. Math. 11, from memory, without smoothing
+    and plane; with them the same block elimination holds).
     """
     count, dimensions = contacts.shape
     if count < dimensions + 1 + _SPARE:
         return None
     matrix = np.zeros((count + dimensions + 1,) * 2)
     plane = np.column_stack([np.ones(count), contacts])
-    matrix[:count, :count] = _thin_plate(contacts, contacts)
+    kernel = _thin_plate(contacts, contacts)
     matrix[:count, count:], matrix[count:, :count] = plane, plane.T
-    # contacts on a plane of less dimensions leave terms of it open: the least ones are taken
-    inverse = np.linalg.pinv(matrix, rcond=1e-13, hermitian=True)[:, :count]
+    best, least = None, np.inf
+    for smoothing in _SMOOTHING:
+        matrix[:count, :count] = kernel + smoothing * np.eye(count)
+        # contacts on a plane of less dimensions leave terms of it open: the least ones are taken
+        inverse = np.linalg.pinv(matrix, rcond=1e-13, hermitian=True)[:, :count]
+        missed = (inverse[:count] @ found[0]) / np.diag(inverse[:count])
+        error = float(np.average(missed**2, weights=weight if weight.any() else None))
+        if error < least:
+            best, least = (inverse, missed), error
+    if best is None:
+        return None
+    inverse, missed = best
     weights = np.column_stack([_thin_plate(place, contacts), np.ones(len(place)), place]) @ inverse
-    missed = (inverse[:count] @ found[0]) / np.diag(inverse[:count])
     values = np.clip(found @ weights.T, np.minimum(found.min(axis=1), 0.0)[:, None], found.max(axis=1)[:, None])
     return Prediction(values, weights, missed)
 

@@ -81,6 +81,9 @@ class EhlFriction:
         Physics and accuracy of each contact.
     boundary_friction : float
         mu_b of asperity contacts [-].
+    seed : int
+        Of the roughness of the first contact; the next ones count on. Each contact meets its own stretch of the flanks,
+        so that what one profile does by chance averages out over a mesh.
     """
 
     name: str
@@ -90,6 +93,7 @@ class EhlFriction:
     bodies: tuple[Material, Material] = field(default_factory=lambda: (load_material("steel"),) * 2)
     model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
     boundary_friction: float = 0.10
+    seed: int = 1
 
     @property
     def solves_contacts(self) -> bool:
@@ -118,13 +122,14 @@ class EhlFriction:
         else:
             able = worth_solving(state, power)
             chosen = able[spread(place[able], power[able], self.points)]
-        return _friction(place, power, chosen, self._solve(state, oil, chosen[chain(place[chosen])], chosen))
+        return _friction(place, power, chosen, self._solve(state, oil, chosen, chain(place[chosen])))
 
-    def _solve(self, state: ContactState, oil: Oil, path: IntArray, chosen: IntArray) -> Solved:
-        """The chosen points, along a path on which neighbours start each other."""
+    def _solve(self, state: ContactState, oil: Oil, chosen: IntArray, path: IntArray) -> Solved:
+        """The chosen points; the path is the order in which neighbours start each other."""
         jobs = max(1, min(self.jobs or _cores(), path.size // FEWEST_PER_JOB))
         parts = 1 if jobs == 1 else min(PARTS_PER_JOB * jobs, path.size // FEWEST_PER_JOB)
-        tasks = [[self._contact(state, oil, int(at)) for at in part] for part in np.array_split(path, parts)]
+        scenes = [self._contact(state, oil, int(at), self.seed + k) for k, at in enumerate(chosen)]
+        tasks = [[scenes[k] for k in part] for part in np.array_split(path, parts)]
         if jobs == 1:
             found = [_solve_chain(tasks[0], self.model, self.bodies)]
         else:
@@ -132,13 +137,12 @@ class EhlFriction:
 
             with parallel_config(backend="loky", inner_max_num_threads=1):
                 found = Parallel(n_jobs=jobs)(delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
-        place = {int(at): k for k, at in enumerate(path)}
-        order = [place[int(at)] for at in chosen]
+        order = np.argsort(path)
         values, scatter, bias = (np.concatenate([part[k] for part in found], axis=-1)[..., order] for k in range(3))
         reasons = [reason for part in found for reason in part[3]]
         return Solved(values, scatter, bias, tuple(reasons[k] for k in order))
 
-    def _contact(self, state: ContactState, oil: Oil, at: int) -> Scene:
+    def _contact(self, state: ContactState, oil: Oil, at: int, seed: int) -> Scene:
         rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))
         surface = SurfaceInput(
             roughness_rms_1=rms[0],
@@ -146,6 +150,7 @@ class EhlFriction:
             correlation_length=float(state.correlation_length[at]),
             peklenik_number=float(state.peklenik_number[at]),
             boundary_friction=self.boundary_friction,
+            seed=seed,
         )
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
         return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
@@ -190,9 +195,10 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
     values, half, chance = np.full((len(_KEPT), size), np.nan), np.full(size, np.nan), 0.0
     prediction = None
     if known.any() and not (every and known.all()):
-        prediction = predict(place, place[chosen[known]], solved.values[:, known])
+        weight = share[chosen[known]]
+        prediction = predict(place, place[chosen[known]], solved.values[:, known], weight)
     if prediction is not None:
-        square, weight = prediction.missed**2, share[chosen[known]]
+        square = prediction.missed**2
         reach = _WIDTH * math.sqrt(float(np.average(square, weights=weight if weight.any() else None)))
         worst = max(reach, math.sqrt(square.max())) * remoteness(place, place[chosen[known]])
         values, half = prediction.values, np.where(doubtful, worst, reach)

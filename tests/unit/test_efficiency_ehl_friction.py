@@ -119,6 +119,20 @@ def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> Non
     assert np.all(np.isinf(ehl_friction("ehl:smooth").evaluate(states(5), OIL).film_ratio))
 
 
+def test_each_contact_has_its_own_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
+    seeds: list[int] = []
+
+    def solver(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        seeds.append(surface.seed)
+        return Solver()(contact, lubricant, surface, *rest)
+
+    monkeypatch.setattr(module, "solve_contact", solver)
+    EhlFriction("ehl", points=40, jobs=1, seed=7).evaluate(states(200), OIL)
+    assert sorted(seeds) == list(range(7, 47))
+    # solved along a path, not in the order of their numbers
+    assert seeds != sorted(seeds)
+
+
 def test_bulk_temperatures_reach_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
 
