@@ -131,7 +131,7 @@ def failed_table(status: RunStatus) -> None:
         Console().print("no failed cases")
         return
     names = ("reason", "key", "tries", "p_h [GPa]", "R [mm]", "u_r [m/s]", "SR", "T [degC]", "Rq [um]", "s")
-    table = _compact(f"{len(status.failed)} failed cases", *names)
+    table = _compact(f"{len(status.failed)} failed cases", *names, space=0)
     for case in status.failed:
         c = case.conditions
         figures = (
