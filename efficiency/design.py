@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import tan
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -134,11 +135,19 @@ class MemberInput(InputModel):
         given = self.concave if side == "concave" else self.convex
         if isinstance(given, ConjugateFlankInput):
             raise InputError(f"{side}.ease_off", "a flank of one member alone", "a flank of a pair")
+        if isinstance(given, CutFlankInput):
+            return _cut_flank(given, side, self.blank.hand, self.blank.blank())
         return given.flank(side, self.blank.hand, self.blank.blank())
 
     def elastic_material(self) -> Material:
         """Material of the member."""
         return load_material(self.material)
+
+
+@lru_cache(maxsize=16)
+def _cut_flank(given: CutFlankInput, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
+    """The same flank serves both flank pairs and the teeth: it keeps where its points begin."""
+    return given.flank(side, hand, blank)
 
 
 class Misalignment(InputModel):

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from efficiency.contact.contact_lines import EDGE_REACH, MeshPosition, mesh_cycle
+from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.pair import GearPair, Side, gear_pair
 from efficiency.cutting.flank import Flank
 from efficiency.design import BlankInput, Design, MemberInput
@@ -86,8 +86,12 @@ def gear_mesh(
         edge_rounding_gear=_edge_rounding(design.gear, design),
     )
 
+    @lru_cache(maxsize=1)
+    def lines(count: int) -> CycleLines:
+        return cycle_lines(pair.surface, count)
+
     def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
-        return mesh_cycle(pair, count, points, reach, edges=True)
+        return mesh_cycle(pair, count, points, reach, edges=True, lines=lines(count))
 
     placement = design.placement()
     axes = (

@@ -15,7 +15,7 @@ from ehl.expectation import expectation, find_place
 class InputModel(BaseModel):
     """Base of all input models: frozen, and an unknown key is an error."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
 
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import cross, dot, turn
-from efficiency.contact.edge_lines import edge_pieces, edge_points, nearest_edge
+from efficiency.contact.edge_lines import EdgePiece, edge_pieces, edge_points, nearest_edge
 from efficiency.contact.line_frame import POSITION, line_frame
-from efficiency.contact.line_trace import Lines, line_points, line_spans, within_reach
+from efficiency.contact.line_trace import Lines, Spans, line_points, line_spans, within_reach
 from efficiency.contact.mesh_surface import EDGES, NORMAL, MeshSurface
 from efficiency.contact.pair import GearPair
 from ehl.errors import ConvergenceError, InputError
@@ -141,8 +141,65 @@ class MeshPosition:
         return tuple(np.split(np.arange(self.pair.size), ends))
 
 
+@dataclass(frozen=True)
+class CycleLines:
+    """Lines of contact of all tooth pairs at the positions of a pinion pitch, before they are divided into points.
+
+    Attributes
+    ----------
+    surface : MeshSurface
+        Map of the mesh.
+    angles : (positions,) array
+        Pinion angles [rad].
+    roll : (k,) array
+        Roll angles of all tooth pairs at all positions [rad].
+    tooth, owner : (k,) int arrays
+        Tooth pair and position they belong to.
+    on_path : (m,) int array
+        Those that have a line of contact.
+    spans : Spans
+        Their lines.
+    """
+
+    surface: MeshSurface
+    angles: FloatArray
+    roll: FloatArray
+    tooth: IntArray
+    owner: IntArray
+    on_path: IntArray
+    spans: Spans
+
+    @cached_property
+    def edges(self) -> tuple[EdgePiece, ...]:
+        """Edges that may touch where the lines end."""
+        return edge_pieces(self.surface)
+
+
+def cycle_lines(surface: MeshSurface, positions: int) -> CycleLines:
+    """Follow the lines of contact; several divisions into points can share them."""
+    if not isinstance(positions, int) or positions < 1:
+        raise InputError("positions", positions, "a whole number of at least 1")
+    angles = np.arange(positions) / positions * surface.pitch
+    lowest, highest = surface.roll_range
+    # one pair more to both sides: edges touch before and after the path
+    pairs = np.arange(
+        int(np.floor((lowest - surface.pitch) / surface.pitch)) - 1, int(np.ceil(highest / surface.pitch)) + 2
+    )
+    # a pair further along in mesh has a larger roll angle
+    roll = (angles[:, None] + pairs[None, :] * surface.pitch).ravel()
+    on_path = np.flatnonzero((roll > lowest) & (roll < highest))
+    spans, kept = line_spans(surface, roll[on_path])
+    tooth, owner = np.tile(pairs, positions), np.repeat(np.arange(positions), pairs.size)
+    return CycleLines(surface, angles, roll, tooth, owner, on_path[kept], spans)
+
+
 def mesh_cycle(
-    pair: GearPair, positions: int = 24, points_per_line: int = 31, reach: float | None = None, edges: bool = False
+    pair: GearPair,
+    positions: int = 24,
+    points_per_line: int = 31,
+    reach: float | None = None,
+    edges: bool = False,
+    lines: CycleLines | None = None,
 ) -> tuple[MeshPosition, ...]:
     """Contact lines at equally spaced pinion angles over one pinion pitch, ``2 pi/N1``.
 
@@ -159,43 +216,34 @@ def mesh_cycle(
         are followed from end to end and edges to a sixtieth of the gear's pitch.
     edges : bool
         Whether tip, toe and heel edges may touch where the lines end.
+    lines : CycleLines, optional
+        From `cycle_lines`, where they are known for this number of positions.
 
     Returns
     -------
     tuple of MeshPosition
         One entry per pinion angle.
     """
-    for name, value, least in (("positions", positions, 1), ("points_per_line", points_per_line, 2)):
-        if not isinstance(value, int) or value < least:
-            raise InputError(name, value, f"a whole number of at least {least}")
+    if not isinstance(points_per_line, int) or points_per_line < 2:
+        raise InputError("points_per_line", points_per_line, "a whole number of at least 2")
     surface = pair.surface
-    angles = np.arange(positions) / positions * surface.pitch
-    lowest, highest = surface.roll_range
-    # one pair more to both sides: edges touch before and after the path
-    pairs = np.arange(
-        int(np.floor((lowest - surface.pitch) / surface.pitch)) - 1, int(np.ceil(highest / surface.pitch)) + 2
-    )
-    # a pair further along in mesh has a larger roll angle
-    roll = (angles[:, None] + pairs[None, :] * surface.pitch).ravel()
-    tooth, owner = np.tile(pairs, positions), np.repeat(np.arange(positions), pairs.size)
-    on_path = np.flatnonzero((roll > lowest) & (roll < highest))
-    spans, kept = line_spans(surface, roll[on_path])
-    on_path = on_path[kept]
+    lines = lines or cycle_lines(surface, positions)
+    tooth, owner, on_path, spans = lines.tooth, lines.owner, lines.on_path, lines.spans
     if reach is not None:
         spans, kept = within_reach(surface, spans, owner[on_path], reach)
         on_path = on_path[kept]
-    lines = line_points(surface, spans, points_per_line)
-    fields = conjugate_fields(surface, lines.u, lines.v, lines.length)
+    points = line_points(surface, spans, points_per_line)
+    fields = conjugate_fields(surface, points.u, points.v, points.length)
     fields["closing"] = fields.pop("valley") / fields["lever_gear"]
     of = np.repeat(on_path, points_per_line)
     edge = None
     if edges:
-        of, fields, edge = _with_edges(surface, roll, owner, of, fields, lines, reach)
+        of, fields, edge = _with_edges(lines, of, fields, points, reach)
     result = []
-    for k in range(positions):
+    for k, angle in enumerate(lines.angles):
         here = np.flatnonzero(owner[of] == k)
         if not here.size:
-            raise ConvergenceError("no_contact", f"no tooth pair can touch at pinion angle {angles[k]:.4g} rad")
+            raise ConvergenceError("no_contact", f"no tooth pair can touch at pinion angle {angle:.4g} rad")
         own = {name: values[here] for name, values in fields.items()}
         closing = own.pop("closing")
         first = int(np.count_nonzero(owner[on_path] == k)) * points_per_line
@@ -204,27 +252,26 @@ def mesh_cycle(
         error = -min(foremost, float(closing[first:].min(initial=np.inf)))
         next_to = edge.at(here) if edge is not None else None
         result.append(
-            MeshPosition(float(angles[k]), tooth[of[here]], gap=gap, transmission_error=error, edge=next_to, **own)
+            MeshPosition(float(angle), tooth[of[here]], gap=gap, transmission_error=error, edge=next_to, **own)
         )
     return tuple(result)
 
 
 def _with_edges(
-    surface: MeshSurface,
-    roll: FloatArray,
-    owner: IntArray,
+    lines: CycleLines,
     of: IntArray,
     fields: dict[str, FloatArray],
-    lines: Lines,
+    on_lines: Lines,
     reach: float | None,
 ) -> tuple[IntArray, dict[str, FloatArray], EdgeProximity]:
     """Points of edges behind those of the lines: roll angle each belongs to, all fields, the edges next to the points.
 
     Of each position only those are kept that the reach closes.
     """
+    surface, owner = lines.surface, lines.owner
     pitch = 2.0 * np.pi / surface.assembly.teeth_gear
-    spacing = float(np.median(lines.length))
-    points = edge_points(surface, edge_pieces(surface), roll, spacing, reach or EDGE_REACH * pitch)
+    spacing = float(np.median(on_lines.length))
+    points = edge_points(surface, lines.edges, lines.roll, spacing, reach or EDGE_REACH * pitch)
     if reach is not None:
         least = np.full(int(owner.max()) + 1, np.inf)
         np.minimum.at(least, owner[of], fields["closing"])
@@ -238,7 +285,7 @@ def _with_edges(
     # the section square to the edge
     own["radius_equivalent"] = own["radius_equivalent"] / crossing
     own["closing"] = points.closing
-    index, distance, crossing_lines = nearest_edge(surface, lines.u, lines.v)
+    index, distance, crossing_lines = nearest_edge(surface, on_lines.u, on_lines.v)
     proximity = EdgeProximity(
         np.concatenate([index, points.edge]),
         np.concatenate([distance, -points.distance / np.sqrt(crossing)]),

@@ -15,6 +15,9 @@ from ehl.errors import ConvergenceError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+# ends of lines: error of the distance from the boundary over the depth, or of the place over the step between samples
+_END_ERROR, _END_STEPS = 1e-11, 60
+
 
 @dataclass(frozen=True)
 class Lines:
@@ -45,7 +48,7 @@ def line_spans(surface: MeshSurface, roll: FloatArray) -> tuple[Spans, IntArray]
     margin = np.where(found, surface.margin(u.ravel(), v.ravel()).reshape(u.shape), -1.0)
     inside = margin > 0.0
     kept = np.flatnonzero(inside.any(axis=1))
-    margin, run, roll = margin[kept], run[kept], roll[kept]
+    margin, run, roll, free, found = margin[kept], run[kept], roll[kept], (u if swapped else v)[kept], found[kept]
     # the longest inner part: from its first to its last inner sample around the sample farthest inside
     deepest = np.argmax(margin, axis=1)
     ends = []
@@ -54,9 +57,8 @@ def line_spans(surface: MeshSurface, roll: FloatArray) -> tuple[Spans, IntArray]
         for _ in range(coarse):
             ahead = np.clip(edge + step, 0, coarse - 1)
             edge = np.where(margin[np.arange(kept.size), ahead] > 0.0, ahead, edge)
-        outer = np.clip(edge + step, 0, coarse - 1)
-        rows = np.arange(kept.size)
-        ends.append(_end(surface, roll, run[rows, edge], run[rows, outer], swapped))
+        pair = np.arange(kept.size)[:, None], np.stack([edge, np.clip(edge + step, 0, coarse - 1)], axis=1)
+        ends.append(_end(surface, roll, run[pair], free[pair], margin[pair], found[pair].all(axis=1), swapped))
     start, stop = ends
     if not roll.size:
         raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
@@ -107,13 +109,16 @@ def _steep(surface: MeshSurface) -> bool:
 
 
 def _level(
-    surface: MeshSurface, roll: FloatArray, run: FloatArray, swapped: bool
+    surface: MeshSurface, roll: FloatArray, run: FloatArray, swapped: bool, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Points of the lines at given u (or v where swapped); where a line leaves the map the nearest point of its rim."""
+    """Points of the lines at given u (or v where swapped); where a line leaves the map the nearest point of its rim.
+
+    `start`: the other coordinate nearby, where it is known.
+    """
     low, high = surface.patch.u_range if swapped else surface.patch.v_range
     target = np.broadcast_to(roll[:, None], run.shape).ravel()
     fixed = run.ravel()
-    free = np.full(fixed.shape, 0.5 * (low + high))
+    free = np.full(fixed.shape, 0.5 * (low + high)) if start is None else start.ravel()
     found = np.zeros(fixed.shape, dtype=bool)
     for _ in range(12):
         u, v = (free, fixed) if swapped else (fixed, free)
@@ -129,11 +134,44 @@ def _level(
     return u.reshape(run.shape), v.reshape(run.shape), found.reshape(run.shape)
 
 
-def _end(surface: MeshSurface, roll: FloatArray, inner: FloatArray, outer: FloatArray, swapped: bool) -> FloatArray:
-    """Where the lines cross the boundary between an inner and an outer sample, by bisection."""
-    for _ in range(24):
-        middle = 0.5 * (inner + outer)
-        u, v, found = _level(surface, roll, middle[:, None], swapped)
-        good = found[:, 0] & (surface.margin(u[:, 0], v[:, 0]) > 0.0)
-        inner, outer = np.where(good, middle, inner), np.where(good, outer, middle)
+def _end(
+    surface: MeshSurface,
+    roll: FloatArray,
+    run: FloatArray,
+    free: FloatArray,
+    margin: FloatArray,
+    known: NDArray[np.bool_],
+    swapped: bool,
+) -> FloatArray:
+    """Where the lines cross the boundary: false position, bisection where they leave the map before.
+
+    Parameters
+    ----------
+    surface, roll, swapped
+        The lines.
+    run, free, margin : (n, 2) arrays
+        Coordinate the lines are followed in, the other one, and the distance inside the boundary, at the last inner and
+        the first outer sample; where a line ends with the map both are the same sample.
+    known : (n,) bool array
+        Whether both samples are points of the line.
+    """
+    (inner, outer), (free_in, free_out), (inside, outside) = run.T, free.T, margin.T
+    least, depth = _END_ERROR * np.ptp(run, axis=1), surface.undercut_scale
+    kept = np.zeros(roll.size)
+    for _ in range(_END_STEPS):
+        share = np.where(known, inside / np.where(known, inside - outside, 1.0), 0.5)
+        middle, start = inner + share * (outer - inner), free_in + share * (free_out - free_in)
+        u, v, found = (part[:, 0] for part in _level(surface, roll, middle[:, None], swapped, start[:, None]))
+        here, there = np.where(found, surface.margin(u, v), -1.0), u if swapped else v
+        good, done = here > 0.0, np.abs(here) < _END_ERROR * depth
+        # Illinois: an end that stays twice counts half
+        inside, outside = (
+            np.where(good, here, np.where(kept < 0.0, 0.5, 1.0) * inside),
+            np.where(good, np.where(kept > 0.0, 0.5, 1.0) * outside, here),
+        )
+        inner, free_in = np.where(good | done, middle, inner), np.where(good | done, there, free_in)
+        outer, free_out = np.where(good & ~done, outer, middle), np.where(good & ~done, free_out, there)
+        known, kept = np.where(good, known, found), np.where(good, 1.0, -1.0)
+        if np.all(np.abs(outer - inner) <= least):
+            break
     return inner

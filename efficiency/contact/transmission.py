@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import Akima1DInterpolator
 
 from efficiency.contact.closest import closest
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
+from efficiency.contact.piecewise_cubic import akima_curve
 from efficiency.contact.touch import touch
 from ehl.errors import ConvergenceError
 
@@ -188,8 +188,7 @@ def transmission(surface: MeshSurface) -> Transmission:
 def _envelope(at: FloatArray, single: FloatArray, angle: FloatArray, pitch: float) -> tuple[FloatArray, IntArray]:
     """Curve of the foremost pair at angles of one pitch, and which of the three pairs that is."""
     # local cubics: where an edge takes over, the kink stays where it is
-    curve = Akima1DInterpolator(at, single, method="makima")
-    pairs = np.stack([curve(angle + k * pitch) for k in (-1, 0, 1)])
+    pairs = np.stack([akima_curve(at, single, angle + k * pitch) for k in (-1, 0, 1)])
     pairs = np.where(np.isnan(pairs), -np.inf, pairs)
     best = np.argmax(pairs, axis=0)
     return np.asarray(pairs[best, np.arange(angle.size)]), best

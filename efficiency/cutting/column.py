@@ -101,7 +101,12 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     x, alive = np.array(start), np.ones(u.size, dtype=bool)
     marked, reached = [], []
     for s in lengths[marks]:
-        moved, found = at_length(flank, u, np.stack([s, x[1], x[2]]))
+        ahead = np.zeros_like(x)
+        if len(marked) > 1:
+            # on along the straight line through the last two
+            run = marked[-1][0] - marked[-2][0]
+            ahead = (marked[-1] - marked[-2]) * np.where(run != 0.0, (s - x[0]) / np.where(run != 0.0, run, 1.0), 0.0)
+        moved, found = at_length(flank, u, np.stack([s, x[1] + ahead[1], x[2] + ahead[2]]))
         alive = alive & found
         x = np.where(alive, moved, x)
         marked.append(x)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,18 +115,23 @@ class Flank(ABC):
 
         All points start from `anchor` and are led to their places together.
         """
-        anchor = np.array([self.anchor])
-        start, found = self._to(anchor, self.guess())
-        if not found.all():
-            raise ConvergenceError(
-                "flank", f"the {self.side} flank does not reach the mean point of its blank; check the settings"
-            )
+        anchor, start = np.array([self.anchor]), self._start
         x = np.repeat(start, u.size, axis=1)
         target = np.stack([u, h], axis=1)
         ok = np.ones(u.size, dtype=bool)
         for share in (0.5, 1.0):
             x, ok = self._to(anchor + share * (target - anchor), x)
         return self.points(x), ok
+
+    @cached_property
+    def _start(self) -> FloatArray:
+        """Parameters (3, 1) of the point at `anchor`."""
+        start, found = self._to(np.array([self.anchor]), self.guess())
+        if not found.all():
+            raise ConvergenceError(
+                "flank", f"the {self.side} flank does not reach the mean point of its blank; check the settings"
+            )
+        return start
 
     def refine(self, radius: FloatArray, z: FloatArray, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Cutting parameters of the points at given radius and axial position, from a start nearby."""
@@ -200,36 +206,37 @@ class CutFlank(Flank):
         """State and derivatives as in the base class, in closed form and real arithmetic."""
         s, th, phi = x
         index, pose, sign = self.index_ratio, self.machine.at(phi), self.blade.sign
-        edge, along, bend = (turn(vector, th) for vector in self.blade.edge(s))
+        # vectors of the same kind side by side, (3, k, n): few calls for many points
+        edge, along, bend = np.moveaxis(turn(np.stack(self.blade.edge(s), axis=1), th), 1, 0)
         by_th = spin(edge)
         # machine frame; r with its first and second derivatives by s and th while the cradle stands
         r = pose.place(edge)
-        r_s, r_t, r_ss, r_st, r_tt = np.moveaxis(
-            pose.direct(np.stack([along, by_th, bend, spin(along), spin(by_th)], axis=1)), 1, 0
-        )
-        arm, r_phi = r + pose.shift[0], spin(r)
-        arms = r_s, r_t, r_phi + pose.shift[1]
-        about = [pose.about_work(v) for v in (*arms, arm)]
-        cutting, rolling = r_t + index * about[3], r_phi + pose.shift[1] - pose.work[1] * about[3]
-        cutting_rates = r_st + index * about[0], r_tt + index * about[1], spin(r_t) + index * about[2]
-        rolling_rates = (
-            spin(r_s) - pose.work[1] * about[0],
-            spin(r_t) - pose.work[1] * about[1],
-            spin(r_phi) + pose.shift[2] - pose.work[1] * about[2] - pose.work[2] * about[3],
-        )
+        second = pose.direct(np.stack([along, by_th, bend, spin(along), spin(by_th)], axis=1))
+        r_s, r_t, r_ss, r_st, r_tt = np.moveaxis(second, 1, 0)
+        r_phi, still = spin(r), np.zeros_like(r)
+        arms = np.stack([r_s, r_t, r_phi + pose.shift[1]], axis=1)
+        about_arms, about = pose.about_work(arms), pose.about_work(r + pose.shift[0])
+        cutting, rolling = r_t + index * about, r_phi + pose.shift[1] - pose.work[1] * about
+        cutting_rates = np.stack([r_st, r_tt, spin(r_t)], axis=1) + index * about_arms
+        rolling_rates = np.stack([spin(r_s), spin(r_t), spin(r_phi) + pose.shift[2]], axis=1)
+        rolling_rates = rolling_rates - pose.work[1] * about_arms
+        rolling_rates[:, 2] -= pose.work[2] * about
         raw = -sign * cross(r_s, cutting)
         size = np.sqrt(dot(raw, raw))
         normal = raw / size
-        position, facing = pose.to_work(r, normal, self._indexed(th))
+        indexed = self._indexed(th)
+        position, facing = pose.to_work(r, normal, indexed)
 
+        by_s = np.stack([r_ss, r_st, spin(r_s)], axis=1)
+        change = -sign * (cross(by_s, cutting[:, None]) + cross(r_s[:, None], cutting_rates)) / size
+        change = change - normal[:, None] * dot(normal[:, None], change)
+        moved = pose.to_work_direction(np.concatenate([arms, change], axis=1), indexed)
+        # the work turns as well: with the indexing, and against the generating roll
+        turned = np.stack([still[0], still[0] + index, -pose.work[1] + still[0]])
         jacobian = np.empty((7, 3, x.shape[1]))
-        angle_rates = 0.0, index, -pose.work[1]
-        for k, along_rate in enumerate((r_ss, r_st, spin(r_s))):
-            change = -sign * (cross(along_rate, cutting) + cross(r_s, cutting_rates[k])) / size
-            change = change - normal * dot(normal, change)
-            jacobian[:3, k] = pose.to_work_direction(arms[k], self._indexed(th)) + angle_rates[k] * spin(position)
-            jacobian[3:6, k] = pose.to_work_direction(change, self._indexed(th)) + angle_rates[k] * spin(facing)
-            jacobian[6, k] = dot(change, rolling) + dot(normal, rolling_rates[k])
+        jacobian[:3] = moved[:, :3] + turned * spin(position)[:, None]
+        jacobian[3:6] = moved[:, 3:] + turned * spin(facing)[:, None]
+        jacobian[6] = dot(change, rolling[:, None]) + dot(normal[:, None], rolling_rates)
         condition = dot(normal, rolling)
         if not self.machine.generated:
             jacobian[:, 2], jacobian[6], jacobian[6, 2], condition = 0.0, 0.0, 1.0, phi

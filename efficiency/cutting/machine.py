@@ -171,5 +171,5 @@ class Pose:
         return turn(blank, indexed - self.work[0]), self.to_work_direction(normal, indexed)
 
     def to_work_direction(self, vector: Array, indexed: Array | float) -> Array:
-        """Machine-frame directions (3, n) in the frame of the turned work."""
-        return turn(self.machine.work_axes @ vector, indexed - self.work[0])
+        """Machine-frame directions (3, n) or (3, k, n) in the frame of the turned work."""
+        return turn((self.machine.work_axes @ vector.reshape(3, -1)).reshape(vector.shape), indexed - self.work[0])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 
 from efficiency.load.ritz_solid import RitzSolid
 from efficiency.load.shape_functions import FloatArray
@@ -39,7 +39,7 @@ class RingResponse:
     ahead: tuple[FloatArray, ...]
 
 
-def ring_response(solid: RitzSolid, pitch: float, cells: int, reading: FloatArray, loading: FloatArray) -> RingResponse:
+def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: FloatArray, loads: int) -> RingResponse:
     """Solve the ring.
 
     Parameters
@@ -50,48 +50,69 @@ def ring_response(solid: RitzSolid, pitch: float, cells: int, reading: FloatArra
         Angle from one cell to the next [rad].
     cells : int
         Cells in the ring, at least three.
-    reading : (k, 3 n) array
-        Displacement at the points of interest as functionals of all components of all functions.
-    loading : (m, 3 n) array
-        Forces, each as the displacement it works on.
+    functionals : (k, 3 n) array
+        Displacement at the points of interest, of all components of all functions.
+    loads : int
+        So many of the first of them are the places of unit forces as well, each the displacement its force works on.
 
     Raises
     ------
     ConvergenceError
         The member is not held.
     """
-    count = solid.count
-    side = 3 * solid.left.size
+    count, side = solid.count, 3 * solid.left.size
 
     def components(functions: IntArray) -> IntArray:
         return np.concatenate([functions + i * count for i in range(3)])
 
-    left, right = components(solid.left), components(solid.right)
-    inner = np.setdiff1d(np.arange(3 * count), np.concatenate([left, right]))
+    border = np.concatenate([components(solid.left), components(solid.right)])
+    body = np.union1d(*(solid.functions[part].number for part in ("foot", "slot")))
+    # the tooth onto its root, then the body onto the sides
+    part = _Part(np.arange(3 * count), solid.stiffness, functionals.T, np.zeros((len(functionals),) * 2))
+    for kept in (components(body), border):
+        part = part.condensed(kept)
+    order = np.searchsorted(part.unknowns, border)
+    stiffness, sides = part.stiffness[np.ix_(order, order)], part.functionals[order]
     # displacements on the right side, in the frame of the next cell
-    turn = np.kron(_rotation(pitch), np.eye(solid.left.size))
-    border = np.concatenate([left, right])
     frame = np.eye(2 * side)
-    frame[side:, side:] = turn
-
-    stiffness = solid.stiffness
-    scale = 1.0 / np.sqrt(np.diag(stiffness)[inner])
-    try:
-        factor = cho_factor(stiffness[np.ix_(inner, inner)] * scale[:, None] * scale, lower=True, check_finite=False)
-    except LinAlgError as error:
-        raise ConvergenceError("tooth_not_held", "the stiffness of the tooth is not positive definite") from error
-    coupling = stiffness[np.ix_(inner, border)]
-    right_sides = np.concatenate([coupling, loading[:, inner].T], axis=1)
-    solved = scale[:, None] * cho_solve(factor, scale[:, None] * right_sides, check_finite=False)
-    by_border, by_load = solved[:, : border.size], solved[:, border.size :]
-    condensed = frame.T @ (stiffness[np.ix_(border, border)] - coupling.T @ by_border) @ frame
-    force = frame.T @ (loading[:, border].T - coupling.T @ by_load)
-    seen = (reading[:, border] - reading[:, inner] @ by_border) @ frame
-
+    frame[side:, side:] = np.kron(_rotation(pitch), np.eye(solid.left.size))
+    seen = frame.T @ sides
     near = min(REACH, cells - 1)
-    moved = _around(condensed, force, cells, near + 2)
-    readings = [seen[:, :side] @ moved[j] + seen[:, side:] @ moved[j + 1] for j in range(near + 1)]
-    return RingResponse(reading[:, inner] @ by_load + readings[0], tuple(readings[1:]))
+    moved = _around(frame.T @ stiffness @ frame, seen[:, :loads], cells, near + 2)
+    readings = [seen[:side].T @ moved[j] + seen[side:].T @ moved[j + 1] for j in range(near + 1)]
+    return RingResponse(part.compliance[:, :loads] + readings[0], tuple(readings[1:]))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A body condensed onto some of its unknowns: stiffness, functionals (columns), and what the rest adds to these."""
+
+    unknowns: IntArray
+    stiffness: FloatArray
+    functionals: FloatArray
+    compliance: FloatArray
+
+    def condensed(self, kept: IntArray) -> _Part:
+        """The same body on fewer unknowns (Schur complement)."""
+        stays = np.isin(self.unknowns, kept)
+        inner, outer = np.flatnonzero(~stays), np.flatnonzero(stays)
+        scale = 1.0 / np.sqrt(np.diag(self.stiffness)[inner])
+        matrix = self.stiffness[np.ix_(inner, inner)] * scale[:, None] * scale
+        try:
+            factor = cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError as error:
+            raise ConvergenceError("tooth_not_held", "the stiffness of the tooth is not positive definite") from error
+        coupling = self.stiffness[np.ix_(inner, outer)]
+        # what does not touch the inside stays as it is
+        touched = np.flatnonzero(coupling.any(axis=0))
+        sides = np.concatenate([coupling[:, touched], self.functionals[inner]], axis=1)
+        half = solve_triangular(factor, scale[:, None] * sides, lower=True, overwrite_b=True, check_finite=False)
+        rest = half.T @ half
+        size = touched.size
+        stiffness, functionals = self.stiffness[np.ix_(outer, outer)], self.functionals[outer]
+        stiffness[np.ix_(touched, touched)] -= rest[:size, :size]
+        functionals[touched] -= rest[:size, size:]
+        return _Part(self.unknowns[outer], stiffness, functionals, self.compliance + rest[size:, size:])
 
 
 def _rotation(angle: float) -> FloatArray:

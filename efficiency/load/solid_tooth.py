@@ -159,7 +159,7 @@ def solid_tooth(
     loading = _along_normal(functions, solid.count, (np.full_like(b, side), b, c), into)
     count = b.size
     reading = np.concatenate([loading, _along_normal(functions, solid.count, middle, into)])
-    response = ring_response(solid, cell.pitch, cells or cell.teeth, reading, loading)
+    response = ring_response(solid, cell.pitch, cells or cell.teeth, reading, count)
     on_flank, on_middle = response.own[:count], response.own[count:]
     near = _nearness(flank, half)
     own, discarded = _positive(on_flank - near * (on_flank - on_middle))

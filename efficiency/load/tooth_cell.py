@@ -13,8 +13,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
+from efficiency.contact.piecewise_cubic import cubic_spline
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.load.shape_functions import Pair, lagrange_polynomials, lobatto_nodes
 
@@ -128,11 +128,11 @@ def tooth_cell(grid: ToothGrid, rim_thickness: float) -> ToothCell:
     fractions = start + (1.0 - start) * _OVER
 
     def smooth(values: FloatArray) -> FloatArray:
-        return np.asarray(CubicSpline(u, values, axis=-1)(along))
+        return cubic_spline(u, values, along)
 
     def flank(azimuth: FloatArray, at: FloatArray) -> FloatArray:
         columns = zip(share.T, azimuth.T, strict=True)
-        return np.stack([CubicSpline(x, y)(at) for x, y in columns], axis=-1)
+        return np.stack([cubic_spline(x, y, at) for x, y in columns], axis=-1)
 
     lower, upper = (smooth(flank(azimuth, fractions)) for azimuth in (grid.lower, grid.upper))
     low, depth = smooth(bottom), smooth(tip - bottom)

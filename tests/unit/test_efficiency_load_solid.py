@@ -92,12 +92,11 @@ def test_ring_is_the_assembly_of_its_cells(grid: ToothGrid) -> None:
     """Three cells closed by a turn of three pitches, assembled and solved as one system."""
     solid, pitch, cells = cell_solid(grid, frozenset({"base"})), grid.pitch, 3
     count, rng = solid.count, np.random.default_rng(3)
-    reading, loading = rng.standard_normal((4, 3 * count)), rng.standard_normal((2, 3 * count))
-    reading, loading = (x.reshape(-1, 3, count) for x in (reading, loading))
-    for rows in (reading, loading):
-        rows[..., np.concatenate([solid.left, solid.right])] = 0.0
-    reading, loading = reading.reshape(4, -1), loading.reshape(2, -1)
-    response = ring_response(solid, pitch, cells, reading, loading)
+    reading = rng.standard_normal((6, 3, count))
+    reading[..., np.concatenate([solid.left, solid.right])] = 0.0
+    reading = reading.reshape(6, -1)
+    loading = reading[:2]
+    response = ring_response(solid, pitch, cells, reading, 2)
 
     kept = np.setdiff1d(np.arange(count), solid.right)
     place = {int(number): k for k, number in enumerate(kept)}
