@@ -231,8 +231,8 @@ def _formula_error(result: EfficiencyResult, friction: FrictionModel) -> tuple[f
     """Standard deviations of the efficiency by the friction model's own interval: all points alike, and independent."""
     estimate, points = result.friction, result.points
     if isinstance(estimate, SolvedFriction):
-        sigma = 0.5 * (result.efficiency_upper - result.efficiency_lower) / NormalDist().inv_cdf(0.5 + 0.5 * _LEVEL_EHL)
-        return sigma, sigma, "error of the mean over the solved contacts"
+        known = 0.5 * (result.efficiency_upper - result.efficiency_lower) / NormalDist().inv_cdf(0.5 + 0.5 * _LEVEL_EHL)
+        return known, known, "error of the mean over the solved contacts"
     half = 0.5 * (estimate.upper - estimate.lower)
     if not np.all(np.isfinite(half)):
         return math.nan, math.nan, "the model states no interval: its error is not in the result"
