@@ -1,4 +1,4 @@
-"""Limits the deterministic solver must reproduce: smooth, dry, drained, waviness, heat."""
+"""Limits the deterministic solver must reproduce: smooth, dry, drained, heat."""
 
 from __future__ import annotations
 
@@ -24,17 +24,13 @@ from mixed_scenes import (
 from ehl.contact import LineContact
 from ehl.dry import solve_dry
 from ehl.heat import FilmConductivity
-from ehl.lubricant import Lubricant
-from ehl.roughness import RoughProfile
 from ehl.steady import solve_steady
 from ehl.thermal_steady import solve_steady_thermal
-from ehl.transient import RoughSurfaces, solve_transient
+from ehl.transient import solve_transient
 from ehl.transient._kernels.march import SHARE
 from ehl.transient._kernels.motion import move_surfaces
 from ehl.transient._kernels.records import TRAVEL
-from ehl.transient.accuracy import inlet_sweep
 from ehl.transient.run import Run
-from ehl.transient.scaling import film_estimate
 
 CONSTANT = FilmConductivity(0.0, 0.0)  # the film conductivity of the prototype the runs are compared with
 
@@ -147,65 +143,6 @@ def boundary_limit(out: Path) -> None:
     columns = ("gamma", "lambda", "asperity share", "mu")
     print_table(f"boundary limit, mu_b = {BOUNDARY_FRICTION}, h_boundary 30 nm", columns, rows)
     write_csv(out / "mixed_boundary_limit.csv", columns, rows)
-
-
-def wavy(contact: LineContact, wavelength: float, amplitude: float) -> RoughSurfaces:
-    """One surface with a cosine of the wavelength [b] and amplitude [m]."""
-    length = wavelength * contact.half_width
-    points = 64
-    heights = amplitude * np.cos(2.0 * np.pi * np.arange(4 * points) / points)
-    profile = RoughProfile.of(heights, length / points, cutoff=length, periodic=True)
-    return RoughSurfaces(profile, None)
-
-
-def attenuation(contact: LineContact, oil: Lubricant, wavelength: float, nodes_per_b: float) -> tuple[float, float]:
-    """Amplitude of the film over that of the rigid wave, in the middle of the contact, and the formula's g."""
-    film = film_estimate(contact, oil)
-    amplitude = 0.05 * film
-    scene = Scene(contact, oil, wavy(contact, wavelength, amplitude), 1e-9)
-    run = scene.run(nodes_per_b)
-    per_b = run.problem.units.steps_per_half_width
-    run.advance(round(max(4.0, 2.0 + 2.0 * wavelength) * per_b))
-    middle = int(np.argmin(np.abs(run.problem.x)))
-    steps = round(2.0 * wavelength * per_b)
-    history = np.zeros(steps)
-    for k in range(steps):
-        run.advance(1)
-        history[k] = run.state.film[middle]
-    phase = 2.0 * np.pi * np.arange(steps) / (wavelength * per_b)
-    # least squares: the steps need not divide the wave, and the mean film is 20 times the wave
-    basis = np.column_stack([np.ones(steps), np.cos(phase), np.sin(phase)])
-    _, cosine, sine = np.linalg.lstsq(basis, history)[0]
-    deformed = math.hypot(cosine, sine) * run.problem.units.film
-    load, material = contact.moes_groups(oil)
-    return deformed / amplitude, wavelength * load**0.75 / math.sqrt(material)
-
-
-def waviness(out: Path) -> None:
-    """Attenuation of a small wave in pure rolling, Newtonian, against Venner and Lubrecht's curve."""
-    rows = []
-    oil = eyring_oil(0.04, 18e-9, rheology="newtonian")
-    for speed, p_h in ((5.0, 0.7e9), (5.0, 1.2e9), (1.0, 1.2e9), (0.3, 1.5e9)):
-        contact = line(speed, 0.0, p_h)
-        for wavelength in (0.125, 0.25, 0.5, 1.0, 2.0):
-            mesh = max(60.0, 30.0 / wavelength, 5.0 / inlet_sweep(contact, film_estimate(contact, oil)))
-            value, g = attenuation(contact, oil, wavelength, mesh)
-            curve = 1.0 / (1.0 + 0.125 * g + 0.04 * g * g)
-            load, material = contact.moes_groups(oil)
-            rows.append((load, material, wavelength, g, value, curve, 100 * (value / curve - 1.0)))
-    columns = ("M", "L", "wavelength b", "g", "Ad/Ai", "1/(1 + 0.125 g + 0.04 g^2)", "difference %")
-    print_table("waviness in pure rolling", columns, rows)
-    write_csv(out / "mixed_waviness.csv", columns, rows)
-    figure, axes = plt.subplots(figsize=(5, 3.6))
-    g = np.geomspace(0.1, 60, 200)
-    axes.semilogx(g, 1.0 / (1.0 + 0.125 * g + 0.04 * g**2), "k-", label="1/(1 + 0.125 g + 0.04 g²)")
-    for load in sorted({r[0] for r in rows}):
-        part = [r for r in rows if r[0] == load]
-        axes.semilogx([r[3] for r in part], [r[4] for r in part], "o", label=f"M {load:.0f}, L {part[0][1]:.1f}")
-    axes.set(xlabel="g = (wavelength/b) M^0.75/L^0.5", ylabel="Ad/Ai")
-    axes.legend()
-    figure.tight_layout()
-    figure.savefig(out / "mixed_waviness.png", dpi=130)
 
 
 def slip_curves(out: Path) -> None:

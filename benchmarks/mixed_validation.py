@@ -18,13 +18,14 @@ import mixed_errors
 import mixed_flow
 import mixed_limits
 import mixed_stribeck
+import mixed_waviness
 
 LIMITS = {
     "smooth": mixed_limits.smooth_limit,
     "dry": mixed_limits.dry_limit,
     "flow": mixed_flow.flow_factors,
     "boundary": mixed_limits.boundary_limit,
-    "waviness": mixed_limits.waviness,
+    "waviness": mixed_waviness.waviness,
     "slip": mixed_limits.slip_curves,
 }
 

@@ -238,9 +238,10 @@ def campaign(options: argparse.Namespace) -> None:
     number, shards = (int(part) for part in options.shard.split("/"))
     found = scenes(options.range, options.count, options.seed)
     if options.again:
-        path = options.out / f"again_{options.range}_seed{options.seed}.csv"
+        path = options.out / f"again_{options.range}_seed{options.seed}_{number}of{shards}.csv"
         left = [index for index, reason in _written(options.out, options.range, options.seed) if reason in LEFT]
         picked = [found[i] for i in random.Random(options.seed).sample(left, min(options.again, len(left)))]
+        picked = picked[number - 1 :: shards]
     else:
         path = options.out / f"stress_{options.range}_seed{options.seed}_{number}of{shards}.csv"
         picked = found[number - 1 :: shards]
