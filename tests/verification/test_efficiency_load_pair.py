@@ -85,14 +85,17 @@ def test_cycle_closes(mesh: GearMesh) -> None:
 
 
 def test_error_estimate_covers_a_finer_grid(mesh: GearMesh) -> None:
-    fine = gear_mesh(DESIGN, "drive", 24, 41).mesh
+    """12 x 21 points: stated error at most 0.9 % of the loss, true error at most 0.09 %."""
+    bodies = (mesh.mesh.teeth.pinion, mesh.mesh.teeth.gear), ()
+    default, fine = (gear_mesh(DESIGN, "drive", *grid, bodies=bodies).mesh for grid in ((12, 21), (24, 41)))
     models = [ConstantFriction(0.05), friction_model("xu_kahraman_2007")]
     for torque in (30.0, 300.0):
+        on_default, on_fine = load_mesh(default, torque), load_mesh(fine, torque)
         for model in models:
-            coarse = mesh_efficiency(load_mesh(mesh.mesh, torque), model, OIL, OPERATION)
-            truth = mesh_efficiency(load_mesh(fine, torque), model, OIL, OPERATION)
+            coarse = mesh_efficiency(on_default, model, OIL, OPERATION)
+            truth = mesh_efficiency(on_fine, model, OIL, OPERATION)
             assert abs(coarse.efficiency - truth.efficiency) < coarse.efficiency_error
-            assert coarse.efficiency_error < 0.02 * (1.0 - coarse.efficiency)
+            assert coarse.efficiency_error < 0.01 * (1.0 - coarse.efficiency)
 
 
 def test_closed_form_is_explained_by_its_symmetric_path(mesh: GearMesh, loaded: LoadedMesh) -> None:
@@ -136,12 +139,19 @@ def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedMesh) -> Non
 
 
 def test_loaded_transmission_error(mesh: GearMesh) -> None:
-    """Without load it is the geometry's; load drags the gear back and evens it out."""
-    light, heavy = (load_mesh(mesh.mesh, torque).fine for torque in (0.01, 300.0))
-    unloaded = np.array([p.transmission_error for p in mesh.mesh.fine])
-    assert np.max(np.abs(light.transmission_error - unloaded)) < 0.1 * np.ptp(unloaded)
-    assert np.all(heavy.transmission_error < light.transmission_error)
-    assert np.ptp(heavy.transmission_error) < 0.7 * np.ptp(unloaded)
+    """Without load it is the geometry's; load drags the gear back and evens it out.
+
+    Peak to peak 0.54 of the unloaded one at 300 N m, least (0.33) near 100 N m; with 12 positions both are missed.
+    """
+    bodies = (mesh.mesh.teeth.pinion, mesh.mesh.teeth.gear), ()
+    cycle = gear_mesh(DESIGN, "drive", 24, 21, bodies=bodies).mesh
+    light, middle, heavy = (load_mesh(cycle, torque).fine for torque in (0.01, 100.0, 300.0))
+    unloaded = np.array([p.transmission_error for p in cycle.fine])
+    assert np.max(np.abs(light.transmission_error - unloaded)) < 0.02 * np.ptp(unloaded)
+    assert np.all(heavy.transmission_error < middle.transmission_error)
+    assert np.all(middle.transmission_error < light.transmission_error)
+    assert np.ptp(heavy.transmission_error) == pytest.approx(0.54 * np.ptp(unloaded), rel=0.03)
+    assert np.ptp(middle.transmission_error) == pytest.approx(0.333 * np.ptp(unloaded), rel=0.03)
 
 
 def test_light_load_is_hertz_point_contact() -> None:
