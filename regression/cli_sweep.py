@@ -75,6 +75,9 @@ def sweep_run(
     from regression.sweep import available_jobs, sweep
 
     content = load_plan(plan, changes or ())
+    if formula is not None and formula not in PUBLISHED:
+        raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
+    cap = Quantity("s", gt=0.0).check(time_cap, "--time-cap", bare=False)
     workers = available_jobs() if jobs is None else jobs
     if estimate:
         estimate_report(content, workers)
@@ -82,17 +85,20 @@ def sweep_run(
     if run is None:
         raise InputError("--output", None, "the folder of the results, -o RUN")
     if slurm is not None:
-        from regression.slurm import array_script
+        from regression.slurm import JOBS, array_script
 
-        typer.echo(array_script(plan, str(run), slurm, changes or ()), nl=False)
+        if adaptive or dask is not None or shard != "1/1":
+            raise InputError("--slurm", slurm, "neither --adaptive, --dask nor --shard beside it")
+        options = [part for change in changes or () for part in ("--set", change)]
+        options += ["--with", formula] if formula else []
+        options += ["--time-cap", time_cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
+        typer.echo(array_script(plan, str(run), slurm, options, jobs or JOBS), nl=False)
         return
-    if formula is not None and formula not in PUBLISHED:
-        raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
     conduct: dict[str, Any] = {
         "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
         "version": formula or SOLVER,
         "jobs": workers,
-        "time_cap": Quantity("s", gt=0.0).check(time_cap, "--time-cap", bare=False),
+        "time_cap": cap,
         "retries": retries,
         "retry_failed": retry_failed,
     }

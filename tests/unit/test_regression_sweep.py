@@ -11,6 +11,7 @@ from pathlib import Path
 
 import h5py
 import pytest
+from small_plans import sweep_plan
 
 from ehl.errors import ConvergenceError, InputError
 from ehl.inputs import Case
@@ -27,21 +28,7 @@ XU = partial(published_outputs, name="xu_kahraman_2007")
 
 @pytest.fixture
 def plan() -> Plan:
-    content = {
-        "name": "sweep",
-        "sampling": {"size": 16},
-        "variables": {
-            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-            "radius_equivalent": "10 mm",
-            "speed_entrainment": "5 m/s",
-            "slide_to_roll": {"low": 0.02, "high": 1.0},
-            "temperature_oil": "80 degC",
-            "roughness_rms": "0.4 um",
-        },
-        "lubricant": {"oil": "fva3"},
-        "model": {"roughness": "load_sharing"},
-    }
-    return validate(Plan, content)
+    return validate(Plan, sweep_plan("sweep", roughness="load_sharing"))
 
 
 def some_fail(case: Case) -> Outputs:
@@ -247,8 +234,9 @@ def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
     assert available_jobs() == 7
     monkeypatch.delenv("SLURM_CPUS_PER_TASK")
     assert 1 <= available_jobs() <= (os.cpu_count() or 1)
-    script = array_script("my plan.toml", "runs/a b", 12)
+    script = array_script("my plan.toml", "runs/a b", 12, jobs=3)
     assert "#SBATCH --array=1-12" in script
+    assert "#SBATCH --cpus-per-task=3" in script
     assert "mixed-ehl sweep 'my plan.toml' -o 'runs/a b' --shard \"${SLURM_ARRAY_TASK_ID}/12\"" in script
     with pytest.raises(InputError, match="at least 1"):
         array_script("plan.toml", "run", 0)
