@@ -10,21 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_plans import GEAR_VARIABLES
 
-PLAN = """
-name = "cli"
-[sampling]
-size = 32
-[variables]
-pressure_hertz = { low = "0.4 GPa", high = "1.6 GPa" }
-radius_equivalent = { low = "8 mm", high = "40 mm", scale = "log" }
-speed_entrainment = { low = "1 m/s", high = "15 m/s", scale = "log" }
-slide_to_roll = { low = 0.02, high = 1.2, scale = "log" }
-temperature_oil = { low = "60 degC", high = "120 degC" }
-roughness_rms = { low = "0.2 um", high = "0.6 um", scale = "log" }
-[lubricant]
-oil = "fva3"
-"""
+PLAN = 'name = "cli"\n[sampling]\nsize = 32\n' + GEAR_VARIABLES
 POINT = {
     "--pressure": "1 GPa",
     "--radius": "12 mm",
@@ -266,10 +254,13 @@ def test_adaptive_sweep_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_pat
 
 
 def test_slurm_script_is_shell(mixed_ehl: Call, tmp_path: Path) -> None:
-    change = ("--set", "lubricant.oil=fva3")
+    change = ("--set", "lubricant.oil=fva3", "--with", "arana_2019", "--time-cap", "90 s", "--jobs", "2")
     printed = mixed_ehl("sweep", "demo", "-o", tmp_path / "run", "--slurm", "8", *change)
     assert printed.code == 0
-    assert "mixed-ehl sweep demo --set lubricant.oil=fva3 -o" in printed.out
+    # every option a task needs is in its command
+    wanted = "sweep demo --set lubricant.oil=fva3 --with arana_2019 --time-cap '90 s' --retries 1 -o"
+    assert wanted in printed.out
+    assert "--cpus-per-task=2" in printed.out
     assert not (tmp_path / "run").exists()
     subprocess.run(["bash", "-n"], input=printed.out, text=True, check=True)
 

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from small_plans import sweep_plan
 
 from ehl.errors import InputError
 from ehl.inputs import Case
@@ -35,20 +36,7 @@ def cluster() -> Iterator[Executor]:
 
 @pytest.fixture
 def plan() -> Plan:
-    content = {
-        "name": "dask",
-        "sampling": {"size": 16},
-        "variables": {
-            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-            "radius_equivalent": "10 mm",
-            "speed_entrainment": "5 m/s",
-            "slide_to_roll": {"low": 0.02, "high": 1.0},
-            "temperature_oil": "80 degC",
-            "roughness_rms": "0.4 um",
-        },
-        "lubricant": {"oil": "fva3"},
-    }
-    return validate(Plan, content)
+    return validate(Plan, sweep_plan("dask"))
 
 
 def test_a_cluster_gives_the_data_of_one_process_and_resumes(plan: Plan, tmp_path: Path, cluster: Executor) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from small_plans import GEAR_VARIABLES
 
 import ehl._data
 from ehl._data import data_path
@@ -21,21 +22,7 @@ from regression.plan import load_plan
 from regression.rerun import SHARE, Rerun, rerun
 from regression.sweep import sweep
 
-PLAN = """
-name = "small"
-[sampling]
-size = 64
-corners = 4
-[variables]
-pressure_hertz = { low = "0.4 GPa", high = "1.6 GPa" }
-radius_equivalent = { low = "8 mm", high = "40 mm", scale = "log" }
-speed_entrainment = { low = "1 m/s", high = "15 m/s", scale = "log" }
-slide_to_roll = { low = 0.02, high = 1.2, scale = "log" }
-temperature_oil = { low = "60 degC", high = "120 degC" }
-roughness_rms = { low = "0.2 um", high = "0.6 um", scale = "log" }
-[lubricant]
-oil = "fva3"
-"""
+PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
 Call = Callable[..., Any]
 ARANA = partial(published_outputs, name="arana_2019")
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_plans import sweep_plan
 
 from ehl.errors import ConvergenceError
 from ehl.inputs import Case
@@ -31,21 +32,7 @@ XU = partial(published_outputs, name="xu_kahraman_2007")
 
 
 def make_plan(**model: Any) -> Plan:
-    content = {
-        "name": "executors",
-        "sampling": {"size": 16},
-        "variables": {
-            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-            "radius_equivalent": "10 mm",
-            "speed_entrainment": "5 m/s",
-            "slide_to_roll": {"low": 0.02, "high": 1.0},
-            "temperature_oil": "80 degC",
-            "roughness_rms": "0.4 um",
-        },
-        "lubricant": {"oil": "fva3"},
-        "model": model,
-    }
-    return validate(Plan, content)
+    return validate(Plan, sweep_plan("executors", **model))
 
 
 @dataclass

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from small_plans import gear_plan
 
 from ehl.errors import InputError
 from ehl.validation import validate
@@ -20,19 +21,12 @@ from regression.plan import Plan
 from regression.scores import bands, conformal_width, interval_of, noise_floor, scores
 from regression.sweep import sweep
 
-PLAN = {
-    "name": "fit",
-    "sampling": {"size": 64, "corners": True},
-    "variables": {
-        "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-        "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
-        "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
-        "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
-        "temperature_oil": "80 degC",
-        "roughness_rms": {"low": "0.2 um", "high": "0.6 um"},
-    },
-    "lubricant": {"oil": "fva3"},
-}
+PLAN = gear_plan(
+    "fit",
+    {"size": 64, "corners": True},
+    temperature_oil="80 degC",
+    roughness_rms={"low": "0.2 um", "high": "0.6 um"},
+)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from small_plans import gear_plan
 
 from ehl.errors import InputError
 from ehl.oil import Oil
@@ -30,19 +31,7 @@ from regression.plan import Plan
 from regression.scores import computed_friction
 from regression.sweep import oil_hash, sweep
 
-PLAN: dict[str, Any] = {
-    "name": "checks",
-    "sampling": {"size": 128, "corners": 16},
-    "variables": {
-        "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-        "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
-        "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
-        "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
-        "temperature_oil": {"low": "60 degC", "high": "120 degC"},
-        "roughness_rms": {"low": "0.2 um", "high": "0.6 um", "scale": "log"},
-    },
-    "lubricant": {"oil": "fva3"},
-}
+PLAN = gear_plan("checks", {"size": 128, "corners": 16})
 
 
 LINEAR = {name: FAMILIES[name] for name in ("power_law", "xu")}

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from small_plans import gear_plan
 
 from ehl.validation import validate
 from regression.dataset import Dataset, load_dataset
@@ -26,19 +27,11 @@ from regression.published_registry import PUBLISHED
 from regression.sensitivity import formula_sensitivity
 from regression.sweep import sweep
 
-PLAN = {
-    "name": "report",
-    "sampling": {"size": 64, "corners": True},
-    "variables": {
-        "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-        "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
-        "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
-        "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
-        "temperature_oil": {"low": "60 degC", "high": "120 degC"},
-        "roughness_rms": {"low": "0.1 um", "high": "0.6 um", "scale": "log"},
-    },
-    "lubricant": {"oil": "fva3"},
-}
+PLAN = gear_plan(
+    "report",
+    {"size": 64, "corners": True},
+    roughness_rms={"low": "0.1 um", "high": "0.6 um", "scale": "log"},
+)
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +151,7 @@ def test_page(dataset: Dataset, formulas: list[Formula], tmp_path: Path) -> None
 
 def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:
     """Without roughness there is no Stribeck curve, without a range of pressure no map."""
-    smooth = {**PLAN["variables"], "pressure_hertz": "1 GPa"}  # type: ignore[dict-item]
+    smooth = {**PLAN["variables"], "pressure_hertz": "1 GPa"}
     del smooth["roughness_rms"]
     plan = validate(Plan, {**PLAN, "sampling": {"size": 32}, "variables": smooth})
     sweep(plan, tmp_path / "run", evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_plans import GEAR_VARIABLES
 
 from ehl.errors import InputError
 from regression.dataset import load_dataset, run_status
@@ -23,24 +24,11 @@ from regression.plan import load_plan
 from regression.store import merge
 from regression.sweep import sweep
 
-PLAN = """
-name = "kill"
-[sampling]
-size = {size}
-[variables]
-pressure_hertz = {{ low = "0.4 GPa", high = "1.6 GPa" }}
-radius_equivalent = {{ low = "8 mm", high = "40 mm", scale = "log" }}
-speed_entrainment = {{ low = "1 m/s", high = "15 m/s", scale = "log" }}
-slide_to_roll = {{ low = 0.02, high = 1.2, scale = "log" }}
-temperature_oil = {{ low = "60 degC", high = "120 degC" }}
-roughness_rms = {{ low = "0.2 um", high = "0.6 um", scale = "log" }}
-[lubricant]
-oil = "fva3"
-[model]
-roughness = "load_sharing"
-accuracy = "fast"
-thermal = "off"
-"""
+PLAN = (
+    'name = "kill"\n[sampling]\nsize = SIZE\n'
+    + GEAR_VARIABLES
+    + '[model]\nroughness = "load_sharing"\naccuracy = "fast"\nthermal = "off"\n'
+)
 
 # says after every case how far it is, and waits for a moment so that the kill comes in mid-run
 CHILD = """
@@ -84,7 +72,7 @@ def _kill_after(cases: int, plan: Path, run: Path, name: str, jobs: int) -> None
 
 def _plan(folder: Path, size: int) -> Path:
     path = folder / "plan.toml"
-    path.write_text(PLAN.format(size=size))
+    path.write_text(PLAN.replace("SIZE", str(size)))
     return path
 
 

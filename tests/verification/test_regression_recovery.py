@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from small_plans import gear_plan
 
 from ehl.oil import Oil
 from ehl.state import ContactState
@@ -23,19 +23,7 @@ from regression.published import XU_COEFFICIENTS
 from regression.sampling import sobol_unit, to_range
 from regression.sweep import sweep
 
-PLAN: dict[str, Any] = {
-    "name": "recovery",
-    "sampling": {"size": 128, "seed": 2},
-    "variables": {
-        "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
-        "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
-        "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
-        "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
-        "temperature_oil": {"low": "60 degC", "high": "120 degC"},
-        "roughness_rms": {"low": "0.2 um", "high": "0.6 um"},
-    },
-    "lubricant": {"oil": "fva3"},
-}
+PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
 
 
 @pytest.fixture(scope="module")

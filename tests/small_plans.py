@@ -1,0 +1,53 @@
+"""Plans of a few cases that tests of the sweep and the fit share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+# ranges of a spiral bevel pair in the middle of its duty, in which every published formula has a value
+GEAR_VARIABLES = """[variables]
+pressure_hertz = { low = "0.4 GPa", high = "1.6 GPa" }
+radius_equivalent = { low = "8 mm", high = "40 mm", scale = "log" }
+speed_entrainment = { low = "1 m/s", high = "15 m/s", scale = "log" }
+slide_to_roll = { low = 0.02, high = 1.2, scale = "log" }
+temperature_oil = { low = "60 degC", high = "120 degC" }
+roughness_rms = { low = "0.2 um", high = "0.6 um", scale = "log" }
+[lubricant]
+oil = "fva3"
+"""
+
+
+def gear_plan(name: str, sampling: dict[str, Any], **variables: Any) -> dict[str, Any]:
+    """Content of a plan with the ranges of `GEAR_VARIABLES`, some of them put in place."""
+    return {
+        "name": name,
+        "sampling": sampling,
+        "variables": {
+            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
+            "radius_equivalent": {"low": "8 mm", "high": "40 mm", "scale": "log"},
+            "speed_entrainment": {"low": 1.0, "high": 15.0, "scale": "log"},
+            "slide_to_roll": {"low": 0.02, "high": 1.2, "scale": "log"},
+            "temperature_oil": {"low": "60 degC", "high": "120 degC"},
+            "roughness_rms": {"low": "0.2 um", "high": "0.6 um", "scale": "log"},
+            **variables,
+        },
+        "lubricant": {"oil": "fva3"},
+    }
+
+
+def sweep_plan(name: str, **model: Any) -> dict[str, Any]:
+    """Content of a plan of 16 cases that differ in pressure and sliding, for tests of how they are computed."""
+    return {
+        "name": name,
+        "sampling": {"size": 16},
+        "variables": {
+            "pressure_hertz": {"low": "0.4 GPa", "high": "1.6 GPa"},
+            "radius_equivalent": "10 mm",
+            "speed_entrainment": "5 m/s",
+            "slide_to_roll": {"low": 0.02, "high": 1.0},
+            "temperature_oil": "80 degC",
+            "roughness_rms": "0.4 um",
+        },
+        "lubricant": {"oil": "fva3"},
+        "model": model,
+    }
