@@ -72,7 +72,7 @@ def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
             peak, edge, number, point = float(p.pressure_max[first]), EDGES[near.index[first]], k, int(first)
         radius = teeth.rounding(near)[at]
         ratio = p.position.radius_equivalent[at] / radius
-        flank = np.maximum(p.pressure_hertz[at], 1.0)
+        flank = p.pressure_hertz[at]
         distance = near.distance[at] / (4.0 * p.position.radius_equivalent[at] * flank / teeth.effective_modulus)
         blunt, sharp = (
             float((flank * EdgeSection.of(distance, ratio * factor).pressure_max).max())

@@ -63,7 +63,8 @@ class LocalApproach:
     def sections(self, load: FloatArray) -> tuple[IntArray, EdgeSection]:
         """Points whose contact reaches an edge, and the contact there."""
         half_width = self.half_width(load)
-        at = np.flatnonzero((self.edge_distance < half_width) & (load > 0.0))
+        # a force so small that it has no width in floating point is none
+        at = np.flatnonzero((self.edge_distance < half_width) & (half_width > 0.0))
         ratio = self.flanks.radius_equivalent[at] / self.rounding[at]
         return at, EdgeSection.of(self.edge_distance[at] / half_width[at], ratio)
 

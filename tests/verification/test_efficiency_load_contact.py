@@ -17,7 +17,13 @@ from efficiency.load.compliance import weber_local
 from efficiency.load.edge_load import edge_load
 from efficiency.load.equilibrium import solve_equilibrium
 from efficiency.load.limits import limit_notes
-from efficiency.load.load_distribution import ElasticPosition, LoadDistribution, distribute_load
+from efficiency.load.load_distribution import (
+    ElasticPosition,
+    LoadDistribution,
+    distribute_load,
+    elastic_cycle,
+    loaded_position,
+)
 from efficiency.load.loaded_mesh import load_mesh
 from ehl.errors import InputError
 
@@ -150,13 +156,10 @@ def test_light_load_approaches_the_unloaded_transmission_error(geared: GearMesh)
 
 
 def test_default_grid_has_one_per_cent_of_the_transmission_error(geared: GearMesh) -> None:
+    teeth = geared.mesh.teeth
+    cycles = {points: elastic_cycle(mesh_cycle(geared.pair, 8, points, edges=True), teeth) for points in (31, 81)}
     for torque in (30.0, 300.0):
-        error = {
-            points: distribute_load(
-                mesh_cycle(geared.pair, 8, points, edges=True), geared.mesh.teeth, torque
-            ).transmission_error
-            for points in (31, 81)
-        }
+        error = {points: distribute_load(cycle, teeth, torque).transmission_error for points, cycle in cycles.items()}
         assert np.ptp(error[31]) == pytest.approx(np.ptp(error[81]), rel=0.01)
         np.testing.assert_allclose(error[31], error[81], rtol=0.005)
 
@@ -222,6 +225,22 @@ def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: GearMesh) -
     lines = distribute_load(mesh_cycle(geared.pair, 8, 15), geared.mesh.teeth, 300.0)
     assert lines.pressure_max > 1.02 * load.pressure_max
     np.testing.assert_allclose(load.transmission_error, lines.transmission_error, rtol=0.05)
+
+
+@pytest.mark.parametrize("tiny", [0.0, 5e-324, 1e-312, 1e-200])
+def test_vanishing_force_on_an_edge(geared: GearMesh, load: LoadDistribution, tiny: float) -> None:
+    """An edge that only just touches: no division by its width, no share, no pressure."""
+    for p, elastic in zip(load.positions, geared.mesh.elastic_fine, strict=True):
+        edge = p.position.edge
+        assert edge is not None
+        force = np.where(edge.touching, tiny, 1.0)
+        changed = loaded_position(elastic, force, p.approach, p.transmission_error, p.equilibrium)
+        for values in (changed.pressure_max, changed.half_width):
+            assert np.isfinite(values).all()
+            assert values[edge.touching].max(initial=0.0) < 1e-80 * values.max()
+        edges = edge_load(replace(load, positions=(changed,)), geared.mesh.teeth)
+        assert edges.share_extended < 1e-100
+        assert math.isfinite(edges.pressure_upper)
 
 
 @pytest.mark.parametrize("torque", [0.0, -5.0, math.nan, math.inf])
