@@ -28,7 +28,7 @@ from ehl.transient._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
 from ehl.transient.accuracy import make_plan
 from ehl.transient.batches import batch_means
 from ehl.transient.scaling import film_estimate
-from ehl.transient.solve import Window
+from ehl.transient.window import Window
 
 BATCH = 2.0  # [b]
 

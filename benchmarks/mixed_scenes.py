@@ -21,7 +21,7 @@ from ehl.transient._kernels.newton import LAGGED
 from ehl.transient.accuracy import mesh_length
 from ehl.transient.run import Run
 from ehl.transient.scaling import Settings, build_problem, film_estimate
-from ehl.transient.solve import Window
+from ehl.transient.window import Window
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from mixed_scenes import (
 from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
 from ehl.transient._kernels.march import MACRO_LOAD, SHARE
-from ehl.transient.solve import Window, net_exchange
+from ehl.transient.window import Window, net_exchange
 
 
 def masjedi_khonsari_2012(contact: LineContact, oil: Lubricant, rms: float, hardness: float) -> float:

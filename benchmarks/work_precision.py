@@ -35,7 +35,7 @@ from ehl.transient.accuracy import FRONT_STARTUP, SETTLING
 from ehl.transient.run import Run
 from ehl.transient.scaling import ELASTIC_MODES
 from ehl.transient.soe import LogConvolution, fit_log_kernel, range_of
-from ehl.transient.solve import Window
+from ehl.transient.window import Window
 
 matplotlib.use("Agg")
 

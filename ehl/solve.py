@@ -21,15 +21,21 @@ from ehl.inputs import Case, ModelInput, SurfaceInput
 from ehl.load_sharing import load_sharing
 from ehl.lubricant import Lubricant
 from ehl.material import Material
-from ehl.mixed import TOLERANCE, rolling_heat_of, rough_surfaces, roughness_effect, roughness_matters, solve_mixed
-from ehl.steady import SteadyResult, solve_steady
-from ehl.thermal_steady import ThermalSteadyResult, solve_steady_thermal
+from ehl.mixed import (
+    TOLERANCE,
+    rolling_heat_of,
+    roughness_effect,
+    roughness_heights,
+    roughness_matters,
+    solve_mixed,
+)
+from ehl.smooth_film import smooth_film, without_balance
+from ehl.steady import SteadyResult
+from ehl.thermal_steady import ThermalSteadyResult
 from ehl.transient import TransientResult
 from ehl.verdict import disbelief, hot_friction, notes_of, unresolved
 
 MOST_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
-REGULAR_WAVES = 1.15  # in Rq: at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7
-GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 NO_INLET_HEAT = "heat of the pressure-driven flow left out: the smooth contact has no thermal balance"
 _PROFILES = ("film", "isothermal", "heat", "transient", "dry")
 
@@ -167,12 +173,20 @@ def solve_contact(
         A profile or a number of the surfaces cannot be used.
     """
     clock = time.perf_counter()
-    smooth = _smooth_film(contact, lubricant, model, bodies, bulk, start)
+    smooth = smooth_film(
+        contact,
+        lubricant,
+        model,
+        bodies,
+        bulk,
+        start=start.isothermal if start is not None else None,
+        start_heat=start.heat if start is not None else None,
+    )
     deterministic = model.roughness == "deterministic" and (surface.roughness_rms > 0.0 or surface.measured)
     # a rough run makes its own heat: the isothermal film will do to start it
     lost_heat = smooth.status != "converged" and deterministic and smooth.isothermal.status == "converged"
     if lost_heat:
-        smooth = _without_balance(smooth)
+        smooth = without_balance(smooth)
     if smooth.status != "converged":
         return _failed(smooth.reason, smooth.iterations, time.perf_counter() - clock)
     film, skipped = smooth.film, _without_repeats(smooth.skipped)
@@ -262,14 +276,6 @@ def _shared(smooth: ContactResult, contact: LineContact, surface: SurfaceInput, 
     )
 
 
-def _roughness_heights(surface: SurfaceInput, contact: LineContact) -> tuple[float, float]:
-    """Composite Rq [m], and the Rq of Gaussian surfaces as high and deep as the measured ones where that is more."""
-    if not surface.measured:
-        return surface.roughness_rms, surface.roughness_rms
-    surfaces = rough_surfaces(surface, contact.half_width)
-    return surfaces.rms, max(REGULAR_WAVES * surfaces.rms, surfaces.height / GAUSSIAN_HEIGHT)
-
-
 def _rough(
     smooth: ContactResult,
     contact: LineContact,
@@ -286,7 +292,7 @@ def _rough(
     assert smooth.isothermal is not None
     if not heated:
         assert smooth.film is not None
-        rms, height = _roughness_heights(surface, contact)
+        rms, height = roughness_heights(surface, contact)
         # of the hot film: that is what keeps the surfaces apart, at 20 m/s half as thick as the isothermal one
         hot_ratio = smooth.film.film_central / height if height > 0.0 else math.inf
         if height > 0.0 and not roughness_matters(hot_ratio, model):
@@ -306,7 +312,7 @@ def _rough(
         return _failed(error.reason, smooth.iterations, 0.0)
     if run.status == "failed":
         return replace(_failed(run.reason, smooth.iterations, 0.0), transient=run)
-    rms, _ = _roughness_heights(surface, contact)
+    rms, _ = roughness_heights(surface, contact)
     middle = float(np.interp(0.0, run.profiles.x, run.profiles.film))
     bounds, status, reason = _bounds_error(run, smooth.isothermal.film_central / rms), run.status, run.reason
     tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
@@ -386,81 +392,6 @@ def _dry(
         realisation_error=0.0,
         heat=None,
         dry=nil.contact,
-    )
-
-
-@dataclass(frozen=True)
-class _SmoothFilm:
-    """The smooth contact with or without heat; fields as in `ThermalSteadyResult`."""
-
-    status: str
-    reason: str
-    film: SteadyResult
-    isothermal: SteadyResult
-    heat: ThermalTraction | None
-    friction_fluid: float
-    film_error: float
-    friction_error: float
-    temperature_film_max: float
-    temperature_flash: float
-    iterations: int
-    skipped: tuple[str, ...]
-    notes: tuple[str, ...] = ()
-
-
-def _without_balance(smooth: _SmoothFilm | ThermalSteadyResult) -> _SmoothFilm:
-    """The isothermal film of a contact whose heat balance was not found."""
-    film = smooth.isothermal
-    return _SmoothFilm(
-        film.status,
-        film.reason,
-        film,
-        film,
-        None,
-        film.friction_fluid,
-        film.film_error,
-        film.friction_error,
-        smooth.temperature_film_max,
-        smooth.temperature_flash,
-        smooth.iterations,
-        film.skipped,
-    )
-
-
-def _smooth_film(
-    contact: LineContact,
-    lubricant: Lubricant,
-    model: ModelInput,
-    bodies: tuple[Material, Material],
-    bulk: tuple[float, float],
-    start: ContactResult | None,
-) -> _SmoothFilm | ThermalSteadyResult:
-    warm = start.isothermal if start is not None else None
-    if model.thermal == "off":
-        film = solve_steady(contact, lubricant, accuracy=model.accuracy, start=warm)
-        return _SmoothFilm(
-            film.status,
-            film.reason,
-            film,
-            film,
-            None,
-            film.friction_fluid,
-            film.film_error,
-            film.friction_error,
-            lubricant.temperature,
-            lubricant.temperature,
-            film.iterations,
-            film.skipped,
-        )
-    return solve_steady_thermal(
-        contact,
-        lubricant,
-        bodies,
-        temperature_bulk=bulk,
-        thermal=model.thermal,
-        accuracy=model.accuracy,
-        start=warm,
-        start_heat=start.heat if start is not None else None,
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import ehl.solve
+import ehl.smooth_film
 from ehl.contact import LineContact
 from ehl.inputs import Case
 from ehl.material import load_material
@@ -135,7 +135,7 @@ def test_a_note_says_where_no_balance_gave_the_heat_of_the_flow(monkeypatch: pyt
         found = solve_steady_thermal(*arguments, **options)  # type: ignore[arg-type]
         return replace(found, status="failed", reason="thermal_rounds", heat=None)
 
-    monkeypatch.setattr(ehl.solve, "solve_steady_thermal", lost)
+    monkeypatch.setattr(ehl.smooth_film, "solve_steady_thermal", lost)
     result = solve_case(rough_case(0.5e-6, friction_tolerance=0.5))
     assert result.transient is not None
     assert NO_INLET_HEAT in result.notes

@@ -9,7 +9,7 @@ from plain_twin import PlainTwin, roll
 from ehl.steady import solve_steady
 from ehl.transient import RoughSurfaces
 from ehl.transient._kernels.march import FILM_MEAN
-from ehl.transient.solve import Window
+from ehl.transient.window import Window
 
 RMS = 0.4e-6
 STARTUP = 3.4

@@ -12,7 +12,7 @@ from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
 from ehl.roughness import generate_profile
 from ehl.transient import RoughSurfaces, TransientResult, solve_transient
-from ehl.transient.solve import net_exchange
+from ehl.transient.window import net_exchange
 
 OIL = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
 
