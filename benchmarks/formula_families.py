@@ -1,11 +1,13 @@
-"""Error of each family of friction formulas against the number of contacts it was fitted to.
+"""Error of each family of friction formulas: held out by whole cells, and against the number of contacts fitted to.
 
-    python benchmarks/formula_families.py RUN --sizes 64 128 256 512 1024 --out benchmarks/out
+    python benchmarks/formula_families.py gear_75w90 gear_fva3
+    python benchmarks/formula_families.py RUN --sizes 64 128 256 512 1024
 
-RUN is the result file or folder of a sweep. Its rows come sorted by key, a hash, so that the first n are a random
-sample of the plan; they are fitted and the last `--check` are predicted, which no fit has seen. Prints a table of all
-and of the bands of the film ratio, writes formula_families_<plan>.csv and .png. Beside the errors stands what the
-solver states for the same contacts (median of the 90 % bound), below which no formula can be judged.
+A RUN is a folder or file of results, or a shipped dataset. The first table is that of `mixed-ehl fit`: ten folds of
+whole (p, R) cells, all cases and by bands of the film ratio (`regression.cross_validation`). With `--sizes` the rows,
+which come sorted by key, a hash, and so in random order, are fitted from the first on, and the last `--check` are
+predicted, which no fit has seen. Writes formula_families_<plan>.csv, with `--sizes` also formula_families_<plan>_sizes.csv
+and .png. Beside the errors stands what the solver states for the same contacts (median of its bound).
 """
 
 from __future__ import annotations
@@ -23,7 +25,10 @@ import pandas as pd
 
 from ehl.errors import ConvergenceError, InputError
 from regression.coefficients import fit_coefficients
-from regression.dataset import columns, load_dataset
+from regression.conditions import Array
+from regression.cross_validation import cross_validate
+from regression.dataset import columns
+from regression.datasets import named_dataset
 from regression.families import FAMILIES
 from regression.fit import usable_rows
 
@@ -32,15 +37,11 @@ matplotlib.use("Agg")
 BANDS = (0.0, 0.5, 1.0, 2.0, np.inf)
 
 
-def score(family: str, fitted: pd.DataFrame, check: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows of the table: all cases, then each band of the film ratio."""
-    boundary = float(fitted["boundary_friction"].iloc[0])
-    begin = time.process_time()
-    coefficients = fit_coefficients(FAMILIES[family], fitted, boundary)
-    seconds = time.process_time() - begin
-    log_mu = FAMILIES[family].log_mu(columns(check), coefficients.values, boundary)
-    error = np.abs(np.exp(log_mu) / check["friction_coefficient"].to_numpy() - 1.0)
-    ratio, stated = check["film_ratio"].to_numpy(), check["friction_error"].to_numpy()
+def errors(family: str, fitted: int, frame: pd.DataFrame, mu: Array, seconds: float) -> list[dict[str, Any]]:
+    """Rows of a table: predicted against computed friction for all cases, then each band of the film ratio."""
+    computed = frame["friction_coefficient"].to_numpy()
+    error = np.abs(mu / computed - 1.0)
+    ratio, stated = frame["film_ratio"].to_numpy(), frame["friction_error"].to_numpy()
     rows = []
     for low, high in ((0.0, np.inf), *itertools.pairwise(BANDS)):
         inside = (ratio >= low) & ((ratio < high) | (high == np.inf))
@@ -48,13 +49,14 @@ def score(family: str, fitted: pd.DataFrame, check: pd.DataFrame) -> list[dict[s
             rows.append(
                 {
                     "family": family,
-                    "n": len(fitted),
+                    "n": fitted,
                     "lambda_from": low,
                     "lambda_to": high,
                     "checked": int(inside.sum()),
                     "mape": error[inside].mean(),
                     "p95": np.quantile(error[inside], 0.95),
                     "worst": error[inside].max(),
+                    "bias": np.mean(mu[inside] / computed[inside] - 1.0),
                     "stated": np.nanmedian(stated[inside]),
                     "seconds": seconds,
                 }
@@ -62,32 +64,34 @@ def score(family: str, fitted: pd.DataFrame, check: pd.DataFrame) -> list[dict[s
     return rows
 
 
-def main() -> None:
-    """Run the comparison."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("run", type=Path)
-    parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128, 256, 512, 1024])
-    parser.add_argument("--check", type=int, default=256)
-    parser.add_argument("--families", nargs="+", default=list(FAMILIES), choices=list(FAMILIES))
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
-    options = parser.parse_args()
-    dataset = load_dataset(options.run)
-    frame, _ = usable_rows(dataset, corners=False)
-    check = frame.iloc[-options.check :].reset_index(drop=True)
-    rest = frame.iloc[: -options.check]
-    name = f"formula_families_{dataset.plan_name}"
-    rows = []
-    for family in options.families:
-        for size in sorted({min(size, len(rest)) for size in options.sizes}):
-            try:
-                rows += score(family, rest.iloc[:size].reset_index(drop=True), check)
-            except (InputError, ConvergenceError) as error:
-                print(f"{family}, n = {size}: {error}")
-    table = pd.DataFrame(rows)
-    print(table.to_string(index=False, float_format=lambda x: f"{x:.4g}"))
-    options.out.mkdir(parents=True, exist_ok=True)
-    table.to_csv(options.out / f"{name}.csv", index=False)
+def held_out(family: str, frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Errors with whole cells left out."""
+    begin = time.process_time()
+    mu = cross_validate(FAMILIES[family], frame).mu
+    return errors(family, len(frame), frame, mu, time.process_time() - begin)
 
+
+def first_rows(family: str, frame: pd.DataFrame, size: int, check: pd.DataFrame) -> list[dict[str, Any]]:
+    """Errors at `check` of a fit to the first rows."""
+    fitted = frame.iloc[:size].reset_index(drop=True)
+    boundary = float(fitted["boundary_friction"].iloc[0])
+    begin = time.process_time()
+    coefficients = fit_coefficients(FAMILIES[family], fitted, boundary)
+    seconds = time.process_time() - begin
+    mu = np.exp(FAMILIES[family].log_mu(columns(check), coefficients.values, boundary))
+    return errors(family, size, check, mu, seconds)
+
+
+def tabulate(rows: list[dict[str, Any]], path: Path) -> pd.DataFrame:
+    """Print a table and write it."""
+    table = pd.DataFrame(rows)
+    print(table.to_string(index=False, float_format=lambda x: f"{x:.4g}"), flush=True)
+    table.to_csv(path, index=False)
+    return table
+
+
+def plot_sizes(table: pd.DataFrame, path: Path) -> None:
+    """Error over the number of contacts, all film ratios together."""
     figure, axes = plt.subplots(figsize=(6.0, 4.4), layout="constrained")
     for family, part in table[table["lambda_to"].eq(np.inf) & table["lambda_from"].eq(0.0)].groupby("family"):
         (line,) = axes.loglog(part["n"], 100.0 * part["mape"], "o-", label=f"{family}: mean")
@@ -96,7 +100,36 @@ def main() -> None:
     axes.set_yticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"], minor=False)
     axes.minorticks_off()
     figure.legend(loc="outside upper center", ncols=3, fontsize="small")
-    figure.savefig(options.out / f"{name}.png", dpi=130)
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+
+
+def main() -> None:
+    """Run the comparison."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+")
+    parser.add_argument("--sizes", type=int, nargs="+", default=[])
+    parser.add_argument("--check", type=int, default=256)
+    parser.add_argument("--families", nargs="+", default=list(FAMILIES), choices=list(FAMILIES))
+    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    for run in options.runs:
+        dataset = named_dataset(run)
+        frame, excluded = usable_rows(dataset, corners=False)
+        name = options.out / f"formula_families_{dataset.plan_name}"
+        print(f"{run}: {len(frame)} cases; left out: {excluded}")
+        tabulate([row for family in options.families for row in held_out(family, frame)], name.with_suffix(".csv"))
+        check, rest = frame.iloc[-options.check :].reset_index(drop=True), frame.iloc[: -options.check]
+        rows = []
+        for family, size in itertools.product(options.families, sorted({min(n, len(rest)) for n in options.sizes})):
+            try:
+                rows += first_rows(family, rest, size, check)
+            except (InputError, ConvergenceError) as error:
+                print(f"{family}, n = {size}: {error}")
+        if rows:
+            table = tabulate(rows, name.with_name(name.name + "_sizes.csv"))
+            plot_sizes(table, name.with_name(name.name + "_sizes.png"))
 
 
 if __name__ == "__main__":
