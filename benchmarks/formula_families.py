@@ -6,8 +6,8 @@
 A RUN is a folder or file of results, or a shipped dataset. The first table is that of `mixed-ehl fit`: ten folds of
 whole (p, R) cells, all cases and by bands of the film ratio (`regression.cross_validation`). With `--sizes` the rows,
 which come sorted by key, a hash, and so in random order, are fitted from the first on, and the last `--check` are
-predicted, which no fit has seen. Writes formula_families_<plan>.csv, with `--sizes` also formula_families_<plan>_sizes.csv
-and .png. Beside the errors stands what the solver states for the same contacts (median of its bound).
+predicted, which no fit has seen. Writes formula_families_<plan>.csv, with `--sizes` also the same with _sizes.csv and
+_sizes.png. Beside the errors stands what the solver states for the same contacts (median of its bound).
 """
 
 from __future__ import annotations
