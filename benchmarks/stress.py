@@ -239,23 +239,23 @@ def campaign(options: argparse.Namespace) -> None:
     found = scenes(options.range, options.count, options.seed)
     if options.again:
         path = options.out / f"again_{options.range}_seed{options.seed}_{number}of{shards}.csv"
-        left = [index for index, reason in _written(options.out, options.range, options.seed) if reason in LEFT]
+        first = _written(options.out, "stress", options.range, options.seed)
+        left = [index for index, reason in first if reason in LEFT]
         picked = [found[i] for i in random.Random(options.seed).sample(left, min(options.again, len(left)))]
         picked = picked[number - 1 :: shards]
     else:
         path = options.out / f"stress_{options.range}_seed{options.seed}_{number}of{shards}.csv"
         picked = found[number - 1 :: shards]
-    done: set[int] = set()
-    if path.exists():
-        with path.open(newline="", encoding="utf-8") as stream:
-            done = {int(row["index"]) for row in csv.DictReader(stream)}
+    stem = "again" if options.again else "stress"
+    done = {index for index, _ in _written(options.out, stem, options.range, options.seed)}
+    begun = path.exists()
     worker = Worker(options.accuracy, options.travel, options.nodes_max, options.cap, options.defer)
     for scene in scenes("gear", 4, 0):  # compiles
         worker.solve(scene, cap=600.0)
     until = time.perf_counter() + options.minutes * 60.0
     with path.open("a", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, COLUMNS, restval="")
-        if not done:
+        if not begun:
             writer.writeheader()
         for scene in picked:
             if time.perf_counter() > until:
@@ -266,10 +266,10 @@ def campaign(options: argparse.Namespace) -> None:
     worker.close()
 
 
-def _written(folder: Path, kind: str, seed: int) -> list[tuple[int, str]]:
-    """Index and reason of every contact of the first pass, in the order of the sample."""
+def _written(folder: Path, stem: str, kind: str, seed: int) -> list[tuple[int, str]]:
+    """Index and reason of every contact in the files of a pass, in the order of the sample."""
     rows: list[tuple[int, str]] = []
-    for path in folder.glob(f"stress_{kind}_seed{seed}_*.csv"):
+    for path in folder.glob(f"{stem}_{kind}_seed{seed}_*.csv"):
         with path.open(newline="", encoding="utf-8") as stream:
             rows += [(int(row["index"]), row["reason"]) for row in csv.DictReader(stream)]
     return sorted(rows)
