@@ -26,6 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 
 _ANGLES = 121
+# distances from a side face, in depths, within which a body is a corner: 1/6
+_CORNER = 6.0
 # last step of Newton's method on the angle a: the next one would be its square
 _LAST_STEP = 1e-9
 # keeps the start of it off the ends, where a has no slope by e
@@ -132,9 +134,15 @@ def free_edge_compliance(
 ) -> FloatArray:
     """What a free side face adds to the local compliance of a body, per load per length [m2/N].
 
-    The load has a mirror image behind the face, which takes the shear off it (first step of overlapping half-planes;
-    the normal stress left on the face is not). A line load at the distance 2c moves a point by
-    -2 (1 - nu^2)/(pi E) ln(2c) relative to the depth to which the local approach is counted.
+    Close to the face the body is a quarter-plane loaded at its corner: the stress along its side face is
+    pi/(pi^2/4 - 1) times load over distance (Michell's wedge), that on the axis of a half-plane 2/pi times. The
+    difference is the rate by ln(h/c); where it ends depends on the other boundaries (ours):
+
+        (1 - nu^2)/(pi E) (pi^2 + 4)/(pi^2 - 4) ln(1 + (h/(6 c))^2),
+
+    the 6 from finite elements of the end of a strip of thickness 2h, as which a tooth ends (`benchmarks/free_edge.py`).
+    For c/h from 0.03 to 2 and Poisson's ratios from 0.25 to 0.35 it is within 3.5 % of the whole approach of the body to
+    the depth h. Side face square to the flank.
 
     Parameters
     ----------
@@ -145,5 +153,6 @@ def free_edge_compliance(
     youngs_modulus, poisson_ratio : float
         Of the body [Pa], [-].
     """
-    ratio = np.asarray(depth, float) / (2.0 * np.asarray(distance, float))
-    return np.asarray((1.0 - poisson_ratio**2) / (np.pi * youngs_modulus) * np.log1p(ratio**2))
+    ratio = np.asarray(depth, float) / (_CORNER * np.asarray(distance, float))
+    rate = (np.pi**2 + 4.0) / (np.pi**2 - 4.0)
+    return np.asarray((1.0 - poisson_ratio**2) / (np.pi * youngs_modulus) * rate * np.log1p(ratio**2))

@@ -108,8 +108,14 @@ def test_angle_against_brent() -> None:
     np.testing.assert_allclose(edge_angle(distance, ratio), wanted, atol=2e-12)
 
 
-def test_free_face_doubles_the_logarithm_near_it() -> None:
-    """Close to the face the image adds what the load itself has: (2 (1 - nu^2)/(pi E)) ln(h/(2c))."""
-    near = free_edge_compliance(1e-6, 1e-3, 206e9, 0.3)
-    assert float(near) == pytest.approx(2.0 * 0.91 / (math.pi * 206e9) * math.log(500.0), rel=1e-5)
-    assert float(free_edge_compliance(1.0, 1e-3, 206e9, 0.3)) < 1e-6 * float(near)
+def test_free_face_next_to_it_is_the_side_of_a_wedge() -> None:
+    """Strain along the side of a quarter-plane loaded at its corner, less that on the axis of a half-plane.
+
+    Radial stress of Michell's wedge of the angle 2 a, force at 45 deg to its axis:
+    cos^2(45)/(a + sin(2 a)/2) + sin^2(45)/(a - sin(2 a)/2).
+    """
+    a, step = 0.25 * math.pi, 1e-6
+    wedge = 0.5 / (a + 0.5 * math.sin(2.0 * a)) + 0.5 / (a - 0.5 * math.sin(2.0 * a))
+    near, farther = (float(free_edge_compliance(c, 1e-3, 206e9, 0.3)) for c in (1e-8, 1e-8 * (1.0 + step)))
+    assert (near - farther) / step == pytest.approx(0.91 / 206e9 * (wedge - 2.0 / math.pi), rel=1e-5)
+    assert float(free_edge_compliance(1.0, 1e-3, 206e9, 0.3)) < 1e-6 * near

@@ -85,7 +85,7 @@ def test_cycle_closes(mesh: GearMesh) -> None:
 
 
 def test_error_estimate_covers_a_finer_grid(mesh: GearMesh) -> None:
-    """12 x 21 points: stated error at most 0.9 % of the loss, true error at most 0.09 %."""
+    """12 x 21 points: stated error at most 0.8 % of the loss, true error at most 0.08 %."""
     bodies = (mesh.mesh.teeth.pinion, mesh.mesh.teeth.gear), ()
     default, fine = (gear_mesh(DESIGN, "drive", *grid, bodies=bodies).mesh for grid in ((12, 21), (24, 41)))
     models = [ConstantFriction(0.05), friction_model("xu_kahraman_2007")]
@@ -141,7 +141,7 @@ def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedMesh) -> Non
 def test_loaded_transmission_error(mesh: GearMesh) -> None:
     """Without load it is the geometry's; load drags the gear back and evens it out.
 
-    Peak to peak 0.54 of the unloaded one at 300 N m, least (0.33) near 100 N m; with 12 positions both are missed.
+    Peak to peak 0.554 of the unloaded one at 300 N m, 0.346 at 100 N m (48 x 81 points); 12 positions miss the former.
     """
     bodies = (mesh.mesh.teeth.pinion, mesh.mesh.teeth.gear), ()
     cycle = gear_mesh(DESIGN, "drive", 24, 21, bodies=bodies).mesh
@@ -150,8 +150,8 @@ def test_loaded_transmission_error(mesh: GearMesh) -> None:
     assert np.max(np.abs(light.transmission_error - unloaded)) < 0.02 * np.ptp(unloaded)
     assert np.all(heavy.transmission_error < middle.transmission_error)
     assert np.all(middle.transmission_error < light.transmission_error)
-    assert np.ptp(heavy.transmission_error) == pytest.approx(0.54 * np.ptp(unloaded), rel=0.03)
-    assert np.ptp(middle.transmission_error) == pytest.approx(0.333 * np.ptp(unloaded), rel=0.03)
+    assert np.ptp(heavy.transmission_error) == pytest.approx(0.554 * np.ptp(unloaded), rel=0.03)
+    assert np.ptp(middle.transmission_error) == pytest.approx(0.346 * np.ptp(unloaded), rel=0.03)
 
 
 def test_light_load_is_hertz_point_contact() -> None:
