@@ -35,6 +35,7 @@ from efficiency.loss.regions import friction_along_mesh
 from efficiency.loss.result import EfficiencyResult
 from efficiency.run import resolve_friction
 from ehl.oil import Oil
+from regression.conditions import conditions_of
 from regression.friction_models import shipped_formulas
 
 DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
@@ -184,13 +185,13 @@ def models(
         results.append([result for result, _ in found])
         for result, seconds in found:
             points = result.points
-            film = float(np.average(result.lubrication.film_ratio, weights=points.force * points.speed_sliding))
+            film = conditions_of(points.state, oil)["film_ratio_formula"]
             rows.append(
                 Model(
                     design.name,
                     result.speed_pinion * 30.0 / np.pi,
                     result.temperature_oil - 273.15,
-                    film,
+                    float(np.average(film, weights=points.force * points.speed_sliding)),
                     result.friction_model,
                     result.efficiency,
                     result.efficiency_lower,

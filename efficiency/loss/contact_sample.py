@@ -104,7 +104,7 @@ class Prediction:
     Attributes
     ----------
     values : (k, n) array
-        Within the range of the contacts' own.
+        Within the range of the contacts' own; the first, friction, down to 0.
     weights : (n, m) array
         Of each contact in the value of a point.
     missed : (m,) array
@@ -156,7 +156,9 @@ def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: 
         return None
     inverse, missed = best
     weights = np.column_stack([_thin_plate(place, contacts), np.ones(len(place)), place]) @ inverse
-    values = np.clip(found @ weights.T, np.minimum(found.min(axis=1), 0.0)[:, None], found.max(axis=1)[:, None])
+    low, high = found.min(axis=1), found.max(axis=1)
+    low[0] = min(low[0], 0.0)
+    values = np.clip(found @ weights.T, low[:, None], high[:, None])
     return Prediction(values, weights, missed)
 
 

@@ -41,10 +41,11 @@ def efficiency_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
         (f"power_input, {result.driver} driving", f"{result.power_input / 1e3:.3f}", "kW"),
         ("friction_coefficient_mean", f"{result.friction_coefficient_mean:.5f}", ""),
         ("outside_range_share", percent(result.outside_range_share, 1), "% of the sliding power"),
+        *_contact_rows(result),
         ("pressure_max, flanks", f"{result.pressure_max / 1e9:.3f}", "GPa"),
         *_edge_rows(result),
         ("film ratio", _span(film, ".2f"), ""),
-        ("surface temperature, greatest", f"{np.nanmax(flash) - KELVIN:.1f}", "degC"),
+        ("surface temperature, greatest", _greatest(flash - KELVIN), "degC"),
         ("transmission error, loaded", f"{result.transmission_error_loaded * ARCSEC:.2f}", "arcsec peak to peak"),
         ("transmission error, unloaded", f"{result.transmission_error_unloaded * ARCSEC:.2f}", "arcsec peak to peak"),
         ("torque_residual", f"{result.torque_residual:.1e}", ""),
@@ -64,7 +65,24 @@ def _edge_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
     ]
 
 
+def _contact_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
+    """How many contacts were solved, and what the others cost; nothing where a formula gave the friction."""
+    if not result.contacts:
+        return []
+    failed = sum(result.contacts_failed.values())
+    rows = [("contacts solved", f"{result.contacts - failed} of {result.contacts}", "")]
+    if result.flags["predicted"]:
+        rows.append(("share of the loss next to failed contacts", percent(result.flag_shares["predicted"], 2), "%"))
+    return rows
+
+
+def _greatest(values: NDArray[np.float64]) -> str:
+    return f"{np.nanmax(values):.1f}" if np.isfinite(values).any() else "–"
+
+
 def _span(values: NDArray[np.float64], form: str) -> str:
+    if not np.isfinite(values).any():
+        return "–"
     return f"{np.nanmin(values):{form}} to {np.nanmax(values):{form}}"
 
 

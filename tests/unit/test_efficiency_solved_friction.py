@@ -22,6 +22,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh, loss_by_region
 from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
 from efficiency.output.data_tables import result_table
+from efficiency.output.tables import efficiency_rows
 from efficiency.run import run_duty, run_gear, run_map, run_parameter_map
 from efficiency.study.levels import Levels
 from efficiency.study.solve import run_study
@@ -106,6 +107,12 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     assert rows["contacts failed film_jump"] == failed
     assert rows["points flagged predicted"] == result.flags["predicted"]
     assert json.loads(json.dumps(result.to_dict()))["contacts_failed"] == {"film_jump": failed}
+    shown = {row[0]: row[1] for row in efficiency_rows(result)}
+    assert shown["contacts solved"] == f"{60 - failed} of 60"
+    assert float(shown["share of the loss next to failed contacts"]) == pytest.approx(100.0 * share, abs=0.01)
+    assert "contacts solved" not in dict(
+        row[:2] for row in efficiency_rows(mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION))
+    )
 
 
 def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
@@ -122,6 +129,11 @@ def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
     assert result.flag_shares["not_converged"] > module.MOST_FAILED
     assert any("contacts not solved" in note and note.endswith("left out") for note in result.notes)
     assert any("has no value at" in note for note in result.notes)
+    monkeypatch.setattr(module, "solve_contact", solver(lambda contact: True))
+    hopeless = mesh_efficiency(loaded, model(), OIL, OPERATION)
+    assert hopeless.reason == "friction_not_converged"
+    shown = {row[0]: row[1] for row in efficiency_rows(hopeless)}
+    assert (shown["contacts solved"], shown["film ratio"]) == ("0 of 60", "–")
 
 
 def test_interval_of_solved_contacts_is_that_of_their_mean(loaded: LoadedMesh, monkeypatch: pytest.MonkeyPatch) -> None:
