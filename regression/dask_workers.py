@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 from ehl import __version__
@@ -197,6 +198,10 @@ def dask_executor(address: str) -> Iterator[Executor]:
         ):
             yield DaskCluster(client)
         return
+    if address.endswith(".json") and not Path(address).is_file():
+        # dask would wait for it for ever
+        hint = "Start `dask scheduler --scheduler-file FILE` first."
+        raise InputError("--dask", address, "a scheduler file that exists", hint)
     try:
         client = (
             distributed.Client(scheduler_file=address)

@@ -105,6 +105,7 @@ def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str, words: str) -> 
         ("local:none", r"local:N with N worker processes"),
         ("local:0", r"local:N with N"),
         ("tcp://127.0.0.1:1", r"--dask.*dask scheduler.*running"),
+        ("nofile.json", r"--dask.*dask scheduler --scheduler-file"),
         ("nonsense://x", r"--dask.*tcp://HOST:PORT"),
     ],
 )
