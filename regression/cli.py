@@ -12,7 +12,9 @@ from regression.cli_sweep import sweep_app
 
 
 def fit(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Folders or files of results, or shipped datasets.")
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FORMULA.json", help="The formula file.")],
     family: Annotated[str, typer.Option(help="best (by held-out error), or the name of one family.")] = "best",
     gaussian_process: Annotated[
@@ -28,9 +30,9 @@ def fit(
     ] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
-    """Fit a friction formula to the results of a sweep, and say what it is worth."""
+    """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     from regression.cli_files import FIGURE, check_outputs
-    from regression.datasets import named_dataset
+    from regression.datasets import joined, named_dataset
     from regression.families import FAMILIES, family_named
     from regression.fit import fit_families, fit_formula
     from regression.held_out import process_factors
@@ -41,7 +43,7 @@ def fit(
         family_named(family)
         if nested:
             raise InputError("--nested", family, "--family best", "One family leaves no choice to hold out.")
-    dataset = named_dataset(run)
+    dataset = joined([named_dataset(run) for run in runs])
     beside: dict[str, Any] = {
         "corners": corners,
         "gaussian_process": gaussian_process,
@@ -86,7 +88,7 @@ def mu(
     ] = None,
     refuse: Annotated[bool, typer.Option("--refuse", help="Refuse a point outside the data (exit code 2).")] = False,
     hull: Annotated[
-        Path | None, typer.Option(metavar="RUN", help="The formula's data: test their convex hull exactly.")
+        list[Path] | None, typer.Option(metavar="RUN", help="The formula's data: test their convex hull exactly.")
     ] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:
@@ -113,7 +115,7 @@ def mu(
     )
     card = Oil.load(name)
     content = friction_content(friction.name, name, friction.evaluate(state, card))
-    if hull is not None:
+    if hull:
         content["in_convex_hull"] = in_hull_of(friction, hull, state, card)
     if json_output:
         print_json(content)

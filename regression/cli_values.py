@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -17,7 +18,7 @@ from ehl.units import Quantity
 from regression.conditions import conditions_of
 from regression.data_cloud import in_convex_hull
 from regression.dataset import columns
-from regression.datasets import named_dataset
+from regression.datasets import joined, named_dataset
 from regression.fit import usable_rows
 from regression.friction_models import FormulaFriction, FrictionModel
 
@@ -86,19 +87,20 @@ def with_options(friction: FrictionModel, boundary_friction: float | None, refus
     return replace(friction, boundary_friction=boundary_friction, refuse=refuse or friction.refuse)
 
 
-def in_hull_of(friction: FrictionModel, run: Path, state: ContactState, oil: Oil) -> bool:
+def in_hull_of(friction: FrictionModel, runs: Sequence[Path], state: ContactState, oil: Oil) -> bool:
     """Whether a contact point lies in the convex hull of the cases a formula was fitted to, in ln of its variables.
 
     Raises
     ------
     InputError
-        The model is no fitted formula with a cloud, or the run is not that of its data.
+        The model is no fitted formula with a cloud, or the runs are not those of its data.
     """
     if not isinstance(friction, FormulaFriction) or friction.formula.cloud is None:
         raise InputError("--hull", friction.name, "a formula file of schema 2, fitted with a cloud of cases")
-    dataset = named_dataset(run)
+    dataset = joined([named_dataset(run) for run in runs])
     if dataset.data_hash != friction.formula.data.hash:
-        raise InputError("--hull", str(run), f"the data {friction.name} was fitted to", "These are other results.")
+        given, allowed = ", ".join(map(str, runs)), f"all the data {friction.name} was fitted to"
+        raise InputError("--hull", given, allowed, "These are other results.")
     frame, _ = usable_rows(dataset, corners=friction.formula.corners is None)
     cloud = friction.formula.cloud
     point = cloud.whitened({name: np.ravel(values) for name, values in conditions_of(state, oil).items()})

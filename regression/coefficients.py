@@ -19,6 +19,8 @@ from regression.families import Family
 from regression.scores import computed_friction
 
 _OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
+# weight of the parts of mu beside mu itself: without them a share too high hides behind a film too low
+_PARTS_WEIGHT = 0.25
 
 
 @dataclass(frozen=True)
@@ -49,11 +51,12 @@ def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: flo
 
     All rows weigh the same. The stated error of a case is relative to its own friction: weights by it would prefer
     profiles that happen to rub more (on 75W90 the friction along gear meshes came out 20 % too high that way).
+    Where the family gives both parts of mu and the rows have them, the fit meets asperity and film friction as well.
     """
     table, target = columns(frame), np.log(computed_friction(frame))
     if family.design is not None:
         return linear_fit(family.terms, family.design(table), target)
-    return _nonlinear_fit(family, table, target, boundary_friction)
+    return _nonlinear_fit(family, table, target, boundary_friction, parts_of(family, frame))
 
 
 def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coefficients:
@@ -103,20 +106,41 @@ def _variance_inflation(terms: list[str], design: Array) -> dict[str, float]:
     return {term: float(value) for term, value in zip(terms, np.diag(inverse), strict=True)}
 
 
-def _nonlinear_fit(family: Family, table: Mapping[str, Array], target: Array, boundary_friction: float) -> Coefficients:
+def parts_of(family: Family, frame: pd.DataFrame) -> tuple[Array, Array] | None:
+    """Asperity load share and film friction of every row, where the family has these parts and all rows do."""
+    names = ["asperity_load_share", "friction_fluid"]
+    if family.parts is None or not set(names) <= set(frame.columns) or frame[names].isna().any(axis=None):
+        return None
+    share, film = (frame[name].to_numpy(dtype=float) for name in names)
+    return share, film
+
+
+def _nonlinear_fit(
+    family: Family,
+    table: Mapping[str, Array],
+    target: Array,
+    boundary_friction: float,
+    computed: tuple[Array, Array] | None,
+) -> Coefficients:
     """Bounded least squares with a loss that outliers do not dominate, started from physical values."""
     from scipy.optimize import least_squares
 
     terms = family.terms
+    weight = _PARTS_WEIGHT / np.exp(target)
 
     def residual(x: Array) -> Array:
-        log_mu = family.log_mu(table, dict(zip(terms, map(float, x), strict=True)), boundary_friction)
-        return np.asarray(log_mu - target)
+        k = dict(zip(terms, map(float, x), strict=True))
+        if computed is None or family.parts is None:
+            return np.asarray(family.log_mu(table, k, boundary_friction) - target)
+        share, film = family.parts(table, k)
+        asperity = (share - computed[0]) * boundary_friction
+        mu = share * boundary_friction + film
+        return np.concatenate((np.log(mu) - target, weight * asperity, weight * (film - computed[1])))
 
     lower, upper = np.array(family.lower), np.array(family.upper)
     start = np.array(family.start)
     # the level by the mean of the log residual: the linear part of the problem
-    start[0] = np.clip(start[0] * np.exp(-np.median(residual(start))), lower[0], upper[0])
+    start[0] = np.clip(start[0] * np.exp(-np.median(residual(start)[: target.size])), lower[0], upper[0])
     solution = least_squares(
         residual,
         start,
@@ -143,7 +167,7 @@ def _nonlinear_fit(family: Family, table: Mapping[str, Array], target: Array, bo
     scale = np.linalg.norm(jacobian[:, free], axis=0)
     scaled = jacobian[:, free] / scale
     rest = residual(x)
-    variance = float(rest @ rest) / max(len(target) - len(free), 1)
+    variance = float(rest @ rest) / max(len(rest) - len(free), 1)
     covariance = np.linalg.pinv(scaled.T @ scaled)
     errors = np.sqrt(variance * np.diag(covariance)) / scale
     return Coefficients(

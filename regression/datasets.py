@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import h5py
+import pandas as pd
 
 from ehl._data import data_names, named_file
 from ehl.errors import InputError
@@ -49,6 +52,41 @@ def results_path(run: str | Path) -> Path:
         return named_file("run", FOLDER, run, SUFFIX)
     allowed = " or ".join(("a folder or file of results", *([", ".join(dataset_names())] if dataset_names() else [])))
     raise InputError("run", str(run), allowed, "Run `mixed-ehl sweep PLAN.toml -o RUN` first.")
+
+
+def joined(datasets: Sequence[Dataset]) -> Dataset:
+    """The cases of several runs as one dataset; a case that several have counts once.
+
+    Raises
+    ------
+    InputError
+        The runs are of different solver versions, or of different figures under one oil's name.
+    """
+    if len(datasets) == 1:
+        return datasets[0]
+    versions = sorted({dataset.solver_version for dataset in datasets})
+    if len(versions) > 1:
+        raise InputError("run", ", ".join(versions), "runs of one solver version", "Sweep the older plan again.")
+    cards: dict[str, str | None] = {}
+    for dataset in datasets:
+        own = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
+        for oil, card in own.items():
+            if cards.setdefault(oil, card) != card:
+                raise InputError("oil", oil, "one card of this oil in all runs", "Sweep with one set of figures.")
+    frame = pd.concat([dataset.frame for dataset in datasets], ignore_index=True)
+    frame = frame.drop_duplicates("key").sort_values("key", ignore_index=True)
+    hashes = "\n".join(sorted(dataset.plan_hash for dataset in datasets))
+    named = {dataset.oil for dataset in datasets}
+    return Dataset(
+        frame,
+        " + ".join(dict.fromkeys(dataset.plan_name for dataset in datasets)),
+        hashlib.sha256(hashes.encode()).hexdigest(),
+        versions[0],
+        named.pop() if len(named) == 1 else "",
+        "\n".join(dict.fromkeys(dataset.oil_hash for dataset in datasets)),
+        sum(dataset.planned for dataset in datasets),
+        cards,
+    )
 
 
 def dataset_plan(name: str) -> Plan:

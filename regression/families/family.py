@@ -30,6 +30,9 @@ class Family:
         Columns of the linear problem ln mu = X b, one per term; None where the family is nonlinear.
     start, lower, upper : tuple of float
         Start and bounds of the coefficients of a nonlinear family.
+    parts : callable or None
+        Asperity load share and the friction of the film, which with the share times mu_b adds up to mu; given where
+        the fit is to meet both parts.
     """
 
     name: str
@@ -42,6 +45,7 @@ class Family:
     start: tuple[float, ...] = ()
     lower: tuple[float, ...] = ()
     upper: tuple[float, ...] = ()
+    parts: Callable[[Conditions, Mapping[str, float]], tuple[Array, Array]] | None = None
 
 
 BOX = (

@@ -27,7 +27,7 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     assert formula.data.plan.startswith("gear_")
     assert formula.data.used > 1000
     # what docs/friction_formula.md says of it
-    mape, p95 = (0.03, 0.11) if name.endswith("load_share") else (0.08, 0.31)
+    mape, p95 = (0.03, 0.11) if name.endswith("load_share") else (0.08, 0.28)
     assert formula.validation.mape < mape
     assert formula.validation.p95 < p95
 
@@ -67,10 +67,10 @@ def test_values_are_those_of_the_release() -> None:
 
 
 EXPECTED: dict[str, list[float]] = {
-    "75w90": [0.001048, 0.023343, 0.021022],
-    "75w90_gp": [0.001035, 0.021718, 0.019724],
+    "75w90": [0.001087, 0.023585, 0.019211],
+    "75w90_gp": [0.001062, 0.020918, 0.017860],
     "75w90_load_share": [0.001103, 0.058903, 0.073330],
-    "fva3": [0.019240, 0.031414, 0.024676],
-    "fva3_gp": [0.018953, 0.028449, 0.022754],
+    "fva3": [0.019110, 0.030964, 0.024843],
+    "fva3_gp": [0.019514, 0.028426, 0.022495],
     "fva3_load_share": [0.018968, 0.059596, 0.071586],
 }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ import ehl._data
 from ehl._data import data_path
 from ehl.errors import InputError
 from regression.dataset import load_dataset
-from regression.datasets import FOLDER, dataset_names, dataset_plan, merge_compressed, named_dataset
+from regression.datasets import FOLDER, dataset_names, dataset_plan, joined, merge_compressed, named_dataset
 from regression.evaluators import published_outputs
 from regression.plan import load_plan
 from regression.rerun import SHARE, Rerun, rerun
@@ -59,6 +61,32 @@ def test_a_name_is_a_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> No
     assert dataset_plan("small").plan_hash == named_dataset("small").plan_hash
     with pytest.raises(InputError, match=r"nothing.*or small.*mixed-ehl sweep"):
         named_dataset("nothing")
+
+
+def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
+    (tmp_path / "more.toml").write_text(PLAN.replace('"small"', '"more"').replace("size = 64", "size = 128"))
+    sweep(load_plan(tmp_path / "more.toml"), tmp_path / "more", evaluate=ARANA, version="arana_2019", jobs=1)
+    small, more = named_dataset("small"), named_dataset(tmp_path / "more")
+    both = joined([small, more])
+    # a longer Sobol sequence begins with the shorter one, and the corners are the same
+    assert len(both.frame) == len(more.frame) == 132
+    assert both.frame["key"].is_monotonic_increasing
+    assert (both.plan_name, both.planned, both.oil) == ("small + more", 200, small.oil)
+    assert both.data_hash == joined([more, small]).data_hash
+    assert both.plan_hash not in (small.plan_hash, more.plan_hash)
+    assert joined([small]) is small
+    with pytest.raises(InputError, match="one solver version"):
+        joined([small, replace(more, solver_version="ehl 0")])
+    with pytest.raises(InputError, match="one card of this oil"):
+        joined([small, replace(more, oil_hash="0", card_hashes=dict.fromkeys(more.oils, "0"))])
+    formula = tmp_path / "f.json"
+    assert mixed_ehl("fit", "small", tmp_path / "more", "-o", formula, "--family", "xu").code == 0
+    assert json.loads(formula.read_text())["data"]["hash"] == both.data_hash
+    point = ("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
+    point += ("--temperature", "80 degC", "--roughness", "0.4 um")
+    within = mixed_ehl("mu", formula, *point, "--hull", "small", "--hull", tmp_path / "more", "--json")
+    assert json.loads(within.out)["in_convex_hull"] in (True, False)
+    assert mixed_ehl("mu", formula, *point, "--hull", "small").code == 2
 
 
 def test_a_compressed_file_can_be_swept_into(shelf: Path, tmp_path: Path) -> None:

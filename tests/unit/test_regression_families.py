@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ehl._data import data_path
 from ehl.oil import Oil
 from ehl.state import ContactState
-from regression.coefficients import fit_coefficients
+from regression.coefficients import fit_coefficients, parts_of
 from regression.conditions import conditions_of
 from regression.families import FAMILIES, LOAD_SHARE, ROUGH_SHARE, load_share_parts, rough_share_parts
 from regression.families.film_regimes import KNOTS, hats
@@ -209,3 +209,23 @@ def test_one_fit_serves_rows_of_two_oils() -> None:
     assert np.abs(predicted / other["friction_coefficient"] - 1.0).mean() < 0.01
     assert fitted.standard_errors["stress"] > 0.0
     assert abs(fitted.values["stress"] - START["rough_share"]["stress"]) < 4.0 * fitted.standard_errors["stress"]
+
+
+def test_fit_meets_both_parts_of_the_friction() -> None:
+    table_of = rows(("75w90",), 200, 4)
+    conditions = {name: table_of[name].to_numpy() for name in table_of}
+    share, film = rough_share_parts(conditions, START["rough_share"])
+    known = table_of.assign(asperity_load_share=share, friction_fluid=film)
+    # as if a fifth of what the asperities carry were film
+    hidden = known.assign(asperity_load_share=0.8 * share, friction_fluid=film + 0.2 * share * MU_B)
+
+    def carried(frame: pd.DataFrame) -> float:
+        k = fit_coefficients(ROUGH_SHARE, frame, MU_B).values
+        return float(rough_share_parts(conditions, k)[0].sum() / share.sum())
+
+    assert carried(known) == pytest.approx(1.0, abs=1e-3)
+    # mu alone would say 1 again
+    assert carried(hidden) < 0.98
+    assert carried(table_of) == pytest.approx(1.0, abs=1e-3)
+    assert parts_of(ROUGH_SHARE, table_of) is None
+    assert parts_of(LOAD_SHARE, known) is None
