@@ -153,7 +153,7 @@ def waviness(out: Path) -> None:
     figure, axes = plt.subplots(figsize=(6.5, 4.2))
     g = np.geomspace(0.1, 60, 200)
     axes.semilogx(g, curve(g), "k-", label="1/(1 + 0.125 g + 0.04 g²)")
-    axes.semilogx(scattered[:, 0], scattered[:, 1], "k.", ms=3, alpha=0.5, label="linear theory, M 5 to 300, L 5 to 20")
+    axes.semilogx(scattered[:, 0], scattered[:, 1], "k.", ms=3, alpha=0.5, label="linear theory, M 5 to 100, L 5 to 20")
     for load in sorted({r[0] for r in rows}):
         part = [r for r in rows if r[0] == load]
         axes.semilogx(
