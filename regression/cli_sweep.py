@@ -38,7 +38,7 @@ def sweep_run(
     plan: Annotated[
         str,
         typer.Argument(
-            metavar="PLAN", help="Plan file, or a shipped plan: gear_default, demo, gear_range, gear_range_75w90."
+            metavar="PLAN", help="Plan file, or a shipped plan: gear_default, gear_mesh, demo, gear_range..."
         ),
     ],
     run: Annotated[Path | None, typer.Option("-o", "--output", metavar="RUN", help="Folder of the results.")] = None,

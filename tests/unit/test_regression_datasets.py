@@ -21,7 +21,7 @@ from regression.dataset import load_dataset
 from regression.datasets import FOLDER, dataset_names, dataset_plan, joined, merge_compressed, named_dataset
 from regression.evaluators import published_outputs
 from regression.plan import load_plan
-from regression.rerun import SHARE, Rerun, rerun
+from regression.rerun import SHARE, rerun
 from regression.sweep import sweep
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
@@ -153,19 +153,29 @@ def test_budget_bounds_the_cost_of_a_rerun(shelf: Path) -> None:
     assert all(case.seconds <= 1.0 for case in few)
 
 
-def again(name: str) -> list[Rerun]:
-    return list(rerun(named_dataset(name), dataset_plan(name), share=SHARE, seconds=1.5))
+# thousands of steps of a rough contact: equal on one machine. What another rounding does was measured by a pressure
+# higher by 1e-12: of 62 cases 52 stay within 1e-6, the farthest goes by 7e-4
+ELSEWHERE = 4e-3
 
 
-def test_shipped_datasets_are_what_the_solver_says_today() -> None:
-    """Cheap cases of the random 1 % (about two seconds of them); `benchmarks/rerun_datasets.py` runs all of it."""
+@pytest.mark.parametrize("name", ["gear_75w90", "gear_fva3"])
+def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name: str) -> None:
+    """All of the random 1 %, whatever a case costs (some ten seconds)."""
+    cases = list(rerun(named_dataset(name), dataset_plan(name), share=SHARE))
+    assert len(cases) == 21
+    for case in cases:
+        assert case.difference <= max(case.error, ELSEWHERE), f"{name} {case.key[:12]}: {case.difference:.2%}"
+    # stated errors reach half of mu: alone they would let a changed solver pass
+    assert np.mean([case.difference < ELSEWHERE for case in cases]) > 0.9
+
+
+def test_cheap_cases_of_the_other_datasets_are_what_the_solver_says_today() -> None:
+    """About a second of each; `benchmarks/rerun_datasets.py` runs the 1 % of all."""
     for name in dataset_names():
-        cases = again(name)
+        cases = list(rerun(named_dataset(name), dataset_plan(name), share=SHARE, seconds=1.0))
         assert len(cases) >= 3
-        for case in cases:
-            # thousands of steps of a rough contact: equal on one machine, to 0.4 % on others
-            assert case.difference <= max(case.error, 0.004), f"{name} {case.key[:12]}: {case.difference:.2%}"
-        assert np.median([case.difference for case in cases]) < 0.004
+        assert max(case.difference - max(case.error, ELSEWHERE) for case in cases) <= 0.0
+        assert np.median([case.difference for case in cases]) < ELSEWHERE
 
 
 def test_shipped_datasets_belong_to_their_plan_and_are_complete() -> None:
