@@ -170,10 +170,10 @@ def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name:
 
 
 def test_cheap_cases_of_the_other_datasets_are_what_the_solver_says_today() -> None:
-    """About a second of each; `benchmarks/rerun_datasets.py` runs the 1 % of all."""
+    """A few seconds of each; `benchmarks/rerun_datasets.py` runs the 1 % of all."""
     for name in dataset_names():
-        cases = list(rerun(named_dataset(name), dataset_plan(name), share=SHARE, seconds=1.0))
-        assert len(cases) >= 3
+        cases = list(rerun(named_dataset(name), dataset_plan(name), share=SHARE, seconds=4.0))
+        assert len(cases) >= 2
         assert max(case.difference - max(case.error, ELSEWHERE) for case in cases) <= 0.0
         assert np.median([case.difference for case in cases]) < ELSEWHERE
 
