@@ -114,6 +114,7 @@ def solve_mixed(
     thermal: bool,
     bulk: tuple[float, float] | None = None,
     rolling_heat: tuple[FloatArray, FloatArray] | None = None,
+    window: float | None = None,
 ) -> TransientResult:
     """Run the transient solver for one contact description.
 
@@ -127,6 +128,8 @@ def solve_mixed(
         Bulk temperatures of both bodies [K]; that of the oil when not given.
     rolling_heat : tuple of ndarray, optional
         Heat of the pressure-driven flow along x, of the smooth film (`rolling_heat_of`).
+    window : float, optional
+        Travel that is averaged over [b]; it ends by the interval of mu when not given.
 
     Returns
     -------
@@ -151,7 +154,9 @@ def solve_mixed(
         if surface.roughness_rms > 0.0:
             refuse_unresolvable(accuracy, surface.correlation_length / contact.half_width)
         surfaces = rough_surfaces(surface, contact.half_width)
-        return solve_transient(contact, lubricant, surfaces, boundary_film=surface.boundary_film, **common)
+        return solve_transient(
+            contact, lubricant, surfaces, boundary_film=surface.boundary_film, travel=window, **common
+        )
     except ConvergenceError as error:
         if error.reason != "mesh_budget":
             raise

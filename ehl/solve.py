@@ -153,6 +153,8 @@ def solve_contact(
     bodies: tuple[Material, Material],
     bulk: tuple[float, float],
     start: ContactResult | None = None,
+    *,
+    window: float | None = None,
 ) -> ContactResult:
     """Solve one contact; a failure to solve it is a status, never an exception.
 
@@ -166,6 +168,9 @@ def solve_contact(
         Their bulk temperatures [K].
     start : ContactResult, optional
         Solution of a similar contact, as a warm start.
+    window : float, optional
+        Travel that friction of resolved roughness is averaged over [b]; it ends by the interval of mu when not given.
+        Contacts that are to be compared by small differences need the same.
 
     Raises
     ------
@@ -225,7 +230,9 @@ def solve_contact(
         skipped.append("time: the load-sharing model has no transient")
         result = _shared(result, contact, surface, model)
     else:
-        result = _rough(result, contact, lubricant, surface, model, bodies, bulk, skipped, heated=lost_heat)
+        result = _rough(
+            result, contact, lubricant, surface, model, bodies, bulk, skipped, heated=lost_heat, window=window
+        )
     seconds = time.perf_counter() - clock
     if result.status == "failed":
         return replace(result, seconds=seconds)
@@ -287,6 +294,7 @@ def _rough(
     skipped: list[str],
     *,
     heated: bool,
+    window: float | None,
 ) -> ContactResult:
     """The contact with its roughness rolling through, unless the film is too thick for it to matter, or nil."""
     assert smooth.isothermal is not None
@@ -307,7 +315,13 @@ def _rough(
         return _dry(smooth, nil, contact, surface, bodies, bulk, thermal=thermal)
     try:
         rolling = rolling_heat_of(smooth.heat, lubricant)
-        run = solve_mixed(contact, lubricant, surface, model, bodies, thermal=thermal, bulk=bulk, rolling_heat=rolling)
+        run = solve_mixed(
+            *(contact, lubricant, surface, model, bodies),
+            thermal=thermal,
+            bulk=bulk,
+            rolling_heat=rolling,
+            window=window,
+        )
     except ConvergenceError as error:
         return _failed(error.reason, smooth.iterations, 0.0)
     if run.status == "failed":

@@ -53,11 +53,16 @@ def solve_group(
     sets: Sequence[tuple[Sequence[Lubricant], Mapping[str, float]]],
     model: ModelInput,
     bodies: tuple[Material, Material],
-) -> tuple[Array, tuple[HeldFilm | None, ...]]:
-    """Parts of the friction of one group for several sets of parameters, and the films of the first set.
+    windows: Sequence[float | None] = (),
+) -> tuple[Array, tuple[HeldFilm | None, ...], tuple[float | None, ...]]:
+    """Parts of the friction of one group for several sets of parameters, and films and windows of the first set.
 
     The contacts of the first set are solved one from the other, those of the others from the same contact of the first.
     The parts have the shape (sets, contacts, 3), nan where the solver failed.
+
+    A rough contact is averaged over the same travel whatever the parameters are. A travel that ends where the interval
+    of mu is narrow enough jumps from one set to the next, and mu with it by some per cent: more than the small changes
+    a search follows.
 
     Parameters
     ----------
@@ -66,25 +71,35 @@ def solve_group(
         One lubricant per contact of the group.
     model, bodies
         As in `ehl.solve.solve_contact`.
+    windows : sequence of float or None
+        Travel each contact is averaged over [b], as far as known; empty where none is.
     """
     rough = model.roughness == "deterministic" and group.surface.roughness_rms > 0.0
     out = np.full((len(sets), len(group.contacts), PARTS), np.nan)
-    first: tuple[ContactResult, ...] = ()
+    first: list[ContactResult] = []
     for k, (lubricants, changes) in enumerate(sets):
         surface = group.surface.model_copy(update=dict(changes))
-        if k == 0:
-            first = solve_path(group.contacts, lubricants, surface=surface, model=model, bodies=bodies).results
+        if k == 0 and not windows:
+            first = list(solve_path(group.contacts, lubricants, surface=surface, model=model, bodies=bodies).results)
             out[0] = [_parts(result, rough=rough) for result in first]
+            windows = [_window(result) for result in first]
             continue
         for i, (contact, oil) in enumerate(zip(group.contacts, lubricants, strict=True)):
             bulk = (oil.temperature, oil.temperature)
-            start = first[i] if first[i].isothermal is not None else None
-            result = solve_contact(contact, oil, surface, model, bodies, bulk, start)
+            near = first[i] if k else first[-1] if first else None
+            start = near if near is not None and near.isothermal is not None else None
+            result = solve_contact(contact, oil, surface, model, bodies, bulk, start, window=windows[i])
             if result.status == "failed" and start is not None:
-                result = solve_contact(contact, oil, surface, model, bodies, bulk)
+                result = solve_contact(contact, oil, surface, model, bodies, bulk, window=windows[i])
             out[k, i] = _parts(result, rough=rough)
+            if k == 0:
+                first.append(result)
     films = [held_film(*entry) for entry in zip(first, group.contacts, sets[0][0], strict=True)]
-    return out, tuple(films)
+    return out, tuple(films), tuple(known or _window(result) for known, result in zip(windows, first, strict=True))
+
+
+def _window(result: ContactResult) -> float | None:
+    return None if result.transient is None else result.transient.travel
 
 
 @dataclass
@@ -107,6 +122,8 @@ class FrictionSolver:
         Wall time of that.
     films : dict
         Films of each row as solved last.
+    windows : dict
+        Travel each row of resolved roughness is averaged over, that of its first solution [b].
     """
 
     setup: CalibrationSetup
@@ -118,6 +135,7 @@ class FrictionSolver:
     seconds: float = 0.0
     _known: dict[tuple[float, ...], Array] = field(default_factory=dict, repr=False)
     films: dict[int, HeldFilm] = field(default_factory=dict, repr=False)
+    windows: dict[int, float] = field(default_factory=dict, repr=False)
 
     @property
     def rough(self) -> bool:
@@ -168,14 +186,17 @@ class FrictionSolver:
                 [lubricant_of(card, t, rising=self.setup.rising) for t in group.temperatures] for card in cards
             ]
             inputs = [(oils, self._surface(values)) for oils, values in zip(lubricants, sets, strict=True)]
-            tasks.append((group, inputs, self.setup.model, bodies))
+            windows = tuple(self.windows.get(row) for row in group.rows) if self.windows else ()
+            tasks.append((group, inputs, self.setup.model, bodies, windows))
         if self.jobs == 1 or len(tasks) == 1:
             with threadpool_limits(1):
                 found = [solve_group(*task) for task in tasks]
         else:
             with parallel_config(backend="loky", inner_max_num_threads=1):
                 found = Parallel(n_jobs=self.jobs)(delayed(solve_group)(*task) for task in tasks)
-        for group, (parts, films) in zip(groups, found, strict=True):
+        for group, (parts, films, windows) in zip(groups, found, strict=True):
+            new = {row: window for row, window in zip(group.rows, windows, strict=True) if window is not None}
+            self.windows = new | self.windows
             self.calls += len(group.rows) * len(sets)
             # the films of the latest first set serve: all the surrogate needs of them is how friction changes
             self.films = self.films | {row: film for row, film in zip(group.rows, films, strict=True) if film}

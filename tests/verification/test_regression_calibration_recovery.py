@@ -19,6 +19,8 @@ from scipy.stats import binom
 
 import regression.calibration.calibrate as calibrate_module
 from ehl.oil import Oil
+from ehl.solve import ContactResult, solve_contact
+from regression.calibration import prediction
 from regression.calibration.calibrate import (
     CalibrationResult,
     NothingTold,
@@ -174,6 +176,33 @@ def test_a_limit_far_off_on_the_card_is_found() -> None:
         for name in values:
             assert found[name].status == "determined"
             assert found[name].value == pytest.approx(values[name], rel=0.1)
+
+
+def test_resolved_roughness_is_averaged_over_one_travel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A travel that ends by the interval of mu would jump with the parameters, and mu with it by some per cent."""
+    rough = {"parameters": ["boundary_film"], "model": {"roughness": "deterministic", "accuracy": "fast"}}
+    setup = setup_of(**rough)  # type: ignore[arg-type]
+    rows = planned([], [], [0.4])
+    rows.columns.update(pressure_hertz=np.array([0.5e9]), radius_equivalent=np.array([0.005]))
+    travels: list[float] = []
+
+    def watched(*arguments: Any, **options: Any) -> ContactResult:
+        result = solve_contact(*arguments, **options)
+        assert result.transient is not None
+        travels.append(result.transient.travel)
+        return result
+
+    monkeypatch.setattr(prediction, "solve_contact", watched)
+    solver = solver_of(rows, setup, 1)
+    values = all_values(rows, setup)
+    sets = [values, {**values, "boundary_film": 30e-9}]
+    solver.parts(sets)
+    solver.parts([{**values, "boundary_film": 35e-9}])
+    # the second set, and the third, which is the first of its call; a step is a few thousandths of a window
+    assert travels == pytest.approx([solver.windows[0]] * 2, rel=0.01)
+    shares = [solver.parts([{**values, "boundary_film": film}])[0, 0, 1] for film in (20e-9, 30e-9, 35e-9)]
+    assert shares == sorted(shares)
+    assert solver.calls == 3
 
 
 SETUP = """
