@@ -264,7 +264,7 @@ def _intervals(dataset: Dataset, formula: Formula) -> Table:
     rows: list[tuple[str, ...]] = []
     for i, band in enumerate(bands):
         end = "" if band.high is None else f"{band.high:g}"
-        shown = (number(math.exp(band.log_width)),)
+        shown: tuple[str, ...] = (number(math.exp(band.log_width)),)
         if spread:
             middle, low, high = (number(x) for x in spread[i])
             shown = (middle, f"{low} to {high}", number(band.log_width, 3))

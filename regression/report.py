@@ -266,7 +266,8 @@ def _interval_table(formula: Formula, spread: Sequence[tuple[float, float, float
     for i, band in enumerate(interval.bands):
         end = "up" if band.high is None else f"{band.high:g}"
         deviation = math.sqrt(interval.level * (1.0 - interval.level) / band.count)
-        shown = (f"{band.log_width:.2f}" if interval.normalised else f"{math.exp(band.log_width):.3f}",)
+        width = f"{band.log_width:.2f}" if interval.normalised else f"{math.exp(band.log_width):.3f}"
+        shown: tuple[str, ...] = (width,)
         if spread:
             middle, low, high = spread[i]
             shown = (f"{middle:.3f}", f"{low:.3f} to {high:.3f}")
