@@ -1,78 +1,181 @@
-"""Time of the loaded contact with the geometry known: growth with the mesh positions and with the torques of a map.
+"""Time of the gear side: stages from the design file on, growth with mesh positions and with map points, memory.
 
-``python benchmarks/gear_load_time.py [FOLDER]`` prints a table and writes gear_load_time.csv and gear_load_time.png.
-CPU seconds of one core: compliance of both grids (once per mesh), and load on both grids (once per torque), the median
-of five.
+``python benchmarks/gear_load_time.py [FOLDER]`` prints tables and writes gear_load_time.csv and gear_load_time.png.
+CPU seconds of one core (set OMP_NUM_THREADS=1). Stages: a new process each, after one that has filled the caches of
+bytecode. Growth: geometry of both grids and compliance once per mesh, load once per torque, each the median of five;
+maps of torques by twenty speeds with the geometry known. Memory: the most in use after all that.
 """
 
 from __future__ import annotations
 
 import csv
+import json
+import resource
+import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from efficiency.design import load_design
-from efficiency.gear_mesh import gear_mesh
+from efficiency.gear_mesh import elastic_bodies, gear_mesh
+from efficiency.load.load_distribution import elastic_cycle
 from efficiency.load.loaded_mesh import load_mesh
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.map import efficiency_map
+from ehl.oil import Oil
+from regression.friction_models import friction_model
 
 DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
+COLOURS = ("#1f5a99", "#c8651b")
 POSITIONS = (6, 12, 24, 48, 96)
+TORQUES = (1, 2, 5, 10, 20)
+SPEEDS = 20
+FORMULA = "xu_kahraman_2007"
+
+STAGES = f"""
+from time import process_time
+marks = [("start of Python", process_time())]
+import json, sys
+from efficiency.design import load_design
+from efficiency.gear_mesh import elastic_bodies, gear_mesh
+from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from ehl.oil import Oil
+from regression.friction_models import friction_model
+marks.append(("imports", process_time()))
+design = load_design(sys.argv[1])
+marks.append(("reading the design", process_time()))
+bodies = elastic_bodies(design, "drive")
+marks.append(("solid teeth", process_time()))
+mesh = gear_mesh(design, bodies=bodies).mesh
+marks.append(("geometry and contact lines", process_time()))
+mesh.elastic_fine, mesh.elastic_coarse
+marks.append(("compliance at the points", process_time()))
+loaded = load_mesh(mesh, design.operation.torque)
+marks.append(("load", process_time()))
+operation = Operation(design.operation.speed, design.operation.temperature_oil, 4e-7, 4e-7)
+mesh_efficiency(loaded, friction_model("{FORMULA}"), Oil.load(design.operation.oil), operation)
+marks.append(("friction and loss", process_time()))
+print(json.dumps(marks))
+"""
 
 
-def measure(name: str, positions: int) -> dict[str, float | str | int]:
-    """One mesh at its nominal torque."""
-    design = load_design(name)
-    clock = process_time()
-    mesh = gear_mesh(design, "drive", positions).mesh
-    geometry = process_time() - clock
-    clock = process_time()
-    points = sum(p.position.pair.size for p in (*mesh.elastic_fine, *mesh.elastic_coarse))
-    compliance = process_time() - clock
-    load_mesh(mesh, design.operation.torque)
+@dataclass(frozen=True)
+class Growth:
+    """CPU seconds of one kind of work over its size."""
+
+    design: str
+    work: str
+    size: int
+    seconds: float
+
+
+def cpu(work: Callable[[], Any], repeats: int = 1) -> float:
+    """CPU seconds of this process, median of some repeats."""
     seconds = []
-    for _ in range(5):
+    for _ in range(repeats):
         clock = process_time()
-        load_mesh(mesh, design.operation.torque)
+        work()
         seconds.append(process_time() - clock)
-    return {
-        "design": name,
-        "positions": positions,
-        "points": points,
-        "geometry": geometry,
-        "compliance": compliance,
-        "load": float(np.median(seconds)),
-    }
+    return float(np.median(seconds))
+
+
+def stages(name: str, repeats: int = 5) -> dict[str, float]:
+    """CPU seconds of each stage of one operating point from its design file, each the least of some processes."""
+    runs = []
+    for _ in range(repeats + 1):
+        run = subprocess.run([sys.executable, "-c", STAGES, name], capture_output=True, text=True, check=True)
+        marks = json.loads(run.stdout)
+        runs.append([marks[0][1], *(after[1] - before[1] for before, after in pairwise(marks))])
+    return dict(zip((mark[0] for mark in marks), np.min(runs[1:], axis=0).tolist(), strict=True))
+
+
+def over_positions(name: str) -> list[Growth]:
+    """Work at the nominal torque over the number of mesh positions."""
+    design = load_design(name)
+    torque, bodies = design.operation.torque, elastic_bodies(design, "drive")
+    rows = []
+    for count in POSITIONS:
+        mesh = gear_mesh(design, "drive", count, bodies=bodies).mesh
+        load_mesh(mesh, torque)
+        work: dict[str, Callable[[], Any]] = {
+            "geometry": lambda count=count: gear_mesh(design, "drive", count, bodies=bodies),
+            "compliance": lambda mesh=mesh: [elastic_cycle(c, mesh.teeth) for c in (mesh.fine, mesh.coarse)],
+            "load": lambda mesh=mesh: load_mesh(mesh, torque),
+        }
+        rows += [Growth(name, kind, count, cpu(run, 5)) for kind, run in work.items()]
+    return rows
+
+
+def over_map(name: str) -> list[Growth]:
+    """A map with the geometry known over its number of points."""
+    design = load_design(name)
+    given = design.operation
+    mesh, model, oil = gear_mesh(design).mesh, friction_model(FORMULA), Oil.load(given.oil)
+    load_mesh(mesh, given.torque)
+    speeds = list(np.linspace(0.1, 1.5, SPEEDS) * given.speed)
+    rows = []
+    for count in TORQUES:
+        torques = list(np.linspace(1.5 / count, 1.5, count) * given.torque)
+
+        def run(torques: list[float] = torques) -> Any:
+            at = lambda speed, temperature: Operation(speed, temperature, 4e-7, 4e-7)  # noqa: E731
+            return efficiency_map(mesh, model, oil, torques, at, speeds, [given.temperature_oil])
+
+        rows.append(Growth(name, "map", count * SPEEDS, cpu(run)))
+    return rows
+
+
+def plot(rows: list[Growth], path: Path) -> None:
+    """Seconds over positions and over map points; dotted: in proportion."""
+    figure = Figure(figsize=(8.6, 4.0), layout="constrained")
+    kinds = ({"geometry": "^-.", "compliance": "s--", "load": "o-"}, {"map": "o-"})
+    for axes, styles, label in zip(figure.subplots(1, 2), kinds, ("mesh positions", "map points"), strict=True):
+        for work, style in styles.items():
+            for name, colour in zip(DESIGNS, COLOURS, strict=True):
+                part = [row for row in rows if row.design == name and row.work == work]
+                axes.loglog(
+                    [r.size for r in part],
+                    [r.seconds for r in part],
+                    style,
+                    color=colour,
+                    label=f"{work}, {name.split('_')[-1]}",
+                )
+        last = max((row for row in rows if row.work in styles and row.work in ("load", "map")), key=lambda r: r.size)
+        sizes = sorted({row.size for row in rows if row.work in styles})
+        axes.loglog(sizes, [0.6 * last.seconds * n / last.size for n in sizes], ":", color="grey", label="linear")
+        axes.set(xlabel=f"{label} [-]", ylabel="CPU seconds of one core")
+        axes.set_xticks(sizes, [str(n) for n in sizes])
+        axes.minorticks_off()
+        axes.set_ylim(bottom=0.3 * axes.get_ylim()[0])
+        axes.legend(frameon=False, fontsize=8, loc="lower right", ncols=2)
+    figure.savefig(path, dpi=150)
 
 
 def main() -> None:
     """Run all computations."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
     folder.mkdir(parents=True, exist_ok=True)
-    rows = [measure(name, positions) for name in DESIGNS for positions in POSITIONS]
+    split = {name: stages(name) for name in DESIGNS}
+    for stage in next(iter(split.values())):
+        print(f"{stage:28s}" + "".join(f"{split[name][stage]:10.3f}" for name in DESIGNS))
+    print(f"{'sum':28s}" + "".join(f"{sum(split[name].values()):10.3f}" for name in DESIGNS))
+    rows = [row for name in DESIGNS for row in (*over_positions(name), *over_map(name))]
     for row in rows:
-        print(
-            f"{row['design']:24s} {row['positions']:4d} positions {row['points']:6d} points  geometry and teeth "
-            f"{row['geometry']:.3f} s  compliance {row['compliance']:.3f} s  load {row['load']:.4f} s"
-        )
+        print(f"{row.design:24s} {row.work:12s} {row.size:5d} {row.seconds:8.3f} s")
+    print(f"memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0:.0f} MB")
     with (folder / "gear_load_time.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0])
+        writer = csv.DictWriter(file, asdict(rows[0]))
         writer.writeheader()
-        writer.writerows(rows)
-    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
-    axes = figure.add_subplot()
-    for name, colour in zip(DESIGNS, ("#1f5a99", "#c8651b"), strict=True):
-        part = [row for row in rows if row["design"] == name]
-        count = [float(row["positions"]) for row in part]
-        axes.loglog(count, [float(row["load"]) for row in part], "o-", color=colour, label=f"load, {name}")
-        axes.loglog(count, [float(row["compliance"]) for row in part], "s--", color=colour, label="its compliance")
-    axes.loglog(POSITIONS, 0.004 * np.array(POSITIONS), ":", color="grey", label="linear")
-    axes.set(xlabel="mesh positions [-]", ylabel="CPU seconds, one core")
-    axes.legend(frameon=False, fontsize=8)
-    figure.savefig(folder / "gear_load_time.png", dpi=150)
+        writer.writerows(asdict(row) for row in rows)
+    plot(rows, folder / "gear_load_time.png")
 
 
 if __name__ == "__main__":

@@ -155,13 +155,15 @@ def _end(
     known : (n,) bool array
         Whether both samples are points of the line.
     """
-    (inner, outer), (free_in, free_out), (inside, outside) = run.T, free.T, margin.T
+    inner, outer = run[:, 0], run[:, 1]
+    (free_in, free_out), (inside, outside) = free.T, margin.T
     least, depth = _END_ERROR * np.ptp(run, axis=1), surface.undercut_scale
     kept = np.zeros(roll.size)
     for _ in range(_END_STEPS):
         share = np.where(known, inside / np.where(known, inside - outside, 1.0), 0.5)
         middle, start = inner + share * (outer - inner), free_in + share * (free_out - free_in)
-        u, v, found = (part[:, 0] for part in _level(surface, roll, middle[:, None], swapped, start[:, None]))
+        at_u, at_v, on_line = _level(surface, roll, middle[:, None], swapped, start[:, None])
+        u, v, found = at_u[:, 0], at_v[:, 0], on_line[:, 0]
         here, there = np.where(found, surface.margin(u, v), -1.0), u if swapped else v
         good, done = here > 0.0, np.abs(here) < _END_ERROR * depth
         # Illinois: an end that stays twice counts half

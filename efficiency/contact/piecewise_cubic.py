@@ -41,7 +41,7 @@ def cubic_spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
         right[..., end] = ((near + 2.0 * (near + far)) * far * secant[..., end] + near**2 * secant[..., away]) / (
             near + far
         )
-    slopes = np.linalg.solve(matrix, right.reshape(-1, x.size).T).T.reshape(y.shape)
+    slopes = np.asarray(np.linalg.solve(matrix, right.reshape(-1, x.size).T)).T.reshape(y.shape)
     return _hermite(x, y, slopes, at)
 
 

@@ -99,7 +99,8 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     count = lengths.shape[0]
     marks = np.unique(np.linspace(0, count - 1, -(-count // _STRIDE) + 1).round().astype(np.int64))
     x, alive = np.array(start), np.ones(u.size, dtype=bool)
-    marked, reached = [], []
+    marked: list[FloatArray] = []
+    reached: list[BoolArray] = []
     for s in lengths[marks]:
         ahead = np.zeros_like(x)
         if len(marked) > 1:
