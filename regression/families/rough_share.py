@@ -32,8 +32,9 @@ def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arr
     """
     rough = np.maximum(c["roughness_rms"], _LEAST_ROUGHNESS)
     waves = c["half_width"] / c["correlation_length"] / 20.0
+    hot = heated_film(c, k)
+    plain = hot / rough
     # waves longer than the contact are shape to it, not roughness
-    plain = c["film_formula"] / rough
     ratio = plain * (1.0 + k["narrow"] / (20.0 * waves))
     flattening = c["pressure_hertz"] * c["correlation_length"] / (c["effective_modulus"] * rough) / 0.3
     hertz = c["pressure_hertz"] / (0.0045 * c["effective_modulus"])
@@ -72,7 +73,7 @@ def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arr
     sliding = k["slide"] * across ** k["slide_power"] * np.exp(np.minimum(log_sliding, _MOST))
     share = 1.0 / (1.0 + np.exp(np.minimum(squeezed, _MOST)) * (1.0 + sliding))
     ripple = k["ripple"] * waves ** k["ripple_waves"] / (1.0 + (ratio / _THICK) ** 4)
-    film = film_friction(c, k, heated_film(c, k), ripple) * (1.0 - share) ** k["film_power"]
+    film = film_friction(c, k, hot, ripple) * (1.0 - share) ** k["film_power"]
     return np.asarray(share), np.asarray(film)
 
 
@@ -121,8 +122,8 @@ _TERMS: dict[str, tuple[float, float, float]] = {
 }
 
 _EQUATION = (
-    "mu = X mu_b + (1 - X)^film_power F; X = 1/(1 + Q (1 + Z)); l = h0/Rq (1 + narrow lc/b);"
-    " Q = squeeze l^n exp(squeeze_tail l S^tail_shear) P^squeeze_flattening H^squeeze_hertz/(1 + (touch Rq/h0)^2);"
+    "mu = X mu_b + (1 - X)^film_power F; X = 1/(1 + Q (1 + Z)); l = h/Rq (1 + narrow lc/b);"
+    " Q = squeeze l^n exp(squeeze_tail l S^tail_shear) P^squeeze_flattening H^squeeze_hertz/(1 + (touch Rq/h)^2);"
     " n = squeeze_film H^film_hertz (P/(1 + P/20))^film_flattening (M/30)^film_load;"
     " Z = slide |s/0.2|^slide_power P^slide_flattening B^slide_waves N^slide_viscosity (1 + SR)^slide_total"
     " S^slide_shear (Lam p_h/(10 tau0))^slide_limit (1 + 20 beta tau0 v_s (b/u_r)^0.5/e)^slide_flash;"
