@@ -105,8 +105,8 @@ class BlockFunctions:
             return (plane[:, :, None] * three[None, None, :, ic]).reshape(weight.size, -1)
 
         inverse = np.linalg.inv(jacobian) * np.sqrt(weight)[:, None, None]
-        reference = [product(direction) for direction in range(3)]
-        gradient = [sum(inverse[:, x, k, None] * reference[k] for k in range(3)) for x in range(3)]
+        reference = np.stack([product(direction) for direction in range(3)], axis=1)
+        gradient = np.moveaxis(inverse @ reference, 1, 0)
         lame = youngs_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
         shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
         size = ia.size

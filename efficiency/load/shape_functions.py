@@ -13,16 +13,22 @@ Pair = tuple[FloatArray, FloatArray]
 """Values and derivatives, each (points, functions)."""
 
 
+@lru_cache(maxsize=32)
 def lobatto_nodes(count: int) -> FloatArray:
     """Gauss-Lobatto points of [0, 1], at least two, both ends among them."""
     inner = legendre.legroots(legendre.legder(np.eye(count)[count - 1]))
-    return np.asarray(0.5 * (1.0 + np.concatenate([[-1.0], np.sort(inner), [1.0]])))
+    nodes = np.asarray(0.5 * (1.0 + np.concatenate([[-1.0], np.sort(inner), [1.0]])))
+    nodes.setflags(write=False)
+    return nodes
 
 
+@lru_cache(maxsize=32)
 def gauss_rule(count: int) -> tuple[FloatArray, FloatArray]:
     """Points and weights of the Gauss rule on [0, 1]."""
-    points, weights = legendre.leggauss(count)
-    return 0.5 * (1.0 + points), 0.5 * weights
+    points, weights = (0.5 * (shift + x) for shift, x in zip((1.0, 0.0), legendre.leggauss(count), strict=True))
+    points.setflags(write=False)
+    weights.setflags(write=False)
+    return points, weights
 
 
 def legendre_polynomials(degree: int, x: FloatArray) -> Pair:
