@@ -26,6 +26,7 @@ COLORS = {
     "wrong": "black",
 }  # fmt: skip
 SOLVED = ("converged", "with fallback")
+NOT_DRAWN = "left, not drawn"
 
 
 def report(folder: Path, kind: str) -> None:
@@ -39,7 +40,8 @@ def report(folder: Path, kind: str) -> None:
         known = first[~first.reason.isin(LEFT)]
         parts = ("both passes", combined(known, len(left), second), "\nfirst pass, without those it left", table(known))
         text = "\n".join((*parts, "\nsecond pass", table(second)))
-        data = pd.concat([known, second], ignore_index=True)
+        rest = left[~left["index"].isin(second["index"])].assign(outcome=NOT_DRAWN)
+        data = pd.concat([rest, known, second], ignore_index=True)
     print(text)
     (folder / f"stress_{kind}.txt").write_text(text + "\n", encoding="utf-8")
     plot(data, folder / f"stress_{kind}.png")
@@ -118,8 +120,10 @@ def plot(data: pd.DataFrame, path: Path) -> None:
     )  # fmt: skip
     figure, axes = plt.subplots(1, 3, figsize=(15, 4.5), layout="constrained")
     for axis, (name_x, x, name_y, y) in zip(axes, planes, strict=True):
-        for outcome, color in COLORS.items():
+        for outcome, color in ({NOT_DRAWN: "lightgray"} | COLORS).items():
             mask = (data.outcome == outcome) & np.isfinite(y)
+            if outcome == NOT_DRAWN and not mask.any():
+                continue
             axis.plot(x[mask], y[mask], ".", color=color, ms=4, label=f"{outcome} ({(data.outcome == outcome).sum()})")
         axis.set(xlabel=name_x, ylabel=name_y, yscale="log", xscale="linear" if "slide" in name_x else "log")
     axes[0].legend(fontsize=8)
