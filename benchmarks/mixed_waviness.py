@@ -144,8 +144,8 @@ def waviness(out: Path) -> None:
             value, g = attenuation(contact, oil, wavelength, mesh_of(contact, oil, wavelength))
             linear = linear_attenuation(contact, oil, smooth, wavelength, max(90.0, 45.0 / wavelength))
             load, material = contact.moes_groups(oil)
-            off = (100.0 * (value / linear - 1.0), 100.0 * (value / curve(g) - 1.0))
-            rows.append((load, material, wavelength, g, value, linear, curve(g), *off))
+            both = (100.0 * (value / linear - 1.0), 100.0 * (value / curve(g) - 1.0))
+            rows.append((load, material, wavelength, g, value, linear, curve(g), *both))
     columns = ("M", "L", "wavelength b", "g", "Ad/Ai", "linear theory", "curve", "off theory %", "off curve %")
     print_table("waviness in pure rolling", columns, rows)
     write_csv(out / "mixed_waviness.csv", columns, rows)
@@ -187,8 +187,8 @@ def theory_against_curve(out: Path) -> Array:
     summary = []
     for law in ("roelands", "barus"):
         for g in GS:
-            off = np.array([row[-1] for row in rows if row[0] == law and row[3] == g])
-            summary.append((law, g, off.size, off.min(), float(np.median(off)), off.max()))
+            part = np.array([row[-1] for row in rows if row[0] == law and row[3] == g])
+            summary.append((law, g, part.size, part.min(), float(np.median(part)), part.max()))
     print_table("linear theory off the curve", ("law", "g", "contacts", "least %", "median %", "most %"), summary)
     return np.array([(row[3], row[5]) for row in rows])
 

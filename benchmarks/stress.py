@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import functools
 import math
 import multiprocessing
 import os
@@ -42,7 +41,7 @@ from stress_cases import Scene, scenes
 import ehl.mixed
 from ehl.errors import ConvergenceError, InputError
 from ehl.solve import ContactResult, solve_case
-from ehl.transient import solve_transient
+from ehl.transient import TransientResult, solve_transient
 from ehl.transient.accuracy import BUDGET
 
 OUT = Path("benchmarks/out")
@@ -127,7 +126,12 @@ def solved(
     """The row of one scene; with `defer` a contact beyond the budget of nodes is not solved on a coarser mesh."""
     started = time.perf_counter()
     row = dict(scene.row)
-    solve = functools.partial(solve_transient, travel=travel)
+
+    def solve(*given: Any, **options: Any) -> TransientResult:
+        if options.get("travel") is None:
+            options["travel"] = travel
+        return solve_transient(*given, **options)
+
     beyond = _deferred if defer else ehl.mixed._beyond_budget
     with (
         mock.patch.object(ehl.mixed, "solve_transient", solve),
