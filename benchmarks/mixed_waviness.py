@@ -151,8 +151,8 @@ def waviness(out: Path) -> None:
     write_csv(out / "mixed_waviness.csv", columns, rows)
     scattered = theory_against_curve(out)
     figure, axes = plt.subplots(figsize=(6.5, 4.2))
-    g = np.geomspace(0.1, 60, 200)
-    axes.semilogx(g, curve(g), "k-", label="1/(1 + 0.125 g + 0.04 g²)")
+    many = np.geomspace(0.1, 60, 200)
+    axes.semilogx(many, [curve(g) for g in many], "k-", label="1/(1 + 0.125 g + 0.04 g²)")
     axes.semilogx(scattered[:, 0], scattered[:, 1], "k.", ms=3, alpha=0.5, label="linear theory, M 5 to 100, L 5 to 20")
     for load in sorted({r[0] for r in rows}):
         part = [r for r in rows if r[0] == load]
