@@ -150,7 +150,8 @@ ROUGH_SHARE = Family(
     tuple(_TERMS),
     (*BOX, "correlation_length"),
     _rough_share_log,
-    None,
-    *(tuple(column) for column in zip(*_TERMS.values(), strict=True)),
+    start=tuple(start for start, _, _ in _TERMS.values()),
+    lower=tuple(lower for _, lower, _ in _TERMS.values()),
+    upper=tuple(upper for _, _, upper in _TERMS.values()),
     parts=rough_share_parts,
 )
