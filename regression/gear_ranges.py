@@ -29,6 +29,7 @@ _WRITTEN: dict[str, tuple[str, str, float, float]] = {
     "lengthwise_to_roll": ("linear", "", 1.0, 0.0),
     "temperature_oil": ("linear", "degC", 1.0, -273.15),
     "roughness_rms": ("log", "um", 1e6, 0.0),
+    "correlation_length": ("log", "um", 1e6, 0.0),
 }
 # ends closer than this are one value
 _ONE_VALUE = 1.02

@@ -70,8 +70,9 @@ def test_ranges_hold_the_share_of_the_weight_asked_for() -> None:
 
 
 def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
-    hot = points(temperature_oil=393.15)
-    ranges = seen_ranges([points(), hot], 0.95)
+    texture = {"correlation_length": 45e-6}
+    hot = points(temperature_oil=393.15, **texture)
+    ranges = seen_ranges([points(**texture), hot], 0.95)
     text = plan_text("seen", 'what "gears" see', ranges, ("fva3", "75w90"), size=40, roughness="load_sharing")
     (tmp_path / "seen.toml").write_text(text)
     plan = load_plan(tmp_path / "seen.toml")
@@ -90,6 +91,7 @@ def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
             assert spread == pytest.approx(1.2 * inner, rel=0.05) or low == 0.0
     # one roughness, one value
     assert plan.variables.axes["roughness_rms"].values == pytest.approx((0.5e-6,), rel=0.01)
+    assert plan.variables.axes["correlation_length"].values == pytest.approx((45e-6,), rel=0.01)
     window = plan.constraints.film_ratio
     assert window.low < ranges["film_ratio"].low < ranges["film_ratio"].high < window.high
 
