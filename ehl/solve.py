@@ -23,6 +23,7 @@ from ehl.lubricant import Lubricant
 from ehl.material import Material
 from ehl.mixed import (
     TOLERANCE,
+    film_stress_ratio,
     rolling_heat_of,
     roughness_effect,
     roughness_heights,
@@ -303,8 +304,9 @@ def _rough(
         rms, height = roughness_heights(surface, contact)
         # of the hot film: that is what keeps the surfaces apart, at 20 m/s half as thick as the isothermal one
         hot_ratio = smooth.film.film_central / height if height > 0.0 else math.inf
-        if height > 0.0 and not roughness_matters(hot_ratio, model):
-            effect = roughness_effect(hot_ratio)
+        stress_ratio = film_stress_ratio(smooth.friction_fluid, contact, lubricant)
+        if height > 0.0 and not roughness_matters(hot_ratio, model, stress_ratio):
+            effect = roughness_effect(hot_ratio, stress_ratio)
             skipped.append(f"roughness and time: estimated change of friction {100.0 * effect:.2g} %")
             film_ratio = smooth.isothermal.film_central / rms
             return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)

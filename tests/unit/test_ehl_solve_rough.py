@@ -90,6 +90,23 @@ def test_roughness_left_out_of_a_thick_film_changes_no_more_than_said() -> None:
     assert skipped.friction_error < 0.02
 
 
+def test_roughness_left_out_of_a_viscous_film_counts_for_more() -> None:
+    viscous = {"slide_to_roll": 1e-3, "friction_tolerance": 0.5}
+    skipped = solve_case(case(**viscous))
+    assert skipped.transient is None
+    eyring = solve_case(case(friction_tolerance=0.5))
+    assert skipped.friction_error > 3.0 * eyring.friction_error
+    changes = []
+    for seed in (1, 2):
+        full = solve_case(case(seed, **viscous, shortcuts="off"))
+        changes.append(full.friction_coefficient / skipped.friction_coefficient - 1.0)
+        assert abs(changes[-1]) < skipped.friction_error + full.friction_error
+    # what is said holds without the error of the run, and what is said of other films would not
+    assert eyring.friction_error < np.mean(changes) < skipped.friction_error
+    assert solve_case(case(slide_to_roll=1e-3)).transient is not None
+    assert solve_case(case(slide_to_roll=0.0)).transient is None
+
+
 @pytest.mark.parametrize("kind", ["waves", "scratch"])
 def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_path: Path) -> None:
     x = np.arange(0.0, 1.2e-3, 1e-6)
