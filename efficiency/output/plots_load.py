@@ -137,9 +137,10 @@ def plot_comparison(comparison: Comparison) -> Figure:
         axes.annotate(text, (right, at), xytext=(5, 0), textcoords="offset points", fontsize=9, va="center")
     axes.set_yticks(place, [row.name for row in rows])
     axes.set(
-        xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.2 * float(end.max()) or 1.0)
+        xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.3 * float(end.max()) or 1.0)
     )
-    axes.set_title(
+    # over the whole figure: long names of friction models leave the axes narrow
+    figure.suptitle(
         f"{comparison.design}: {comparison.torque_pinion:g} N m, {comparison.speed_pinion * RPM:.0f} rpm, "
         f"{comparison.temperature_oil - KELVIN:.0f} degC"
     )
