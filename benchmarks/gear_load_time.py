@@ -122,6 +122,10 @@ def over_map(name: str) -> list[Growth]:
     load_mesh(mesh, given.torque)
     speeds = list(np.linspace(0.1, 1.5, SPEEDS) * given.speed)
     rows = []
+
+    def at(speed: float, temperature: float) -> Operation:
+        return Operation(speed, temperature, 4e-7, 4e-7)
+
     for count in TORQUES:
         torques = list(np.linspace(1.5 / count, 1.5, count) * given.torque)
 

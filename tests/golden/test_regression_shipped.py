@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from ehl.oil import Oil
 from ehl.state import ContactState
+from regression.conditions import conditions_of
+from regression.families import ROUGH_SHARE, rough_share_parts
 from regression.formula import Formula
 from regression.friction_models import FormulaFriction, FrictionFlag, friction_model, shipped_formulas
 from regression.sweep import oil_hash
@@ -74,3 +78,35 @@ EXPECTED: dict[str, list[float]] = {
     "fva3_gp": [0.019612, 0.027933, 0.022100],
     "fva3_load_share": [0.018968, 0.059596, 0.071586],
 }
+
+
+@pytest.mark.parametrize("name", ["75w90", "fva3"])
+def test_limits_hold_for_the_shipped_coefficients(name: str) -> None:
+    """Far beyond the range of gears, as the property tests of the families do with their start values."""
+    k, oil, random = shipped(name).coefficients, Oil.load(name), np.random.default_rng(0)
+    unit = random.random((8, 4000))
+    state = ContactState.of(
+        pressure_hertz=0.1e9 * 35.0 ** unit[0],
+        radius_equivalent=0.003 * 50.0 ** unit[1],
+        effective_modulus=226e9,
+        speed_entrainment=0.2 * 200.0 ** unit[2],
+        slide_to_roll=0.003 * 1000.0 ** unit[3],
+        speed_sliding_lengthwise=30.0 * unit[4],
+        temperature_oil=random.choice([285.0, 350.0, 420.0], 4000),
+        roughness_rms_1=0.02e-6 * 75.0 ** unit[5],
+        roughness_rms_2=0.2e-6,
+        correlation_length=8e-6 * 37.0 ** unit[6],
+    )
+    here = conditions_of(state, oil)
+
+    def films(factor: Any) -> dict[str, Any]:
+        return here | {film: factor * here[film] for film in ("film_formula", "film_ratio_formula")}
+
+    dry = films(1e-6) | {"speed_sliding": 1e-6 * here["speed_sliding"]}
+    with np.errstate(over="ignore"):
+        share, film = rough_share_parts(here, k)
+        thicker, _ = rough_share_parts(films(1.0 + 4.0 * unit[7]), k)
+        boundary = np.exp(ROUGH_SHARE.log_mu(dry, k, 0.1))
+    assert ((share >= 0.0) & (share <= 1.0) & (thicker <= share)).all()
+    assert ((film > 0.0) & (film <= oil.limiting_shear_coefficient * (1.0 + 1e-9))).all()
+    np.testing.assert_allclose(boundary, 0.1, rtol=1e-5)
