@@ -130,7 +130,6 @@ def over_map(name: str) -> list[Growth]:
         torques = list(np.linspace(1.5 / count, 1.5, count) * given.torque)
 
         def run(torques: list[float] = torques) -> Any:
-            at = lambda speed, temperature: Operation(speed, temperature, 4e-7, 4e-7)  # noqa: E731
             return efficiency_map(mesh, model, oil, torques, at, speeds, [given.temperature_oil])
 
         rows.append(Growth(name, "map", count * SPEEDS, cpu(run)))
