@@ -1,4 +1,4 @@
-"""Parts of the transient engine against each other: elastic kernels, step tolerance, shear laws.
+"""Parts of the transient engine against each other: elastic kernels, step tolerance, shear laws, ends of the mesh.
 
     python benchmarks/mixed_engine.py STUDY --out benchmarks/out
 
@@ -12,11 +12,14 @@ import argparse
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from mixed_scenes import (
+    RADIUS,
     STEEL,
     Scene,
     eyring_oil,
@@ -30,14 +33,18 @@ from mixed_scenes import (
 )
 
 from ehl.rheology import RisingStress
-from ehl.transient._kernels.march import FILM_MEAN, ITERATIONS
+from ehl.transient._kernels.march import FILM_MEAN, ITERATIONS, STAGE
+from ehl.transient._kernels.newton import PLAIN
 from ehl.transient.run import Run
-from ehl.transient.scaling import build_problem
+from ehl.transient.scaling import build_problem, solved_length
 from ehl.transient.solve import elastic_error
 
 RMS = 0.4e-6
 WINDOW = 4.0
 TURNS = 8
+# of the study of the ends: composite roughness [m] and film ratios on the test line, and film ratios of a rougher one
+ROUGHNESSES = (0.2e-6, 0.4e-6, 0.6e-6, 0.8e-6)
+ENDED_RATIOS, SOFT_RATIOS = (0.03, 0.1, 0.3, 1.0, 3.0), (0.1, 0.3, 1.0)
 
 
 def changed(scene: Scene, mesh: float, **settings: object) -> Run:
@@ -142,7 +149,67 @@ def laws(out: Path) -> None:
     write_csv(out / "mixed_laws.csv", columns, rows)
 
 
-STUDIES = {"elasticity": elasticity, "tolerance": tolerance, "laws": laws}
+@dataclass(frozen=True)
+class Ended:
+    """One run whose mesh ends where asperities no longer touch, or where that of a smooth contact does."""
+
+    mu: float
+    film: float
+    edge_pressure: float  # largest mean pressure of the last three nodes, over p_h
+    reach: float  # of the asperity contact behind the middle [b]
+    fallbacks: float
+    microseconds: float
+
+
+def ended(scene: Scene, mesh: float, window: float, short: bool) -> Ended:
+    """A run on the mesh as it is, or on the ``short`` one of the smooth contact."""
+    smooth = mock.patch("ehl.transient.scaling.rough_length", lambda contact, film, rms: solved_length(contact, film))
+    with smooth if short else nullcontext():
+        run = scene.run(mesh)
+    run.advance(round((startup_of(scene) + 0.5) * mesh))
+    begun = time.process_time()
+    records, profiles = run.advance(round(window * mesh))
+    spent = time.process_time() - begun
+    touching = run.problem.x[profiles[1] > 0.0]
+    return Ended(
+        mu=float(friction(records).mean()),
+        film=float(records[:, FILM_MEAN].mean()) * run.problem.units.film,
+        edge_pressure=float((profiles[0] + profiles[1])[-3:].max()),
+        reach=float(touching[-1]) if touching.size else 0.0,
+        fallbacks=float(np.mean(records[:, STAGE] > PLAIN)),
+        microseconds=1e6 * spent / len(records),
+    )
+
+
+def ends(out: Path) -> None:
+    """The mesh as far as asperities touch, against one that ends where that of the smooth contact does."""
+    oil = eyring_oil()
+    scenes: list[tuple[str, float, Scene]] = []
+    lines = [(0.005, 0.5e9, 0.5e-6, ratio) for ratio in SOFT_RATIOS]
+    lines += [(RADIUS, p_h, rms, ratio) for p_h in (1e9, 2e9) for rms in ROUGHNESSES for ratio in ENDED_RATIOS]
+    for radius, p_h, rms, ratio in lines:
+        contact = line(speed_of_film_ratio(ratio, rms, oil, pressure=p_h, radius=radius), 0.5, p_h, radius)
+        surfaces = gaussian_pair(contact, rms, 0.1)
+        name = f"R {radius * 1e3:g} mm, {p_h / 1e9:g} GPa, Rq {rms * 1e6:g} um"
+        scenes += [(name, ratio, Scene(contact, oil, surfaces, 30e-9, gamma)) for gamma in (1.0, math.inf)]
+    columns = ("scene", "lambda", "gamma", "mu", "change of mu %", "of film %", "reach b", "end p/p_h, short",
+               "end p/p_h", "fallbacks, short", "fallbacks", "time / short")  # fmt: skip
+    rows = []
+    for name, ratio, scene in scenes:
+        window = 12.0 if scene.contact.radius_equivalent == RADIUS else 48.0
+        short, full = (ended(scene, 80.0, window, cut) for cut in (True, False))
+        changes = 100 * (full.mu / short.mu - 1.0), 100 * (full.film / short.film - 1.0)
+        row = name, ratio, scene.peklenik_number, full.mu, *changes, full.reach, short.edge_pressure
+        rows.append((*row, full.edge_pressure, short.fallbacks, full.fallbacks, full.microseconds / short.microseconds))
+    print_table("where the mesh ends", columns, rows)
+    write_csv(out / "mixed_ends.csv", columns, rows)
+    numbers = np.array([row[4:] for row in rows[2 * len(SOFT_RATIOS) :]])
+    print(f"test line, {len(numbers)} scenes: largest change of mu {np.abs(numbers[:, 0]).max():.2g} %,")
+    print(f"fallback steps {numbers[:, 5].sum():.3g} -> {numbers[:, 6].sum():.3g} (sums of shares),")
+    print(f"time of a step {np.median(numbers[:, 7]):.3g} of the short one in the median")
+
+
+STUDIES = {"elasticity": elasticity, "tolerance": tolerance, "laws": laws, "ends": ends}
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from mixed_scenes import (
@@ -24,6 +25,8 @@ from mixed_scenes import (
 )
 from scipy.stats import qmc
 
+from ehl.roughness import generate_profile
+from ehl.transient import RoughSurfaces, solve_transient
 from ehl.transient._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
 from ehl.transient.accuracy import make_plan
 from ehl.transient.batches import batch_means
@@ -251,13 +254,106 @@ def mesh_targets(out: Path, window: float) -> None:
     print_table(f"mesh of accuracy standard against 4 times finer, window {window} b", columns, rows)
 
 
+def spots(out: Path, window: float) -> None:
+    """Meshes of thin films on line B (1.5 GPa, SR 0.15), sealed: error of mu against 600 nodes per b, and CPU time.
+
+    The time is that of accuracy "standard" with its companion, with the floor of nodes for contact spots and without.
+    """
+    oil, rms, p_h, slip = eyring_oil(), 0.4e-6, 1.5e9, 0.15
+    meshes = (100.0, 150.0, 200.0, 600.0)
+    columns = ("lambda", "lc b", "seed", *(f"error at {m:g} %" for m in meshes[:-1]), "noise at 100 %", "mu",
+               "nodes per b", "s", "s without floor")  # fmt: skip
+    rows = []
+    for ratio in (0.38, 0.3, 0.2, 0.15, 0.1, 0.06):
+        contact = line(speed_of_film_ratio(ratio, rms, oil, pressure=p_h), slip, p_h)
+        film = film_estimate(contact, oil)
+        for correlation in (0.2, 0.4):
+            for seed in (1, 2):
+                scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation, seed))
+                *coarse, finest = family(scene, meshes, startup_of(scene), window)
+                mu = float(friction(finest.records).mean())
+                errors = [100 * (float(friction(w.records).mean()) / mu - 1.0) for w in coarse]
+                a, b = batch_series(coarse[0]), batch_series(finest)
+                k = min(a.size, b.size)
+                noise = 100 * float(np.std(a[:k] - b[:k], ddof=1)) / math.sqrt(k) / mu
+                mesh = 1.0 / make_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
+                seconds = standard_time(scene)
+                with mock.patch("ehl.transient.accuracy.SPOT_RATIO", 0.0):
+                    before = standard_time(scene)
+                rows.append((ratio, correlation, seed, *errors, noise, mu, mesh, seconds, before))
+        print_table("", columns, rows[-4:])
+        write_csv(out / "mixed_spots.csv", columns, rows)
+    print_table(f"meshes of thin films, window {window} b", columns, rows)
+
+
+def standard_time(scene: Scene) -> float:
+    """Processor time of accuracy "standard", window 4 b, without the study of the boundary film [s]."""
+    begun = time.process_time()
+    solve_transient(
+        scene.contact, scene.lubricant, scene.surfaces, accuracy="standard", boundary_film=scene.boundary_film,
+        peklenik_number=scene.peklenik_number, travel=4.0, boundary_study=False,
+    )  # fmt: skip
+    return time.process_time() - begun
+
+
+# film ratio, SR, gamma, period and window [b]
+STRETCHES = (
+    (0.5, 0.5, math.inf, 32.0, 16.0), (0.5, 0.5, math.inf, 8.0, 32.0), (0.5, 0.5, 1.0, 8.0, 32.0),
+    (0.2, 0.5, math.inf, 8.0, 32.0), (0.5, 0.05, math.inf, 8.0, 32.0), (0.5, 1.9, math.inf, 16.0, 32.0),
+    (0.5, -2.0, math.inf, 32.0, 16.0), (0.2, -2.0, math.inf, 32.0, 16.0),
+)  # fmt: skip
+
+
+def stretches(out: Path, seeds: int) -> None:
+    """mu over other stretches of the same surfaces: spread over seeds, and what two error bars cover of it."""
+    oil, rms = eyring_oil(), 0.4e-6
+    columns = ("lambda", "SR", "gamma", "period b", "window b", "1.645 std %", "interval %", "covers %",
+               "realisation error %", "covers % ", "net exchange", "chance")  # fmt: skip
+    rows = []
+    for ratio, slip, gamma, period, window in STRETCHES:
+        contact = line(speed_of_film_ratio(ratio, rms, oil, slide_to_roll=slip), slip)
+        b = contact.half_width
+        results = []
+        for seed in range(seeds):
+            each = (
+                generate_profile(rms / math.sqrt(2.0), 0.15 * b, period * b, 0.0075 * b, 2 * seed + i) for i in (1, 2)
+            )
+            results.append(
+                solve_transient(
+                    contact,
+                    oil,
+                    RoughSurfaces(*each),
+                    accuracy="fast",
+                    nodes=150,
+                    boundary_film=30e-9,
+                    peklenik_number=gamma,
+                    travel=window,
+                )
+            )
+        friction_ = np.array([r.friction_coefficient for r in results])
+        away = np.abs(friction_ / friction_.mean() - 1.0)
+        spread = 164.5 * float(np.std(friction_, ddof=1) / friction_.mean())
+        row: list[float] = [ratio, slip, gamma, period, window, spread]
+        for bars in ([r.statistical_error for r in results], [r.realisation_error for r in results]):
+            row += [100 * float(np.median(bars)), 100 * float(np.mean(away <= np.array(bars)))]
+        row += [float(np.median([getattr(r, k) for r in results])) for k in ("net_exchange", "net_exchange_chance")]
+        rows.append(row)
+        write_csv(out / "mixed_stretches.csv", columns, rows)
+    print_table(f"other stretches of the same surfaces, {seeds} seeds", columns, rows)
+
+
+COST_MESHES = (35.0, 70.0, 140.0, 280.0, 560.0, 1120.0, 2240.0)  # nodes per b; drainage and heat on the first four
+
+
 def cost(out: Path, repeats: int = 9) -> None:
     """CPU time of a step over the number of nodes, and what drainage and heat add to it.
 
-    The variants take turns over the same travel; medians over the turns, ratios within a turn.
+    Meshes and variants take turns, the variants of a mesh over the same travel; medians over the turns of times, of
+    ratios within a turn, and of exponents within a turn.
     """
     oil, rms = eyring_oil(), 0.4e-6
-    rows = []
+    rows: list[tuple[float | str, ...]] = []
+    exponents: list[tuple[float | str, ...]] = []
     columns = ("lambda", "variant", "nodes", "us per step", "iterations", "us per iteration", "added to sealed %")
     for ratio in (1.5, 0.3):
         contact = line(speed_of_film_ratio(ratio, rms, oil))
@@ -267,27 +363,38 @@ def cost(out: Path, repeats: int = 9) -> None:
             "gamma 1": base.with_(peklenik_number=1.0),
             "sealed, heat": base.with_(thermal=True),
         }
-        for mesh in (35.0, 70.0, 140.0, 280.0, 560.0):
-            runs = {k: v.run(mesh) for k, v in variants.items() if k == "sealed" or mesh < 300.0}
-            for run in runs.values():
-                run.advance(round(4.0 * mesh))
-            steps = round(0.7 * mesh)
-            used: dict[str, list[float]] = {name: [] for name in runs}
-            iterations: dict[str, list[float]] = {name: [] for name in runs}
-            for _ in range(repeats):
-                for name, run in runs.items():
-                    begun = time.process_time()
-                    records, _ = run.advance(steps)
-                    used[name].append((time.process_time() - begun) / steps)
-                    iterations[name].append(float(records[:, ITERATIONS].mean()))
-            for name, times in used.items():
-                per_iteration = float(np.median(np.divide(times, iterations[name])))
-                added = float(np.median(np.divide(times, used["sealed"]))) - 1.0
-                n = runs[name].problem.x.size
-                per_step, mean = 1e6 * float(np.median(times)), float(np.mean(iterations[name]))
-                rows.append((ratio, name, n, per_step, mean, 1e6 * per_iteration, 100 * added))
+        runs = {
+            (mesh, name): scene.run(mesh)
+            for mesh in COST_MESHES
+            for name, scene in variants.items()
+            if name == "sealed" or mesh < 300.0
+        }
+        for (mesh, _), run in runs.items():
+            run.advance(round(4.0 * mesh))
+        used: dict[tuple[float, str], list[float]] = {key: [] for key in runs}
+        iterations: dict[tuple[float, str], list[float]] = {key: [] for key in runs}
+        for _ in range(repeats):
+            for key, run in runs.items():
+                steps = min(max(round(0.7 * key[0]), 200), 400)
+                begun = time.process_time()
+                records, _ = run.advance(steps)
+                used[key].append((time.process_time() - begun) / steps)
+                iterations[key].append(float(records[:, ITERATIONS].mean()))
+        per_iteration = {key: np.divide(used[key], iterations[key]) for key in runs}
+        for key, times in used.items():
+            mesh, name = key
+            added = 100 * (float(np.median(np.divide(times, used[mesh, "sealed"]))) - 1.0)
+            per_step, mean = 1e6 * float(np.median(times)), float(np.mean(iterations[key]))
+            each = 1e6 * float(np.median(per_iteration[key]))
+            rows.append((ratio, name, runs[key].problem.x.size, per_step, mean, each, added))
+        for first, last in ((0, 4), (2, 6)):
+            keys = [(mesh, "sealed") for mesh in COST_MESHES[first : last + 1]]
+            nodes = [runs[key].problem.x.size for key in keys]
+            times = np.array([per_iteration[key] for key in keys])
+            slopes = np.polyfit(np.log(nodes), np.log(times), 1)[0]
+            exponents.append((ratio, f"{nodes[0]} to {nodes[-1]}", np.median(slopes), slopes.min(), slopes.max()))
     print_table("cost", columns, rows)
     write_csv(out / "mixed_cost.csv", columns, rows)
-    for ratio in (1.5, 0.3):
-        n, t = np.array([(r[2], r[5]) for r in rows if r[0] == ratio and r[1] == "sealed"], dtype=float).T
-        print(f"lambda {ratio}: exponent of time per iteration {np.polyfit(np.log(n), np.log(t), 1)[0]:.2f}")
+    columns = ("lambda", "nodes", "exponent", "least", "most")
+    print_table("exponent of the time per iteration in the number of nodes, over the turns", columns, exponents)
+    write_csv(out / "mixed_cost_exponents.csv", columns, exponents)

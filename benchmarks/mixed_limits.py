@@ -27,10 +27,11 @@ from ehl.heat import FilmConductivity
 from ehl.steady import solve_steady
 from ehl.thermal_steady import solve_steady_thermal
 from ehl.transient import solve_transient
-from ehl.transient._kernels.march import SHARE
+from ehl.transient._kernels.march import MACRO_LOAD, SHARE
 from ehl.transient._kernels.motion import move_surfaces
 from ehl.transient._kernels.records import TRAVEL
 from ehl.transient.run import Run
+from ehl.transient.window import Window, net_exchange
 
 CONSTANT = FilmConductivity(0.0, 0.0)  # the film conductivity of the prototype the runs are compared with
 
@@ -143,6 +144,42 @@ def boundary_limit(out: Path) -> None:
     columns = ("gamma", "lambda", "asperity share", "mu")
     print_table(f"boundary limit, mu_b = {BOUNDARY_FRICTION}, h_boundary 30 nm", columns, rows)
     write_csv(out / "mixed_boundary_limit.csv", columns, rows)
+
+
+def macroscopic_start(out: Path, windows: int = 10) -> None:
+    """A drained run whose macroscopic pressure starts at three shares of Hertz's: windows of 8 b after 11 b."""
+    oil, rms, mesh = eyring_oil(), 0.4e-6, 100.0
+    contact = line(speed_of_film_ratio(0.25, rms, oil))
+    scene = Scene(contact, oil, gaussian_pair(contact, rms, 0.1), 30e-9, 1.0)
+    columns = ("start over Hertz", "window", "mu", "asperity share", "roughness share", "net exchange")
+    rows = []
+    for share in (0.2, 0.5, 0.9):
+        run = scene.run(mesh)
+        inner = slice(2, run.problem.model.contact.outlet)  # the ends are given
+        run.macroscopic.pressure[inner] = share * run.state.fluid_pressure[inner]
+        rolled = [Window(run)]
+        rolled[0].start(startup_of(scene))
+        for number in range(windows):
+            rolled.append(Window(run))
+            rolled[-1].roll(8.0)
+            rows.append((share, f"{number + 1}", *averages(rolled[-1])))
+        for count in (2, windows):  # all of a run as longer windows
+            for first in range(1, windows + 1, count):
+                longer = Window(run)
+                for part in rolled[first : first + count]:
+                    longer.recorded += part.recorded
+                    longer.exchanges += part.exchanges
+                    longer.sums += part.sums
+                rows.append((share, f"{first} to {first + count - 1}", *averages(longer)))
+    print_table("start of the macroscopic pressure, gamma 1, lambda 0.25", columns, rows)
+    write_csv(out / "mixed_start.csv", columns, rows)
+
+
+def averages(window: Window) -> tuple[float, float, float, float]:
+    """mu, both shares and the net exchange over the throughput of a window."""
+    records = window.records
+    shares = float(records[:, SHARE].mean()), 1.0 - float(records[:, MACRO_LOAD].mean())
+    return float(friction(records).mean()), *shares, net_exchange(window)[0]
 
 
 def slip_curves(out: Path) -> None:

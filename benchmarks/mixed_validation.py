@@ -27,6 +27,7 @@ LIMITS = {
     "boundary": mixed_limits.boundary_limit,
     "waviness": mixed_waviness.waviness,
     "slip": mixed_limits.slip_curves,
+    "start": mixed_limits.macroscopic_start,
 }
 
 
@@ -35,7 +36,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "study",
-        choices=[*LIMITS, "reported", "intervals", "mesh", "targets", "cost", "stribeck"],
+        choices=[*LIMITS, "reported", "intervals", "stretches", "mesh", "targets", "spots", "cost", "stribeck"],
     )
     parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
     parser.add_argument("--count", type=int, default=100, help="cases or seeds")
@@ -51,6 +52,10 @@ def main() -> None:
         mixed_errors.reported_errors(given.out, given.count, given.seed, given.seconds, given.window)
     elif given.study == "intervals":
         mixed_errors.statistical_intervals(given.out, given.count, given.window, given.only)
+    elif given.study == "stretches":
+        mixed_errors.stretches(given.out, given.count)
+    elif given.study == "spots":
+        mixed_errors.spots(given.out, given.window)
     elif given.study == "mesh":
         mixed_errors.mesh_table(given.out, given.window)
     elif given.study == "targets":
