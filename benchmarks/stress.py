@@ -132,11 +132,11 @@ def solved(
             options["travel"] = travel
         return solve_transient(*given, **options)
 
-    beyond = _deferred if defer else ehl.mixed._beyond_budget
+    beyond = _deferred if defer else ehl.mixed._over_wall
     with (
         mock.patch.object(ehl.mixed, "solve_transient", solve),
-        mock.patch.object(ehl.mixed, "_beyond_budget", beyond),
-        mock.patch.dict(BUDGET, {accuracy: nodes_max or BUDGET[accuracy]}),
+        mock.patch.object(ehl.mixed, "_over_wall", beyond),
+        mock.patch.dict(BUDGET, {accuracy: (nodes_max, nodes_max) if nodes_max else BUDGET[accuracy]}),
         tempfile.TemporaryDirectory() as folder,
     ):
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,10 @@ from ehl.inputs import ModelInput, SurfaceInput
 from ehl.lubricant import Lubricant
 from ehl.material import Material
 from ehl.measured_profile import load_profile
-from ehl.rheology import RisingStress
 from ehl.roughness import LEAST_FILM, RoughProfile, generate_profile
 from ehl.subgrid import BUDGET_SHARE, CUTOFF_NODES, split_surfaces
 from ehl.transient import RoughSurfaces, TransientResult, solve_transient
-from ehl.transient.accuracy import BUDGET, LEVELS, NODES_MIN, level_of, mesh_length, refuse_unresolvable
+from ehl.transient.accuracy import BUDGET, NODES_MIN, fewest_nodes, level_of, mesh_length
 from ehl.transient.scaling import film_estimate
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +35,16 @@ LEAST_STRESS = 0.02
 REGULAR_WAVES = 1.15  # in Rq: at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
+MOST_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
+ERROR_ALLOWED = (
+    4.0  # times the tolerance asked for; with a larger error of mesh and wall a rough result is not converged
+)
 TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
+
+
+def _viscous(stress_ratio: float) -> float:
+    """How much more a film far below tau0 feels roughness than one that thins [-]."""
+    return 1.0 / min(stress_ratio + LEAST_STRESS, 1.0)
 
 
 def roughness_effect(film_ratio: float, stress_ratio: float = math.inf) -> float:
@@ -49,8 +57,7 @@ def roughness_effect(film_ratio: float, stress_ratio: float = math.inf) -> float
     stress_ratio : float
         Mean shear stress of the smooth film over the stress from which it thins (`film_stress_ratio`).
     """
-    thinned = min(stress_ratio + LEAST_STRESS, 1.0)
-    return float(ROUGHNESS_EFFECT * (ROUGHNESS_RATIO / film_ratio) ** ROUGHNESS_POWER / thinned)
+    return float(ROUGHNESS_EFFECT * (ROUGHNESS_RATIO / film_ratio) ** ROUGHNESS_POWER * _viscous(stress_ratio))
 
 
 def roughness_matters(film_ratio: float, model: ModelInput, stress_ratio: float = math.inf) -> bool:
@@ -60,18 +67,18 @@ def roughness_matters(film_ratio: float, model: ModelInput, stress_ratio: float 
 
 
 def film_stress_ratio(friction: float, contact: LineContact, lubricant: Lubricant) -> float:
-    """Mean shear stress of a smooth film over tau0 (the stress of Carreau's law) at the mean Hertz pressure [-].
+    """Mean shear stress of a smooth film over the stress it does not grow beyond freely [-].
 
+    That is tau0, the stress of Carreau's law or the limiting stress, whichever is lower, at the mean Hertz pressure.
     Infinite without sliding: there is no friction that roughness could change.
     """
     if friction == 0.0:
         return math.inf
-    pressure = 0.25 * math.pi * contact.pressure_hertz
+    pressure = np.array([0.25 * math.pi * contact.pressure_hertz])
     law = lubricant.shear_law
-    if law.rheology == "newtonian":
-        return 0.0
-    stress = law.stress(np.asarray(pressure)) if isinstance(law.stress, RisingStress) else law.stress
-    return abs(friction) * pressure / float(stress)
+    limit = float(law.limiting_stress(pressure)[0])
+    stress = limit if law.rheology == "newtonian" else min(limit, float(law.scale(pressure)[0]))
+    return abs(friction) * float(pressure[0]) / stress
 
 
 def rolling_heat_of(heat: ThermalTraction | None, lubricant: Lubricant) -> tuple[FloatArray, FloatArray] | None:
@@ -124,6 +131,22 @@ def rough_surfaces(surface: SurfaceInput, half_width: float) -> RoughSurfaces:
     return RoughSurfaces(*profiles)
 
 
+@dataclass(frozen=True)
+class SmoothFriction:
+    """The smooth contact as far as roughness is concerned.
+
+    Parameters
+    ----------
+    film : float
+        Film at x = 0, hot [m]; 0 where it is not known.
+    stress_ratio : float
+        `film_stress_ratio` [-].
+    """
+
+    film: float = 0.0
+    stress_ratio: float = math.inf
+
+
 def roughness_heights(surface: SurfaceInput, contact: LineContact) -> tuple[float, float]:
     """Composite Rq [m], and the Rq of Gaussian surfaces as high and deep as the measured ones where that is more."""
     if not surface.measured:
@@ -138,6 +161,7 @@ def solve_mixed(
     surface: SurfaceInput,
     model: ModelInput,
     bodies: tuple[Material, Material],
+    smooth: SmoothFriction,
     *,
     thermal: bool,
     bulk: tuple[float, float] | None = None,
@@ -150,6 +174,8 @@ def solve_mixed(
     ----------
     contact, lubricant, surface, model, bodies
         As in `ehl.solve.solve_contact`.
+    smooth : SmoothFriction
+        What the smooth film says of roughness that no mesh shows.
     thermal : bool
         Whether heat matters.
     bulk : tuple of float, optional
@@ -162,9 +188,10 @@ def solve_mixed(
     Returns
     -------
     TransientResult
-        "unsettled" with the reason "mesh_budget" where the roughness is finer than any mesh in budget: the boundary
-        film then stands for the fine part, and `friction_boundary_half` and `friction_boundary_double` are mu without
-        it and with it at its peaks.
+        Roughness finer than an accurate mesh shows is first taken as a wall that stands for its fine part:
+        `wall_error` is what that leaves open, `friction_boundary_half` and `friction_boundary_double` are mu without
+        the wall and with it at its peaks. Where that and the mesh leave more than `ERROR_ALLOWED` tolerances, a mesh
+        as fine as it takes follows; "unsettled" with the reason "mesh_budget" where there is none.
     """
     accuracy = model.friction_tolerance or model.accuracy
     common: dict[str, Any] = {
@@ -177,27 +204,39 @@ def solve_mixed(
         "temperature_bulk": bulk,
         "rolling_heat": rolling_heat,
         "elasticity": model.elasticity,
+        "travel": window,
     }
+    accurate, most = BUDGET[level_of(accuracy)]
+    fewest = fewest_nodes(surface.correlation_length / contact.half_width) if surface.roughness_rms > 0.0 else 0.0
+    resolved = {"boundary_film": surface.boundary_film, **common}
     try:
-        if surface.roughness_rms > 0.0:
-            refuse_unresolvable(accuracy, surface.correlation_length / contact.half_width)
+        if fewest > accurate:
+            raise ConvergenceError("mesh_budget", "before profiles are made")
         surfaces = rough_surfaces(surface, contact.half_width)
-        return solve_transient(
-            contact, lubricant, surfaces, boundary_film=surface.boundary_film, travel=window, **common
-        )
+        return solve_transient(contact, lubricant, surfaces, **resolved)
     except ConvergenceError as error:
         if error.reason != "mesh_budget":
             raise
-    return _beyond_budget(contact, lubricant, surface, common)
+    coarse = _over_wall(contact, lubricant, surface, smooth, common)
+    allowed = ERROR_ALLOWED * (model.friction_tolerance or TOLERANCE[model.accuracy])
+    if coarse.status == "converged" and coarse.mesh_error + coarse.wall_error <= allowed:
+        return coarse
+    if fewest <= most:
+        try:
+            surfaces = rough_surfaces(surface, contact.half_width)
+            return solve_transient(contact, lubricant, surfaces, fine_roughness=True, **resolved)
+        except ConvergenceError as error:
+            if error.reason != "mesh_budget":
+                raise
+    return coarse if coarse.status == "failed" else replace(coarse, status="unsettled", reason="mesh_budget")
 
 
-def _beyond_budget(
-    contact: LineContact, lubricant: Lubricant, surface: SurfaceInput, common: dict[str, Any]
+def _over_wall(
+    contact: LineContact, lubricant: Lubricant, surface: SurfaceInput, smooth: SmoothFriction, common: dict[str, Any]
 ) -> TransientResult:
     """The waves a coarse mesh carries, over a wall of the finer ones; mu without the wall and at its peaks bound it."""
     length = mesh_length(contact, film_estimate(contact, lubricant))
-    level = level_of(common["accuracy"])
-    nodes = max(round(BUDGET_SHARE * BUDGET[level]), NODES_MIN)
+    nodes = max(round(BUDGET_SHARE * BUDGET[level_of(common["accuracy"])][0]), NODES_MIN)
     cutoff = CUTOFF_NODES * length / nodes * contact.half_width
     split = split_surfaces(surface, contact.half_width, _profile_length(surface, contact.half_width), cutoff)
     base = surface.boundary_film or LEAST_FILM  # by the rule only the adsorbed film is left: the rest is the wall
@@ -209,7 +248,7 @@ def _beyond_budget(
         boundary_film=wall,
         boundary_range=(low, high),
         nodes=nodes,
-        travel=LEVELS[level][4],
+        fine_roughness=True,
         **common,
     )
     if run.status == "failed":
@@ -219,7 +258,24 @@ def _beyond_budget(
         f"than the mesh: taken as a wall {wall * 1e9:.3g} nm high, its bounds {low * 1e9:.3g} and {high * 1e9:.3g} nm "
         "make the error"
     )
-    return replace(run, status="unsettled", reason="mesh_budget", notes=(*run.notes, told))
+    return replace(run, wall_error=_wall_error(run, smooth, split.rms_below), notes=(*run.notes, told))
+
+
+def _wall_error(run: TransientResult, smooth: SmoothFriction, rms_below: float) -> float:
+    """Farthest bound of mu, over mu.
+
+    Where the bounds meet because nothing touches, what roughness does to thick films is still left out.
+    """
+    mu = run.friction_coefficient
+    if mu == 0.0:
+        return 0.0
+    bounds = max(abs(run.friction_boundary_half - mu), abs(run.friction_boundary_double - mu)) / mu
+    ripple = (
+        min(roughness_effect(smooth.film / rms_below), MOST_WITHOUT_CONTACT)
+        if smooth.film > 0.0
+        else MOST_WITHOUT_CONTACT
+    )
+    return max(bounds, ripple * _viscous(smooth.stress_ratio))
 
 
 def _profile_length(surface: SurfaceInput, half_width: float) -> float:

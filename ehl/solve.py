@@ -23,6 +23,7 @@ from ehl.lubricant import Lubricant
 from ehl.material import Material
 from ehl.mixed import (
     TOLERANCE,
+    SmoothFriction,
     film_stress_ratio,
     rolling_heat_of,
     roughness_effect,
@@ -36,7 +37,6 @@ from ehl.thermal_steady import ThermalSteadyResult
 from ehl.transient import TransientResult
 from ehl.verdict import disbelief, hot_friction, notes_of, unresolved
 
-MOST_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
 NO_INLET_HEAT = "heat of the pressure-driven flow left out: the smooth contact has no thermal balance"
 _PROFILES = ("film", "isothermal", "heat", "transient", "dry")
 
@@ -299,14 +299,14 @@ def _rough(
 ) -> ContactResult:
     """The contact with its roughness rolling through, unless the film is too thick for it to matter, or nil."""
     assert smooth.isothermal is not None
+    rms, height = roughness_heights(surface, contact)
+    known = SmoothFriction()
     if not heated:
         assert smooth.film is not None
-        rms, height = roughness_heights(surface, contact)
-        # of the hot film: that is what keeps the surfaces apart, at 20 m/s half as thick as the isothermal one
-        hot_ratio = smooth.film.film_central / height if height > 0.0 else math.inf
-        stress_ratio = film_stress_ratio(smooth.friction_fluid, contact, lubricant)
-        if height > 0.0 and not roughness_matters(hot_ratio, model, stress_ratio):
-            effect = roughness_effect(hot_ratio, stress_ratio)
+        # the hot film: that is what keeps the surfaces apart, at 20 m/s half as thick as the isothermal one
+        known = SmoothFriction(smooth.film.film_central, film_stress_ratio(smooth.friction_fluid, contact, lubricant))
+        if height > 0.0 and not roughness_matters(known.film / height, model, known.stress_ratio):
+            effect = roughness_effect(known.film / height, known.stress_ratio)
             skipped.append(f"roughness and time: estimated change of friction {100.0 * effect:.2g} %")
             film_ratio = smooth.isothermal.film_central / rms
             return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
@@ -318,7 +318,7 @@ def _rough(
     try:
         rolling = rolling_heat_of(smooth.heat, lubricant)
         run = solve_mixed(
-            *(contact, lubricant, surface, model, bodies),
+            *(contact, lubricant, surface, model, bodies, known),
             thermal=thermal,
             bulk=bulk,
             rolling_heat=rolling,
@@ -328,18 +328,13 @@ def _rough(
         return _failed(error.reason, smooth.iterations, 0.0)
     if run.status == "failed":
         return replace(_failed(run.reason, smooth.iterations, 0.0), transient=run)
-    rms, _ = roughness_heights(surface, contact)
     middle = float(np.interp(0.0, run.profiles.x, run.profiles.film))
-    bounds, status, reason = _bounds_error(run, smooth.isothermal.film_central / rms), run.status, run.reason
-    tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
-    if reason == "mesh_budget" and bounds <= 0.5 * tolerance:
-        known = run.statistical_error <= tolerance
-        status, reason = ("converged", "") if known else ("unsettled", "statistical_interval")
-        skipped.append(f"waves finer than the mesh: their bounds change friction by {100.0 * bounds:.2g} %")
+    if run.wall_error > 0.0:
+        skipped.append(f"waves finer than the mesh: their bounds change friction by {100.0 * run.wall_error:.2g} %")
     return replace(
         smooth,
-        status=status,
-        reason=reason,
+        status=run.status,
+        reason=run.reason,
         friction_coefficient=run.friction_coefficient,
         friction_fluid=run.friction_fluid,
         friction_asperity=run.friction_asperity,
@@ -352,7 +347,7 @@ def _rough(
         temperature_film_max=run.temperature_film_max,
         temperature_flash=run.temperature_flash,
         film_error=run.mesh_error,
-        friction_error=run.mesh_error + run.statistical_error + bounds,
+        friction_error=run.mesh_error + run.statistical_error + run.wall_error,
         mesh_error=run.mesh_error,
         statistical_error=run.statistical_error,
         realisation_error=run.realisation_error,
@@ -361,18 +356,6 @@ def _rough(
         notes=(*smooth.notes, *((NO_INLET_HEAT,) if heated else ()), *run.notes),
         transient=run,
     )
-
-
-def _bounds_error(run: TransientResult, film_ratio: float) -> float:
-    """Farthest bound of mu, over mu, where part of the roughness is finer than the mesh; else 0.
-
-    Where the bounds meet because nothing touches, what roughness does to thick films is still left out.
-    """
-    if run.reason != "mesh_budget" or run.friction_coefficient == 0.0:
-        return 0.0
-    mu = run.friction_coefficient
-    bounds = max(abs(run.friction_boundary_half - mu), abs(run.friction_boundary_double - mu)) / mu
-    return max(bounds, min(roughness_effect(film_ratio), MOST_WITHOUT_CONTACT))
 
 
 def _dry(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ehl.lubricant import KELVIN, Lubricant
+from ehl.mixed import ERROR_ALLOWED
 
 if TYPE_CHECKING:
     from ehl.solve import ContactResult
@@ -20,7 +21,6 @@ TOO_HOT = 1000.0  # no law of the oil means anything there [K]
 HOT_SPOTS = 2.0  # the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
 HOT = 300.0 + KELVIN  # oils decompose [K]
 LEAST_ACCURATE = 0.1  # relative discretisation error from which a smooth result is no result [-]
-MESH_ERROR_ALLOWED = 4.0  # times the tolerance asked for; above, a rough result is not called converged
 MOLECULES = 1e-9  # films below this are thinner than a few molecules [m]
 
 
@@ -40,7 +40,7 @@ def disbelief(result: ContactResult) -> str:
 
 def unresolved(result: ContactResult, tolerance: float) -> bool:
     """Whether the mesh of a rough run leaves an error far above the tolerance asked for."""
-    return result.transient is not None and result.mesh_error > MESH_ERROR_ALLOWED * tolerance
+    return result.transient is not None and result.mesh_error > ERROR_ALLOWED * tolerance
 
 
 def hot_friction(result: ContactResult) -> float:

@@ -18,14 +18,21 @@ FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
 DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
 SETTLING = 1.5  # after the change to the fine mesh: mu starts up to 40 % high and settles within about 1 b [b]
 THERMAL_CAP = 8.0  # longest wait for the slower surface to be heated through the contact [b]
-NODES_MIN, NODES_MAX = 64, 8192
-# most nodes by level, and nodes per correlation length below which the answer would mean nothing
-BUDGET: dict[str, int] = {"fast": 2048, "standard": 4096, "reference": NODES_MAX}
-FEWEST_PER_LENGTH = 3.0
+NODES_MIN, NODES_MAX = 64, 16384
+# by level: nodes an accurate mesh may take, and the most that fine roughness gets to be shown at all
+BUDGET: dict[str, tuple[int, int]] = {
+    "fast": (2048, 8192), "standard": (4096, NODES_MAX), "reference": (8192, NODES_MAX)
+}  # fmt: skip
+FEWEST_PER_LENGTH = 3.0  # nodes per correlation length below which the answer would mean nothing
+SPARE = 2.0  # times as many nodes as the fewest where an accurate mesh is beyond the first number
 SHORTEST_MESH = 3.7  # inlet and outlet of the thinnest film [b]
 PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the companion of twice the spacing must carry it as well
 LONG_WAVES = 3.0  # correlation lengths a batch of the mean holds at least
 LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contact
+# a contact holds so many waves of fine roughness that shorter ways give the same mean: the correlation length from
+# which on they are as long as ever [b], and the least share of the ways
+FINE_LENGTH, LEAST_SHARE = 0.1, 1.0 / 3.0
+EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 
 # node distance over the width of the inlet sweep (`inlet_sweep`). The smooth film comes out thinner by half its square:
 # measured 0.45 to 0.6 of it over M 13 to 290, L 3 to 9
@@ -58,11 +65,17 @@ class Plan:
     boundary_study : bool
         Whether mu at twice and half the boundary film is computed.
     nodes_max : int
-        Budget of nodes.
+        Budget of nodes of an accurate mesh.
     coarsest : float
         Largest spacing that still shows the roughness [b]; infinity when smooth.
     batch : float
         Travel of the smallest batch of the mean [b].
+    nodes_most : int
+        Budget of nodes for roughness that would not be shown otherwise.
+    exchange_window : float
+        Travel per update of the macroscopic pressure [b].
+    preheating : float
+        Travel over which the mean heat of the coarse run warms the surfaces without a solution of the film [b].
     """
 
     spacing: float
@@ -75,6 +88,9 @@ class Plan:
     nodes_max: int = NODES_MAX
     coarsest: float = math.inf
     batch: float = BATCH
+    nodes_most: int = NODES_MAX
+    exchange_window: float = EXCHANGE_WINDOW
+    preheating: float = 0.0
 
 
 # nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, tolerance, windows [b]
@@ -110,8 +126,11 @@ def make_plan(
     *,
     drained: bool,
     thermal: bool,
+    fine: bool = False,
 ) -> Plan:
     """Plan of a run; ``accuracy`` is a level or the relative tolerance on mu.
+
+    ``fine`` allows the larger budget of nodes, on shorter ways.
 
     The mesh resolves the correlation length, more finely where the film ratio is below 0.3 and again near the boundary
     regime (measured in docs/validation_mixed.md), and never leaves the smooth contact, its inlet or the spots of thin
@@ -142,7 +161,25 @@ def make_plan(
         slower = min(abs(contact.speed_1), abs(contact.speed_2)) / contact.speed_entrainment
         settling += min(2.5 / max(slower, 1e-3), THERMAL_CAP)
     study = level != "fast"
-    return Plan(spacing, tolerance, window_min, window_max, startup, settling, study, BUDGET[level], coarsest, batch)
+    accurate, most = BUDGET[level]
+    most = most if fine else accurate
+    plan = Plan(
+        spacing, tolerance, window_min, window_max, startup, settling, study, accurate, coarsest, batch, nodes_most=most
+    )
+    return _shortened(plan, surfaces.correlation_length / contact.half_width) if fine else plan
+
+
+def _shortened(plan: Plan, correlation_length: float) -> Plan:
+    """Shorter ways for fine roughness; ``correlation_length`` in b."""
+    share = min(max(correlation_length / FINE_LENGTH, LEAST_SHARE), 1.0)
+    return replace(
+        plan,
+        window_min=share * plan.window_min,
+        startup=FRONT_STARTUP + share * (plan.startup - FRONT_STARTUP),
+        exchange_window=share * plan.exchange_window,
+        settling=SETTLING,
+        preheating=plan.settling - SETTLING,
+    )
 
 
 def inlet_sweep(contact: LineContact, film: float) -> float:
@@ -153,17 +190,9 @@ def inlet_sweep(contact: LineContact, film: float) -> float:
     return float((film * contact.radius_equivalent / contact.half_width**2) ** (2.0 / 3.0))
 
 
-def refuse_unresolvable(accuracy: Accuracy | float, correlation_length: float) -> None:
-    """Refuse, before profiles are made, what no mesh of this accuracy can show; ``correlation_length`` in b.
-
-    Raises
-    ------
-    ConvergenceError
-        "mesh_budget".
-    """
-    most, needed = BUDGET[level_of(accuracy)], FEWEST_PER_LENGTH * SHORTEST_MESH / correlation_length
-    if needed > most:
-        raise ConvergenceError("mesh_budget", f"{math.ceil(needed)} nodes needed, {most} at this accuracy")
+def fewest_nodes(correlation_length: float) -> float:
+    """Nodes below which an answer for generated roughness would mean nothing; ``correlation_length`` in b."""
+    return FEWEST_PER_LENGTH * SHORTEST_MESH / correlation_length
 
 
 def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: float) -> Plan:
@@ -185,10 +214,11 @@ def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: 
             raise InputError("travel", travel, "1 to 100000 half-widths")
         plan = replace(plan, window_min=travel, window_max=travel)
     if nodes is None and length / plan.spacing > plan.nodes_max:
-        plan = replace(plan, spacing=length / plan.nodes_max)
-        if plan.spacing > plan.coarsest:
-            needed = math.ceil(length / plan.coarsest)
-            raise ConvergenceError("mesh_budget", f"{needed} nodes needed, {plan.nodes_max} at this accuracy")
+        fewest = length / plan.coarsest
+        if fewest > plan.nodes_most:
+            raise ConvergenceError("mesh_budget", f"{math.ceil(fewest)} nodes needed, {plan.nodes_most} in budget")
+        affordable = min(max(plan.nodes_max, SPARE * fewest), plan.nodes_most)
+        plan = replace(plan, spacing=max(plan.spacing, length / affordable))
     return plan
 
 

@@ -181,6 +181,8 @@ class TransientResult:
         Last step.
     run : Run
         The fine run as it stands after the last step; a copy of it can be marched on.
+    wall_error : float
+        Error of mu by a wall that stands for roughness finer than the mesh, over mu (`ehl.subgrid`); 0 without one.
     """
 
     status: str
@@ -219,3 +221,4 @@ class TransientResult:
     profiles: Profiles = field(repr=False)
     snapshot: Snapshot = field(repr=False)
     run: Run = field(repr=False)
+    wall_error: float = 0.0

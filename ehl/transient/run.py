@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ehl.transient._kernels.elasticity import exponential_product
 from ehl.transient._kernels.march import COLUMNS, march
 from ehl.transient._kernels.motion import move_surfaces
+from ehl.transient._kernels.preheat import preheat
 from ehl.transient._kernels.quasi_separable import MODES
 from ehl.transient._kernels.records import (
     AGE,
@@ -170,6 +171,11 @@ class Run:
             profiles,
         )
         return records, profiles / max(steps, 1)
+
+    def preheat(self, travel: float, flux: Array) -> None:
+        """Warm the surfaces by a steady flux into them (2, n) [W/m2] over a way [b], from their bulk temperatures."""
+        steps = round(travel * self.problem.units.steps_per_half_width)
+        preheat(steps, flux, self.state, self._work, self.problem.model)
 
     def elastic_response(self, total: Array) -> Array:
         """Elastic gap under a pressure by the operator of accepted steps, film units."""

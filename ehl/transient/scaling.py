@@ -29,7 +29,6 @@ MIDDLE = 0.8  # half length of the mean film [b]
 ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
 LATERAL = 2.0  # k_y of the exchange: second spectral moment of the assumed autocorrelation
 DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and mean pressure agree
-EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 ELASTIC_MODES = 10
 HEAT_MODES = 10
 NO_LIMIT = 1e9  # of the shear stress over pressure
@@ -67,6 +66,8 @@ class Settings:
         Bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given.
     rolling_heat : tuple of ndarray, optional
         x [m] and the heat of the pressure-driven flow there [W/m2]; none when not given.
+    exchange_window : float
+        Travel per update of the macroscopic pressure [b].
     """
 
     nodes: int
@@ -82,6 +83,7 @@ class Settings:
     temperature_bulk: tuple[float, float] | None = None
     conductivity_bend: float = 0.0
     rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
+    exchange_window: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -336,7 +338,7 @@ def build_problem(
         drainage=Drainage(
             on=not sealed,
             first=drained_from(contact, estimate, surfaces.rms, x),
-            window=max(1, round(EXCHANGE_WINDOW / dx)),
+            window=max(1, round(settings.exchange_window / dx)),
             relaxation=0.2,
             storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
             memory=0.05,

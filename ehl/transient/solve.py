@@ -49,6 +49,7 @@ MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry m
 NET_EXCHANGE_ALLOWED = 0.1  # of the throughput, beyond what chance makes
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
 PECLET_WARNING = 2.0
+WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
 
 
 def solve_transient(
@@ -71,6 +72,7 @@ def solve_transient(
     travel: float | None = None,
     boundary_study: bool | None = None,
     boundary_range: tuple[float, float] | None = None,
+    fine_roughness: bool = False,
 ) -> TransientResult:
     """Roll two rough surfaces through a lubricated line contact and average friction over time.
 
@@ -114,6 +116,8 @@ def solve_transient(
         Compute mu at half and twice the boundary film even with accuracy "fast", or never.
     boundary_range : tuple of float, optional
         Boundary films to take instead of half and twice, whatever the asperities carry [m].
+    fine_roughness : bool
+        For roughness that is fine against the contact: more nodes, and shorter ways.
 
     Returns
     -------
@@ -134,7 +138,7 @@ def solve_transient(
     estimate = film_estimate(contact, lubricant)
     drained = math.isfinite(peklenik_number) and bool(rough.profiles)
     length = mesh_length(contact, estimate)
-    plan = make_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal)
+    plan = make_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal, fine=fine_roughness)
     plan = with_overrides(plan, nodes, travel, length)
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
@@ -152,14 +156,18 @@ def solve_transient(
         temperature_bulk=temperature_bulk,
         rolling_heat=rolling_heat,
         elasticity=elasticity,
+        exchange_window=plan.exchange_window,
     )
     coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))
 
     coarse = Window(Run(build_problem(contact, lubricant, rough, bodies, coarse_settings)), plan.batch)
     coarse.start(plan.startup)
+    flux = warmed(coarse, plan) if plan.preheating else None
     fine_settings = replace(settings, start_travel=coarse.run.travel)
     fine = Window(Run(build_problem(contact, lubricant, rough, bodies, fine_settings)), plan.batch)
     fine.run.start_from(coarse.run)
+    if flux is not None:
+        fine.run.preheat(plan.preheating, interpolated(flux, coarse.run.problem.x, fine.run.problem.x))
     for window in (coarse, fine):
         window.start(plan.settling)
     roll_until_settled(coarse, fine, plan)
@@ -174,6 +182,19 @@ def solve_transient(
     return _result(contact, lubricant, rough, bodies, plan, coarse, fine, estimate, half, double, begin)
 
 
+def warmed(window: Window, plan: Plan) -> Array:
+    """Warm the surfaces of a run by its own mean heat instead of rolling on until they are; returns that flux."""
+    for _ in range(WARMING_ROUNDS):
+        flux = window.mean_flux(WARMING_TRAVEL)
+        window.run.preheat(plan.preheating, flux)
+    return window.mean_flux(WARMING_TRAVEL)
+
+
+def interpolated(rows: Array, x: Array, x_new: Array) -> Array:
+    """Rows of values on other nodes."""
+    return np.array([np.interp(x_new, x, row) for row in rows])
+
+
 def _friction_at(
     contact: LineContact,
     lubricant: Lubricant,
@@ -186,6 +207,8 @@ def _friction_at(
     """mu of a coarse run over the window of the reference, with other settings."""
     window = Window(Run(build_problem(contact, lubricant, surfaces, materials, settings)))
     window.start(plan.startup)
+    if plan.preheating:
+        warmed(window, plan)
     window.start(plan.settling)
     window.roll(len(reference.records) / window.run.problem.units.steps_per_half_width)
     return float(window.friction().mean())

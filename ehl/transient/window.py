@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 BLOCK = 4.0  # travel between two looks at the interval [b]
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
+FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
 MOST_REPEATS = 3  # of a block in which that happened
 FEWEST_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
 
@@ -41,6 +42,14 @@ class Window:
         """Roll without averaging."""
         records, _ = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
         self.started.append(records)
+
+    def mean_flux(self, travel: float) -> Array:
+        """Roll without averaging, but for the heat flux into both surfaces (2, n) [W/m2]."""
+        flux = np.zeros_like(self.run.state.flux_into)
+        for _ in range(FLUX_SAMPLES):
+            self.start(travel / FLUX_SAMPLES)
+            flux += self.run.state.flux_into / FLUX_SAMPLES
+        return flux
 
     def roll(self, travel: float) -> None:
         """Roll a block and average."""

@@ -118,7 +118,7 @@ def case(**surface: object) -> Case:
 
 
 def test_roughness_no_mesh_in_budget_can_show_gives_a_coarser_answer_that_says_so(monkeypatch) -> None:  # type: ignore[no-untyped-def]
-    monkeypatch.setitem(BUDGET, "fast", 300)
+    monkeypatch.setitem(BUDGET, "fast", (300, 300))
     result = solve_case(case(roughness_rms_1=1e-6, correlation_length=1e-5))
     assert (result.status, result.reason) == ("unsettled", "mesh_budget")
     low, high = result.friction_boundary_half, result.friction_boundary_double

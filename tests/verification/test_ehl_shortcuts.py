@@ -81,7 +81,7 @@ def test_coarser_answer_beyond_the_budget_bounds_the_resolved_one(
     full = solve_case(case(speed, 0.05, pressure=pressure))
     assert full.transient is not None
     assert full.reason != "mesh_budget"
-    monkeypatch.setitem(BUDGET, "fast", 200)
+    monkeypatch.setitem(BUDGET, "fast", (200, 200))
     coarse = solve_case(case(speed, 0.05, pressure=pressure))
     assert (coarse.status, coarse.reason) == ("unsettled", "mesh_budget")
     assert coarse.transient is not None

@@ -43,7 +43,13 @@ RESOLVED = {
     },
 }  # fmt: skip
 BEYOND = {
-    "no mesh in budget": ({"radius_equivalent": 0.5, "correlation_length": 3e-6, "pressure_hertz": 2e9}, "mesh_budget"),
+    "no mesh in budget": (
+        {
+            "radius_equivalent": 0.5, "correlation_length": 3e-6, "pressure_hertz": 2e9, "roughness_rms_1": 1e-6,
+            "speed_entrainment": 0.5,
+        },
+        "mesh_budget",
+    ),
     "a thick film at constant Eyring stress": (
         {
             "thermal": "on", "roughness_rms_1": 0.0, "roughness_rms_2": 0.0, "limiting_shear_coefficient": 0.0,

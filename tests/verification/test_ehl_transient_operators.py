@@ -11,7 +11,7 @@ from mixed_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line
 
 from ehl.heat import FilmConductivity
 from ehl.inputs import Case
-from ehl.mixed import solve_mixed
+from ehl.mixed import SmoothFriction, solve_mixed
 from ehl.thermal_steady import solve_steady_thermal
 from ehl.transient import RoughSurfaces
 from ehl.transient._kernels.convolution import exact_product
@@ -154,7 +154,9 @@ def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> No
     bodies = (case.solid_1.body(), case.solid_2.body())
     contact, oil = case.line_contact(), case.lubricant.lubricant()
     assert case.bulk_temperatures() == (373.15, 353.15)
-    run = solve_mixed(contact, oil, case.surface, case.model, bodies, thermal=True, bulk=case.bulk_temperatures())
+    run = solve_mixed(
+        contact, oil, case.surface, case.model, bodies, SmoothFriction(), thermal=True, bulk=case.bulk_temperatures()
+    )
     settings = run.run.problem.settings
     assert (settings.elasticity, settings.temperature_bulk) == ("fft", (373.15, 353.15))
     assert run.elastic_error < 1e-9
