@@ -37,7 +37,7 @@ def _step_arrays(n: int) -> Step:
     return Step(gap=np.zeros(n), foot=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
 
 
-def _work_arrays(n: int, modes: int, transform: int) -> Work:
+def _work_arrays(n: int, transform: int) -> Work:
     return Work(
         kind=np.zeros(n, dtype=np.int64),
         total=np.zeros(n),
@@ -45,7 +45,6 @@ def _work_arrays(n: int, modes: int, transform: int) -> Work:
         correction=np.zeros(n),
         exact=np.zeros(n),
         wave=np.zeros((2, transform)),
-        mode_state=np.zeros((2, modes)),
         residual=np.zeros((2, n)),
         source=np.zeros(n),
         half=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
@@ -138,7 +137,7 @@ class Run:
             last_step=_step_arrays(n),
             target_step=_step_arrays(n),
         )
-        self._work = _work_arrays(n, model.elastic.weights.size, model.elastic.spectrum.size)
+        self._work = _work_arrays(n, model.elastic.spectrum.size)
 
     @property
     def travel(self) -> float:
@@ -183,7 +182,7 @@ class Run:
         if elastic.exact:
             return LogConvolution(total.size).apply(total) * self.problem.deflection
         response = np.zeros(total.size)
-        exponential_product(total, elastic.weights, elastic.ratios, np.zeros((2, elastic.weights.size)), response)
+        exponential_product(total, elastic.weights, elastic.ratios, response)
         return response
 
     def start_from(self, other: Run) -> None:

@@ -353,9 +353,7 @@ def hertz_start(problem: Problem) -> tuple[Array, Array, float]:
     pressure = np.sqrt(np.maximum(1.0 - x * x, 0.0))
     pressure *= model.contact.load / pressure.sum()
     response = np.zeros(x.size)
-    exponential_product(
-        pressure, model.elastic.weights, model.elastic.ratios, np.zeros((2, model.elastic.weights.size)), response
-    )
+    exponential_product(pressure, model.elastic.weights, model.elastic.ratios, response)
     rigid = model.surfaces.parabola + response
     film = problem.film_estimate / problem.units.film
     level = film - float(rigid[np.abs(x) < 0.7].mean())

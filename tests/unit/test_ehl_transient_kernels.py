@@ -63,7 +63,7 @@ def test_recursion_matches_dense_and_fft_products() -> None:
     fit = fit_log_kernel(range_of(n), 10)
     q = np.random.default_rng(1).random(n)
     out = np.zeros(n)
-    exponential_product(q, fit.weights, fit.ratios, np.zeros((2, 10)), out)
+    exponential_product(q, fit.weights, fit.ratios, out)
     np.testing.assert_allclose(out, fit.evaluate(np.arange(n, dtype=float))[distances(n)] @ q, rtol=1e-12)
     reference = LogConvolution(n).apply(q)
     np.testing.assert_allclose(reference, (log_coefficients(n) + kernel_constant(256))[distances(n)] @ q, rtol=1e-12)

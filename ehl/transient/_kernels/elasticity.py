@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from numba import njit
 
+from ehl.transient._kernels.quad import four, part, total
+
 FLAGS = {"reassoc", "contract", "arcp", "nsz"}
 # for kernels that only kernels call: without the wrappers for Python they compile a third faster, and a call
 # from Python would crash
@@ -16,30 +18,26 @@ INTERNAL = {
 }
 
 
+BLOCK = 12  # modes of one pass, three quads
+
+
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def exponential_product(q, weights, ratios, state, out):
-    """out_i = sum_j K_|i-j| q_j with K_d = sum_m weights_m ratios_m^d; ``state`` is scratch, (2, modes)."""
+def exponential_product(q, weights, ratios, out):
+    """out_i = sum_j K_|i-j| q_j with K_d = sum_m weights_m ratios_m^d."""
     n = q.size
-    modes = weights.size
-    for m in range(modes):
-        state[0, m] = 0.0
-        state[1, m] = 0.0
     for i in range(n):
         out[i] = 0.0
-    # both sweeps in one loop: the two recursions are independent and fill each other's waiting time
-    right = 0.0
-    for i in range(n):
-        j = n - 1 - i
-        qi = q[i]
-        up = 0.0
-        down = 0.0
-        for m in range(modes):
-            s = state[0, m] * ratios[m] + qi
-            t = (state[1, m] + right) * ratios[m]
-            state[0, m] = s
-            state[1, m] = t
-            up += weights[m] * s
-            down += weights[m] * t
-        out[i] += up
-        out[j] += down
-        right = q[j]
+    for begin in range(0, weights.size, BLOCK):
+        w0, w1, w2 = part(weights, begin), part(weights, begin + 4), part(weights, begin + 8)
+        r0, r1, r2 = part(ratios, begin), part(ratios, begin + 4), part(ratios, begin + 8)
+        s0, s1, s2 = four(0.0), four(0.0), four(0.0)
+        t0, t1, t2 = s0, s1, s2
+        # both sweeps in one loop: the two recursions are independent and fill each other's waiting time
+        right = 0.0
+        for i in range(n):
+            j = n - 1 - i
+            s0, s1, s2 = r0 * s0 + q[i], r1 * s1 + q[i], r2 * s2 + q[i]
+            t0, t1, t2 = r0 * (t0 + right), r1 * (t1 + right), r2 * (t2 + right)
+            out[i] += total(w0 * s0 + w1 * s1 + w2 * s2)
+            out[j] += total(w0 * t0 + w1 * t1 + w2 * t2)
+            right = q[j]

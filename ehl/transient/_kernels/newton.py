@@ -37,7 +37,7 @@ def film_response(state, step, work, model):
         q = state.fluid_pressure[i] + state.contact_pressure[i]
         total[i] = q
         load += q
-    exponential_product(total, model.elastic.weights, model.elastic.ratios, work.mode_state, work.response)
+    exponential_product(total, model.elastic.weights, model.elastic.ratios, work.response)
     level = state.scalars[LEVEL]
     for i in range(total.size):
         state.film[i] = level + step.gap[i] + work.response[i] + work.correction[i]

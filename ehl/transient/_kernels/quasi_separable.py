@@ -10,18 +10,27 @@ Below the diagonal the matrix is a product of generators (two-sided: row generat
 and so it is above.  Block elimination keeps that structure: all earlier nodes act on the next one through one small
 matrix ``schur`` (modes x modes) and through the fluid pressure of the direct neighbour (the tridiagonal part).  One
 sweep factors and reduces two right-hand sides, one sweep back substitutes.  Nothing is neglected.
+
+Each node waits for the last one. To keep that chain short, what the direct neighbour adds is kept apart from what all
+earlier nodes do (``rest``): the latter is ready while the neighbour's pivot is still being inverted.
 """
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from ehl.transient._kernels.elasticity import FLAGS, INTERNAL
+from ehl.transient._kernels.quad import four, lane, load, store, total, totals
 
 FLUID = 1
 CONTACT = 2
-MODES = 4  # of the Jacobian; a compile-time constant so that the inner loops unroll
+MODES = 4  # of the Jacobian: what a quad holds
+
+
+@njit(**INTERNAL)
+def row_times(row, m0, m1, m2, m3):
+    """row M for the matrix with the rows m0 .. m3."""
+    return (lane(row, 0) * m0 + lane(row, 1) * m1) + (lane(row, 2) * m2 + lane(row, 3) * m3)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
@@ -37,193 +46,153 @@ def factor_and_solve(first, last, kind, band, weights, ratios, rhs_f, rhs_c, uni
     sol : float64 array (4, n)
         Out: f and c of the first right-hand side, then of the second; entries of absent unknowns are stale.
     work : float64 array (n, 4 + 2 MODES)
-        Scratch: the inverted diagonal block and the right generators of each node.
+        Scratch: the inverted diagonal block (of a fluid node alone: pivot, sum of its generator) and the right
+        generators of each node.
     """
     left, centre, right, ca, cb, cc = band[0], band[1], band[2], band[3], band[4], band[5]
-    sum0 = 0.0
-    sum1 = 0.0
-    for m in range(MODES):
-        sum0 += weights[m]
-        sum1 += weights[m] * ratios[m]
-    schur = np.zeros((MODES, MODES))
-    state = np.zeros((2, MODES))  # earlier solution parts seen through the modes, both right-hand sides
-    row = np.zeros(MODES)
-    row_c = np.zeros(MODES)
-    elim = np.zeros(MODES)
-    elim_c = np.zeros(MODES)
-    from_left = np.zeros(MODES)  # what the neighbour's fluid unknown adds to the modes' columns
-    to_right = np.zeros(MODES)  # what the modes add to this node's fluid column through the neighbour
-    column = np.zeros(MODES)
+    w, ph = load(weights, 0), load(ratios, 0)
+    near, far = w * ph, w * ph * ph
+    ph_0, ph_1, ph_2, ph_3 = lane(ph, 0) * ph, lane(ph, 1) * ph, lane(ph, 2) * ph, lane(ph, 3) * ph
+    sum0, sum1 = total(w), total(near)
+    none = four(0.0)
+    schur_0, schur_1, schur_2, schur_3 = none, none, none, none
+    # earlier solution parts seen through the modes, both right-hand sides
+    state_1, state_2 = none, none
+    from_left = none  # what the neighbour's fluid unknown adds to the modes' columns
+    to_right = none  # what the modes add to this node's fluid column through the neighbour
     cross = 0.0
-    left_1 = 0.0
-    left_2 = 0.0
+    # the neighbour: its inverted pivot, what it sees of the modes, what it acts on, its reduced right-hand sides
+    inv, seen, acts, y1, y2 = 1.0, none, 0.0, 0.0, 0.0
+    # row sums of schur (with to_right) and states as far as they are not the neighbour's
+    rest, rest_1, rest_2 = none, none, none
     for i in range(first, last):
         k = kind[i] & 3
-        if k == 0:
-            for m in range(MODES):
-                state[0, m] *= ratios[m]
-                state[1, m] *= ratios[m]
-                from_left[m] = 0.0
-                to_right[m] = 0.0
-                for j in range(MODES):
-                    schur[m, j] *= ratios[m] * ratios[j]
-            cross = left_1 = left_2 = 0.0
-            continue
+        old_0, old_1, old_2, old_3 = ph_0 * schur_0, ph_1 * schur_1, ph_2 * schur_2, ph_3 * schur_3
         if k == FLUID:
             al, be, ga, tl, tu = ca[i], cb[i], cc[i], left[i], right[i]
-            y1 = rhs_f[i] - tl * left_1
-            y2 = unit_f[i] - tl * left_2
-            own = centre[i] + (al + ga) * sum1 + be * sum0 - tl * cross
-            for m in range(MODES):
-                r = weights[m] * (al + ratios[m] * (be + ratios[m] * ga))
-                row[m] = r
-                elim[m] = tl * from_left[m]
-                y1 -= r * state[0, m]
-                y2 -= r * state[1, m]
-                own -= r * to_right[m]
-            for m in range(MODES):
-                r = row[m]
-                acc = to_right[m]
-                for j in range(MODES):
-                    p = schur[m, j]
-                    elim[j] += r * p
-                    acc += p
-                column[m] = acc
-            for m in range(MODES):
-                own -= elim[m]
-            inv = 1.0 / own
+            row = al * w + be * near + ga * far
+            reach = inv * (tl + total(row * seen))
+            column = rest + (inv * acts) * seen
+            pivot = centre[i] + (al + ga) * sum1 + be * sum0 - total(row * rest) - acts * reach
+            y1 = rhs_f[i] - total(row * rest_1) - y1 * reach
+            y2 = unit_f[i] - total(row * rest_2) - y2 * reach
+            g = (
+                ga * w
+                + be * near
+                + al * far
+                - ph * (tl * from_left + row_times(row, schur_0, schur_1, schur_2, schur_3))
+            )
+            sum_g = total(g)
+            inv = 1.0 / pivot
+            seen = 1.0 - ph * column
+            acts = sum_g + tu
+            b = inv * seen
+            rest, rest_1, rest_2 = totals(old_0, old_1, old_2, old_3), ph * state_1, ph * state_2
+            schur_0 = old_0 + lane(b, 0) * g
+            schur_1 = old_1 + lane(b, 1) * g
+            schur_2 = old_2 + lane(b, 2) * g
+            schur_3 = old_3 + lane(b, 3) * g
+            state_1 = rest_1 + y1 * b
+            state_2 = rest_2 + y2 * b
+            to_right = tu * b
+            from_left = inv * g
+            cross = inv * tu
             work[i, 0] = inv
+            work[i, 1] = sum_g
+            store(work[i], 4, g)
             sol[0, i] = y1
             sol[2, i] = y2
-            for m in range(MODES):
-                ph = ratios[m]
-                b = (1.0 - ph * column[m]) * inv
-                g = weights[m] * (ga + ph * (be + ph * al)) - elim[m] * ph
-                column[m] = b
-                work[i, 4 + m] = g
-                to_right[m] = b * tu
-                from_left[m] = inv * g
-                state[0, m] = ph * state[0, m] + b * y1
-                state[1, m] = ph * state[1, m] + b * y2
-            for m in range(MODES):
-                b = column[m]
-                ph = ratios[m]
-                for j in range(MODES):
-                    schur[m, j] = ph * ratios[j] * schur[m, j] + b * work[i, 4 + j]
-            cross = inv * tu
-            left_1 = inv * y1
-            left_2 = inv * y2
             continue
-        # a node in contact: 2 x 2 block, its fluid row and column blanked if the node is dry
-        wet = 1.0 if k & FLUID else 0.0
-        al, be, ga, tl, tu = wet * ca[i], wet * cb[i], wet * cc[i], wet * left[i], wet * right[i]
-        kappa = (al + ga) * sum1 + be * sum0
-        y1 = wet * rhs_f[i] - tl * left_1
-        y2 = wet * unit_f[i] - tl * left_2
-        v1 = rhs_c[i]
-        v2 = 1.0
-        u00 = (centre[i] if wet > 0.0 else 1.0) + wet * kappa - tl * cross
-        u01 = kappa
-        u10 = wet * sum0
-        u11 = sum0
-        for m in range(MODES):
-            row[m] = weights[m] * (al + ratios[m] * (be + ratios[m] * ga))
-            row_c[m] = weights[m] * ratios[m]
-            elim[m] = tl * from_left[m]
-            elim_c[m] = 0.0
-            y1 -= row[m] * state[0, m]
-            y2 -= row[m] * state[1, m]
-            v1 -= row_c[m] * state[0, m]
-            v2 -= row_c[m] * state[1, m]
-            u00 -= row[m] * to_right[m]
-            u10 -= wet * row_c[m] * to_right[m]
-        for m in range(MODES):
-            acc = 0.0
-            for j in range(MODES):
-                p = schur[m, j]
-                elim[j] += row[m] * p
-                elim_c[j] += row_c[m] * p
-                acc += p
-            column[m] = acc
-        for m in range(MODES):
-            u00 -= wet * elim[m]
-            u01 -= elim[m]
-            u10 -= wet * elim_c[m]
-            u11 -= elim_c[m]
-        det = 1.0 / (u00 * u11 - u01 * u10)
-        i00, i01, i10, i11 = u11 * det, -u01 * det, -u10 * det, u00 * det
-        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = i00, i01, i10, i11
-        sol[0, i], sol[1, i], sol[2, i], sol[3, i] = y1, v1, y2, v2
-        for m in range(MODES):
-            ph = ratios[m]
-            b_f = wet * (1.0 - ph * (column[m] + to_right[m]))
-            b_c = 1.0 - ph * column[m]
-            b0 = b_f * i00 + b_c * i10
-            b1 = b_f * i01 + b_c * i11
-            g0 = weights[m] * (ga + ph * (be + ph * al)) - elim[m] * ph
-            g1 = weights[m] * ph - elim_c[m] * ph
-            work[i, 4 + m] = g0
-            work[i, 4 + MODES + m] = g1
-            state[0, m] = ph * state[0, m] + b0 * y1 + b1 * v1
-            state[1, m] = ph * state[1, m] + b0 * y2 + b1 * v2
-            row[m] = b0
-            row_c[m] = b1
-            to_right[m] = b0 * tu
-            from_left[m] = wet * (i00 * g0 + i01 * g1)
-        for m in range(MODES):
-            for j in range(MODES):
-                schur[m, j] = (
-                    ratios[m] * ratios[j] * schur[m, j] + row[m] * work[i, 4 + j] + row_c[m] * work[i, 4 + MODES + j]
-                )
-        cross = wet * i00 * tu
-        left_1 = wet * (i00 * y1 + i01 * v1)
-        left_2 = wet * (i00 * y2 + i01 * v2)
-    back_substitute(first, last, kind, right, ratios, sol, work, state)
+        if k == 0:
+            schur_0, schur_1, schur_2, schur_3 = old_0, old_1, old_2, old_3
+            state_1 = ph * state_1
+            state_2 = ph * state_2
+            from_left = none
+            to_right = none
+            cross, y1, y2 = 0.0, 0.0, 0.0
+        else:
+            # a node in contact: 2 x 2 block, its fluid row and column blanked if the node is dry
+            wet = 1.0 if k & FLUID else 0.0
+            al, be, ga, tl, tu = wet * ca[i], wet * cb[i], wet * cc[i], wet * left[i], wet * right[i]
+            row = al * w + be * near + ga * far
+            elim = tl * from_left + row_times(row, schur_0, schur_1, schur_2, schur_3)
+            elim_c = row_times(near, schur_0, schur_1, schur_2, schur_3)
+            column = totals(schur_0, schur_1, schur_2, schur_3)
+            y1 = wet * rhs_f[i] - total(row * state_1) - tl * (inv * y1)
+            y2 = wet * unit_f[i] - total(row * state_2) - tl * (inv * y2)
+            v1 = rhs_c[i] - total(near * state_1)
+            v2 = 1.0 - total(near * state_2)
+            u01 = (al + ga) * sum1 + be * sum0 - total(elim)
+            u11 = sum0 - total(elim_c)
+            u00 = (centre[i] if wet > 0.0 else 1.0) + u01 - total(row * to_right) - tl * cross
+            u10 = wet * (u11 - total(near * to_right))
+            det = 1.0 / (u00 * u11 - u01 * u10)
+            i00, i01, i10, i11 = u11 * det, -u01 * det, -u10 * det, u00 * det
+            work[i, 0], work[i, 1], work[i, 2], work[i, 3] = i00, i01, i10, i11
+            sol[0, i], sol[1, i], sol[2, i], sol[3, i] = y1, v1, y2, v2
+            seen_f = wet * (1.0 - ph * (column + to_right))
+            seen_c = 1.0 - ph * column
+            b0 = i00 * seen_f + i10 * seen_c
+            b1 = i01 * seen_f + i11 * seen_c
+            g = ga * w + be * near + al * far - ph * elim
+            g_c = near - ph * elim_c
+            store(work[i], 4, g)
+            store(work[i], 4 + MODES, g_c)
+            schur_0 = old_0 + lane(b0, 0) * g + lane(b1, 0) * g_c
+            schur_1 = old_1 + lane(b0, 1) * g + lane(b1, 1) * g_c
+            schur_2 = old_2 + lane(b0, 2) * g + lane(b1, 2) * g_c
+            schur_3 = old_3 + lane(b0, 3) * g + lane(b1, 3) * g_c
+            state_1 = ph * state_1 + y1 * b0 + v1 * b1
+            state_2 = ph * state_2 + y2 * b0 + v2 * b1
+            to_right = tu * b0
+            from_left = wet * (i00 * g + i01 * g_c)
+            cross = wet * i00 * tu
+            y1, y2 = wet * (i00 * y1 + i01 * v1), wet * (i00 * y2 + i01 * v2)
+        # nothing kept apart for the next node but the direct coupling
+        inv, seen, acts = 1.0, none, cross + total(from_left)
+        rest, rest_1, rest_2 = totals(schur_0, schur_1, schur_2, schur_3) + to_right, state_1, state_2
+    back_substitute(first, last, kind, right, ratios, sol, work)
 
 
 @njit(**INTERNAL)
-def back_substitute(first, last, kind, right, ratios, sol, work, state):
-    """The backward sweep: ``state`` now gathers the later unknowns."""
-    for m in range(MODES):
-        state[0, m] = 0.0
-        state[1, m] = 0.0
-    next_1 = 0.0  # fluid unknown of the right neighbour
-    next_2 = 0.0
+def back_substitute(first, last, kind, right, ratios, sol, work):
+    """The backward sweep: the states now gather the later unknowns, the direct neighbour's again apart."""
+    ph = load(ratios, 0)
+    none = four(0.0)
+    rest_1, rest_2 = none, none
+    next_1, next_2 = 0.0, 0.0  # fluid unknown of the right neighbour
+    both_1, both_2 = 0.0, 0.0  # with its contact unknown
     for i in range(last - 1, first - 1, -1):
         k = kind[i] & 3
-        total_1 = 0.0
-        total_2 = 0.0
         if k == FLUID:
-            y1 = sol[0, i] - right[i] * next_1
-            y2 = sol[2, i] - right[i] * next_2
-            for m in range(MODES):
-                y1 -= work[i, 4 + m] * state[0, m]
-                y2 -= work[i, 4 + m] * state[1, m]
-            total_1 = next_1 = sol[0, i] = work[i, 0] * y1
-            total_2 = next_2 = sol[2, i] = work[i, 0] * y2
-        elif k == 0:
-            next_1 = next_2 = 0.0
-        else:
-            wet = k & FLUID
-            y1 = sol[0, i] - (right[i] * next_1 if wet else 0.0)
-            y2 = sol[2, i] - (right[i] * next_2 if wet else 0.0)
-            v1 = sol[1, i]
-            v2 = sol[3, i]
-            for m in range(MODES):
-                y1 -= work[i, 4 + m] * state[0, m]
-                y2 -= work[i, 4 + m] * state[1, m]
-                v1 -= work[i, 4 + MODES + m] * state[0, m]
-                v2 -= work[i, 4 + MODES + m] * state[1, m]
+            g = load(work[i], 4)
+            inv, sum_g = work[i, 0], work[i, 1]
+            pull = right[i]
+            here_1 = inv * (sol[0, i] - total(g * rest_1) - sum_g * both_1 - pull * next_1)
+            here_2 = inv * (sol[2, i] - total(g * rest_2) - sum_g * both_2 - pull * next_2)
+            rest_1 = ph * (rest_1 + both_1)
+            rest_2 = ph * (rest_2 + both_2)
+            sol[0, i] = here_1
+            sol[2, i] = here_2
+            next_1, next_2, both_1, both_2 = here_1, here_2, here_1, here_2
+            continue
+        rest_1 = rest_1 + both_1
+        rest_2 = rest_2 + both_2
+        both_1, both_2 = 0.0, 0.0
+        if k > 0:
+            wet = 1.0 if k & FLUID else 0.0
+            g, g_c = load(work[i], 4), load(work[i], 4 + MODES)
+            y1 = sol[0, i] - total(g * rest_1) - wet * right[i] * next_1
+            y2 = sol[2, i] - total(g * rest_2) - wet * right[i] * next_2
+            v1 = sol[1, i] - total(g_c * rest_1)
+            v2 = sol[3, i] - total(g_c * rest_2)
+            sol[0, i] = wet * (work[i, 0] * y1 + work[i, 1] * v1)
+            sol[2, i] = wet * (work[i, 0] * y2 + work[i, 1] * v2)
             sol[1, i] = work[i, 2] * y1 + work[i, 3] * v1
             sol[3, i] = work[i, 2] * y2 + work[i, 3] * v2
-            total_1 = sol[1, i]
-            total_2 = sol[3, i]
-            next_1 = next_2 = 0.0
-            if wet:
-                next_1 = sol[0, i] = work[i, 0] * y1 + work[i, 1] * v1
-                next_2 = sol[2, i] = work[i, 0] * y2 + work[i, 1] * v2
-                total_1 += next_1
-                total_2 += next_2
-        for m in range(MODES):
-            state[0, m] = ratios[m] * state[0, m] + total_1
-            state[1, m] = ratios[m] * state[1, m] + total_2
+            next_1, next_2 = sol[0, i], sol[2, i]
+            both_1, both_2 = sol[0, i] + sol[1, i], sol[2, i] + sol[3, i]
+        else:
+            next_1, next_2 = 0.0, 0.0
+        rest_1 = ph * rest_1
+        rest_2 = ph * rest_2

@@ -218,7 +218,6 @@ class Work(NamedTuple):
     correction: np.ndarray  # exactly integrated kernel less the sum of exponentials, at the last accepted pressures
     exact: np.ndarray
     wave: np.ndarray  # (2, transform length)
-    mode_state: np.ndarray
     residual: np.ndarray  # (2, n): mass, gap
     source: np.ndarray  # net flow into the node
     half: FluidityRows  # along x, entry i between nodes i and i + 1
