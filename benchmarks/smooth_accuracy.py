@@ -24,7 +24,7 @@ from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
 from ehl.steady import SteadyResult, solve_steady
 from ehl.steady.estimate import extrapolate
-from ehl.steady.mesh import TIP, Grading, grade
+from ehl.steady.mesh import Grading, grade
 from ehl.steady.newton import Grid, Level, solve_level
 from ehl.steady.outputs import numbers_of
 from ehl.steady.path import PATH_NODES, PathReport, cold_path, features_of_level, transfer
@@ -42,7 +42,7 @@ SINGLE = (65, 129, 257, 513)
 def coarse_solution(contact: LineContact, lubricant: Lubricant) -> tuple[Level, Grading]:
     """Solution at the end of the path, and the grading made for it."""
     scene, report = scene_of(contact, lubricant), PathReport()
-    level = settled(scene, cold_path(scene, PATH_NODES, TIP, report), report)
+    level = settled(cold_path(scene, PATH_NODES, report), report)
     return level, grade(features_of_level(level))
 
 

@@ -38,9 +38,11 @@ Thermal = Literal["auto", "on"]
 
 # on the change of friction and film between two rounds, and the number of nodes of the heat balance
 ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
-HEAT_NODES: dict[str, int] = {"fast": 65, "standard": 97, "reference": 257}
+HEAT_NODES: dict[Accuracy, int] = {"fast": 65, "standard": 97, "reference": 257}
 MOST_ROUNDS = 40
 MOST_HALVINGS = 4
+# where twice the nodes change friction or film by more, the balance is struck anew at the next accuracy
+REFINED_ALLOWED = 0.05
 # a change in the last round up to this is accepted, noted and counted in the error
 ACCEPTED_CHANGE = 0.1
 # a thinner film is heated less: whole steps overshoot by up to 0.7 of themselves
@@ -177,8 +179,7 @@ def solve_steady_thermal(
             film_profile=film_profile,
         )
 
-    film, nodes, iterations = isothermal, HEAT_NODES[accuracy], isothermal.iterations
-    mixer, change, rounds = _Mixer(), math.inf, 0
+    film, mixer, rounds, iterations = isothermal, _Mixer(), 0, isothermal.iterations
     if start_heat is not None:
         offset = mixer.start_from(start_heat, isothermal.x_exit)
         warm = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
@@ -187,51 +188,35 @@ def solve_steady_thermal(
             film = warm
         else:
             mixer = _Mixer()
-    while change > ROUND_TOLERANCE[accuracy] and rounds < MOST_ROUNDS:
-        rounds += 1
-        heat = balance(film, nodes)
-        if heat.status != "converged":
-            return _failed(base, heat.reason, rounds, iterations)
-        offset = mixer.next_offset(heat)
-        for _ in range(MOST_HALVINGS):
-            hot = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
-            iterations += hot.iterations
-            if hot.status == "converged":
-                break
-            offset = mixer.halved()
-        if hot.status != "converged":
-            return _failed(base, hot.reason, rounds, iterations)
-        friction_change, film_change = _changes(film, hot)
-        film, change = hot, max(friction_change, film_change)
-    unsettled = change > ROUND_TOLERANCE[accuracy]
-    if change > ACCEPTED_CHANGE:
-        return _failed(base, "thermal_rounds", rounds, iterations)
+    found, levels = None, list(HEAT_NODES)
+    for level in levels[levels.index(accuracy) :]:
+        following = _settled(contact, lubricant, balance, film, mixer, level)
+        rounds, iterations = rounds + following.rounds, iterations + following.iterations
+        if following.reason and found is not None:
+            break  # what the coarser nodes gave stands, with its error
+        found = following
+        if found.reason or max(found.refined) <= REFINED_ALLOWED:
+            break
+        film, mixer = found.film, _Mixer()  # on nodes of its own: old ones would hide what new ones change
+    assert found is not None
+    if found.reason:
+        return _failed(base, found.reason, rounds, iterations)
 
-    # last round on twice the nodes: all of what that changes counts as error
-    nodes = 2 * nodes - 1
-    heat = balance(film, nodes)
-    offset = _curve(heat.x, heat.log_viscosity_offset)
-    last = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
-    iterations += last.iterations
-    if heat.status != "converged" or last.status != "converged":
-        return _failed(base, heat.reason or last.reason, rounds, iterations)
-    refined = _changes(film, last)
+    film, heat = found.film, found.heat
     # on the mesh of the film: the little shear of the open inlet before it heats nothing here
-    power = float(np.trapezoid(last.shear_stress, last.x)) * contact.speed_sliding
-    if rolling_heat:
-        # of the film the balance was struck with: the heat of the pressure spike changes with every film
-        x, _, _, extra = _sampled(film, contact, lubricant, nodes, conductivity)
-        power += float(np.trapezoid(extra, x))
-    film = last
+    power = float(np.trapezoid(film.shear_stress, film.x)) * contact.speed_sliding + float(
+        np.trapezoid(heat.rolling_heat, heat.x)
+    )
     into = float(np.trapezoid(heat.heat_flux_1 + heat.heat_flux_2, heat.x))
+    unsettled = max(found.change) > ROUND_TOLERANCE[accuracy]
     last_share = 1.0 if unsettled else 0.5
     return replace(
         base,
         film=film,
         heat=heat,
         friction_fluid=film.friction_fluid,
-        friction_error=film.friction_error + refined[0] + last_share * friction_change,
-        film_error=film.film_error + refined[1] + last_share * film_change,
+        friction_error=film.friction_error + found.refined[0] + last_share * found.change[0],
+        film_error=film.film_error + found.refined[1] + last_share * found.change[1],
         film_reduction=film.film_central / isothermal.film_central,
         temperature_film_max=heat.temperature_film_max,
         temperature_flash=heat.temperature_flash,
@@ -241,6 +226,59 @@ def solve_steady_thermal(
         notes=(*heat.notes, *(("thermal_rounds",) if unsettled else ())),
         skipped=(),
     )
+
+
+@dataclass(frozen=True)
+class _Settled:
+    """Film and heat in balance on one set of nodes; with a reason where they are not, and the last of both.
+
+    `change` is that of friction and film in the last round, `refined` what twice the nodes then changed [-].
+    """
+
+    film: SteadyResult
+    heat: ThermalTraction
+    reason: str
+    rounds: int
+    iterations: int
+    change: tuple[float, float] = (math.inf, math.inf)
+    refined: tuple[float, float] = (math.inf, math.inf)
+
+
+def _settled(
+    contact: LineContact,
+    lubricant: Lubricant,
+    balance: Callable[[SteadyResult, int], ThermalTraction],
+    film: SteadyResult,
+    mixer: _Mixer,
+    accuracy: Accuracy,
+) -> _Settled:
+    """Rounds of heat balance and film until both agree, and one more on twice the nodes."""
+    nodes, tolerance = HEAT_NODES[accuracy], ROUND_TOLERANCE[accuracy]
+    change, rounds, iterations = (math.inf, math.inf), 0, 0
+    while max(change) > tolerance and rounds < MOST_ROUNDS:
+        rounds += 1
+        heat = balance(film, nodes)
+        if heat.status != "converged":
+            return _Settled(film, heat, heat.reason, rounds, iterations)
+        offset = mixer.next_offset(heat)
+        for _ in range(MOST_HALVINGS):
+            hot = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
+            iterations += hot.iterations
+            if hot.status == "converged":
+                break
+            offset = mixer.halved()
+        if hot.status != "converged":
+            return _Settled(film, heat, hot.reason, rounds, iterations)
+        change = _changes(film, hot)
+        film = hot
+    if max(change) > ACCEPTED_CHANGE:
+        return _Settled(film, heat, "thermal_rounds", rounds, iterations)
+    # all of what twice the nodes change counts as error
+    heat = balance(film, 2 * nodes - 1)
+    offset = _curve(heat.x, heat.log_viscosity_offset)
+    last = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
+    reason = heat.reason or last.reason
+    return _Settled(last, heat, reason, rounds, iterations + last.iterations, change, _changes(film, last))
 
 
 def _without_heat(

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 TIP = 1e-3  # least spike length resolved, in half-widths
-BLUNT_TIP = 5e-2  # the same where the spike of a Newtonian fluid is a near singularity
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
 INLET_MARGIN = 40.0  # inlet length over the length of the loaded zone; beyond it an open parabola
 
@@ -29,7 +28,6 @@ class Features:
     inlet_width: float
     spike: float
     spike_width: float
-    tip: float = TIP  # least spike length the mesh follows
 
     @property
     def size(self) -> float:
@@ -120,8 +118,8 @@ def grade(features: Features) -> Grading:
     return Grading(x_in, features.exit, np.array(terms).T.copy(), features)
 
 
-def features_of(x: Array, pressure: Array, flow: float, tip: float = TIP) -> Features:
-    """Features of a solution; ``tip`` is the least spike length the mesh follows."""
+def features_of(x: Array, pressure: Array, flow: float) -> Features:
+    """Features of a solution."""
     size = float(np.sqrt(1.0 + 2.0 * flow))
     step = np.diff(x)
     slope = np.diff(pressure) / step
@@ -145,6 +143,5 @@ def features_of(x: Array, pressure: Array, flow: float, tip: float = TIP) -> Fea
         inlet,
         float(np.clip(inlet_width, 0.3 * sweep, sweep)),
         spike,
-        float(np.clip(0.5 * spike_width, tip, 0.4 * size)),
-        tip,
+        float(np.clip(0.5 * spike_width, TIP, 0.4 * size)),
     )

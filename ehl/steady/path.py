@@ -16,9 +16,9 @@ from ehl.steady.scaling import Scene
 Array = NDArray[np.float64]
 
 EASY_LOG_VISCOSITY = 2.0
-EASY_SHEAR = 0.1
+EASY_SHEAR = (0.03, 0.1)  # range of shear numbers at the start, where the scene has any: no sharp spike on the way
 EASY_LOADS = (2.0, 10.0)  # range of Moes load numbers the path may start at
-MAX_ITERATIONS = 250  # of one path; plain contacts take 10 to 60
+MAX_ITERATIONS = 150  # of one path; plain contacts take 10 to 60
 PATH_NODES = 97
 
 
@@ -50,16 +50,17 @@ def transfer(level: Level, grid: Grid) -> Unknowns:
 
 def features_of_level(level: Level) -> Features:
     """Features the mesh of the next solution should resolve."""
-    return features_of(level.x, level.unknowns.pressure, level.unknowns.flow, level.features.tip)
+    return features_of(level.x, level.unknowns.pressure, level.unknowns.flow)
 
 
-def easy_start(scene: Scene, nodes: int, tip: float, report: PathReport) -> tuple[Level, Scene]:
+def easy_start(scene: Scene, nodes: int, report: PathReport) -> tuple[Level, Scene]:
     """The easy end of the path: nearly constant viscosity, moderate load; converges from the Hertz pressure."""
     load = min(max(scene.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
     lam = 3.0 * math.pi**2 / (8.0 * load**2)
     stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scene.log_viscosity, 1e-12))
-    easy = scene.easier(lam, stiffness, min(scene.gamma, EASY_SHEAR))
-    grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3, tip), nodes)
+    shear = min(max(scene.gamma, EASY_SHEAR[0]), EASY_SHEAR[1]) if scene.gamma > 0.0 else 0.0
+    easy = scene.easier(lam, stiffness, shear)
+    grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
     pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None))
     centre = int(np.argmin(np.abs(grid.nodes)))
     flow = 1.2 / load
@@ -97,7 +98,7 @@ def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
     )
 
 
-def cold_path(scene: Scene, nodes: int, tip: float, report: PathReport) -> Level:
+def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
     """Solution on a coarse grid by continuation from the easy contact.
 
     Raises
@@ -106,7 +107,7 @@ def cold_path(scene: Scene, nodes: int, tip: float, report: PathReport) -> Level
         "path_stalled" where the step shrinks to nothing, "path_limit" after too many iterations.
     """
     spent = report.iterations
-    level, easy = easy_start(scene, nodes, tip, report)
+    level, easy = easy_start(scene, nodes, report)
     t, before, t_before = 0.0, None, 0.0
     step = 0.34
     while t < 1.0:

@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.contact import LineContact
+from ehl.film_formulas import moes_1992
 from ehl.lubricant import Lubricant
 from ehl.rheology.numbers import PLAIN, ShearNumbers
 
 Array = NDArray[np.float64]
 Offset = Callable[[Array], Array]
+
+ROUNDING = 3e-3  # shear thinning that rounds a spike: share of the flow at the edge of the Hertz pressure
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,8 @@ class Scene:
         Added to ln(eta/eta0) at x/b (film temperature of an outer loop).
     shear : ShearNumbers
         The shear law; pressures in p_h, stresses in the one gamma refers to.
+    rounding : float
+        Shear number that makes the spike of a Newtonian fluid wide enough for a mesh and changes the film little.
     """
 
     lam: float
@@ -47,16 +52,23 @@ class Scene:
     log_viscosity: float
     offset: Offset | None = None
     shear: ShearNumbers = PLAIN
+    rounding: float = 0.0
 
     @property
     def moes_load(self) -> float:
         """Moes load number M."""
-        return math.pi * math.sqrt(3.0 / (8.0 * self.lam))
+        return moes_load(self.lam)
 
     @property
     def gamma(self) -> float:
         """Shear number eta0 |v_s| R/(tau0 b^2)."""
         return float(self.fluid[3])
+
+    def rounded(self, factor: float = 1.0) -> Scene:
+        """The scene with at least `factor` times the shear number that rounds the spike, as a Ree-Eyring fluid."""
+        fluid = self.fluid.copy()
+        fluid[3] = max(self.gamma, factor * self.rounding)
+        return replace(self, fluid=fluid) if self.gamma > 0.0 else replace(self, fluid=fluid, shear=PLAIN)
 
     def easier(self, lam: float, stiffness: float, gamma: float) -> Scene:
         """The scene at other viscous and shear numbers, with ln(eta/eta0) and its offset scaled by ``stiffness``."""
@@ -72,6 +84,11 @@ class Scene:
         return replace(
             self, lam=lam, constants=constants, fluid=fluid, log_viscosity=self.log_viscosity * stiffness, offset=scaled
         )
+
+
+def moes_load(lam: float) -> float:
+    """Moes load number M of a viscous number."""
+    return math.pi * math.sqrt(3.0 / (8.0 * lam))
 
 
 def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None = None) -> Scene:
@@ -90,4 +107,19 @@ def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None =
     stiffness = float(lubricant.log_viscosity_ratio(np.array([p_h]))[0])
     constants = np.asarray(lubricant.law_constants, dtype=float)
     shear = law.numbers(p_h, reference, b / radius)
-    return Scene(lam, lubricant.law_code, constants, fluid, stiffness, offset, shear)
+    return Scene(
+        lam, lubricant.law_code, constants, fluid, stiffness, offset, shear, _rounding(contact, lubricant, lam)
+    )
+
+
+def _rounding(contact: LineContact, lubricant: Lubricant, lam: float) -> float:
+    """Shear number that rounds the spike.
+
+    The flow by shear thinning alone is gamma H^2 P'/lam. At the edge of the Hertz pressure, one exit length of about
+    H^(2/3) inside, P' is about H^(-1/3), but nowhere below 1: gamma is chosen to make that flow a small share of H.
+    """
+    modulus, radius = contact.effective_modulus, contact.radius_equivalent
+    speed = 2.0 * lubricant.viscosity_inlet * abs(contact.speed_entrainment) / (modulus * radius)
+    film = moes_1992(moes_load(lam), lubricant.pressure_viscosity * modulus * speed**0.25)
+    film *= math.sqrt(speed) * (radius / contact.half_width) ** 2
+    return float(ROUNDING * lam / film * min(1.0, film ** (1.0 / 3.0)))

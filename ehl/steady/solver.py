@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -19,11 +19,10 @@ from ehl.contact import LineContact
 from ehl.errors import InputError
 from ehl.lubricant import Lubricant
 from ehl.steady.estimate import Extrapolation
-from ehl.steady.mesh import BLUNT_TIP, TIP
 from ehl.steady.newton import Level, NewtonFailure
 from ehl.steady.outputs import FilmShear, friction_inlet
 from ehl.steady.path import PATH_NODES, PathReport, cold_path, from_neighbour
-from ehl.steady.refine import COARSEST, Accuracy, nested, refined, settled
+from ehl.steady.refine import COARSEST, Accuracy, nested, refined, rounding_errors, settled
 from ehl.steady.result import SteadyResult
 from ehl.steady.scaling import Scene, scene_of
 
@@ -40,7 +39,8 @@ REASONS = (
     "negative_pressure",
     "gap_closes_at_exit",
 )
-FALLBACKS = ("neighbour_too_far", "spike_unresolved", "finer_path", "coarse_grid_dropped", "tolerance_not_met")
+ROUNDED = "spike_rounded"
+FALLBACKS = ("neighbour_too_far", ROUNDED, "coarse_grid_dropped", "tolerance_not_met")
 
 
 def solve_steady(
@@ -99,8 +99,9 @@ def solve_steady(
         try:
             # One thread: on small matrices more only wait for each other. Trial steps may overflow; they are rejected.
             with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
-                near = settled(scene, attempt.run(scene, report), report)
-                levels, limit = nested(scene, near, shear, accuracy, report, fallbacks)
+                near = settled(attempt.run(report), report)
+                levels, limit = nested(near, shear, accuracy, report, fallbacks)
+                limit = replace(limit, errors=limit.errors + rounding_errors(scene, near, shear, report))
         except NewtonFailure as failure:
             reason = failure.reason
         else:
@@ -118,28 +119,22 @@ class _Attempt:
     """One way to a coarse solution, and the name it is reported by where it is not the plain one."""
 
     fallback: str
-    run: Callable[[Scene, PathReport], Level]
+    run: Callable[[PathReport], Level]
 
 
 def _attempts(scene: Scene, start: SteadyResult | None) -> list[_Attempt]:
     """Ways to a solution in the order they are tried."""
-
-    def cold(nodes: int, tip: float) -> Callable[[Scene, PathReport], Level]:
-        return lambda scene, report: cold_path(scene, nodes, tip, report)
-
-    nodes = refined(PATH_NODES, scene)
-    plain = [
-        _Attempt("", cold(nodes, TIP)),
-        _Attempt("spike_unresolved", cold(2 * nodes // 3 + 1, BLUNT_TIP)),
-        _Attempt("finer_path", cold(2 * nodes - 1, TIP)),
-    ]
+    nodes, blunt = refined(PATH_NODES, scene), scene.rounded()
+    attempts = [_Attempt("", lambda report: cold_path(scene, nodes, report))]
+    if blunt.gamma > scene.gamma:
+        attempts.append(_Attempt(ROUNDED, lambda report: cold_path(blunt, nodes, report)))
     if start is None or start.coarse is None:
-        return plain
-    neighbour = start.coarse
+        return attempts
+    neighbour, first = start.coarse, blunt if ROUNDED in start.fallbacks else scene
     return [
-        _Attempt("", lambda scene, report: from_neighbour(neighbour, scene, report)),
-        _Attempt("neighbour_too_far", cold(nodes, TIP)),
-        *plain[1:],
+        _Attempt(ROUNDED if first is blunt else "", lambda report: from_neighbour(neighbour, first, report)),
+        _Attempt("neighbour_too_far", attempts[0].run),
+        *attempts[1:],
     ]
 
 

@@ -10,7 +10,7 @@ from ehl.contact import LineContact
 from ehl.lubricant import Lubricant
 from ehl.steady import solve_steady
 from ehl.steady.estimate import extrapolate
-from ehl.steady.mesh import TIP, grade
+from ehl.steady.mesh import grade
 from ehl.steady.newton import Grid, solve_level
 from ehl.steady.outputs import numbers_of
 from ehl.steady.path import PathReport, cold_path, features_of_level, transfer
@@ -41,7 +41,7 @@ def gear_range(count, seed):
 def raw_values(contact, lubricant, counts):
     """Outputs of single grids of one grading, without extrapolation."""
     scene, report = scene_of(contact, lubricant), PathReport()
-    level = settled(scene, cold_path(scene, 97, TIP, report), report)
+    level = settled(cold_path(scene, 97, report), report)
     grading = grade(features_of_level(level))
     values = []
     for count in counts:

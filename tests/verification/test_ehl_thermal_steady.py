@@ -222,3 +222,35 @@ def test_fast_rolling_of_a_cold_oil_heats_no_more_than_its_flow_work(pressure: f
     assert result.status == "converged"
     rise = result.temperature_film_max - cold.temperature
     assert 1.0 < rise < result.film.pressure_max / (cold.density * cold.heat_capacity)
+
+
+# thick and fast: M = 0.04, L = 31, and M = 0.01, L = 49 with sliding along the line; hot films a twentieth as thick
+ROLLING = (
+    {"pressure_hertz": 0.115e9, "radius_equivalent": 0.391, "speed_entrainment": 53.7, "slide_to_roll": -0.98},
+    {"viscosity_inlet": 1.232, "pressure_viscosity": 2.23e-8, "rheology": "newtonian", "temperature": 415.0,
+     "temperature_viscosity": 0.028},
+)  # fmt: skip
+SLIDING = (
+    {"pressure_hertz": 0.173e9, "radius_equivalent": 2.73e-3, "speed_entrainment": 49.7, "slide_to_roll": 1.56,
+     "speed_sliding_lengthwise": 80.7},
+    {"viscosity_inlet": 0.855, "pressure_viscosity": 1.11e-8, "eyring_stress": 7.65e6, "temperature": 262.0,
+     "temperature_viscosity": 0.018},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("case", [ROLLING, SLIDING], ids=["rolling", "sliding"])
+def test_a_heat_balance_too_coarse_for_the_contact_is_struck_anew(case, monkeypatch):
+    line, lubricant = contact(**case[0]), oil(**case[1])
+
+    def solve(accuracy):
+        return solve_steady_thermal(line, lubricant, BODIES, thermal="on", accuracy=accuracy)
+
+    fast, reference = solve("fast"), solve("reference")
+    monkeypatch.setattr(thermal_steady, "REFINED_ALLOWED", math.inf)
+    coarse = solve("fast")
+    assert max(coarse.friction_error, coarse.film_error) > 0.1
+    assert max(fast.friction_error, fast.film_error) < 0.06
+    assert fast.rounds > coarse.rounds
+    friction, film = (fast.friction_fluid, reference.friction_fluid), (fast.film.film_min, reference.film.film_min)
+    assert friction[0] == pytest.approx(friction[1], rel=fast.friction_error + reference.friction_error)
+    assert film[0] == pytest.approx(film[1], rel=fast.film_error + reference.film_error)
