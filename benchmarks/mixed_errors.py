@@ -30,6 +30,7 @@ from ehl.transient import RoughSurfaces, solve_transient
 from ehl.transient._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
 from ehl.transient.accuracy import make_plan
 from ehl.transient.batches import batch_means
+from ehl.transient.run import Run
 from ehl.transient.scaling import film_estimate
 from ehl.transient.window import Window
 
@@ -342,7 +343,20 @@ def stretches(out: Path, seeds: int) -> None:
     print_table(f"other stretches of the same surfaces, {seeds} seeds", columns, rows)
 
 
+TURN_STEPS = 200
 COST_MESHES = (35.0, 70.0, 140.0, 280.0, 560.0, 1120.0, 2240.0)  # nodes per b; drainage and heat on the first four
+
+
+def rolling(scene: Scene, mesh: float) -> Run:
+    """A run past its start-up of 4 b; a fine one takes over the state of a coarser one and rolls 0.3 b more."""
+    first = scene.run(min(mesh, 280.0))
+    first.advance(round(4.0 * first.problem.units.steps_per_half_width))
+    if mesh <= 280.0:
+        return first
+    run = scene.run(mesh, start_travel=first.travel)
+    run.start_from(first)
+    run.advance(round(0.3 * run.problem.units.steps_per_half_width))
+    return run
 
 
 def cost(out: Path, repeats: int = 9) -> None:
@@ -364,21 +378,18 @@ def cost(out: Path, repeats: int = 9) -> None:
             "sealed, heat": base.with_(thermal=True),
         }
         runs = {
-            (mesh, name): scene.run(mesh)
+            (mesh, name): rolling(scene, mesh)
             for mesh in COST_MESHES
             for name, scene in variants.items()
             if name == "sealed" or mesh < 300.0
         }
-        for (mesh, _), run in runs.items():
-            run.advance(round(4.0 * mesh))
         used: dict[tuple[float, str], list[float]] = {key: [] for key in runs}
         iterations: dict[tuple[float, str], list[float]] = {key: [] for key in runs}
         for _ in range(repeats):
             for key, run in runs.items():
-                steps = min(max(round(0.7 * key[0]), 200), 400)
                 begun = time.process_time()
-                records, _ = run.advance(steps)
-                used[key].append((time.process_time() - begun) / steps)
+                records, _ = run.advance(TURN_STEPS)
+                used[key].append((time.process_time() - begun) / TURN_STEPS)
                 iterations[key].append(float(records[:, ITERATIONS].mean()))
         per_iteration = {key: np.divide(used[key], iterations[key]) for key in runs}
         for key, times in used.items():
