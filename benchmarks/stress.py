@@ -40,9 +40,11 @@ from stress_cases import Scene, scenes
 
 import ehl.mixed
 from ehl.errors import ConvergenceError, InputError
+from ehl.mixed import TOLERANCE
 from ehl.solve import ContactResult, solve_case
 from ehl.transient import TransientResult, solve_transient
 from ehl.transient.accuracy import BUDGET
+from ehl.verdict import hot_friction, unresolved
 
 OUT = Path("benchmarks/out")
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
@@ -116,6 +118,16 @@ def broken(result: ContactResult, row: dict[str, Any]) -> list[str]:
     return found
 
 
+def _doubt(result: ContactResult, accuracy: str, travel: float | None) -> str:
+    """Reason why a result is not settled; behind the interval of a short window, which does not count, the next one."""
+    if not (travel and result.reason == "statistical_interval"):
+        return result.reason if result.status == "unsettled" else ""
+    mu, tolerance = result.friction_coefficient, TOLERANCE[accuracy]
+    if mu > 0.0 and hot_friction(result) > 0.5 * tolerance * mu:
+        return "too_hot"
+    return "mesh_error" if unresolved(result, tolerance) else ""
+
+
 def _deferred(*_: object) -> None:
     raise ConvergenceError("mesh_budget", "left to the second pass")
 
@@ -150,12 +162,16 @@ def solved(
     steps = run.fallbacks if run is not None else None
     other = 1.0 - steps.plain / steps.total if steps is not None else 0.0
     smooth = " ".join(result.film.fallbacks) if result.film is not None else ""
+    doubt = _doubt(result, accuracy, travel)
+    limited = defer and run is not None and any("budget of nodes" in note for note in run.notes)
     if faults:
         outcome, reason = "wrong", "invariant"
+    elif limited and (doubt or result.status == "failed"):
+        outcome, reason = "refused", "mesh_budget"  # more nodes may do better
     elif result.status == "failed":
         outcome, reason = "refused", result.reason
-    elif result.status == "unsettled" and not (travel and result.reason == "statistical_interval"):
-        outcome, reason = "unsettled", result.reason
+    elif doubt:
+        outcome, reason = "unsettled", doubt
     else:
         outcome = "with fallback" if other > FALLBACK_STEPS or smooth else "converged"
         reason = smooth
