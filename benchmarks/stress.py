@@ -44,7 +44,7 @@ from ehl.mixed import TOLERANCE
 from ehl.solve import ContactResult, solve_case
 from ehl.transient import TransientResult, solve_transient
 from ehl.transient.accuracy import BUDGET
-from ehl.verdict import hot_friction, unresolved
+from ehl.verdict import hot_friction
 
 OUT = Path("benchmarks/out")
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
@@ -119,13 +119,11 @@ def broken(result: ContactResult, row: dict[str, Any]) -> list[str]:
 
 
 def _doubt(result: ContactResult, accuracy: str, travel: float | None) -> str:
-    """Reason why a result is not settled; behind the interval of a short window, which does not count, the next one."""
+    """Reason why a result is not settled; the interval of a short window does not count, heat behind it does."""
     if not (travel and result.reason == "statistical_interval"):
         return result.reason if result.status == "unsettled" else ""
-    mu, tolerance = result.friction_coefficient, TOLERANCE[accuracy]
-    if mu > 0.0 and hot_friction(result) > 0.5 * tolerance * mu:
-        return "too_hot"
-    return "mesh_error" if unresolved(result, tolerance) else ""
+    lawless = hot_friction(result) > 0.5 * TOLERANCE[accuracy] * result.friction_coefficient
+    return "too_hot" if lawless else ""
 
 
 def _deferred(*_: object) -> None:
