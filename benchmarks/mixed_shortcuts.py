@@ -1,8 +1,9 @@
 """What the shortcuts of the rough solver cost in accuracy: coarser answers beyond the mesh budget, dry contact.
 
-    python benchmarks/mixed_shortcuts.py {budget,dry} --out FOLDER
+    python benchmarks/mixed_shortcuts.py {budget,ways,dry} --out FOLDER
 
 "budget": contacts that the nodes of accuracy "fast" resolve, solved again with so few that they cannot.
+"ways": the short ways and the preheated surfaces of fine roughness against the long ways, on the same mesh.
 "dry": contacts whose film is nil, with the switch to dry contact and without.
 """
 
@@ -16,10 +17,11 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from mixed_scenes import eyring_oil, line, print_table, speed_of_film_ratio, write_csv
+from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
 
 from ehl.inputs import Case
 from ehl.solve import ContactResult, solve_case
+from ehl.transient import solve_transient
 from ehl.transient.accuracy import BUDGET
 from ehl.validation import validate
 
@@ -31,6 +33,12 @@ RESOLVED = (
     (0.7, 1.0, 0.5, math.inf, 0.04), (0.2, 1.0, 0.5, math.inf, 0.04), (0.7, 2.0, 0.1, 1.0, 0.04),
     (0.7, 0.5, 0.5, 3.0, 0.04), (1.5, 1.0, 0.5, 1.0, 0.02), (0.5, 1.0, 0.5, 1.0, 0.02), (0.3, 1.5, 0.3, 3.0, 0.06),
     (1.2, 0.7, 1.0, 1.0, 0.03), (3.0, 1.0, 0.5, 1.0, 0.04),
+)  # fmt: skip
+# film ratio, p_h [GPa], SR, gamma, correlation length [b], heat
+FINE = (
+    (2.0, 1.0, 0.5, 1.0, 0.02, False), (0.7, 1.0, 0.5, 1.0, 0.02, False), (0.3, 1.0, 0.5, math.inf, 0.02, False),
+    (0.7, 1.0, 0.5, 3.0, 0.02, True), (1.2, 1.5, 1.5, math.inf, 0.02, True), (0.5, 1.0, 1.5, 1.0, 0.02, True),
+    (1.0, 0.7, 1.9, 1.0, 0.02, True), (0.2, 1.0, 0.3, 1.0, 0.02, True), (1.0, 1.0, -1.2, 1.0, 0.01, True),
 )  # fmt: skip
 # film ratio, h_boundary [nm], p_h [GPa], SR, gamma, correlation length [b]
 NIL = (
@@ -103,6 +111,33 @@ def budget(out: Path, seeds: int) -> None:
     print(f"true error median {np.median(wrong):.2g}, largest {wrong.max():.2g}")
 
 
+def ways(out: Path, seeds: int) -> None:
+    """Short ways and preheated surfaces against long ways."""
+    rows: list[list[Any]] = []
+    for ratio, gpa, slip, gamma, length, thermal in FINE:
+        contact = line(speed_of_film_ratio(ratio, RMS, eyring_oil(), pressure=gpa * 1e9), slip, gpa * 1e9)
+        for seed in range(1, seeds + 1):
+            rough = gaussian_pair(contact, RMS, length, seed)
+            mus, errors, costs = [], [], []
+            for fine, travel in ((True, None), (False, 24.0)):
+                clock = time.process_time()
+                run = solve_transient(
+                    contact, eyring_oil(), rough, accuracy="fast", peklenik_number=gamma,
+                    thermal=thermal, travel=travel, fine_roughness=fine, nodes=round(6.0 * 3.7 / length),
+                )  # fmt: skip
+                mus.append(run.friction_coefficient)
+                errors.append(run.statistical_error)
+                costs.append(time.process_time() - clock)
+            true = mus[0] / mus[1] - 1.0
+            rows.append([ratio, gpa, slip, gamma, length, thermal, seed, *mus, true, *errors, *costs])
+    columns = ("lambda", "p_h", "SR", "gamma", "lc/b", "thermal", "seed", "mu short", "mu long", "difference",
+               "interval short", "interval long", "s short", "s long")  # fmt: skip
+    print_table("ways of fine roughness", columns, rows)
+    write_csv(out / "mixed_ways.csv", columns, rows)
+    inside = np.array([abs(row[9]) <= math.hypot(row[10], row[11]) for row in rows])
+    print(f"inside both intervals: {inside.mean():.0%} of {len(rows)}")
+
+
 def dry(out: Path, seeds: int) -> None:
     """The switch to dry contact against the run without it."""
     rows: list[list[Any]] = []
@@ -129,11 +164,11 @@ def dry(out: Path, seeds: int) -> None:
 def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", choices=("budget", "dry"))
+    parser.add_argument("study", choices=("budget", "ways", "dry"))
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args()
-    {"budget": budget, "dry": dry}[options.study](options.out, options.seeds)
+    {"budget": budget, "ways": ways, "dry": dry}[options.study](options.out, options.seeds)
 
 
 if __name__ == "__main__":

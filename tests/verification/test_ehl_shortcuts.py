@@ -91,3 +91,27 @@ def test_coarser_answer_beyond_the_budget_bounds_the_resolved_one(
     # the point estimate itself is of use
     assert true < 0.6
     assert coarse.friction_error < 3.0
+
+
+def test_a_wall_that_says_too_little_gives_way_to_a_mesh_as_fine_as_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    full = solve_case(case(0.7, 0.05))
+    monkeypatch.setitem(BUDGET, "fast", (200, 1200))
+    fine = solve_case(case(0.7, 0.05))
+    assert fine.transient is not None
+    assert fine.transient.nodes > 200
+    assert fine.transient.wall_error == 0.0
+    true = abs(full.friction_coefficient / fine.friction_coefficient - 1.0)
+    assert true <= fine.friction_error + full.friction_error
+    assert fine.friction_error < 0.3
+
+
+def test_a_wall_under_thick_films_is_an_answer_and_says_what_it_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    full = solve_case(case(19.0, 0.05))
+    monkeypatch.setitem(BUDGET, "fast", (200, 1200))
+    quick = solve_case(case(19.0, 0.05))
+    assert quick.transient is not None
+    assert quick.transient.nodes < 140
+    assert 0.0 < quick.transient.wall_error < 0.2
+    assert any("waves finer than the mesh" in text for text in quick.skipped)
+    true = abs(full.friction_coefficient / quick.friction_coefficient - 1.0)
+    assert true <= quick.friction_error + full.friction_error

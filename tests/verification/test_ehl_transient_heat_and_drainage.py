@@ -49,6 +49,39 @@ def thermal_run(
     return run, records
 
 
+@pytest.mark.parametrize("slide_to_roll", [0.3, -1.2])
+def test_preheating_by_an_even_flux_warms_like_a_half_space(slide_to_roll: float) -> None:
+    """Behind the inlet the exposure of a point is its way over its speed: 2 q sqrt(t/pi)/effusivity."""
+    line = contact(slide_to_roll=slide_to_roll)
+    settings = Settings(400, 20e-9, 0.1, math.inf, True, 8e9)
+    run = Run(build_problem(line, OIL, RoughSurfaces(), (STEEL, STEEL), settings))
+    x = run.problem.x
+    run.preheat(12.0, np.full((2, x.size), 1e9))
+    inside = (x > -1.5) & (x < 1.0)
+    for s, speed in enumerate((line.speed_1, line.speed_2)):
+        # past fluxes are in the memory, that of the step itself comes with the shear
+        rise = run.state.surface_temperature[s] + 1e9 * run.problem.model.heat.weights[s].sum()
+        exposed = (x - x[0]) * line.half_width / speed
+        exact = 2.0 * 1e9 * np.sqrt(exposed / math.pi) / STEEL.thermal_effusivity
+        assert rise[inside] == pytest.approx(exact[inside], rel=0.02)
+
+
+def test_preheated_contact_settles_where_the_rolled_one_does() -> None:
+    """The slower surface takes 8 b of travel to warm; with its own mean heat put in at once mu is the same."""
+    line = contact(slide_to_roll=1.5)
+    profile = generate_profile(0.2e-6, 0.05 * line.half_width, 16.0 * line.half_width, 2.5e-3 * line.half_width, 3)
+    mu = [
+        solve_transient(
+            line, OIL, RoughSurfaces(profile), accuracy="fast", peklenik_number=math.inf, thermal=True, nodes=300,
+            travel=8.0, materials=(STEEL, STEEL), fine_roughness=fine,
+        )
+        for fine in (True, False)
+    ]  # fmt: skip
+    assert mu[0].steps < 0.75 * mu[1].steps
+    assert mu[0].temperature_flash == pytest.approx(mu[1].temperature_flash, abs=3.0)
+    assert mu[0].friction_coefficient == pytest.approx(mu[1].friction_coefficient, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("slide_to_roll", "bound"), [(0.3, 0.012), (-1.2, 0.016), (3.0, 0.03)], ids=["1 faster", "2 faster", "2 backwards"]
 )
