@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from ehl.rheology.numbers import NEWTONIAN
 from ehl.steady.mesh import Features, features_of, grade
 from ehl.steady.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
 from ehl.steady.scaling import Scene
@@ -58,7 +59,9 @@ def easy_start(scene: Scene, nodes: int, report: PathReport) -> tuple[Level, Sce
     load = min(max(scene.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
     lam = 3.0 * math.pi**2 / (8.0 * load**2)
     stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scene.log_viscosity, 1e-12))
-    shear = min(max(scene.gamma, EASY_SHEAR[0]), EASY_SHEAR[1]) if scene.gamma > 0.0 else 0.0
+    shear = min(scene.gamma, EASY_SHEAR[1])
+    if scene.gamma > 0.0 and (scene.shear.plain or scene.shear.kind != NEWTONIAN):  # more shear would only meet a limit
+        shear = max(shear, EASY_SHEAR[0])
     easy = scene.easier(lam, stiffness, shear)
     grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
     pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None))

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 BLOCK = 4.0  # travel between two looks at the interval [b]
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
+MOST_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
 FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
 MOST_REPEATS = 3  # of a block in which that happened
 FEWEST_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
@@ -104,8 +105,9 @@ class Window:
 
 
 def film_jumped(part: Array, records: Array) -> bool:
-    """Whether the mean film of a step is many times the median: a fallback let the bodies fly apart."""
-    return bool(part[:, FILM_MEAN].max() > FILM_JUMP * float(np.median(records[:, FILM_MEAN])))
+    """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart."""
+    usual = min(float(np.median(records[:, FILM_MEAN])), MOST_FILM)
+    return not bool(part[:, FILM_MEAN].max() <= FILM_JUMP * usual)
 
 
 def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:

@@ -16,9 +16,11 @@ from ehl.material import load_material
 from ehl.roughness import RoughProfile, generate_profile
 from ehl.solve import solve_case
 from ehl.transient import RoughSurfaces, solve_transient
+from ehl.transient._kernels.march import COLUMNS, FILM_MEAN
 from ehl.transient.accuracy import BATCH, BUDGET, make_plan, with_overrides
 from ehl.transient.run import Run
 from ehl.transient.scaling import Settings, build_problem
+from ehl.transient.window import film_jumped
 from ehl.validation import validate
 
 LENGTH = 4.0  # of the mesh [b]
@@ -149,3 +151,13 @@ def test_spots_of_thin_films_set_the_mesh_however_long_the_waves(ratio: float, n
     assert plans["fast"].spacing <= 2.5 * plans["standard"].spacing * (1.0 + 1e-12)
     thick = make_plan("standard", line, RoughSurfaces(wave), 0.5 * wave.rms, drained=False, thermal=False)
     assert thick.spacing > plans["standard"].spacing
+
+
+@pytest.mark.parametrize(("films", "jumped"), [
+    ([0.8, 1.1, 0.9, 1.0], False), ([0.8, 1.1, 7.0, 1.0], True), ([1e9, 2e9, 1.5e9, 1e9], True),
+    ([0.8, math.nan, 0.9, 1.0], True),
+])  # fmt: skip
+def test_a_film_that_flew_apart_is_seen_even_where_all_steps_did(films: list[float], jumped: bool) -> None:
+    records = np.zeros((len(films), COLUMNS))
+    records[:, FILM_MEAN] = films
+    assert film_jumped(records, records) is jumped

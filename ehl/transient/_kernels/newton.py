@@ -24,6 +24,8 @@ STAGE_RELAXATION = (1.0, 0.5, 1.0, 0.2, 1.0)
 STAGE_LIMIT = (30, 90, 30, 150, 60)
 PRESSURE_STEP = (0.4, 0.8)  # an iteration changes p by at most 0.4 + 0.8 p
 PICARD_TURN = 16  # Picard iterations before Newton is tried again
+FIRST_TURN = 3  # of the first turn at least, if the sets have settled; each turn is twice as long
+SHORT_STEP = 0.2  # Newton has stalled, too, where one node lets the others go no more than this part of the way
 STALL = 6  # Newton has stalled after so many iterations without a residual 30 % below its best
 LOAD_TOLERANCE = 1e-6
 
@@ -291,7 +293,7 @@ def start_sets(state, work, model):
 
 @njit(**INTERNAL)
 def apply_increment(state, work, model, load_error, limit_step):
-    """Border the two solutions with the load condition and move the unknowns."""
+    """Border the two solutions with the load condition and move the unknowns; returns the share of the step taken."""
     sol = work.solution
     kind = work.kind
     n = kind.size
@@ -324,6 +326,7 @@ def apply_increment(state, work, model, load_error, limit_step):
             state.fluid_pressure[i] += step * sol[0, i]
         if kind[i] & CONTACT:
             state.contact_pressure[i] += step * sol[1, i]
+    return step
 
 
 @njit(**INTERNAL)
@@ -345,6 +348,8 @@ def solve_step(state, step, macro, work, model, stage):
     best = 1e30
     best_at = 0
     turn_at = 0
+    turn = FIRST_TURN
+    short = False
     load = 0.0
     largest = 0.0
     changes = 0
@@ -385,16 +390,18 @@ def solve_step(state, step, macro, work, model, stage):
         if largest < 0.7 * best:
             best = largest
             best_at = iterations
-        elif mode == NEWTON and iterations - best_at >= STALL:
+        elif mode == NEWTON and (iterations - best_at >= STALL or short):
             if stage != RELAXED:
                 break
             mode = PICARD
             turn_at = iterations
-        if mode == PICARD and stage == RELAXED and iterations - turn_at >= PICARD_TURN:
+        picards = iterations - turn_at
+        if mode == PICARD and stage == RELAXED and (picards >= PICARD_TURN or (changes == 0 and picards >= turn)):
             mode = NEWTON
             best = largest
             best_at = iterations
-        apply_increment(state, work, model, load_error, mode == NEWTON)
+            turn *= 2
+        short = apply_increment(state, work, model, load_error, mode == NEWTON) < SHORT_STEP
     if not converged:
         for i in range(n):
             state.fluid_pressure[i] = max(state.fluid_pressure[i], 0.0)
