@@ -17,7 +17,7 @@ from ehl.transient._kernels.elasticity import exponential_product
 from ehl.transient._kernels.motion import SAMPLES
 from ehl.transient._kernels.quasi_separable import MODES
 from ehl.transient._kernels.records import Contact, Drainage, Elastic, Fluid, Heat, Model, Surfaces
-from ehl.transient.soe import LogTransform, fit_log_kernel, fit_root_kernel, range_of
+from ehl.transient.soe import LogTransform, fit_root_kernel, log_kernel, range_of
 from ehl.transient.surfaces import RoughSurfaces, sample_ring
 
 Array = NDArray[np.float64]
@@ -299,7 +299,7 @@ def build_problem(
     lateral_length = math.inf if sealed else gamma * surfaces.correlation_length
     deflection = 4.0 * p_h * spacing / (math.pi * contact.effective_modulus * film_unit)
     size = range_of(n)
-    full, short = fit_log_kernel(size, ELASTIC_MODES), fit_log_kernel(size, MODES)
+    full, short = log_kernel(size, ELASTIC_MODES), log_kernel(size, MODES)
     model = Model(
         fluid=scaled_fluid(contact, lubricant, units, lateral_length),
         contact=Contact(

@@ -11,8 +11,10 @@ quasi-separable.  One mode has ``phi = 0``: it makes ``K_0`` exact.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +64,21 @@ def log_coefficients(n: int) -> Array:
 def range_of(n: int) -> int:
     """The fitted range that serves n nodes: the next power of two."""
     return 1 << max(n - 1, 63).bit_length()
+
+
+@cache
+def _tabulated() -> dict[str, ExponentialSum]:
+    """Fits of `benchmarks/log_kernel_table.py`, by nodes and modes."""
+    text = files("ehl.transient").joinpath("log_kernel.json").read_text(encoding="utf-8")
+    return {
+        name: ExponentialSum(np.array(fit["weights"]), np.array(fit["ratios"]), fit["error"])
+        for name, fit in json.loads(text).items()
+    }
+
+
+def log_kernel(n: int, modes: int) -> ExponentialSum:
+    """`fit_log_kernel` by table, the same in every process; fitted where the table has nothing."""
+    return _tabulated().get(f"{n} {modes}") or fit_log_kernel(n, modes)
 
 
 @lru_cache(maxsize=32)

@@ -22,6 +22,7 @@ from ehl.transient.soe import (
     fit_root_kernel,
     kernel_constant,
     log_coefficients,
+    log_kernel,
     range_of,
 )
 
@@ -47,6 +48,21 @@ def test_fitted_log_kernel_states_its_error(n: int, modes: int, bound: float) ->
     assert fit.error < bound  # the kernel spans ln n = 5.5 to 7
     assert deviation[0] < 1e-12
     assert fit.ratios[-1] == 0.0
+
+
+@pytest.mark.parametrize("modes", [MODES, 10])
+@pytest.mark.parametrize("n", [64, 512, 4096, 32768])
+def test_tabulated_kernel_is_the_fit(n: int, modes: int) -> None:
+    table, fit = log_kernel(n, modes), fit_log_kernel(n, modes)
+    d = np.arange(n, dtype=float)
+    kernel = log_coefficients(n) + kernel_constant(n)
+    assert np.abs(table.evaluate(d) - kernel).max() == pytest.approx(table.error)
+    assert table.error == pytest.approx(fit.error, rel=1e-3)
+    assert log_kernel(n, modes) is table
+
+
+def test_a_kernel_out_of_the_table_is_fitted() -> None:
+    assert log_kernel(128, 7).weights.size == 7
 
 
 def test_fitted_root_kernel_against_the_integral() -> None:
