@@ -242,7 +242,7 @@ def solve_contact(
         return _failed(reason, result.iterations, seconds)
     result = _judged(result, model.friction_tolerance or TOLERANCE[model.accuracy])
     hardness = min(body.hardness for body in bodies)
-    notes = tuple(dict.fromkeys((*result.notes, *notes_of(result, lubricant, hardness))))
+    notes = tuple(dict.fromkeys((*result.notes, *notes_of(result, contact, lubricant, hardness))))
     return replace(result, notes=notes, skipped=tuple(skipped), seconds=seconds)
 
 

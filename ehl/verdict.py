@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ehl.heat import carried_shear_heat
 from ehl.lubricant import KELVIN, Lubricant
 from ehl.mixed import ERROR_ALLOWED
 
 if TYPE_CHECKING:
+    from ehl.contact import LineContact
     from ehl.solve import ContactResult
 
 # what may not stand as converged, whatever a solver's residuals say
@@ -21,6 +23,7 @@ TOO_HOT = 1000.0  # no law of the oil means anything there [K]
 HOT_SPOTS = 2.0  # the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
 HOT = 300.0 + KELVIN  # oils decompose [K]
 LEAST_ACCURATE = 0.1  # relative discretisation error from which a smooth result is no result [-]
+CARRIED = 0.02  # change of smooth friction by shear heat that the film carries along, from which it is told
 MOLECULES = 1e-9  # films below this are thinner than a few molecules [m]
 
 
@@ -77,7 +80,7 @@ def largest_shear(result: ContactResult) -> float:
     return float(result.film.shear_stress.max())
 
 
-def notes_of(result: ContactResult, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
+def notes_of(result: ContactResult, contact: LineContact, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
     """Limits of the model that a result touches."""
     notes = []
     if lubricant.extrapolated:
@@ -95,4 +98,15 @@ def notes_of(result: ContactResult, lubricant: Lubricant, hardness: float) -> tu
         notes.append(
             f"pressure {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: bodies yield"
         )
+    if result.heat is not None and contact.speed_sliding > 0.0:
+        assert result.film is not None
+        assert result.isothermal is not None
+        film = result.film.film_central
+        carried = carried_shear_heat(contact, lubricant, film, film / result.isothermal.film_central)
+        if carried.friction_change > CARRIED:
+            notes.append(
+                f"film Peclet number {carried.peclet_film:.2g}: shear heat the film carries along is left out, at most "
+                f"about {100.0 * carried.friction_change:.2g} % of smooth friction and "
+                f"{100.0 * carried.film_change:.2g} % of the smooth film"
+            )
     return tuple(notes)

@@ -3,9 +3,11 @@
 from ehl.heat.conduction import jaeger_matrix, material_point_matrix, peclet_number, surface_matrix
 from ehl.heat.estimate import THERMAL_THRESHOLD, ThermalEstimate, estimate_thermal_effect
 from ehl.heat.film import (
+    CarriedShearHeat,
     CouetteFilm,
     FilmConductivity,
     InletFactor,
+    carried_shear_heat,
     couette_film,
     flux_to_surface_1,
     inlet_thermal_factors,
@@ -18,12 +20,14 @@ from ehl.heat.traction import FilmProfile, ThermalTraction, thermal_traction
 
 __all__ = [
     "THERMAL_THRESHOLD",
+    "CarriedShearHeat",
     "CouetteFilm",
     "FilmConductivity",
     "FilmProfile",
     "InletFactor",
     "ThermalEstimate",
     "ThermalTraction",
+    "carried_shear_heat",
     "couette_film",
     "estimate_thermal_effect",
     "flux_to_surface_1",

@@ -12,6 +12,7 @@ import pytest
 
 from ehl.contact import LineContact
 from ehl.errors import InputError
+from ehl.heat import carried_shear_heat
 from ehl.inputs import Case
 from ehl.lubricant import Lubricant
 from ehl.solve import ContactResult, solve_case
@@ -143,3 +144,29 @@ def test_no_friction_of_asperities_without_sliding() -> None:
     assert rolling.friction_coefficient == 0.0
     lengthwise = {**CONTACT, "slide_to_roll": 0.0, "speed_sliding_lengthwise": 1.0}
     assert solve_case(case(contact=lengthwise, surface=rough, model=SHARED)).friction_asperity > 0.0
+
+
+def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
+    """A slow film gets the floor of the estimate; beyond 2 % of friction a note names it and the Peclet number."""
+    oil = {"oil": "fva3", "temperature_oil": 303.15}
+    fast = {"radius_equivalent": 0.02, "pressure_hertz": 8e8, "speed_entrainment": 14.0, "slide_to_roll": 1.0}
+
+    def told(**change: float) -> list[str]:
+        result = solve_case(case(contact={**fast, **change}, lubricant=oil, model={"accuracy": "fast"}))
+        assert result.status == "converged"
+        assert result.heat is not None
+        return [note for note in result.notes if "shear heat" in note]
+
+    (note,) = told()
+    assert note.startswith("film Peclet number 0.")
+    assert told(speed_entrainment=2.0, slide_to_roll=0.1) == []
+    contact, lubricant = LineContact.from_pressure(**fast, effective_modulus=226.4e9), Lubricant(0.02, 18e-9)
+    nil = carried_shear_heat(contact, lubricant, 1e-9, 1.0)
+    assert (nil.friction_change, nil.film_change) == pytest.approx((0.002, 0.002), rel=1e-3)
+    thick = carried_shear_heat(contact, lubricant, 1e-6, 0.5)
+    # k grows to 1.88 of its ambient value at 0.8 GPa
+    growth = 1.0 + 1.12 / 1.272
+    diffusivity = growth * lubricant.thermal_conductivity / (lubricant.density * lubricant.heat_capacity)
+    assert thick.peclet_film == pytest.approx(14.0e-12 / (diffusivity * contact.half_width), rel=1e-9)
+    assert carried_shear_heat(contact, lubricant, 1e-6, 0.3).friction_change > thick.friction_change
+    assert carried_shear_heat(contact, lubricant, 1e-6, 0.3).film_change > thick.film_change
