@@ -270,11 +270,10 @@ def _wall_error(run: TransientResult, smooth: SmoothFriction, rms_below: float) 
     if mu == 0.0:
         return 0.0
     bounds = max(abs(run.friction_boundary_half - mu), abs(run.friction_boundary_double - mu)) / mu
-    ripple = (
-        min(roughness_effect(smooth.film / rms_below), MOST_WITHOUT_CONTACT)
-        if smooth.film > 0.0
-        else MOST_WITHOUT_CONTACT
-    )
+    ripple = MOST_WITHOUT_CONTACT
+    if smooth.film > 0.0:
+        left_out = roughness_effect(smooth.film / rms_below) if rms_below > 0.0 else 0.0
+        ripple = min(left_out, MOST_WITHOUT_CONTACT)
     return max(bounds, ripple * _viscous(smooth.stress_ratio))
 
 

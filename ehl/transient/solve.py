@@ -33,7 +33,7 @@ from ehl.transient._kernels.march import (
     TEMPERATURE_MAX,
 )
 from ehl.transient._kernels.newton import UNCONVERGED
-from ehl.transient.accuracy import Accuracy, Plan, make_plan, mesh_length, with_overrides
+from ehl.transient.accuracy import EXCHANGE_WINDOW, Accuracy, Plan, make_plan, mesh_length, with_overrides
 from ehl.transient.result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.transient.run import Run
 from ehl.transient.scaling import Elasticity, Problem, Settings, build_problem, film_estimate
@@ -233,6 +233,9 @@ def _notes(
     notes = []
     if problem.settings.nodes == plan.nodes_max:
         notes.append("mesh at the budget of nodes of this accuracy")
+    if plan.exchange_window < EXCHANGE_WINDOW:
+        warm = ", surfaces warmed by the mean heat at once" if plan.preheating else ""
+        notes.append(f"fine roughness: shorter ways{warm}")
     if problem.settings.boundary_film < 10e-9 and problem.model.surfaces.profile_1.size:
         notes.append("boundary film below 10 nm: usual meshes do not resolve it")
     if problem.settings.thermal:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from ehl.dry_limit import flash_of_rubbing, share_deficit
 from ehl.inputs import Case
+from ehl.lubricant import Lubricant
 from ehl.material import load_material
+from ehl.mixed import film_stress_ratio, roughness_effect
 from ehl.solve import solve_case
 from ehl.transient.accuracy import BUDGET
 from ehl.validation import validate
@@ -115,3 +119,15 @@ def test_a_wall_under_thick_films_is_an_answer_and_says_what_it_leaves_out(monke
     assert any("waves finer than the mesh" in text for text in quick.skipped)
     true = abs(full.friction_coefficient / quick.friction_coefficient - 1.0)
     assert true <= quick.friction_error + full.friction_error
+
+
+def test_stress_a_film_does_not_grow_beyond_is_its_limit_where_that_is_lower() -> None:
+    contact = case(1.0, 0.1).line_contact()
+    oil = Lubricant(0.015, 15e-9)
+    limited = replace(oil, limiting_shear_coefficient=0.08)
+    assert film_stress_ratio(0.02, contact, oil) == 0.0
+    assert film_stress_ratio(0.02, contact, limited) == pytest.approx(0.25)
+    assert film_stress_ratio(0.0, contact, limited) == math.inf
+    eyring = replace(limited, rheology="eyring", eyring_stress=5e6)
+    assert film_stress_ratio(0.02, contact, eyring) == pytest.approx(0.02 * 0.25 * math.pi * 1e9 / 5e6)
+    assert roughness_effect(math.inf, 0.0) == 0.0

@@ -7,6 +7,7 @@ every turn waits for the store of the last one; this type stays in registers, an
 from __future__ import annotations
 
 import operator
+from typing import ClassVar
 
 from llvmlite import ir
 from numba import njit, types
@@ -54,7 +55,7 @@ def define(symbol, instruction):
 
     @infer_global(symbol)
     class Template(ConcreteTemplate):
-        cases = [signature(quad, *pair) for pair in pairs]  # noqa: RUF012
+        cases: ClassVar = [signature(quad, *pair) for pair in pairs]
 
     def lower(context, builder, sig, args):
         vectors = [v if kind is quad else spread(builder, v) for kind, v in zip(sig.args, args, strict=True)]
