@@ -27,7 +27,7 @@ from scipy.sparse import bmat, coo_matrix, kron
 from skfem import Basis, BilinearForm, ElementHex2, MeshHex
 
 from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
-from efficiency.design import Design, load_design
+from efficiency.design.design import Design, load_design
 from efficiency.load.compliance import Tooth
 from efficiency.load.solid_tooth import SolidTooth, solid_tooth
 from efficiency.load.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, loaded_flank, solid_tooth_of

@@ -4,9 +4,10 @@
     python benchmarks/formula_families.py RUN --sizes 64 128 256 512 1024
 
 A RUN is a folder or file of results, or a shipped dataset. The first table is that of `mixed-ehl fit`: ten folds of
-whole (p, R) cells, all cases and by bands of the film ratio (`regression.cross_validation`). With `--sizes` the rows,
-which come sorted by key, a hash, and so in random order, are fitted from the first on, and the last `--check` are
-predicted, which no fit has seen. Writes formula_families_<plan>.csv, with `--sizes` also the same with _sizes.csv and
+whole (p, R) cells, all cases and by bands of the film ratio (`regression.fit.cross_validation`). With `--sizes` the
+rows, which come sorted by key, a hash, and so in random order, are fitted from the first on, and the last `--check` are
+predicted, which no fit has seen. Writes
+formula_families_<plan>.csv, with `--sizes` also the same with _sizes.csv and
 _sizes.png. Beside the errors stands what the solver states for the same contacts (median of its bound).
 """
 
@@ -23,14 +24,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from ehl.errors import ConvergenceError, InputError
-from regression.coefficients import fit_coefficients
-from regression.conditions import Array
-from regression.cross_validation import cross_validate
-from regression.dataset import columns
-from regression.datasets import named_dataset
-from regression.families import FAMILIES
-from regression.fit import usable_rows
+from ehl.io.errors import ConvergenceError, InputError
+from regression.data.dataset import columns
+from regression.data.datasets import named_dataset
+from regression.fit.coefficients import fit_coefficients
+from regression.fit.cross_validation import cross_validate
+from regression.fit.fit import usable_rows
+from regression.friction.conditions import Array
+from regression.friction.families import FAMILIES
 
 matplotlib.use("Agg")
 

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from efficiency.design import Design, load_design
+from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import load_mesh, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
@@ -34,9 +34,9 @@ from efficiency.loss.map import efficiency_map
 from efficiency.loss.regions import friction_along_mesh
 from efficiency.loss.result import EfficiencyResult
 from efficiency.run import resolve_friction
-from ehl.oil import Oil
-from regression.conditions import conditions_of
-from regression.friction_models import shipped_formulas
+from ehl.fluid.oil import Oil
+from regression.friction.conditions import conditions_of
+from regression.friction.models import shipped_formulas
 
 DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
 POSITIONS = (12, 24, 48, 96)

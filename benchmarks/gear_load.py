@@ -14,14 +14,14 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from efficiency.design import load_design
+from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.load.ritz_solid import ORDERS
 from efficiency.load.teeth import solid_tooth_of
 from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
 from efficiency.loss.kinematics import Operation
-from ehl.oil import Oil
-from regression.friction_models import friction_model
+from ehl.fluid.oil import Oil
+from regression.friction.models import friction_model
 
 DESIGN = "fm_spiral_bevel_14x39"
 GRIDS = ((4, 9), (8, 9), (8, 15), (12, 15), (12, 31), (24, 31), (24, 61), (48, 61), (48, 121))

@@ -27,15 +27,15 @@ import numpy as np
 from gear_stress_cases import blank_content, formate
 
 from efficiency.contact.thickness import tooth_shapes
-from efficiency.design import Design
+from efficiency.design.design import Design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.load.edge_load import edge_load
 from efficiency.load.limits import hardness
 from efficiency.load.loaded_mesh import load_mesh
 from efficiency.settings.inputs import SettingsInput
 from efficiency.settings.solve import machine_settings
-from ehl.errors import ConvergenceError, InputError
-from ehl.validation import validate
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.validation import validate
 
 OUT = Path("benchmarks/out/gear_load_stress.csv")
 RESIDUAL = 1e-10

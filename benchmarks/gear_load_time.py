@@ -23,14 +23,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from efficiency.design import load_design
+from efficiency.design.design import load_design
 from efficiency.gear_mesh import elastic_bodies, gear_mesh
 from efficiency.load.load_distribution import elastic_cycle
 from efficiency.load.loaded_mesh import load_mesh
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.map import efficiency_map
-from ehl.oil import Oil
-from regression.friction_models import friction_model
+from ehl.fluid.oil import Oil
+from regression.friction.models import friction_model
 
 DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
 COLOURS = ("#1f5a99", "#c8651b")
@@ -43,12 +43,12 @@ STAGES = f"""
 from time import process_time
 marks = [("start of Python", process_time())]
 import json, sys
-from efficiency.design import load_design
+from efficiency.design.design import load_design
 from efficiency.gear_mesh import elastic_bodies, gear_mesh
 from efficiency.loss.efficiency import load_mesh, mesh_efficiency
 from efficiency.loss.kinematics import Operation
-from ehl.oil import Oil
-from regression.friction_models import friction_model
+from ehl.fluid.oil import Oil
+from regression.friction.models import friction_model
 marks.append(("imports", process_time()))
 design = load_design(sys.argv[1])
 marks.append(("reading the design", process_time()))

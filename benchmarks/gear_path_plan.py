@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from efficiency.design import load_design
+from efficiency.design.design import load_design
 from efficiency.loss.duty import DutyRow, duty_points
-from regression.plan import load_plan
+from regression.plan.plan import load_plan
 
 SHIPPED = (
     "fm_spiral_bevel_14x39",

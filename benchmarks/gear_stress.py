@@ -33,8 +33,8 @@ from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission
 from efficiency.settings.gear import cut_gear, pair_geometry
-from ehl.errors import ConvergenceError, InputError
-from ehl.validation import validate
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.validation import validate
 
 OUT = Path("benchmarks/out/gear_stress.csv")
 # share of the gear's pitch above which a transmission error cannot come from the crowning laid on

@@ -17,7 +17,7 @@ import numpy as np
 
 from efficiency.blank.inputs import PairBlankInput
 from efficiency.blank.pair import pair_blank
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 HEADS = (3, 5, 7, 11, 13, 17)
 

@@ -28,8 +28,8 @@ from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.misalignment import misalignment_study
 from efficiency.contact.pair import Side, gear_pair
 from efficiency.contact.transmission import contact_path
-from efficiency.design import Design, load_design
-from ehl._data import data_names
+from efficiency.design.design import Design, load_design
+from ehl.io.data import data_names
 
 SHAPES = ((6, 5), (9, 7), (13, 10), SHAPE, (24, 18))
 SIDES: tuple[Side, ...] = ("drive", "coast")

@@ -1,4 +1,4 @@
-"""Writes the fitted sums of exponentials of the elastic kernel, `ehl/transient/log_kernel.json`.
+"""Writes the fitted sums of exponentials of the elastic kernel, `ehl/rough/log_kernel.json`.
 
     python benchmarks/log_kernel_table.py
 
@@ -11,13 +11,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import ehl.transient.soe
-from ehl.transient._kernels.quasi_separable import MODES
-from ehl.transient.accuracy import NODES_MAX
-from ehl.transient.scaling import ELASTIC_MODES
-from ehl.transient.soe import fit_log_kernel, range_of
+import ehl.rough.soe
+from ehl.rough._kernels.quasi_separable import MODES
+from ehl.rough.accuracy import NODES_MAX
+from ehl.rough.scaling import ELASTIC_MODES
+from ehl.rough.soe import fit_log_kernel, range_of
 
-OUT = Path(ehl.transient.soe.__file__).with_name("log_kernel.json")
+OUT = Path(ehl.rough.soe.__file__).with_name("log_kernel.json")
 
 
 def main() -> None:

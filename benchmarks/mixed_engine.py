@@ -32,12 +32,12 @@ from mixed_scenes import (
     write_csv,
 )
 
-from ehl.rheology import RisingStress
-from ehl.transient._kernels.march import FILM_MEAN, ITERATIONS, STAGE
-from ehl.transient._kernels.newton import PLAIN
-from ehl.transient.run import Run
-from ehl.transient.scaling import build_problem, solved_length
-from ehl.transient.solve import elastic_error
+from ehl.fluid.rheology import RisingStress
+from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, STAGE
+from ehl.rough._kernels.newton import PLAIN
+from ehl.rough.run import Run
+from ehl.rough.scaling import build_problem, solved_length
+from ehl.rough.solve import elastic_error
 
 RMS = 0.4e-6
 WINDOW = 4.0
@@ -163,7 +163,7 @@ class Ended:
 
 def ended(scene: Scene, mesh: float, window: float, short: bool) -> Ended:
     """A run on the mesh as it is, or on the ``short`` one of the smooth contact."""
-    smooth = mock.patch("ehl.transient.scaling.rough_length", lambda contact, film, rms: solved_length(contact, film))
+    smooth = mock.patch("ehl.rough.scaling.rough_length", lambda contact, film, rms: solved_length(contact, film))
     with smooth if short else nullcontext():
         run = scene.run(mesh)
     run.advance(round((startup_of(scene) + 0.5) * mesh))

@@ -25,14 +25,14 @@ from mixed_scenes import (
 )
 from scipy.stats import qmc
 
-from ehl.roughness import generate_profile
-from ehl.transient import RoughSurfaces, solve_transient
-from ehl.transient._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
-from ehl.transient.accuracy import make_plan
-from ehl.transient.batches import batch_means
-from ehl.transient.run import Run
-from ehl.transient.scaling import film_estimate
-from ehl.transient.window import Window
+from ehl.rough import RoughSurfaces, solve_transient
+from ehl.rough._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
+from ehl.rough.accuracy import make_plan
+from ehl.rough.batches import batch_means
+from ehl.rough.run import Run
+from ehl.rough.scaling import film_estimate
+from ehl.rough.window import Window
+from ehl.surface.roughness import generate_profile
 
 BATCH = 2.0  # [b]
 
@@ -161,7 +161,7 @@ def statistical_intervals(out: Path, seeds: int, window: float, only: int | None
 
 
 def summarise_intervals(out: Path) -> None:
-    """Coverage of the interval of `ehl.transient.batches` against the mean over all seeds."""
+    """Coverage of the interval of `ehl.rough.batches` against the mean over all seeds."""
     rows = []
     inside_all: list[bool] = []
     for path in sorted(out.glob("mixed_intervals_?.npz")):
@@ -279,7 +279,7 @@ def spots(out: Path, window: float) -> None:
                 noise = 100 * float(np.std(a[:k] - b[:k], ddof=1)) / math.sqrt(k) / mu
                 mesh = 1.0 / make_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
                 seconds = standard_time(scene)
-                with mock.patch("ehl.transient.accuracy.SPOT_RATIO", 0.0):
+                with mock.patch("ehl.rough.accuracy.SPOT_RATIO", 0.0):
                     before = standard_time(scene)
                 rows.append((ratio, correlation, seed, *errors, noise, mu, mesh, seconds, before))
         print_table("", columns, rows[-4:])

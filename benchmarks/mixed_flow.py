@@ -12,9 +12,9 @@ from scipy.linalg import solve_banded
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from ehl.lubricant import Lubricant
-from ehl.transient._kernels.motion import move_surfaces
-from ehl.transient._kernels.newton import NEWTON, add_drainage, flow_along
+from ehl.fluid.lubricant import Lubricant
+from ehl.rough._kernels.motion import move_surfaces
+from ehl.rough._kernels.newton import NEWTON, add_drainage, flow_along
 
 FLOOR = 0.02  # gap of rigid surfaces where they would overlap, in roughness
 

@@ -22,16 +22,16 @@ from mixed_scenes import (
 )
 
 from ehl.contact import LineContact
-from ehl.dry import solve_dry
 from ehl.heat import FilmConductivity
-from ehl.steady import solve_steady
-from ehl.thermal_steady import solve_steady_thermal
-from ehl.transient import solve_transient
-from ehl.transient._kernels.march import MACRO_LOAD, SHARE
-from ehl.transient._kernels.motion import move_surfaces
-from ehl.transient._kernels.records import TRAVEL
-from ehl.transient.run import Run
-from ehl.transient.window import Window, net_exchange
+from ehl.rough import solve_transient
+from ehl.rough._kernels.march import MACRO_LOAD, SHARE
+from ehl.rough._kernels.motion import move_surfaces
+from ehl.rough._kernels.records import TRAVEL
+from ehl.rough.dry import solve_dry
+from ehl.rough.run import Run
+from ehl.rough.window import Window, net_exchange
+from ehl.smooth import solve_steady
+from ehl.smooth.thermal import solve_steady_thermal
 
 CONSTANT = FilmConductivity(0.0, 0.0)  # the film conductivity of the prototype the runs are compared with
 
@@ -96,7 +96,7 @@ def smooth_limit(out: Path) -> None:
 
 
 def dry_error(run: Run, contact: LineContact) -> tuple[float, float, float]:
-    """L1 difference of the pressures, contact lengths of run and of `ehl.dry` over b, at the run's present geometry."""
+    """L1 difference of the pressures, contact lengths of run and of `ehl.rough.dry` over b, at the run's geometry."""
     problem = run.problem
     units, surfaces = problem.units, problem.model.surfaces
     gap = np.zeros(problem.x.size)

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.contact import LineContact
-from ehl.lubricant import Lubricant
+from ehl.fluid.lubricant import Lubricant
 from ehl.material import load_material
-from ehl.roughness import generate_profile
-from ehl.transient import RoughSurfaces
-from ehl.transient._kernels.march import MU_FLUID, SHARE, STAGE
-from ehl.transient._kernels.newton import LAGGED
-from ehl.transient.accuracy import mesh_length
-from ehl.transient.run import Run
-from ehl.transient.scaling import Settings, build_problem, film_estimate
-from ehl.transient.window import Window
+from ehl.rough import RoughSurfaces
+from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
+from ehl.rough._kernels.newton import LAGGED
+from ehl.rough.accuracy import mesh_length
+from ehl.rough.run import Run
+from ehl.rough.scaling import Settings, build_problem, film_estimate
+from ehl.rough.window import Window
+from ehl.surface.roughness import generate_profile
 
 Array = NDArray[np.float64]
 

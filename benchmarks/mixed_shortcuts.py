@@ -19,11 +19,11 @@ from unittest import mock
 import numpy as np
 from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
 
-from ehl.inputs import Case
+from ehl.case import Case
+from ehl.io.validation import validate
+from ehl.rough import solve_transient
+from ehl.rough.accuracy import BUDGET
 from ehl.solve import ContactResult, solve_case
-from ehl.transient import solve_transient
-from ehl.transient.accuracy import BUDGET
-from ehl.validation import validate
 
 OUT = Path("benchmarks/out")
 RMS = 0.4e-6

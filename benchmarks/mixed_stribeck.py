@@ -22,9 +22,9 @@ from mixed_scenes import (
 )
 
 from ehl.contact import LineContact
-from ehl.lubricant import Lubricant
-from ehl.transient._kernels.march import MACRO_LOAD, SHARE
-from ehl.transient.window import Window, net_exchange
+from ehl.fluid.lubricant import Lubricant
+from ehl.rough._kernels.march import MACRO_LOAD, SHARE
+from ehl.rough.window import Window, net_exchange
 
 
 def masjedi_khonsari_2012(contact: LineContact, oil: Lubricant, rms: float, hardness: float) -> float:

@@ -1,6 +1,6 @@
 """A small wave through the contact in pure rolling: the engine, the linear theory of the same equations, and the curve.
 
-The linear theory shares nothing with the engine but the laws of the oil: smooth film of `ehl.steady`, dense exactly
+The linear theory shares nothing with the engine but the laws of the oil: smooth film of `ehl.smooth`, dense exactly
 integrated kernel, one complex system per wavelength instead of time steps.
 """
 
@@ -16,12 +16,12 @@ from scipy.interpolate import PchipInterpolator
 
 from ehl.contact import LineContact
 from ehl.elasticity import DeflectionOperator
-from ehl.lubricant import Lubricant
-from ehl.roughness import RoughProfile
-from ehl.steady import SteadyResult, solve_steady
-from ehl.transient import RoughSurfaces
-from ehl.transient.accuracy import inlet_sweep
-from ehl.transient.scaling import film_estimate
+from ehl.fluid.lubricant import Lubricant
+from ehl.rough import RoughSurfaces
+from ehl.rough.accuracy import inlet_sweep
+from ehl.rough.scaling import film_estimate
+from ehl.smooth import SteadyResult, solve_steady
+from ehl.surface.roughness import RoughProfile
 
 VISCOSITY, ALPHA = 0.04, 18e-9
 FARTHEST = 12.0  # reach of the linear mesh ahead of the contact [b]

@@ -17,10 +17,10 @@ from scipy.linalg import solve
 
 from ehl.contact import LineContact
 from ehl.elasticity import DeflectionOperator
-from ehl.lubricant import Lubricant
-from ehl.roughness import RoughProfile
-from ehl.transient.scaling import film_estimate, inlet_wedge, rough_length, solved_length
-from ehl.transient.surfaces import RoughSurfaces, ring
+from ehl.fluid.lubricant import Lubricant
+from ehl.rough.scaling import film_estimate, inlet_wedge, rough_length, solved_length
+from ehl.rough.surfaces import RoughSurfaces, ring
+from ehl.surface.roughness import RoughProfile
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class PlainTwin:
     Parameters
     ----------
     contact, lubricant, surfaces
-        As for `ehl.transient.solve_transient`.
+        As for `ehl.rough.solve_transient`.
     nodes : int
         Over the solved length.
     boundary_film : float

@@ -12,8 +12,8 @@ import sys
 import time
 from pathlib import Path
 
-from regression.datasets import dataset_names, dataset_plan, named_dataset
-from regression.rerun import SHARE, rerun
+from regression.data.datasets import dataset_names, dataset_plan, named_dataset
+from regression.sweep.rerun import SHARE, rerun
 
 
 def main() -> None:

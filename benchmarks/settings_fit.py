@@ -21,8 +21,8 @@ import numpy as np
 from efficiency.blank.pair import pair_blank
 from efficiency.settings.inputs import SettingsInput
 from efficiency.settings.solve import machine_settings
-from ehl.errors import InputError, MixedEhlError
-from ehl.validation import validate
+from ehl.io.errors import InputError, MixedEhlError
+from ehl.io.validation import validate
 
 WAYS = {
     "face_hobbed both flanks": ("face_hobbing", "formate", "both_flanks", "uniform", 30),

@@ -21,16 +21,16 @@ import pandas as pd
 from smooth_sample import contact_of, gear_range, neighbour
 
 from ehl.contact import LineContact
-from ehl.lubricant import Lubricant
-from ehl.steady import SteadyResult, solve_steady
-from ehl.steady.estimate import extrapolate
-from ehl.steady.mesh import Grading, grade
-from ehl.steady.newton import Grid, Level, solve_level
-from ehl.steady.outputs import numbers_of
-from ehl.steady.path import PATH_NODES, PathReport, cold_path, features_of_level, transfer
-from ehl.steady.refine import settled
-from ehl.steady.scaling import scene_of
-from ehl.steady.solver import film_shear
+from ehl.fluid.lubricant import Lubricant
+from ehl.smooth import SteadyResult, solve_steady
+from ehl.smooth.continuation import PATH_NODES, PathReport, cold_path, features_of_level, transfer
+from ehl.smooth.estimate import extrapolate
+from ehl.smooth.mesh import Grading, grade
+from ehl.smooth.newton import Grid, Level, solve_level
+from ehl.smooth.outputs import numbers_of
+from ehl.smooth.refine import settled
+from ehl.smooth.scaling import scene_of
+from ehl.smooth.solver import film_shear
 
 matplotlib.use("Agg")
 

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 from smooth_sample import contact_of, gear_range, neighbour
 
-from ehl.steady import solve_steady
+from ehl.smooth import solve_steady
 
 matplotlib.use("Agg")
 

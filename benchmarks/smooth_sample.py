@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ehl.contact import LineContact
-from ehl.lubricant import Lubricant
+from ehl.fluid.lubricant import Lubricant
 
 MODULUS = 2.264e11
 # p_h [Pa], R [m], u_r [m/s], eta0 [Pa s], alpha [1/Pa], tau0 [Pa], slide-to-roll; logarithmic but for alpha

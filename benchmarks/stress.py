@@ -38,13 +38,13 @@ from unittest import mock
 import numpy as np
 from stress_cases import Scene, scenes
 
-import ehl.mixed
-from ehl.errors import ConvergenceError, InputError
-from ehl.mixed import TOLERANCE
+import ehl.rough.mixed
+from ehl.acceptance import hot_friction
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.rough import TransientResult, solve_transient
+from ehl.rough.accuracy import BUDGET
+from ehl.rough.mixed import TOLERANCE
 from ehl.solve import ContactResult, solve_case
-from ehl.transient import TransientResult, solve_transient
-from ehl.transient.accuracy import BUDGET
-from ehl.verdict import hot_friction
 
 OUT = Path("benchmarks/out")
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
@@ -142,10 +142,10 @@ def solved(
             options["travel"] = travel
         return solve_transient(*given, **options)
 
-    beyond = _deferred if defer else ehl.mixed._over_wall
+    beyond = _deferred if defer else ehl.rough.mixed._over_wall
     with (
-        mock.patch.object(ehl.mixed, "solve_transient", solve),
-        mock.patch.object(ehl.mixed, "_over_wall", beyond),
+        mock.patch.object(ehl.rough.mixed, "solve_transient", solve),
+        mock.patch.object(ehl.rough.mixed, "_over_wall", beyond),
         mock.patch.dict(BUDGET, {accuracy: (nodes_max, nodes_max) if nodes_max else BUDGET[accuracy]}),
         tempfile.TemporaryDirectory() as folder,
     ):

@@ -1,4 +1,4 @@
-"""Random contacts of the stress campaign: a Sobol sample of motion, load, oil and roughness, as `ehl.inputs.Case`s."""
+"""Random contacts of the stress campaign: a Sobol sample of motion, load, oil and roughness, as `ehl.case.Case`s."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from ehl.inputs import Case
-from ehl.validation import validate
+from ehl.case import Case
+from ehl.io.validation import validate
 
 MODULUS = 2.264e11
 SEALED = 1e6

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from regression.cost import LEVEL, ROUGH, cost_terms
-from regression.dataset import load_dataset
+from regression.data.dataset import load_dataset
+from regression.sweep.cost import LEVEL, ROUGH, cost_terms
 
 
 def main() -> None:

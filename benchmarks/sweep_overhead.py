@@ -24,12 +24,12 @@ import time
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from ehl.inputs import Case
-from regression.dask_workers import dask_executor
-from regression.evaluators import Outputs
-from regression.executors import Executor
-from regression.plan import Plan, load_plan
-from regression.sweep import sweep
+from ehl.case import Case
+from regression.plan.plan import Plan, load_plan
+from regression.sweep.dask_workers import dask_executor
+from regression.sweep.evaluators import Outputs
+from regression.sweep.executors import Executor
+from regression.sweep.sweep import sweep
 
 # share of the plan that starts workers and loads compiled code: enough cases for each worker to meet a rough one
 WARM = 127

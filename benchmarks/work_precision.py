@@ -23,19 +23,19 @@ from mixed_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_r
 from plain_twin import PlainTwin, roll
 from smooth_accuracy import single_grids
 
-from ehl.dry import solve_dry, uniform_grid
 from ehl.elasticity import DeflectionOperator
-from ehl.roughness import generate_profile
-from ehl.steady import solve_steady
-from ehl.steady.estimate import extrapolate
-from ehl.transient import solve_transient
-from ehl.transient._kernels.elasticity import exponential_product
-from ehl.transient._kernels.march import FILM_MEAN
-from ehl.transient.accuracy import FRONT_STARTUP, SETTLING
-from ehl.transient.run import Run
-from ehl.transient.scaling import ELASTIC_MODES
-from ehl.transient.soe import LogConvolution, fit_log_kernel, range_of
-from ehl.transient.window import Window
+from ehl.rough import solve_transient
+from ehl.rough._kernels.elasticity import exponential_product
+from ehl.rough._kernels.march import FILM_MEAN
+from ehl.rough.accuracy import FRONT_STARTUP, SETTLING
+from ehl.rough.dry import solve_dry, uniform_grid
+from ehl.rough.run import Run
+from ehl.rough.scaling import ELASTIC_MODES
+from ehl.rough.soe import LogConvolution, fit_log_kernel, range_of
+from ehl.rough.window import Window
+from ehl.smooth import solve_steady
+from ehl.smooth.estimate import extrapolate
+from ehl.surface.roughness import generate_profile
 
 matplotlib.use("Agg")
 
@@ -252,7 +252,7 @@ def dry(folder: Path) -> pd.DataFrame:
     length = 2.0 * reach * contact.half_width
     images = (np.pi * contact.half_width / length) ** 2 / 6.0
     parabola = x**2 / (2.0 * contact.radius_equivalent)
-    row = {"solver": "ehl.dry", "seconds": np.median(turns), "pressure_max": result.pressure_max}
+    row = {"solver": "ehl.rough.dry", "seconds": np.median(turns), "pressure_max": result.pressure_max}
     rows = [row | {"contact_length": result.contact_length / contact.half_width, "difference_l1": 0.0}]
     np.savez(
         folder / "dry_case.npz",

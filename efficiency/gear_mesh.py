@@ -11,14 +11,14 @@ import numpy as np
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.pair import GearPair, Side, gear_pair
 from efficiency.cutting.flank import Flank
-from efficiency.design import BlankInput, Design, MemberInput
+from efficiency.design.design import BlankInput, Design, MemberInput
 from efficiency.load.compliance import Tooth
 from efficiency.load.load_distribution import TeethElasticity
 from efficiency.load.teeth import elastic_teeth
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.efficiency import Mesh
 from efficiency.loss.kinematics import Axis
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 # where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)
 EDGE_ROUNDING = 0.05

@@ -16,10 +16,10 @@ from efficiency.contact.pattern import MARKING, ContactPattern
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
-from efficiency.design import Design
+from efficiency.design.design import Design
 from efficiency.output.inspection_grid import Member, lowest_fraction
-from ehl.errors import ConvergenceError, InputError
-from ehl.units import Quantity
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.units import Quantity
 
 FloatArray = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from efficiency.contact.pair import Side
-from efficiency.cooling_input import CoolingInput
-from efficiency.design import OPERATION_LIMITS, Design, MemberInput, Misalignment, load_design
+from efficiency.design.cooling_input import CoolingInput
+from efficiency.design.design import OPERATION_LIMITS, Design, MemberInput, Misalignment, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.load.foreign import read_load
 from efficiency.loss.compare import Comparison, compare_models
@@ -24,10 +24,10 @@ from efficiency.loss.map import EfficiencyMap, efficiency_map
 from efficiency.loss.parameter_map import OPERATION_AXES, ParameterMap, Place, parameter_map
 from efficiency.loss.result import EfficiencyResult
 from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs, efficiency_uncertainty
-from ehl.errors import InputError
-from ehl.expectation import quantity_of
-from ehl.oil import Oil
-from regression.friction_models import FrictionModel, friction_model, shipped_formulas
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.io.expectation import quantity_of
+from regression.friction.models import FrictionModel, friction_model, shipped_formulas
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # beside the formulas shipped for the oil in use

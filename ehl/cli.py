@@ -15,13 +15,13 @@ def solve(
     animate: Annotated[Path | None, typer.Option(help="Write the moving roughness as a film (GIF, HTML).")] = None,
 ) -> None:
     """Solve one lubricated contact."""
-    from ehl.inputs import load_case
-    from ehl.report import print_json, result_table
+    from ehl.case import load_case
     from ehl.solve import solve_case
+    from ehl.view.report import print_json, result_table
 
     case = load_case(case_file)
     if animate is not None:
-        from ehl.animation import check_animation
+        from ehl.view.animation import check_animation
 
         check_animation(case, animate)
     result = solve_case(case)
@@ -30,11 +30,11 @@ def solve(
     else:
         result_table(case, result)
     if plot is not None and result.status != "failed":
-        from ehl.plots import plot_contact, save_figure
+        from ehl.view.plots import plot_contact, save_figure
 
         save_figure(plot_contact(case, result), plot)
     if animate is not None and result.status != "failed":
-        from ehl.animation import animate_contact
+        from ehl.view.animation import animate_contact
 
         animate_contact(case, result, animate)
     if result.status != "converged":

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ehl.lubricant import Lubricant
+    from ehl.fluid.lubricant import Lubricant
 
 
 @dataclass(frozen=True)

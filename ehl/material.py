@@ -7,10 +7,10 @@ from typing import Annotated
 
 from pydantic import AliasChoices, Field
 
-from ehl._data import data_names, data_path
-from ehl.errors import InputError
-from ehl.units import Quantity
-from ehl.validation import InputModel, read_toml, validate
+from ehl.io.data import data_names, data_path
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel, read_toml, validate
 
 
 class Material(InputModel):

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.case import ModelInput, SurfaceInput
 from ehl.contact import LineContact
-from ehl.errors import InputError, MixedEhlError
-from ehl.inputs import ModelInput, SurfaceInput
-from ehl.lubricant import Lubricant
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError, MixedEhlError
+from ehl.io.validation import validate
 from ehl.material import Material, load_material
-from ehl.oil import Oil
 from ehl.solve import ContactResult, solve_contact
 from ehl.state import ContactState
-from ehl.validation import validate
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

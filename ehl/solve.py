@@ -12,16 +12,18 @@ from typing import Any
 
 import numpy as np
 
+from ehl.acceptance import disbelief, hot_friction, notes_of, unresolved
+from ehl.case import Case, ModelInput, SurfaceInput
 from ehl.contact import LineContact
-from ehl.dry import DryContactResult
-from ehl.dry_limit import DryLimit, dry_limit, flash_of_rubbing
-from ehl.errors import ConvergenceError
+from ehl.fluid.load_sharing import load_sharing
+from ehl.fluid.lubricant import Lubricant
 from ehl.heat import ThermalTraction
-from ehl.inputs import Case, ModelInput, SurfaceInput
-from ehl.load_sharing import load_sharing
-from ehl.lubricant import Lubricant
+from ehl.io.errors import ConvergenceError
 from ehl.material import Material
-from ehl.mixed import (
+from ehl.rough import TransientResult
+from ehl.rough.dry import DryContactResult
+from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
+from ehl.rough.mixed import (
     TOLERANCE,
     SmoothFriction,
     film_stress_ratio,
@@ -31,11 +33,9 @@ from ehl.mixed import (
     roughness_matters,
     solve_mixed,
 )
-from ehl.smooth_film import smooth_film, without_balance
-from ehl.steady import SteadyResult
-from ehl.thermal_steady import ThermalSteadyResult
-from ehl.transient import TransientResult
-from ehl.verdict import disbelief, hot_friction, notes_of, unresolved
+from ehl.smooth import SteadyResult
+from ehl.smooth.film import smooth_film, without_balance
+from ehl.smooth.thermal import ThermalSteadyResult
 
 NO_INLET_HEAT = "heat of the pressure-driven flow left out: the smooth contact has no thermal balance"
 _PROFILES = ("film", "isothermal", "heat", "transient", "dry")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.film_formulas import moes_1992
-from ehl.oil import Oil
+from ehl.fluid.film_formulas import moes_1992
+from ehl.fluid.oil import Oil
 from regression.calibration.held_film import HeldFilm, log_moes_film
 from regression.calibration.parameters import card_with, lubricant_of
 from regression.calibration.prediction import FrictionSolver

@@ -10,7 +10,7 @@ from math import degrees, gcd, sin
 
 from efficiency.blank.inputs import PairBlankInput
 from efficiency.blank.result import BlankWarning, PairBlank
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 KINDS = (
     "undercut",

@@ -11,7 +11,7 @@ from math import asin, atan, cos, floor, pi, sin, sqrt, tan
 
 from efficiency.blank.inputs import PairBlankInput
 from efficiency.blank.tangency import PitchCones, too_large
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 
 @dataclass(frozen=True)

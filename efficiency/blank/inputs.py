@@ -12,10 +12,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ehl._data import named_file
-from ehl.errors import InputError
-from ehl.units import Quantity
-from ehl.validation import InputModel, read_toml, validate
+from ehl.io.data import named_file
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel, read_toml, validate
 
 Hand = Literal["left", "right"]
 Process = Literal["face_milling", "face_hobbing"]

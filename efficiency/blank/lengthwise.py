@@ -12,7 +12,7 @@ from math import acos, asin, atan2, cos, degrees, radians, sin
 
 from efficiency.blank.inputs import PairBlankInput
 from efficiency.blank.tangency import PitchCones, crown_gear
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 # steepest spiral angle anywhere on the faces
 SPIRAL_AT_THE_ENDS = radians(75.0)

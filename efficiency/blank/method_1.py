@@ -21,7 +21,7 @@ from efficiency.blank.tangency import (
     limit_pressure_angle,
     too_large,
 )
-from ehl.errors import ConvergenceError, InputError
+from ehl.io.errors import ConvergenceError, InputError
 
 TOLERANCE = 0.01
 # share of the gear radius below which rounding hides the limit curvature: cones of a bevel pair

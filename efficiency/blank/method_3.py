@@ -10,7 +10,7 @@ from math import acos, asin, atan, cos, sin, tan
 
 from efficiency.blank.inputs import PairBlankInput
 from efficiency.blank.tangency import PitchCones, bevel_cones, cones_of, crown_gear, gear_mean_diameter, solve_gear_cone
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 TOLERANCE = 1e-4
 

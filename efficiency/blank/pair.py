@@ -29,7 +29,7 @@ from efficiency.blank.slots import SlotGeometry, SlotsAndLands, slots_and_lands
 from efficiency.blank.tangency import PitchCones, limit_pressure_angle, tangent_cones
 from efficiency.blank.undercut import undercut_limits
 from efficiency.blank.virtual_gears import virtual_gears
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from efficiency.blank.tangency import (
     face_too_wide,
     too_large,
 )
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 
 def pitch_cones(inputs: PairBlankInput) -> PitchCones:

@@ -23,7 +23,7 @@ from efficiency.contact.patch import Patch
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.newton import Array
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 EaseOff = Callable[[FloatArray, FloatArray], FloatArray]

@@ -19,7 +19,7 @@ from efficiency.contact.line_frame import POSITION, line_frame
 from efficiency.contact.line_trace import Lines, Spans, line_points, line_spans, within_reach
 from efficiency.contact.mesh_surface import EDGES, NORMAL, MeshSurface
 from efficiency.contact.pair import GearPair
-from ehl.errors import ConvergenceError, InputError
+from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

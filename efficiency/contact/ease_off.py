@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from efficiency.contact.assembly import Assembly, turn
 from efficiency.cutting import newton
 from efficiency.cutting.flank import Flank, FlankPoints
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 FloatArray = NDArray[np.float64]
 

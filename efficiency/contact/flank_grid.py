@@ -11,7 +11,7 @@ from efficiency.contact.assembly import Assembly, turn
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
 from efficiency.contact.patch import Patch
 from efficiency.cutting.flank import Flank, FlankPoints
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

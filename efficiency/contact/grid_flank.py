@@ -25,7 +25,7 @@ from efficiency.blank.cones import Blank
 from efficiency.contact.patch import Patch
 from efficiency.contact.smooth_flank import Hand, SmoothFlank, normal_sense
 from efficiency.cutting.cutter import FlankSide
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 FloatArray = NDArray[np.float64]
 

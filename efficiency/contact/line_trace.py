@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from efficiency.contact.assembly import dot
 from efficiency.contact.line_frame import POSITION
 from efficiency.contact.mesh_surface import MeshSurface
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -22,7 +22,7 @@ from efficiency.contact.line_frame import POSITION, line_frame
 from efficiency.contact.patch import Patch, PointFit
 from efficiency.contact.undercut_limit import regular_part
 from efficiency.cutting.flank import Flank
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

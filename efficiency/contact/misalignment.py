@@ -17,8 +17,8 @@ import numpy as np
 from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.pair import GearPair, Side, gear_pair
 from efficiency.contact.pattern import MARKING
-from efficiency.design import Design
-from ehl.errors import ConvergenceError, InputError
+from efficiency.design.design import Design
+from ehl.io.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     import pandas as pd

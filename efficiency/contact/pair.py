@@ -14,7 +14,7 @@ from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
 from efficiency.contact.thickness import tooth_shapes
 from efficiency.contact.transmission import ContactPath, Transmission, transmission
-from efficiency.design import Design
+from efficiency.design.design import Design
 
 Side = Literal["drive", "coast"]
 

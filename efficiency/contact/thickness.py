@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from efficiency.blank.cones import ToothShape
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
 from efficiency.cutting.flank import Flank, FlankPoints
-from efficiency.design import Design
-from ehl.errors import ConvergenceError, InputError
+from efficiency.design.design import Design
+from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 

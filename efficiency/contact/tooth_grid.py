@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
 from efficiency.contact.tooth_root import RootProfile, root_profile
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 if TYPE_CHECKING:
     from efficiency.blank.cones import Blank
     from efficiency.cutting.flank import Flank, FlankPoints
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
 Member = Literal["pinion", "gear"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.cutting.limits import flank_limits
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 

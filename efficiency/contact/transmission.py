@@ -17,7 +17,7 @@ from efficiency.contact.closest import closest
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
 from efficiency.contact.piecewise_cubic import akima_curve
 from efficiency.contact.touch import touch
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

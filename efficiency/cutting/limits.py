@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from efficiency.cutting.column import Columns, at_length, columns, regression
 from efficiency.cutting.flank import CutFlank, Flank
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

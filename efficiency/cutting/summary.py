@@ -25,8 +25,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ehl.errors import InputError
-from ehl.units import parse_quantity
+from ehl.io.errors import InputError
+from ehl.io.units import parse_quantity
 
 # label: (table, key, unit); keys in capitals are turned into others at the end
 LABELS: dict[str, tuple[str, str, str]] = {

@@ -43,8 +43,8 @@ from efficiency.load.load_distribution import (
     require_torque,
 )
 from efficiency.load.loaded_mesh import LoadedMesh, Mesh
-from ehl.errors import InputError
-from ehl.units import parse_quantity
+from ehl.io.errors import InputError
+from ehl.io.units import parse_quantity
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

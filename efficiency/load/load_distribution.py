@@ -20,7 +20,7 @@ from efficiency.load.compliance import LocalCompliance, Tooth
 from efficiency.load.edge_contact import free_edge_compliance
 from efficiency.load.equilibrium import ContactProblem, Equilibrium, solve_equilibria
 from efficiency.load.local_approach import LocalApproach
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 from ehl.material import Material, effective_modulus
 
 FloatArray = NDArray[np.float64]

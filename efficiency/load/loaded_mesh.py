@@ -27,7 +27,7 @@ from efficiency.load.load_distribution import (
     elastic_cycle,
     require_torque,
 )
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 # below this share of loaded points on the line that carries most, the lines are cut down
 _FEWEST = 0.4

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from efficiency.blank.cones import ToothShape
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]

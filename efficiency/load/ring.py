@@ -14,7 +14,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_tri
 
 from efficiency.load.ritz_solid import RitzSolid
 from efficiency.load.shape_functions import FloatArray
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 IntArray = NDArray[np.int64]
 

@@ -17,7 +17,7 @@ from efficiency.load.ring import ring_response
 from efficiency.load.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
 from efficiency.load.shape_functions import FloatArray, lagrange_values, lobatto_nodes
 from efficiency.load.tooth_cell import Part, ToothCell, tooth_cell
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 from ehl.material import Material
 
 _MIDDLE = 0.5

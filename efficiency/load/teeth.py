@@ -10,12 +10,12 @@ from efficiency.contact.pair import Side
 from efficiency.contact.thickness import tooth_shapes
 from efficiency.contact.tooth_grid import Member, tooth_grid
 from efficiency.cutting.cutter import FlankSide
-from efficiency.design import Design
+from efficiency.design.design import Design
 from efficiency.load.compliance import Tooth
 from efficiency.load.plate import PlateTooth
 from efficiency.load.ritz_solid import ORDERS, Orders
 from efficiency.load.solid_tooth import SolidTooth, solid_tooth
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 ToothModel = Literal["solid", "plate"]
 

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 
 @dataclass(frozen=True)

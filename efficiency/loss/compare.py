@@ -12,9 +12,9 @@ from efficiency.loss.efficiency import LoadedMesh, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
 from efficiency.loss.result import EfficiencyResult
-from ehl.oil import Oil
-from regression.friction_models import ConstantFriction, FrictionModel
-from regression.published_registry import PUBLISHED
+from ehl.fluid.oil import Oil
+from regression.friction.models import ConstantFriction, FrictionModel
+from regression.friction.published_registry import PUBLISHED
 
 COLEMAN_FRICTION = 0.05
 # what the fitted constant is fitted to, best first; else the first fitted formula, else the first model

@@ -9,15 +9,15 @@ from typing import Literal
 
 import numpy as np
 
-from efficiency.design import OPERATION_LIMITS, Design
+from efficiency.design.design import OPERATION_LIMITS, Design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import Mesh, load_mesh
 from efficiency.loss.kinematics import Driver, Operation, loaded_points
-from ehl.errors import ConvergenceError, InputError
-from ehl.oil import Oil
-from ehl.units import Quantity
-from regression.gear_ranges import WeightedPoints
-from regression.table_files import read_table
+from ehl.fluid.oil import Oil
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.table_files import read_table
+from ehl.io.units import Quantity
+from regression.plan.operating_range import WeightedPoints
 
 _MOST_TORQUE, _MOST_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
 COLUMNS: dict[str, Quantity | None] = {

@@ -13,8 +13,8 @@ from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency import LoadedMesh, mesh_efficiency
 from efficiency.loss.kinematics import Driver, Operation
 from efficiency.loss.result import EfficiencyResult
-from ehl.oil import Oil
-from regression.friction_models import FrictionModel
+from ehl.fluid.oil import Oil
+from regression.friction.models import FrictionModel
 
 HOUR = 3600.0
 

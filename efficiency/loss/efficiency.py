@@ -24,10 +24,10 @@ from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.result import EfficiencyResult, Reason
-from ehl.oil import Oil
-from regression.conditions import conditions_of
-from regression.friction_models import FrictionEstimate, FrictionFlag, FrictionModel
-from regression.published_registry import PUBLISHED
+from ehl.fluid.oil import Oil
+from regression.friction.conditions import conditions_of
+from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
+from regression.friction.published_registry import PUBLISHED
 
 FloatArray = NDArray[np.float64]
 

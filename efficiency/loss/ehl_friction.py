@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from efficiency.loss.contact_sample import chain, coordinates, nearest, predict, remoteness, spread, worth_solving
 from efficiency.loss.lubrication import SolvedFriction
+from ehl.case import ModelInput, SurfaceInput
 from ehl.contact import LineContact
-from ehl.errors import InputError
-from ehl.inputs import ModelInput, SurfaceInput
-from ehl.lubricant import Lubricant
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
 from ehl.material import Material, load_material
-from ehl.oil import Oil
 from ehl.solve import ContactResult, solve_contact
 from ehl.state import ContactState
-from regression.friction_models import FrictionFlag
+from regression.friction.models import FrictionFlag
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

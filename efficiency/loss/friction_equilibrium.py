@@ -13,9 +13,9 @@ from efficiency.contact.contact_lines import MeshPosition
 from efficiency.load.load_distribution import LoadDistribution, distribute_load
 from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh
 from efficiency.loss.kinematics import Axis, Operation, join_states, loaded_points
-from ehl.errors import ConvergenceError, InputError
-from ehl.oil import Oil
-from regression.friction_models import FrictionFlag, FrictionModel
+from ehl.fluid.oil import Oil
+from ehl.io.errors import ConvergenceError, InputError
+from regression.friction.models import FrictionFlag, FrictionModel
 
 FloatArray = NDArray[np.float64]
 

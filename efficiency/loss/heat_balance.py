@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share
 from efficiency.loss.result import EfficiencyResult
-from ehl.errors import ConvergenceError
-from ehl.lubricant import Lubricant
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.io.errors import ConvergenceError
 from ehl.material import Material
-from ehl.oil import TEMPERATURE_RANGE
 
 FloatArray = NDArray[np.float64]
 Solve = Callable[[Operation], EfficiencyResult]

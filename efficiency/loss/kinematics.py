@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from efficiency.contact.axis import Axis as Axis
 from efficiency.load.load_distribution import LoadDistribution
-from ehl.errors import InputError
-from ehl.expectation import quantity_of
-from ehl.inputs import SurfaceInput
-from ehl.oil import TEMPERATURE_RANGE
+from ehl.case import SurfaceInput
+from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.io.errors import InputError
+from ehl.io.expectation import quantity_of
 from ehl.state import ContactState
 
 if TYPE_CHECKING:
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

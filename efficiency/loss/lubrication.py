@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from efficiency.loss.kinematics import LoadedPoints
 from ehl.material import Material
 from ehl.state import ContactState
-from regression.conditions import Conditions
-from regression.friction_models import FrictionEstimate
+from regression.friction.conditions import Conditions
+from regression.friction.models import FrictionEstimate
 
 FloatArray = NDArray[np.float64]
 
@@ -92,7 +92,7 @@ def local_lubrication(
     friction : FrictionEstimate
         Friction at them; a `SolvedFriction` brings the rest along.
     table : mapping
-        `regression.conditions.conditions_of` the points.
+        `regression.friction.conditions.conditions_of` the points.
     bodies : tuple of Material
         Pinion and gear.
     """

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
-from ehl.errors import ConvergenceError, InputError
-from ehl.oil import Oil
-from regression.friction_models import FrictionModel
+from ehl.fluid.oil import Oil
+from ehl.io.errors import ConvergenceError, InputError
+from regression.friction.models import FrictionModel
 
 FloatArray = NDArray[np.float64]
 Place = Mapping[str, Any]

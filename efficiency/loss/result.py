@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from efficiency.load.load_distribution import LoadDistribution
 from efficiency.loss.kinematics import Driver, LoadedPoints
 from efficiency.loss.lubrication import LocalLubrication
-from regression.friction_models import FrictionEstimate
+from regression.friction.models import FrictionEstimate
 
 FloatArray = NDArray[np.float64]
 

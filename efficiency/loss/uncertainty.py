@@ -20,8 +20,8 @@ import numpy as np
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import SolvedFriction
 from efficiency.loss.result import EfficiencyResult
-from ehl.errors import InputError
-from regression.friction_models import FormulaFriction, FrictionModel
+from ehl.io.errors import InputError
+from regression.friction.models import FormulaFriction, FrictionModel
 
 Solve = Callable[[FrictionModel, Operation], EfficiencyResult]
 

@@ -15,7 +15,7 @@ from efficiency.output.plots_comparison import (
 from efficiency.output.plots_load import plot_comparison
 from efficiency.output.tables import COMPARISON_HEADER, comparison_rows, operating_point, percent
 from ehl import __version__
-from ehl.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison

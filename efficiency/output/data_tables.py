@@ -11,8 +11,8 @@ import numpy as np
 
 from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
 from ehl.state import ContactState
-from regression.conditions import UNITS
-from regression.friction_models import FrictionFlag
+from regression.friction.conditions import UNITS
+from regression.friction.models import FrictionFlag
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison

@@ -24,13 +24,13 @@ from efficiency.output.tables import (
     percent,
 )
 from ehl import __version__
-from ehl.html_report import Formula as FormulaBlock
-from ehl.html_report import KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
-from regression.plots import plot_friction, plot_parity
+from ehl.view.html_report import Formula as FormulaBlock
+from ehl.view.html_report import KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
+from regression.view.plots import plot_friction, plot_parity
 
 if TYPE_CHECKING:
-    from efficiency.demo import DemoResult
-    from regression.formula import Formula
+    from efficiency.cli.demo import DemoResult
+    from regression.friction.formula import Formula
 
 _BAND_UNITS = {
     "film_ratio": ("film ratio", 1.0, 0.0, ""),

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from efficiency.cutting.summary import Summary, read_summary
-from efficiency.design import Design, load_design
-from ehl._data import data_path
-from ehl.validation import read_toml, validate
+from efficiency.design.design import Design, load_design
+from ehl.io.data import data_path
+from ehl.io.validation import read_toml, validate
 
 _OF_SHEET = ("blank", "cutter", "machine", "concave", "convex")
 

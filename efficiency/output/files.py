@@ -11,11 +11,11 @@ from efficiency.output.machine_summary import Units, write_summary
 from efficiency.output.setting_sheet import write_sheet
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid
 from efficiency.output.stl import write_stl
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 if TYPE_CHECKING:
     from efficiency.cutting.cutter import FlankSide
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 
 def export_tooth_space(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
-    from efficiency.design import Design
+    from efficiency.design.design import Design
     from efficiency.loss.result import EfficiencyResult
 
 FloatArray = NDArray[np.float64]

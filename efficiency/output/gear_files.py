@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 if TYPE_CHECKING:
-    from efficiency.design import Design
+    from efficiency.design.design import Design
     from efficiency.loss.compare import Comparison
     from efficiency.loss.duty_cycle import DutyCycle
     from efficiency.loss.heat_balance import HeatBalance
@@ -138,7 +138,7 @@ def write_comparison(comparison: Comparison, files: OutputFiles) -> None:
     from efficiency.output.data_tables import comparison_tables
     from efficiency.output.plots_load import plot_comparison
     from efficiency.output.tables import operating_point
-    from ehl.plots import save_figure
+    from ehl.view.plots import save_figure
 
     if files.plot is not None:
         save_figure(plot_comparison(comparison), files.plot)

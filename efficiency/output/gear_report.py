@@ -32,14 +32,14 @@ from efficiency.output.tables import (
     range_rows,
 )
 from ehl import __version__
-from ehl.errors import InputError
-from ehl.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
-from ehl.plots import save_figure
+from ehl.io.errors import InputError
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.view.plots import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from efficiency.design import Design
+    from efficiency.design.design import Design
     from efficiency.loss.map import EfficiencyMap
     from efficiency.loss.result import EfficiencyResult
     from efficiency.output.gear_files import Extras

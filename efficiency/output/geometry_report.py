@@ -29,9 +29,9 @@ from efficiency.output.plots_geometry import (
 from efficiency.output.plots_teeth import tooth_pair_figure
 from efficiency.output.plots_transmission import harmonics_figure, transmission_figure
 from ehl import __version__
-from ehl.errors import InputError
-from ehl.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
-from ehl.plots import save_figure
+from ehl.io.errors import InputError
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.view.plots import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

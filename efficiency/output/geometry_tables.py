@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
 
 if TYPE_CHECKING:
-    from efficiency.design import Design
+    from efficiency.design.design import Design
     from efficiency.geometry import PairGeometry, SideGeometry
 
 ARCSEC = math.degrees(1.0) * 3600.0

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.errors import ConvergenceError, InputError
+from ehl.io.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from efficiency.cutting.cutter import FlankSide
     from efficiency.cutting.flank import Flank
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
 Member = Literal["pinion", "gear"]

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import BaseModel
 
-from ehl.errors import InputError
-from ehl.expectation import find_place
-from ehl.units import Quantity
+from ehl.io.errors import InputError
+from ehl.io.expectation import find_place
+from ehl.io.units import Quantity
 
 if TYPE_CHECKING:
     from efficiency.blank.cones import Blank
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 Units = Literal["metric", "inch"]
 FLANKS = ("pinion concave", "pinion convex", "gear concave", "gear convex")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 if TYPE_CHECKING:
     from efficiency.contact.misalignment import MisalignmentStudy

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ehl.plots import BLUE, GREY, ORANGE
+from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
     from efficiency.blank.cones import Blank
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
-from ehl.plots import BLUE
+from ehl.view.plots import BLUE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ehl.plots import GREY, ORANGE
+from ehl.view.plots import GREY, ORANGE
 
 if TYPE_CHECKING:
     from efficiency.output.flank_map import FlankMap, Member

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ehl.plots import BLUE, ORANGE
+from ehl.view.plots import BLUE, ORANGE
 
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from efficiency.contact.pair import GearPair, gear_pair
 from efficiency.output.misalignment_table import ARCSEC, AXES, SHOWN_UNITS, varied
 from efficiency.output.plots_geometry import flank_axes, flank_figure
-from ehl.errors import ConvergenceError, InputError
-from ehl.plots import BLUE, GREY, ORANGE, save_figure
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.view.plots import BLUE, GREY, ORANGE, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from efficiency.contact.misalignment import MisalignmentPoint, MisalignmentStudy
     from efficiency.contact.pattern import ContactPattern
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehl.plots import BLUE, GREY, ORANGE
+from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
     from efficiency.geometry import SideGeometry

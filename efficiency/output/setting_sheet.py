@@ -10,14 +10,14 @@ from pydantic import BaseModel
 
 from efficiency.cutting.summary import LABELS
 from efficiency.output.machine_summary import KINDS, Units
-from ehl.errors import InputError
-from ehl.expectation import find_place
-from ehl.units import Quantity
+from ehl.io.errors import InputError
+from ehl.io.expectation import find_place
+from ehl.io.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 _LENGTH = {"metric": ("mm", 1e3), "inch": ("inch", 1.0 / 0.0254)}
 _TABLES = ("blank", "cutter", "machine")

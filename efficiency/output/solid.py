@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid
-from ehl.errors import ConvergenceError, InputError
+from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

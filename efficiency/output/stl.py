@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from efficiency.output.solid import Solid
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 

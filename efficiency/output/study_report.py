@@ -14,8 +14,8 @@ from efficiency.output.tables import percent
 from efficiency.study.levels import MISALIGNED
 from efficiency.study.points import UNITS, StudyPoint
 from ehl import __version__
-from ehl.html_report import Block, KeyFigures, Picture, Section, Table, Text, write_report
-from ehl.plots import save_figure
+from ehl.view.html_report import Block, KeyFigures, Picture, Section, Table, Text, write_report
+from ehl.view.plots import save_figure
 
 if TYPE_CHECKING:
     from efficiency.study.points import Study

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from efficiency.output.data_tables import DataTable
 from ehl import __version__
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 if TYPE_CHECKING:
     from xlsxwriter.format import Format

@@ -18,7 +18,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.settings.gear import GearCut, PairGeometry
 from efficiency.settings.generating import ToolPose, machine_pose
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 

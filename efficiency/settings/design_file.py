@@ -12,12 +12,12 @@ from efficiency.blank.result import MemberBlank, PairBlank
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.machine import MachineSettings
-from efficiency.design import Design
+from efficiency.design.design import Design
 from efficiency.settings.fit import FittedFlank
 from efficiency.settings.free_axis import tilt_and_swivel
 from efficiency.settings.gear import SIDES
 from efficiency.settings.inputs import FlankTarget, SettingsInput
-from ehl.validation import validate
+from ehl.io.validation import validate
 
 _LENGTHS = {
     "radial_setting",

@@ -28,7 +28,7 @@ from efficiency.settings.generating import (
     machine_pose,
     share_of_root_angle,
 )
-from ehl.errors import ConvergenceError, InputError
+from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 

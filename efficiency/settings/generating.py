@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.machine import MachineSettings
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 FloatArray = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import field_validator, model_validator
 
 from efficiency.blank.inputs import PairBlankInput, load_blank
-from efficiency.design import OperatingPoint, Rms
-from ehl._data import named_file
-from ehl.errors import InputError
+from efficiency.design.design import OperatingPoint, Rms
+from ehl.io.data import named_file
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import load_material
-from ehl.units import Quantity
-from ehl.validation import InputModel, read_toml, validate
 
 Relief = Annotated[float, Quantity("m", ge=0.0, le=1e-3)]
 Slope = Annotated[float, Quantity("", ge=-2.0, le=2.0)]

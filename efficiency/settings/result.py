@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
-from efficiency.design import Design
+from efficiency.design.design import Design
 from efficiency.settings.conjugate import FitGrid
 from efficiency.settings.fit import FittedFlank
 

@@ -15,7 +15,7 @@ from efficiency.contact.pair import Side, gear_pair
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
-from efficiency.design import Design
+from efficiency.design.design import Design
 from efficiency.settings.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
 from efficiency.settings.cradle import fit_on_cradle
 from efficiency.settings.design_file import Table, design_text, ease_off_table, header, parse_design, written_flank
@@ -26,7 +26,7 @@ from efficiency.settings.gear import SIDES, GearCut, PairGeometry, cut_gear, pai
 from efficiency.settings.inputs import FlankTarget, SettingsInput
 from efficiency.settings.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
 from efficiency.settings.wanted import standing_back, wanted_flank
-from ehl.errors import ConvergenceError
+from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 

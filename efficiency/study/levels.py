@@ -6,10 +6,10 @@ from dataclasses import dataclass, fields, replace
 from math import radians
 from typing import TYPE_CHECKING
 
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 
 if TYPE_CHECKING:
-    from efficiency.design import Design
+    from efficiency.design.design import Design
 
 OPERATING = ("torque", "speed", "temperature_oil", "roughness_rms")
 MISALIGNED = ("E", "P", "G", "alpha")

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from efficiency.contact.pair import Side
-from efficiency.design import Design, load_design
+from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import Bodies, elastic_bodies, gear_mesh
 from efficiency.load.loaded_mesh import LoadedMesh, Mesh, load_mesh
 from efficiency.loss.efficiency import mesh_efficiency
@@ -31,9 +31,9 @@ from efficiency.run import POINTS_PER_LINE, POSITIONS, resolve_friction
 from efficiency.study.levels import MISALIGNED, Levels
 from efficiency.study.points import Study, StudyPoint, with_result
 from ehl import __version__
-from ehl.errors import ConvergenceError, InputError
-from ehl.oil import Oil
-from regression.friction_models import FormulaFriction, FrictionModel
+from ehl.fluid.oil import Oil
+from ehl.io.errors import ConvergenceError, InputError
+from regression.friction.models import FormulaFriction, FrictionModel
 
 State = tuple[float, float, float, float]
 """Torque, speed, temperature, roughness."""
@@ -160,7 +160,7 @@ def run_study(
 
 def default_friction(oil: str) -> str:
     """The formula shipped for an oil, else a published one that knows pressure, speeds, viscosity and roughness."""
-    from regression.friction_models import shipped_formulas
+    from regression.friction.models import shipped_formulas
 
     shipped = shipped_formulas(oil)
     return shipped[0] if shipped else "xu_kahraman_2007"

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import k0e, k1e
 
-from ehl.errors import InputError
+from ehl.io.errors import InputError
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,7 @@ from scipy import linalg
 from scipy.interpolate import PchipInterpolator
 
 from ehl.contact import LineContact
-from ehl.lubricant import Lubricant
+from ehl.fluid.lubricant import Lubricant
 
 FloatArray = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import __version__
-from ehl.errors import InputError, MixedEhlError
-from ehl.oil import Oil
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError, MixedEhlError
 from regression.calibration import robust
 from regression.calibration.determination import (
     DETERMINED,

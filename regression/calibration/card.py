@@ -7,8 +7,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ehl.errors import InputError
-from ehl.oil import CalibratedValue, CalibrationRecord, Oil
+from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
+from ehl.io.errors import InputError
 from regression.calibration.calibrate import SOLVER_VERSION, CalibrationResult, reference_temperature
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import RISING, card_with

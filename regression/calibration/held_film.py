@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.contact import LineContact
-from ehl.film_formulas import moes_1992
-from ehl.lubricant import Lubricant
+from ehl.fluid.film_formulas import moes_1992
+from ehl.fluid.lubricant import Lubricant
 from ehl.solve import ContactResult
 
 Array = NDArray[np.float64]

@@ -11,11 +11,11 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl import inputs
-from ehl.errors import InputError
-from ehl.oil import Temperature
-from ehl.units import Quantity
-from regression.table_files import numbered_table
+from ehl import case as inputs
+from ehl.fluid.oil import Temperature
+from ehl.io.errors import InputError
+from ehl.io.table_files import numbered_table
+from ehl.io.units import Quantity
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
     Parameters
     ----------
     path : Path
-        CSV or XLSX as `regression.table_files.read_table` takes it.
+        CSV or XLSX as `ehl.io.table_files.read_table` takes it.
     fixed : mapping
         Conditions that hold for every row, SI; each either here or in the table.
     friction : bool

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ehl.errors import InputError
-from ehl.lubricant import KELVIN, Lubricant
-from ehl.oil import GoldAlpha, ModulusAlpha, ModulusViscosity, Oil, RisingStressInput, TabulatedAlpha
+from ehl.fluid.lubricant import KELVIN, Lubricant
+from ehl.fluid.oil import GoldAlpha, ModulusAlpha, ModulusViscosity, Oil, RisingStressInput, TabulatedAlpha
+from ehl.io.errors import InputError
 
 GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchored [K]
 # pressures between which a stress rises, where the card has none: those of the published 75W-90 law [Pa]

@@ -15,17 +15,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.inputs import ModelInput
-from ehl.lubricant import Lubricant
+from ehl.case import ModelInput
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
 from ehl.material import Material
-from ehl.oil import Oil
 from ehl.path import solve_path
 from ehl.solve import ContactResult, solve_contact
 from regression.calibration.held_film import HeldFilm, held_film
 from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of
 from regression.calibration.scenes import Group
 from regression.calibration.setup import CalibrationSetup
-from regression.published import share_arana_2019, share_doleschel_2002
+from regression.friction.published import share_arana_2019, share_doleschel_2002
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.case import MOST_PRESSURE_OVER_MODULUS, MOST_SLIDING, SurfaceInput
 from ehl.contact import LineContact
-from ehl.errors import InputError
-from ehl.inputs import MOST_PRESSURE_OVER_MODULUS, MOST_SLIDING, SurfaceInput
+from ehl.io.errors import InputError
 from ehl.material import effective_modulus
 from regression.calibration.hertz import MEAN_LINE, MEAN_POINT, hertz_point_pressure
 from regression.calibration.measurement import CONDITIONS, Measurement

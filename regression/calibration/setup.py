@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from ehl import inputs
-from ehl.errors import InputError
-from ehl.inputs import ModelInput, SolidInput, SurfaceInput
-from ehl.oil import Oil, Temperature
-from ehl.units import Quantity
-from ehl.validation import InputModel, read_toml, validate
+from ehl import case as inputs
+from ehl.case import ModelInput, SolidInput, SurfaceInput
+from ehl.fluid.oil import Oil, Temperature
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel, read_toml, validate
 from regression.calibration.parameters import RISING, check_parameters
 
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from ehl import __version__
-from ehl.errors import ConvergenceError, InputError
-from ehl.units import Quantity
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.units import Quantity
 from regression.calibration.calibrate import all_values, solver_of
 from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement
 from regression.calibration.parameters import PARAMETERS

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from efficiency.run import Conditions, run_gear
-from ehl.inputs import load_case
+from ehl.case import load_case
 from ehl.solve import solve_case
 
 HERE = Path(__file__).resolve().parent

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl.oil import Oil
+from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from regression.conditions import conditions_of
-from regression.families import ROUGH_SHARE, rough_share_parts
-from regression.formula import Formula
-from regression.friction_models import FormulaFriction, FrictionFlag, friction_model, shipped_formulas
-from regression.sweep import oil_hash
+from regression.friction.conditions import conditions_of
+from regression.friction.families import ROUGH_SHARE, rough_share_parts
+from regression.friction.formula import Formula
+from regression.friction.models import FormulaFriction, FrictionFlag, friction_model, shipped_formulas
+from regression.sweep.sweep import oil_hash
 
 
 def shipped(name: str) -> Formula:

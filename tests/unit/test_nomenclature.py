@@ -13,24 +13,24 @@ from pydantic import BaseModel
 
 from efficiency.blank.inputs import PairBlankInput
 from efficiency.contact.misalignment import MisalignmentPoint, MisalignmentStudy
-from efficiency.design import Design
+from efficiency.design.design import Design
 from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
 from efficiency.settings.inputs import SettingsInput
 from efficiency.study.points import Study, StudyPoint
-from ehl.inputs import Case
+from ehl.case import Case
+from ehl.fluid.oil import Oil
 from ehl.material import Material
-from ehl.oil import Oil
 from ehl.solve import ContactResult
 from ehl.state import ContactState
 from regression.calibration.calibrate import CalibrationResult, ParameterEstimate
 from regression.calibration.measurement import COLUMNS
 from regression.calibration.setup import CalibrationSetup
-from regression.conditions import UNITS
-from regression.formula import Formula
-from regression.plan import Plan
-from regression.store import NUMBER_UNITS
+from regression.data.store import NUMBER_UNITS
+from regression.friction.conditions import UNITS
+from regression.friction.formula import Formula
+from regression.plan.plan import Plan
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "nomenclature.md"
 NAMES = set(re.findall(r"`([A-Za-z_0-9]+)`", PAGE.read_text(encoding="utf-8")))

@@ -1,0 +1,125 @@
+"""`mixed-ehl doctor`: is this installation whole, and does it compute the right number?"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import os
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from ehl.io.errors import InputError
+
+PACKAGES = ("ehl", "regression", "efficiency")
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the doctor's report."""
+
+    name: str
+    passed: bool
+    detail: str
+
+
+def check_one_installation() -> Check:
+    """All three packages must come from one folder and carry one version.
+
+    `regression` and `efficiency` are also names of other distributions, and a folder of that name in the working
+    directory shadows ours under ``python -c``.
+    """
+    modules: list[ModuleType] = [importlib.import_module(name) for name in PACKAGES]
+    homes = {name: Path(module.__file__ or "").parent.parent for name, module in zip(PACKAGES, modules, strict=True)}
+    versions = {name: getattr(module, "__version__", "none") for name, module in zip(PACKAGES, modules, strict=True)}
+    passed = len(set(homes.values())) == 1 and len(set(versions.values())) == 1
+    if passed:
+        return Check("one installation", True, f"version {versions['ehl']} in {homes['ehl']}")
+    found = ", ".join(f"{name} {versions[name]} in {homes[name]}" for name in PACKAGES)
+    return Check("one installation", False, f"the packages do not belong together: {found}")
+
+
+def require_one_installation() -> None:
+    """Raise an `InputError` where the three packages do not belong together."""
+    check = check_one_installation()
+    if not check.passed:
+        raise InputError(
+            "installation",
+            check.detail,
+            "ehl, regression and efficiency of one mixed-ehl version in one place",
+            "Install mixed-ehl in an environment of its own, and run the mixed-ehl script.",
+        )
+
+
+def _python() -> Check:
+    return Check("Python", sys.version_info >= (3, 11), f"{sys.version.split()[0]} (3.11 or newer is needed)")
+
+
+def _dependencies() -> list[Check]:
+    from packaging.requirements import Requirement
+
+    checks = []
+    for line in importlib.metadata.requires("mixed-ehl") or []:
+        requirement = Requirement(line)
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
+            continue
+        try:
+            version = importlib.metadata.version(requirement.name)
+            passed = version in requirement.specifier
+            checks.append(Check(requirement.name, passed, f"{version} (needed: {requirement.specifier})"))
+        except importlib.metadata.PackageNotFoundError:
+            checks.append(Check(requirement.name, False, f"not installed (needed: {requirement.specifier})"))
+    return checks
+
+
+def _data() -> Check:
+    from ehl.fluid.oil import Oil
+    from ehl.io.data import data_names, data_path
+
+    oils = data_names("oils")
+    for name in oils:
+        Oil.load(name)
+    return Check("data", len(oils) > 0, f"{len(oils)} oils, {len(data_names('designs'))} designs in {data_path()}")
+
+
+def _cache() -> Check:
+    folder = os.environ.get("NUMBA_CACHE_DIR") or str(Path(importlib.import_module("ehl").__file__ or "").parent)
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError:
+        return Check(
+            "compile cache", True, f"{folder} is not writable: numba caches in the user's cache folder instead"
+        )
+    return Check("compile cache", True, f"{folder} is writable")
+
+
+def _solver() -> Check:
+    from ehl.contact import LineContact
+    from ehl.fluid.lubricant import Lubricant
+    from ehl.smooth import solve_steady
+
+    # case g01 of data/reference/ehl_smooth_cases.json
+    expected = 7.796405e-07
+    contact = LineContact(0.01, 226.4e9, 277525.85279061773, 5.0, 0.3)
+    lubricant = Lubricant(0.04, 18e-9, rheology="eyring", eyring_stress=5e6)
+    result = solve_steady(contact, lubricant)
+    deviation = abs(result.film_central / expected - 1.0)
+    return Check(
+        "solver",
+        result.status == "converged" and deviation < 5e-3,
+        f"central film {result.film_central * 1e9:.2f} nm against the reference {expected * 1e9:.2f} nm",
+    )
+
+
+def examine() -> list[Check]:
+    """Run all checks; an exception inside one is its failure."""
+    checks = [_python(), check_one_installation(), *_dependencies()]
+    for check in (_data, _cache, _solver):
+        try:
+            checks.append(check())
+        except Exception as error:  # the doctor reports what is broken, whatever it is
+            checks.append(Check(check.__name__.strip("_"), False, f"{type(error).__name__}: {error}"))
+    return checks

@@ -1,0 +1,3 @@
+"""Design files of gear pairs."""
+
+from __future__ import annotations

@@ -1,0 +1,320 @@
+"""The design file of a gear pair: blanks, cutters, machine settings, assembly, oil and operating point."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import tan
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import Flank
+from efficiency.design.body_input import BodyInput
+from efficiency.design.cooling_input import CoolingInput
+from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
+from efficiency.design.surface_input import FlankSurfaceInput
+from ehl.fluid.oil import Oil, Temperature
+from ehl.io.data import named_file
+from ehl.io.errors import InputError
+from ehl.io.expectation import quantity_of
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel, read_toml, validate
+from ehl.material import Material, load_material
+
+Error = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
+ConeAngle = Annotated[float, Quantity("rad", gt=0.0, lt=1.5707)]
+TaperAngle = Annotated[float, Quantity("rad", ge=-0.35, le=0.35)]
+EdgeRounding = Annotated[
+    float, Quantity("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
+]
+Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
+Teeth = Annotated[int, Field(ge=3, le=400)]
+
+
+class BlankInput(InputModel):
+    """Blank of one member in ISO 23509 terms; the mean point lies in the middle of the face."""
+
+    teeth: Teeth
+    hand: Hand
+    pitch_angle: ConeAngle
+    mean_cone_distance: Length
+    face_width: Length
+    mean_addendum: Depth
+    mean_dedendum: Depth
+    addendum_angle: TaperAngle
+    dedendum_angle: TaperAngle
+    pitch_apex_beyond_crossing: Shift = 0.0
+
+    @model_validator(mode="after")
+    def _face_fits(self) -> Self:
+        limits = {"twice the mean cone distance": 2.0 * self.mean_cone_distance}
+        depth, taper = self.mean_addendum + self.mean_dedendum, tan(self.addendum_angle) + tan(self.dedendum_angle)
+        if taper != 0.0:
+            limits[f"where the tooth depth falls to 0 at the {'toe' if taper > 0.0 else 'heel'}"] = abs(
+                2.0 * depth / taper
+            )
+        what, limit = min(limits.items(), key=lambda item: item[1])
+        if self.face_width >= limit:
+            raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", f"below {limit * 1e3:.6g} mm, {what}")
+        return self
+
+    def blank(self) -> Blank:
+        """Cones of the member."""
+        return Blank(
+            teeth=self.teeth,
+            pitch_angle=self.pitch_angle,
+            mean_cone_distance=self.mean_cone_distance,
+            face_width=self.face_width,
+            mean_addendum=self.mean_addendum,
+            mean_dedendum=self.mean_dedendum,
+            addendum_angle=self.addendum_angle,
+            dedendum_angle=self.dedendum_angle,
+            pitch_apex_beyond_crossing=self.pitch_apex_beyond_crossing,
+        )
+
+
+class MemberInput(InputModel):
+    """One member: blank, both flanks, material and surface.
+
+    Tables `cutter` and `machine` beside `concave` and `convex` hold what both flanks share (completing, spread blade);
+    the tables of a flank add to them or override them.
+    """
+
+    blank: BlankInput
+    concave: FlankInput
+    convex: FlankInput
+    material: str = "steel"
+    roughness_rms: Rms = 0.0
+    edge_rounding: EdgeRounding | None = None
+    body: BodyInput = BodyInput()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _share(cls, content: Any) -> Any:
+        if not isinstance(content, dict) or not {"cutter", "machine"} & content.keys():
+            return content
+        own = dict(content)
+        for part in ("cutter", "machine"):
+            shared = own.pop(part, {})
+            if not isinstance(shared, dict):
+                raise InputError(part, shared, f"a table [{part}] of what both flanks share")
+            for side in ("concave", "convex"):
+                flank = own.get(side, {})
+                if not isinstance(flank, dict) or not isinstance(flank.get(part, {}), dict):
+                    continue
+                if {"grid", "ease_off"} & flank.keys():
+                    continue
+                own[side] = flank | {part: shared | flank.get(part, {})}
+        return own
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        load_material(self.material)
+        self.body.thickness(self.blank.blank())
+        for side, given in (("concave", self.concave), ("convex", self.convex)):
+            if not isinstance(given, CutFlankInput):
+                continue
+            try:
+                given.require_hand(self.blank.hand)
+            except InputError as error:
+                raise InputError(f"{side}.{error.field}", error.value, error.allowed, error.hint) from None
+        return self
+
+    @property
+    def completing(self) -> bool:
+        """Whether one machine setting cuts both flanks."""
+        one, other = self.concave, self.convex
+        return isinstance(one, CutFlankInput) and isinstance(other, CutFlankInput) and one.machine == other.machine
+
+    def flank(self, side: FlankSide) -> Flank:
+        """One of the two flanks; `Design.flank` knows those as well that follow from the mate."""
+        given = self.concave if side == "concave" else self.convex
+        if isinstance(given, ConjugateFlankInput):
+            raise InputError(f"{side}.ease_off", "a flank of one member alone", "a flank of a pair")
+        if isinstance(given, CutFlankInput):
+            return _cut_flank(given, side, self.blank.hand, self.blank.blank())
+        return given.flank(side, self.blank.hand, self.blank.blank())
+
+    def elastic_material(self) -> Material:
+        """Material of the member."""
+        return load_material(self.material)
+
+
+@lru_cache(maxsize=16)
+def _cut_flank(given: CutFlankInput, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
+    """The same flank serves both flank pairs and the teeth: it keeps where its points begin."""
+    return given.flank(side, hand, blank)
+
+
+class Misalignment(InputModel):
+    """E along the offset, P along the pinion axis, G along the gear axis, alpha added to the shaft angle."""
+
+    E: Error = 0.0
+    P: Error = 0.0
+    G: Error = 0.0
+    alpha: Annotated[float, Quantity("rad", ge=-0.01, le=0.01)] = 0.0
+
+
+class Deflection(InputModel):
+    """Displacements of shafts, bearings and housing under load, in the axes of the misalignment.
+
+    They are those at the pinion torque `torque`, and grow in proportion to it.
+    """
+
+    E: Error = 0.0
+    P: Error = 0.0
+    G: Error = 0.0
+    alpha: Annotated[float, Quantity("rad", ge=-0.01, le=0.01)] = 0.0
+    torque: Annotated[float, Quantity("N*m", gt=0.0, le=1e6)] | None = None
+
+    @model_validator(mode="after")
+    def _at_a_torque(self) -> Self:
+        if self.moves and self.torque is None:
+            raise InputError("torque", None, "the pinion torque of these displacements, such as '300 N m'")
+        return self
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is any."""
+        return any((self.E, self.P, self.G, self.alpha))
+
+
+class AssemblyInput(InputModel):
+    """Position of the axes and which flanks drive."""
+
+    shaft_angle: Annotated[float, Quantity("rad", ge=0.5, le=2.6)]
+    hypoid_offset: Annotated[float, Quantity("m", ge=0.0, le=0.5)] = 0.0
+    drive_flank_pinion: FlankSide = "concave"
+    normal_backlash: Depth = 0.0
+    misalignment: Misalignment = Misalignment()
+    deflection: Deflection = Deflection()
+
+
+class OperatingPoint(InputModel):
+    """Default operating point: torque and speed of the pinion, oil and its temperature, the member that drives."""
+
+    torque: Annotated[float, Quantity("N*m", gt=0.0, le=1e6, hint="The torque at the pinion shaft, a positive number.")]
+    speed: Annotated[float, Quantity("rad/s", gt=0.0, le=5000.0)]
+    temperature_oil: Temperature
+    oil: str
+    driver: Literal["pinion", "gear"] = "pinion"
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        Oil.load(self.oil)
+        return self
+
+
+# units and ranges of an operating point that does not come from the design file
+OPERATION_LIMITS: dict[str, Quantity] = {
+    name: quantity_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
+}
+
+
+class Design(InputModel):
+    """A gear pair: the content of a design file."""
+
+    name: str
+    source: str = ""
+    assembly: AssemblyInput
+    pinion: MemberInput
+    gear: MemberInput
+    operation: OperatingPoint
+    cooling: CoolingInput = CoolingInput()
+    surface: FlankSurfaceInput = FlankSurfaceInput()
+
+    @model_validator(mode="after")
+    def _pair(self) -> Self:
+        if self.pinion.blank.hand == self.gear.blank.hand:
+            raise InputError("pinion.blank.hand", self.pinion.blank.hand, "the opposite of the gear's hand")
+        if self.pinion.blank.teeth > self.gear.blank.teeth:
+            raise InputError(
+                "pinion.blank.teeth", self.pinion.blank.teeth, f"at most the {self.gear.blank.teeth} teeth of the gear"
+            )
+        for side in ("concave", "convex"):
+            if isinstance(getattr(self.gear, side), ConjugateFlankInput):
+                allowed = "cutter and machine, or a grid: ease-offs belong to the pinion"
+                raise InputError(f"gear.{side}.ease_off", "given for the gear", allowed)
+        return self
+
+    def with_misalignment(self, *, E: float = 0.0, P: float = 0.0, G: float = 0.0, alpha: float = 0.0) -> Design:
+        """The same pair, misaligned by E, P, G [m] and alpha [rad]."""
+        moved = validate(Misalignment, {"E": E, "P": P, "G": G, "alpha": alpha}, "assembly.misalignment")
+        assembly = self.assembly.model_copy(update={"misalignment": moved})
+        return self.model_copy(update={"assembly": assembly})
+
+    def under_torque(self, torque: float) -> Design:
+        """The pair with the deflections at a pinion torque [N m] added to its misalignment."""
+        given, start = self.assembly.deflection, self.assembly.misalignment
+        if given.torque is None or not given.moves:
+            return self
+        share = torque / given.torque
+        return self.with_misalignment(
+            **{name: getattr(start, name) + share * getattr(given, name) for name in ("E", "P", "G", "alpha")}
+        )
+
+    def without_deflection(self) -> Design:
+        """The same pair on shafts and bearings that do not give way."""
+        return self.model_copy(update={"assembly": self.assembly.model_copy(update={"deflection": Deflection()})})
+
+    def placement(self) -> Assembly:
+        """Position of the members, misalignments included."""
+        a = self.assembly
+        # the mesh frame is that of a left-hand pinion; a right-hand one is its mirror image
+        mirror = 1.0 if self.pinion.blank.hand == "left" else -1.0
+        return Assembly(
+            teeth_pinion=self.pinion.blank.teeth,
+            teeth_gear=self.gear.blank.teeth,
+            shaft_angle=a.shaft_angle,
+            offset=mirror * a.hypoid_offset,
+            E=mirror * a.misalignment.E,
+            P=a.misalignment.P,
+            G=a.misalignment.G,
+            alpha=a.misalignment.alpha,
+        )
+
+    def flank(self, member: Literal["pinion", "gear"], side: FlankSide) -> Flank:
+        """One flank of one member; a pinion flank given by its ease-off is conjugate in the aligned pair."""
+        if member == "gear":
+            return self.gear.flank(side)
+        given = self.pinion.concave if side == "concave" else self.pinion.convex
+        if not isinstance(given, ConjugateFlankInput):
+            return self.pinion.flank(side)
+        mate = self.gear.flank("convex" if side == "concave" else "concave")
+        return given.flank(mate, self.pinion.blank.blank(), self.with_misalignment().placement())
+
+    def flanks(self, side: Literal["drive", "coast"]) -> tuple[Flank, Flank]:
+        """Pinion and gear flank in contact on the drive or the coast side."""
+        drive: FlankSide = self.assembly.drive_flank_pinion
+        other: FlankSide = "convex" if drive == "concave" else "concave"
+        pinion, gear = (drive, other) if side == "drive" else (other, drive)
+        return self.flank("pinion", pinion), self.flank("gear", gear)
+
+
+def load_design(name: str | Path) -> Design:
+    """Read and check a design file, or a shipped design by its name.
+
+    Raises
+    ------
+    InputError
+        Naming field, value and allowed range.
+    """
+    path = named_file("design", "designs", name)
+    return validate(Design, _with_places(read_toml(path), path.parent))
+
+
+def _with_places(content: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Content of a design file with the names of point files counted from the folder it lies in."""
+    for member in ("pinion", "gear"):
+        for side in ("concave", "convex"):
+            flank = content.get(member, {}).get(side, {}) if isinstance(content.get(member, {}), dict) else {}
+            if isinstance(flank, dict) and isinstance(flank.get("grid"), str):
+                flank["grid"] = str(folder / flank["grid"])
+            ease_off = flank.get("ease_off") if isinstance(flank, dict) else None
+            if isinstance(ease_off, dict) and isinstance(ease_off.get("map"), str):
+                ease_off["map"] = str(folder / ease_off["map"])
+    return content

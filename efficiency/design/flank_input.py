@@ -1,0 +1,334 @@
+"""How a design file gives one flank: cutter and machine settings by their trade names, points, or an ease-off."""
+
+from __future__ import annotations
+
+from math import acos, sin, tan
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly
+from efficiency.contact.conjugate import EaseOff, EaseOffTarget, conjugate_flank
+from efficiency.contact.ease_off_map import read_ease_off_map
+from efficiency.contact.grid_flank import grid_flank, read_point_grid
+from efficiency.cutting.cutter import Blade, FlankSide
+from efficiency.cutting.edge import Protuberance, Relief
+from efficiency.cutting.flank import CutFlank, Flank, index_start
+from efficiency.cutting.machine import MachineSettings
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel
+
+Hand = Literal["left", "right"]
+
+Length = Annotated[float, Quantity("m", gt=0.0, le=3.0)]
+Depth = Annotated[float, Quantity("m", ge=0.0, le=0.2)]
+Shift = Annotated[float, Quantity("m", ge=-1.0, le=1.0)]
+Turn = Annotated[float, Quantity("rad", ge=-3.1416, le=3.1416)]
+BladeAngle = Annotated[float, Quantity("rad", gt=-0.35, lt=0.9)]
+Curvature = Annotated[float, Quantity("1/m", ge=-100.0, le=100.0)]
+Small = Annotated[float, Quantity("rad", ge=-0.6, le=0.6)]
+Relieved = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
+Place = Annotated[float, Quantity("", ge=-1.0, le=1.0)]
+Groups = Annotated[int, Field(ge=1, le=60)]
+
+
+class ReliefInput(InputModel):
+    """Toprem or flankrem: an arc tangent to the profile at a height over the blade tip, straight on after an angle."""
+
+    height: Length
+    radius: Length
+    angle: Annotated[float, Quantity("rad", gt=0.0, le=0.5)] | None = None
+
+    def relief(self) -> Relief:
+        """Numbers of the relief."""
+        return Relief(self.height, self.radius, self.angle)
+
+
+class ProtuberanceInput(InputModel):
+    """Blade thickened by an amount below a height over its tip, led there by two arcs of one radius."""
+
+    height: Length
+    amount: Annotated[float, Quantity("m", gt=0.0, le=2e-3)]
+    radius: Length
+
+    @model_validator(mode="after")
+    def _arcs_reach(self) -> Self:
+        if self.amount >= 2.0 * self.radius:
+            raise InputError("amount", f"{self.amount * 1e3:.6g} mm", "below twice the radius of its arcs")
+        # both arcs lie between the start and the tip plane
+        run = 2.0 * self.radius * acos(1.0 - 0.5 * self.amount / self.radius)
+        if run >= self.height:
+            raise InputError(
+                "radius",
+                f"{self.radius * 1e3:.6g} mm",
+                f"so small that both arcs ({run * 1e3:.3g} mm) fit below the height of {self.height * 1e3:.3g} mm",
+            )
+        return self
+
+    def relief(self) -> Protuberance:
+        """Numbers of the protuberance."""
+        return Protuberance(self.height, self.amount, self.radius)
+
+
+class BladeInput(InputModel):
+    """The edge of one blade: straight or an arc, with edge radius and reliefs tangent to it.
+
+    Angle, curvature and radius belong to the reference height over the blade tip (0: the tip plane).
+    """
+
+    blade_angle: BladeAngle
+    blade_curvature: Curvature = 0.0
+    reference_height: Depth = 0.0
+    edge_radius: Depth = 0.0
+    toprem: ReliefInput | None = None
+    protuberance: ProtuberanceInput | None = None
+    flankrem: ReliefInput | None = None
+
+    @model_validator(mode="after")
+    def _edge(self) -> Self:
+        if self.toprem is not None and self.protuberance is not None:
+            raise InputError("protuberance", "given beside a toprem", "either toprem or protuberance")
+        low = self.toprem or self.protuberance
+        if low is not None and self.flankrem is not None and self.flankrem.height <= low.height:
+            raise InputError(
+                "flankrem.height", f"{self.flankrem.height * 1e3:.6g} mm", f"above {low.height * 1e3:.6g} mm"
+            )
+        if low is not None and self.edge_radius >= low.height:
+            raise InputError("edge_radius", f"{self.edge_radius * 1e3:.6g} mm", f"below {low.height * 1e3:.6g} mm")
+        return self
+
+    def _blade(self, side: FlankSide, radius: float, **head: Any) -> Blade:
+        return Blade(
+            point_radius=radius,
+            blade_angle=self.blade_angle,
+            side=side,
+            curvature=self.blade_curvature,
+            reference_height=self.reference_height,
+            edge_radius=self.edge_radius,
+            toprem=None if self.toprem is None else self.toprem.relief(),
+            protuberance=None if self.protuberance is None else self.protuberance.relief(),
+            flankrem=None if self.flankrem is None else self.flankrem.relief(),
+            **head,
+        )
+
+
+class FaceMillingCutter(BladeInput):
+    """One blade of a face mill: by its point radius, or by cutter radius and point width of a spread-blade cutter.
+
+    The point radius is that of the (extended) profile at the tip plane.
+    """
+
+    type: Literal["face_milling"] = "face_milling"
+    point_radius: Length | None = None
+    cutter_radius: Length | None = None
+    point_width: Depth | None = None
+
+    @model_validator(mode="after")
+    def _radius(self) -> Self:
+        spread = self.cutter_radius, self.point_width
+        if self.point_radius is None and None in spread:
+            raise InputError(
+                "point_radius", None, "a length such as '114.3 mm', or cutter_radius and point_width instead"
+            )
+        if self.point_radius is not None and spread != (None, None):
+            raise InputError("point_radius", "given beside cutter_radius or point_width", "one of both ways")
+        if self.point_radius is None and 0.5 * float(self.point_width or 0.0) >= float(self.cutter_radius or 0.0):
+            raise InputError("point_width", self.point_width, "below the cutter diameter")
+        return self
+
+    def blade(self, side: FlankSide, hand: Hand) -> Blade:
+        """Numbers of the blade that cuts one flank; a face mill suits both hands."""
+        sign = 1.0 if side == "concave" else -1.0
+        radius = self.point_radius
+        if radius is None:
+            assert self.cutter_radius is not None
+            assert self.point_width is not None
+            radius = self.cutter_radius + sign * 0.5 * self.point_width
+        return self._blade(side, radius + sign * self.reference_height * tan(self.blade_angle))
+
+
+class FaceHobbingCutter(BladeInput):
+    """One blade of each group of a face-hob head.
+
+    The profile passes the cutter radius at the reference height, where its plane stands at the blade offset angle to
+    the axial plane; `radius_offset` moves it outwards from there, square to the cutting direction.
+    """
+
+    type: Literal["face_hobbing"]
+    cutter_radius: Length
+    blade_groups: Groups
+    blade_offset_angle: Annotated[float, Quantity("rad", ge=0.0, lt=1.2)]
+    radius_offset: Annotated[float, Quantity("m", ge=-0.05, le=0.05)] = 0.0
+    blade_phase: Turn = 0.0
+    rake_angle: Small = 0.0
+    hook_angle: Small = 0.0
+
+    def blade(self, side: FlankSide, hand: Hand) -> Blade:
+        """Numbers of the blade that cuts one flank; the head of a left-hand member is the mirror image."""
+        mirror = 1.0 if hand == "right" else -1.0
+        return self._blade(
+            side,
+            self.cutter_radius,
+            radius_offset=self.radius_offset,
+            groups=self.blade_groups,
+            offset_angle=mirror * self.blade_offset_angle,
+            phase=mirror * self.blade_phase,
+            rake=mirror * self.rake_angle,
+            hook=mirror * self.hook_angle,
+        )
+
+
+class MachineInput(InputModel):
+    """Settings that generated and non-generated members share."""
+
+    radial_setting: Length
+    cradle_angle: Turn
+    machine_root_angle: Turn
+    tilt: Turn = 0.0
+    swivel: Turn = 0.0
+    blank_offset: Shift = 0.0
+    sliding_base: Shift = 0.0
+    machine_centre_to_back: Shift = 0.0
+
+
+class GeneratedMachine(MachineInput):
+    """Settings of a generated flank by their trade names."""
+
+    process: Literal["generated"] = "generated"
+    roll_ratio: Annotated[float, Quantity("", gt=0.0, le=100.0)]
+    modified_roll_2c: Annotated[float, Quantity("", ge=-1.0, le=1.0)] = 0.0
+    modified_roll_6d: Annotated[float, Quantity("", ge=-10.0, le=10.0)] = 0.0
+    modified_roll_24e: Annotated[float, Quantity("", ge=-100.0, le=100.0)] = 0.0
+    modified_roll_120f: Annotated[float, Quantity("", ge=-1000.0, le=1000.0)] = 0.0
+    modified_roll_720g: Annotated[float, Quantity("", ge=-10000.0, le=10000.0)] = 0.0
+    helical_motion_1: Shift = 0.0
+    helical_motion_2: Shift = 0.0
+    helical_motion_3: Shift = 0.0
+    vertical_motion_1: Shift = 0.0
+    vertical_motion_2: Shift = 0.0
+    vertical_motion_3: Shift = 0.0
+
+    def settings(self) -> MachineSettings:
+        """Numbers of the settings."""
+        return MachineSettings(**self.model_dump(exclude={"process"}))
+
+
+class FormateMachine(MachineInput):
+    """Settings of a non-generated (Formate) flank: the cradle stands still, the cutter plunges or only indexes."""
+
+    process: Literal["formate"]
+
+    def settings(self) -> MachineSettings:
+        """Numbers of the settings."""
+        return MachineSettings(**self.model_dump(exclude={"process"}), roll_ratio=0.0, generated=False)
+
+
+class CutFlankInput(InputModel):
+    """A flank given by the cutter and the machine settings that cut it."""
+
+    cutter: Annotated[FaceMillingCutter | FaceHobbingCutter, Field(discriminator="type")]
+    machine: Annotated[GeneratedMachine | FormateMachine, Field(discriminator="process")]
+
+    def require_hand(self, hand: Hand) -> None:
+        """Refuse a cradle angle of the other hand.
+
+        The centre of the cutter lies beside the mean point, towards +y for a right-hand member: in face milling and
+        face hobbing, generated or not. The mean point is near y = -blank offset, over the work axis.
+        """
+        centre = self.machine.radial_setting * sin(self.machine.cradle_angle) + self.machine.blank_offset
+        if (centre > 0.0) != (hand == "right"):
+            raise InputError(
+                "machine.cradle_angle",
+                self.machine.cradle_angle,
+                ("positive" if hand == "right" else "negative") + f" for a {hand}-hand member",
+            )
+
+    def flank(self, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
+        """The flank on a blank."""
+        machine = self.machine.settings()
+        return CutFlank(self.cutter.blade(side, hand), machine, blank, index_start(machine, blank))
+
+
+class GridFlankInput(InputModel):
+    """A flank given by the points of a CSV file, measured or of another program (see `contact.grid_flank`)."""
+
+    grid: str
+
+    @model_validator(mode="after")
+    def _readable(self) -> Self:
+        read_point_grid(Path(self.grid))
+        return self
+
+    def flank(self, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
+        """The flank through the points."""
+        return grid_flank(read_point_grid(Path(self.grid)), side, blank, hand)
+
+
+class EaseOffTerm(InputModel):
+    """One further term of an ease-off: ``relief length^length_power depth^depth_power``, both from -1 to 1."""
+
+    length_power: Annotated[int, Field(ge=0, le=8)]
+    depth_power: Annotated[int, Field(ge=0, le=8)]
+    relief: Relieved
+
+
+class EaseOffInput(InputModel):
+    """Ease-off of a pinion flank from the conjugate one, over face and working depth (see `EaseOffTarget`)."""
+
+    lengthwise_crowning: Relieved = 0.0
+    profile_crowning: Relieved = 0.0
+    bias: Annotated[float, Quantity("", ge=-5.0, le=5.0)] = 0.0
+    twist: Relieved = 0.0
+    contact_face: Place = 0.0
+    contact_depth: Place = 0.0
+    terms: tuple[EaseOffTerm, ...] = ()
+    map: str | None = None
+
+    @model_validator(mode="after")
+    def _readable(self) -> Self:
+        if self.map is not None:
+            read_ease_off_map(Path(self.map))
+        return self
+
+    def target(self) -> EaseOffTarget:
+        """Numbers of the ease-off, without its map."""
+        centre = self.contact_face, self.contact_depth
+        terms = tuple((term.length_power, term.depth_power, term.relief) for term in self.terms)
+        return EaseOffTarget(self.lengthwise_crowning, self.profile_crowning, self.bias, self.twist, centre, terms)
+
+    def relief(self) -> EaseOff:
+        """The whole ease-off: what the map gives is added."""
+        target = self.target()
+        if self.map is None:
+            return target
+        given = read_ease_off_map(Path(self.map))
+        return lambda length, depth: target(length, depth) + given(length, depth)
+
+
+class ConjugateFlankInput(InputModel):
+    """A pinion flank that no setting has to cut: conjugate to its gear flank, less an ease-off."""
+
+    ease_off: EaseOffInput
+
+    def flank(self, gear: Flank, blank: Blank, assembly: Assembly) -> Flank:
+        """The flank conjugate to a gear flank in an assembly."""
+        return conjugate_flank(gear, blank, assembly, self.ease_off.relief())
+
+
+def _way(content: Any) -> str:
+    """Which way of giving a flank its keys show."""
+    for key in ("grid", "ease_off"):
+        if key in content if isinstance(content, dict) else hasattr(content, key):
+            return key
+    return "cut"
+
+
+FlankInput = Annotated[
+    Annotated[CutFlankInput, Tag("cut")]
+    | Annotated[GridFlankInput, Tag("grid")]
+    | Annotated[ConjugateFlankInput, Tag("ease_off")],
+    Discriminator(_way),
+]

@@ -1,0 +1,206 @@
+"""Shear laws: stress over shear rate, pressure and temperature, in SI units.
+
+Every law gives the stress as scale T(x), x = eta rate/scale:
+
+    newtonian   T = x
+    eyring      T = asinh x                      scale tau0, constant or rising with pressure   Ree & Eyring (1955)
+    carreau     T = x (1 + x^2)^((n - 1)/2)      scale G                                        Carreau (1972)
+
+and a limiting stress tau_L = tau_L0 + Lambda p, which either cuts the traction off, tau = min(tau, tau_L), or is
+approached smoothly, tau_L (1 - exp(-tau/tau_L)) (Bair & Winer 1979), and then takes part in the pressure flow as well.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.fluid.rheology_numbers import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers
+
+Array = NDArray[np.float64]
+
+Rheology = Literal["newtonian", "eyring", "carreau"]
+Limit = Literal["cut", "smooth"]
+KINDS: dict[str, int] = {"newtonian": NEWTONIAN, "eyring": EYRING, "carreau": CARREAU}
+LOG_STRESS_MAX = 600.0  # of a stress in Pa: sums of more would leave the range of doubles
+STRESS_FLOOR = 1e-3  # Pa: keeps the logarithm where the limiting stress Lambda p vanishes
+
+
+@dataclass(frozen=True)
+class RisingStress:
+    """Eyring stress that rises with pressure between two levels.
+
+    tau0(p) = low + (te/2) (1 + tanh(Th (2 p/(start + end) - 1))), te = low + slope (end - start),
+    Th = slope (end - start)/te: the form published for a 75W-90 axle oil (low 5 MPa, slope 0.035, 0.5 and 3.5 GPa:
+    36, 47, 60 MPa at 1, 1.5, 2 GPa), which does not say how tau0 depends on temperature.
+
+    Parameters
+    ----------
+    low : float
+        [Pa].
+    slope : float
+        d tau0/dp between start and end [-].
+    start, end : float
+        [Pa].
+    """
+
+    low: float
+    slope: float
+    start: float
+    end: float
+
+    @property
+    def rise(self) -> float:
+        """Height of the step [Pa]."""
+        return self.low + self.slope * (self.end - self.start)
+
+    @property
+    def steepness(self) -> float:
+        """Th [-]."""
+        return self.slope * (self.end - self.start) / self.rise
+
+    @property
+    def centre(self) -> float:
+        """Pressure in the middle of the step [Pa]."""
+        return 0.5 * (self.start + self.end)
+
+    def __call__(self, pressure: Array) -> Array:
+        """tau0 at a pressure [Pa]."""
+        return np.asarray(self.low + 0.5 * self.rise * (1.0 + np.tanh(self.steepness * (pressure / self.centre - 1.0))))
+
+
+@dataclass(frozen=True)
+class ShearLaw:
+    """One shear law with its limiting stress.
+
+    Parameters
+    ----------
+    rheology : {"newtonian", "eyring", "carreau"}
+    stress : float or RisingStress
+        Stress scale: tau0 of Ree-Eyring, G of Carreau [Pa]; without meaning for a Newtonian oil.
+    exponent : float
+        n of Carreau [-].
+    limit_slope, limit_ambient : float
+        Lambda [-] and tau_L0 [Pa] of tau_L = tau_L0 + Lambda p; infinite Lambda switches the limit off.
+    limit : {"cut", "smooth"}
+    """
+
+    rheology: Rheology = "newtonian"
+    stress: float | RisingStress = 5e6
+    exponent: float = 1.0
+    limit_slope: float = math.inf
+    limit_ambient: float = 0.0
+    limit: Limit = "cut"
+
+    @property
+    def limited(self) -> bool:
+        """Whether there is a limiting stress."""
+        return math.isfinite(self.limit_slope)
+
+    @property
+    def limit_slope_alone(self) -> bool:
+        """No limit but min(tau, Lambda p), which leaves the pressure flow alone."""
+        return not self.limited or (self.limit == "cut" and self.limit_ambient == 0.0)
+
+    @property
+    def plain(self) -> bool:
+        """Newtonian or Ree-Eyring with constant tau0, and no limit but Lambda p in the traction."""
+        constant = self.rheology == "newtonian" or (self.rheology == "eyring" and isinstance(self.stress, float))
+        return constant and self.limit_slope_alone
+
+    def scale(self, pressure: Array) -> Array:
+        """Stress scale at a pressure [Pa]; 1 Pa for a Newtonian oil, where it drops out."""
+        if self.rheology == "newtonian":
+            return np.ones_like(pressure)
+        if isinstance(self.stress, RisingStress):
+            return self.stress(pressure)
+        return np.full_like(pressure, self.stress)
+
+    def reference(self, pressure_hertz: float) -> float:
+        """A stress to measure this law's stresses in: its scale at the Hertz pressure, or that itself [Pa]."""
+        if self.rheology == "newtonian":
+            return pressure_hertz
+        return float(self.scale(np.array([pressure_hertz]))[0])
+
+    def limiting_stress(self, pressure: Array) -> Array:
+        """tau_L [Pa]; infinite without a limit."""
+        if not self.limited:
+            return np.full_like(pressure, math.inf)
+        return np.asarray(self.limit_ambient + self.limit_slope * np.maximum(pressure, 0.0))
+
+    def log_stress(self, log_viscous: Array, pressure: Array) -> tuple[Array, Array]:
+        """ln of the shear stress in Pa and its derivative by ln eta.
+
+        Parameters
+        ----------
+        log_viscous : ndarray
+            ln of eta |v_s|/h in Pa.
+        pressure : ndarray
+            [Pa].
+        """
+        log_scale = np.log(self.scale(pressure))
+        log_curve, slope = self._curve(log_viscous - log_scale)
+        log_stress = np.minimum(log_scale + log_curve, LOG_STRESS_MAX)
+        if not self.limited:
+            return np.asarray(log_stress), slope
+        log_limit = np.log(np.maximum(self.limiting_stress(pressure), STRESS_FLOOR))
+        if self.limit == "cut":
+            cut = log_stress > log_limit
+            return np.where(cut, log_limit, log_stress), np.where(cut, 0.0, slope)
+        ratio = np.exp(np.minimum(log_stress - log_limit, 5.0))
+        rest = -np.expm1(-ratio)
+        return np.asarray(log_limit + np.log(rest)), np.asarray(slope * ratio * np.exp(-ratio) / rest)
+
+    def _curve(self, log_x: Array) -> tuple[Array, Array]:
+        """ln T and d ln T/d ln x."""
+        if self.rheology == "newtonian":
+            return log_x, np.ones_like(log_x)
+        large = log_x > LARGE
+        x = np.exp(np.minimum(log_x, LARGE))
+        if self.rheology == "carreau":
+            share = np.where(large, 1.0, x * x / (1.0 + x * x))
+            root = np.where(large, 2.0 * log_x, np.log1p(x * x))
+            return np.asarray(log_x - 0.5 * (1.0 - self.exponent) * root), 1.0 - (1.0 - self.exponent) * share
+        small = x < 1e-4
+        angle = np.where(small, 1.0, np.where(large, log_x + math.log(2.0), np.arcsinh(x)))
+        slope = np.where(small, 1.0 - x * x / 3.0, x / np.sqrt(1.0 + x * x) / angle)
+        return np.where(small, log_x - x * x / 6.0, np.log(angle)), slope
+
+    def numbers(self, pressure_unit: float, reference: float, film_over_length: float) -> ShearNumbers:
+        """The law for the kernels.
+
+        Parameters
+        ----------
+        pressure_unit : float
+            [Pa].
+        reference : float
+            Reference stress [Pa].
+        film_over_length : float
+            Film unit over the Hertz half-width: the reference gradient of the largest pressure flow is
+            `pressure_unit` over the half-width.
+        """
+        rise, steepness, centre = 0.0, 1.0, pressure_unit
+        if self.rheology == "newtonian":
+            low = reference
+        elif isinstance(self.stress, RisingStress):
+            low, rise = self.stress.low, self.stress.rise
+            steepness, centre = self.stress.steepness, self.stress.centre
+        else:
+            low = self.stress
+        return ShearNumbers(
+            kind=KINDS[self.rheology],
+            plain=self.plain,
+            exponent=float(self.exponent),
+            low=low / reference,
+            rise=rise / reference,
+            steepness=steepness,
+            centre=centre / pressure_unit,
+            ambient=self.limit_ambient / reference if self.limited else math.inf,
+            slope=self.limit_slope * pressure_unit / reference if self.limited else 0.0,
+            smooth=self.limited and self.limit == "smooth",
+            plug=6.0 * reference / (pressure_unit * film_over_length),
+        )

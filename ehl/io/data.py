@@ -1,0 +1,39 @@
+"""Where the shipped data lies: `data/` of a checkout, or `ehl/_data/` of an installed wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ehl.io.errors import InputError
+
+_PACKAGED = Path(__file__).resolve().parents[1] / "_data"
+_CHECKOUT = Path(__file__).resolve().parents[2] / "data"
+
+
+def data_path(*parts: str) -> Path:
+    """Path of a shipped data file or folder.
+
+    Parameters
+    ----------
+    *parts : str
+        Path components below the data folder, e.g. ``("oils", "fva3.toml")``.
+    """
+    root = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT
+    return root.joinpath(*parts)
+
+
+def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
+    """Names (without suffix) of the shipped files in one data folder, sorted."""
+    return tuple(sorted(path.name.removesuffix(suffix) for path in data_path(folder).glob(f"*{suffix}")))
+
+
+def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
+    """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
+    path = Path(name)
+    if path.suffix or path.exists():
+        return path
+    names = data_names(folder, suffix)
+    if str(name) not in names:
+        kind = suffix.removeprefix(".").upper()
+        raise InputError(field, str(name), f"a {kind} file or one of " + ", ".join(names))
+    return data_path(folder, f"{name}{suffix}")

@@ -1,0 +1,163 @@
+"""Where in a model a complaint of pydantic points to, and in the user's words what that place takes."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import AliasChoices, BaseModel, Tag
+from pydantic.fields import FieldInfo
+
+from ehl.io.units import Quantity
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in the tree of input models.
+
+    Attributes
+    ----------
+    path : tuple of str
+        Keys as the user wrote them.
+    owner : type
+        The innermost model on the way.
+    annotation : Any
+        Type of what belongs there; None where nothing does.
+    metadata : tuple
+        Units and bounds of it.
+    """
+
+    path: tuple[str, ...]
+    owner: type[BaseModel]
+    annotation: Any
+    metadata: tuple[Any, ...] = ()
+
+
+def find_place(model: type[BaseModel], loc: Sequence[int | str]) -> Place:
+    """The place pydantic's `loc` names, without what pydantic puts in for the members of unions."""
+    owner, annotation, metadata = model, model, ()  # type: type[BaseModel], Any, tuple[Any, ...]
+    path: list[str] = []
+    for part in map(str, loc):
+        annotation, metadata = _bare(annotation, metadata)
+        if _is_model(annotation):
+            owner = annotation
+            info = _field(owner, part)
+            path.append(part)
+            annotation, metadata = (None, ()) if info is None else (info.annotation, tuple(info.metadata))
+        elif _is_union(annotation):
+            # the user never wrote the name of the member
+            annotation, metadata = _member(annotation, part), ()
+        else:
+            path.append(part)
+            annotation, metadata = _item(annotation, part), ()
+    annotation, metadata = _bare(annotation, metadata)
+    return Place(tuple(path), annotation if _is_model(annotation) else owner, annotation, metadata)
+
+
+def quantity_of(model: type[BaseModel], name: str) -> Quantity:
+    """Unit and range of a field of a model."""
+    return next(part for part in find_place(model, (name,)).metadata if isinstance(part, Quantity))
+
+
+def expectation(place: Place, table: str) -> str:
+    """What the place takes, in words; empty where that is not known.
+
+    Parameters
+    ----------
+    place : Place
+        From `find_place`.
+    table : str
+        What the place is called if it is a table.
+    """
+    for part in place.metadata:
+        if isinstance(part, Quantity):
+            return part.expected
+    kind = place.annotation
+    if _is_model(kind):
+        needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]
+        return f"a table [{table}]" + (f" with {', '.join(needed)}" if needed else "")
+    if get_origin(kind) is Literal:
+        return "one of " + ", ".join(map(repr, get_args(kind)))
+    if _is_union(kind):
+        parts = (Place((), place.owner, *_bare(member, ())) for member in get_args(kind))
+        return " or ".join(dict.fromkeys(filter(None, (expectation(part, table) for part in parts))))
+    words = {int: "a whole number", str: "a text in quotes", bool: "true or false", float: "a number"}
+    if kind in words:
+        return words[kind] + _bounds(place.metadata)
+    if kind is dict or get_origin(kind) is dict:
+        return f"a table [{table}]"
+    if get_origin(kind) in (list, tuple):
+        items = get_args(kind)
+        fixed = get_origin(kind) is tuple and ... not in items
+        return f"a list of {len(items)} entries" if fixed else "a list"
+    return ""
+
+
+def _bounds(metadata: tuple[Any, ...]) -> str:
+    words = {"gt": "above", "ge": "of at least", "lt": "below", "le": "of at most"}
+    found = [
+        f"{word} {getattr(part, name)}" for part in metadata for name, word in words.items() if hasattr(part, name)
+    ]
+    return " " + " and ".join(found) if found else ""
+
+
+def _bare(annotation: Any, metadata: tuple[Any, ...]) -> tuple[Any, tuple[Any, ...]]:
+    """The type inside ``Annotated[...]`` and ``... | None``, and what was noted at it."""
+    while True:
+        if get_origin(annotation) is Annotated:
+            notes = (n.metadata if isinstance(n, FieldInfo) else [n] for n in annotation.__metadata__)
+            metadata = (*metadata, *(note for part in notes for note in part))
+            annotation = get_args(annotation)[0]
+            continue
+        members = [part for part in get_args(annotation) if part is not types.NoneType]
+        if not (_is_union(annotation) and len(members) == 1):
+            return annotation, metadata
+        annotation = members[0]
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)
+
+
+def _field(model: type[BaseModel], key: str) -> FieldInfo | None:
+    for name, info in model.model_fields.items():
+        alias = info.validation_alias
+        others = alias.choices if isinstance(alias, AliasChoices) else [alias]
+        if key == name or key in others:
+            return info
+    return None
+
+
+def _member(union: Any, label: str) -> Any:
+    """The member of a union that pydantic calls by its tag or its name."""
+    for member in get_args(union):
+        bare, notes = _bare(member, ())
+        if label in (getattr(bare, "__name__", ""), *(note.tag for note in notes if isinstance(note, Tag))):
+            return member
+        if _is_model(bare) and label in _literals(bare):
+            return member
+    return None
+
+
+def _literals(model: type[BaseModel]) -> Iterator[Any]:
+    for info in model.model_fields.values():
+        if get_origin(info.annotation) is Literal:
+            yield from get_args(info.annotation)
+
+
+def _item(annotation: Any, key: str) -> Any:
+    """Type of an entry of a table of any keys or of a list."""
+    arguments = get_args(annotation)
+    if not arguments:
+        return None
+    if get_origin(annotation) is dict:
+        return arguments[1]
+    if get_origin(annotation) is tuple and ... not in arguments:
+        return arguments[int(key)] if key.isdigit() and int(key) < len(arguments) else None
+    return arguments[0]

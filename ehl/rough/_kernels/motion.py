@@ -1,0 +1,137 @@
+"""Start of a time step: move the roughness, carry the mass, predict the pressure."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
+from ehl.rough._kernels.quasi_separable import FLUID
+from ehl.rough._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD
+
+SAMPLES = 2  # profile samples per node spacing
+MEAN_PRESSURE_RATE = 0.01  # per step, of the slow average the predictor treats as static
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def sample_profile(profile, shift, sign, out):
+    """Add ``sign`` times the profile moved by ``shift`` samples (cubic Lagrange between samples, periodic)."""
+    size = profile.size
+    if size == 0:
+        return
+    whole = math.floor(-shift)
+    r = -shift - whole
+    before = -r * (r - 1.0) * (r - 2.0) / 6.0
+    here = (r + 1.0) * (r - 1.0) * (r - 2.0) / 2.0
+    after = -(r + 1.0) * r * (r - 2.0) / 2.0
+    beyond = (r + 1.0) * r * (r - 1.0) / 6.0
+    j = int(whole % size)
+    for i in range(out.size):
+        j0 = j - 1 if j > 0 else size - 1
+        j2 = j + 1 if j + 1 < size else 0
+        j3 = j2 + 1 if j2 + 1 < size else 0
+        out[i] += sign * (before * profile[j0] + here * profile[j] + after * profile[j2] + beyond * profile[j3])
+        j += SAMPLES
+        while j >= size:
+            j -= size
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def move_surfaces(gap, travel, surfaces):
+    """Rigid gap at a number of time steps of travel; roughness enters with the fluid, behind a smooth front."""
+    n = gap.size
+    for i in range(n):
+        gap[i] = 0.0
+    sample_profile(surfaces.profile_1, surfaces.shift_1 * travel, -1.0, gap)
+    sample_profile(surfaces.profile_2, surfaces.shift_2 * travel, -1.0, gap)
+    front = surfaces.front + travel * surfaces.spacing
+    entered = front >= surfaces.x[n - 1] + surfaces.front_width
+    for i in range(n):
+        if not entered:
+            s = (front - surfaces.x[i]) / surfaces.front_width
+            s = min(max(s, 0.0), 1.0)
+            gap[i] *= s * s * (3.0 - 2.0 * s)
+        gap[i] += surfaces.parabola[i]
+
+
+@njit(**INTERNAL)
+def carry_mass(state, foot, weight):
+    """Mass at the foot of the characteristic: BDF2 along it, backward Euler at the start and where the film breaks."""
+    mass = state.mass
+    old = state.mass_old
+    n = mass.size
+    second_order = state.scalars[AGE] > 1.5
+    foot[0] = mass[0]
+    weight[0] = 1.0
+    for i in range(1, n):
+        first = mass[i - 1]
+        foot[i] = first
+        weight[i] = 1.0
+        if second_order and i > 1:
+            value = (4.0 * first - old[i - 2]) / 3.0
+            if 0.5 * first < value < 1.5 * first:
+                foot[i] = value
+                weight[i] = 2.0 / 3.0
+    for i in range(n):
+        old[i] = mass[i]
+
+
+@njit(**INTERNAL)
+def predict(state):
+    """Pressure of the new step: the mean stays, the ripple moves with u_r and is extrapolated."""
+    fluid = state.fluid_pressure
+    contact = state.contact_pressure
+    fluid_old = state.fluid_pressure_old
+    contact_old = state.contact_pressure_old
+    mean = state.mean_pressure
+    n = fluid.size
+    scalars = state.scalars
+    for i in range(n):
+        mean[i] += MEAN_PRESSURE_RATE * (fluid[i] - mean[i])
+    if scalars[AGE] < 1.5:
+        for i in range(n):
+            fluid_old[i] = fluid[i]
+            contact_old[i] = contact[i]
+        scalars[LEVEL_OLD] = scalars[LEVEL]
+        return
+    # values i - 1 of the last step and i - 2 of the one before become the new node i; the old arrays are
+    # overwritten from the right so that nothing is read after it is replaced
+    for i in range(n - 1, 1, -1):
+        p = 2.0 * (fluid[i - 1] - mean[i - 1]) - (fluid_old[i - 2] - mean[i - 2]) + mean[i]
+        c = 2.0 * contact[i - 1] - contact_old[i - 2]
+        if p < 0.0 or (fluid[i] == 0.0 and fluid[i - 1] == 0.0):
+            p = 0.0
+        if c < 0.0 or contact[i - 1] <= 0.0:
+            c = 0.0
+        fluid_old[i] = fluid[i]
+        contact_old[i] = contact[i]
+        fluid[i] = p
+        contact[i] = c
+    for i in range(2):
+        fluid_old[i] = fluid[i]
+        contact_old[i] = contact[i]
+    level = scalars[LEVEL]
+    scalars[LEVEL] = 2.0 * level - scalars[LEVEL_OLD]
+    scalars[LEVEL_OLD] = level
+
+
+@njit(**INTERNAL)
+def settle_mass(state, step, work, model, solved):
+    """Mass after the step: what was carried plus what flowed in.
+
+    In a full gap that is rho h up to the tolerance of the step. What is left over is carried on and not dropped: the
+    next steps work it off, where dropping it would add up over the thousands of steps of a passage on a fine mesh.
+    """
+    boundary = model.contact.boundary
+    fluid = model.fluid
+    for i in range(state.mass.size):
+        h = max(state.film[i], boundary)
+        p = state.fluid_pressure[i]
+        if i == 0 or (work.kind[i] & FLUID and not solved):
+            state.mass[i] = h * (1.0 + fluid.density_rise * p / (1.0 + fluid.density_bend * p))
+        else:
+            carried = step.foot[i] + work.source[i]
+            if not work.kind[i] & (CAPPED | FLUID):
+                carried = min(carried, h)
+            state.mass[i] = max(carried, 0.0)

@@ -1,0 +1,409 @@
+"""One implicit time step: mass conservation, two complementarity conditions and the load, solved together.
+
+mass     foot + w [d/dx f dp/dx - exchange (p - P)] = rho h      where p > 0, else p = 0 and the gap is not full
+contact  h >= h_boundary,  p_c >= 0,  one of them an equality
+cap      p + p_c <= hardness; a node at the cap keeps its pressures and lets its gap or mass go
+load     sum of p + p_c given
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from ehl.rough._kernels.elasticity import FLAGS, INTERNAL, exponential_product
+from ehl.rough._kernels.fluid import fluidity_rows
+from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
+from ehl.rough._kernels.records import CAPPED, LEVEL
+
+NEWTON, PICARD, FROZEN = range(3)  # full derivatives; relaxed lagged fluidity; fluidity of the start
+# how a step was solved, in the order tried, and what each stage starts with: mode, relaxation, iterations allowed;
+# the relaxed stage goes on from where Newton stalled and alternates between the two
+PLAIN, RELAXED, CONTINUED, SLOW, LAGGED, UNCONVERGED = range(6)
+STAGE_MODE = (NEWTON, PICARD, NEWTON, PICARD, FROZEN)
+STAGE_RELAXATION = (1.0, 0.5, 1.0, 0.2, 1.0)
+STAGE_LIMIT = (30, 90, 30, 150, 60)
+PRESSURE_STEP = (0.4, 0.8)  # an iteration changes p by at most 0.4 + 0.8 p
+PICARD_TURN = 16  # Picard iterations before Newton is tried again
+FIRST_TURN = 3  # of the first turn at least, if the sets have settled; each turn is twice as long
+SHORT_STEP = 0.2  # Newton has stalled, too, where one node lets the others go no more than this part of the way
+STALL = 6  # Newton has stalled after so many iterations without a residual 30 % below its best
+LOAD_TOLERANCE = 1e-6
+
+
+@njit(**INTERNAL)
+def film_response(state, step, work, model):
+    """Gap under the present pressures; returns their sum."""
+    total = work.total
+    load = 0.0
+    for i in range(total.size):
+        q = state.fluid_pressure[i] + state.contact_pressure[i]
+        total[i] = q
+        load += q
+    exponential_product(total, model.elastic.weights, model.elastic.ratios, work.response)
+    level = state.scalars[LEVEL]
+    for i in range(total.size):
+        state.film[i] = level + step.gap[i] + work.response[i] + work.correction[i]
+    return load
+
+
+@njit(**INTERNAL)
+def flow_along(state, step, work, model, mode, relaxation, start, repeat):
+    """Fluidity between the nodes and the flow it carries.
+
+    Newton uses the present fluidity and its derivatives; Picard the geometric mean of the old and the present one,
+    moved once per iteration; the frozen mode the one of the start.
+    """
+    p = state.fluid_pressure
+    h = state.film
+    half = work.half
+    used = work.fluidity
+    n = p.size
+    if mode == NEWTON or start or (mode == PICARD and not repeat):
+        for i in range(n - 1):
+            half.film[i] = 0.5 * (h[i] + h[i + 1])
+        for i in range(n - 1):
+            half.pressure[i] = max(0.5 * (p[i] + p[i + 1]), 0.0)
+        for i in range(n - 1):
+            half.thermal[i] = 0.5 * (step.thermal[i] + step.thermal[i + 1])
+        fluidity_rows(half, model.contact.boundary, model.fluid, model.fluid.along, model.fluid.flux)
+        if mode == PICARD and not start:
+            for i in range(n - 1):
+                used[i] = used[i] * (half.f[i] / used[i]) ** relaxation if used[i] > 0.0 else half.f[i]
+        else:
+            for i in range(n - 1):
+                used[i] = half.f[i]
+    used[n - 1] = 0.0
+    for i in range(n - 1):
+        work.flow[i] = used[i] * (p[i + 1] - p[i])
+    work.flow[n - 1] = 0.0
+    derivative = 0.5 if mode == NEWTON else 0.0
+    for i in range(n - 1):
+        half.by_film[i] *= derivative * (p[i + 1] - p[i])
+    for i in range(n - 1):
+        half.by_pressure[i] *= derivative * (p[i + 1] - p[i])
+    half.by_film[n - 1] = 0.0
+    half.by_pressure[n - 1] = 0.0
+
+
+@njit(**INTERNAL)
+def add_drainage(state, step, macro, work, model, mode):
+    """Exchange with the macroscopic pressure, and its entries in the bands.
+
+    Two halves in series: the pocket's own gap, then the typical gap at this place.  A starved pocket conducts with
+    its filled part only.
+    """
+    p = state.fluid_pressure
+    h = state.film
+    node = work.node
+    band = work.band
+    slopes = 1.0 if mode == NEWTON else 0.0
+    for i in range(p.size):
+        node.film[i] = h[i]
+    for i in range(p.size):
+        node.pressure[i] = 0.5 * (max(p[i], 0.0) + macro.pressure[i])
+    for i in range(p.size):
+        node.thermal[i] = step.thermal[i]
+    fluidity_rows(node, model.contact.boundary, model.fluid, 1.0 - model.fluid.along, model.fluid.flux_lateral)
+    for i in range(model.drainage.first, model.contact.outlet):
+        k = node.f[i]
+        by_film = slopes * node.by_film[i]
+        by_pressure = slopes * node.by_pressure[i]
+        typical = macro.typical[i]
+        if typical > 0.0:
+            part = typical / (k + typical)
+            k *= 2.0 * part
+            by_film *= 2.0 * part * part
+            by_pressure *= 2.0 * part * part
+        if p[i] <= 0.0 and step.foot[i] < h[i]:
+            filled = max(step.foot[i], 0.0) / h[i]
+            k *= filled
+            by_film *= filled
+        work.exchange[i] = k
+        w = step.weight[i]
+        excess = p[i] - macro.pressure[i]
+        work.source[i] -= w * k * excess
+        band[1, i] += w * (max(k + 0.5 * by_pressure * excess, 0.1 * k) if p[i] > 0.0 else k)
+        band[4, i] += w * by_film * excess
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
+    """Residuals and the bands of the Newton matrix at every node.
+
+    ``start`` marks the first assembly of a solve, ``repeat`` a second one within the same iteration.
+    """
+    flow_along(state, step, work, model, mode, relaxation, start, repeat)
+    p = state.fluid_pressure
+    h = state.film
+    band = work.band
+    flow = work.flow
+    f = work.fluidity
+    by_film = work.half.by_film
+    by_pressure = work.half.by_pressure
+    weight = step.weight
+    rise = model.fluid.density_rise
+    bend = model.fluid.density_bend
+    n = p.size
+    source, mass, gap = work.source, work.residual[0], work.residual[1]
+    left, centre, right, film_left, film_here, film_right = band[0], band[1], band[2], band[3], band[4], band[5]
+    source[0] = flow[0]
+    left[0] = film_left[0] = 0.0
+    centre[0] = f[0] - by_pressure[0]
+    film_here[0] = -by_film[0]
+    for i in range(1, n):
+        source[i] = (flow[i] - flow[i - 1]) * weight[i]
+    for i in range(1, n):
+        left[i] = (by_pressure[i - 1] - f[i - 1]) * weight[i]
+    for i in range(1, n):
+        centre[i] = (f[i] + f[i - 1] - by_pressure[i] + by_pressure[i - 1]) * weight[i]
+    for i in range(n):
+        right[i] = -(f[i] + by_pressure[i]) * weight[i]
+    for i in range(1, n):
+        film_left[i] = by_film[i - 1] * weight[i]
+    for i in range(1, n):
+        film_here[i] = (by_film[i - 1] - by_film[i]) * weight[i]
+    for i in range(n):
+        film_right[i] = -by_film[i] * weight[i]
+    if model.fluid.flux_lateral > 0.0:
+        add_drainage(state, step, macro, work, model, mode)
+    for i in range(n):
+        pressure = max(p[i], 0.0)
+        d = 1.0 / (1.0 + bend * pressure)
+        rho = 1.0 + rise * pressure * d
+        film_here[i] += rho
+        centre[i] += rise * d * d * h[i]
+    for i in range(n):
+        pressure = max(p[i], 0.0)
+        mass[i] = step.foot[i] + source[i] - (1.0 + rise * pressure / (1.0 + bend * pressure)) * h[i]
+    for i in range(n):
+        gap[i] = model.contact.boundary - h[i]
+    for i in range(n):
+        work.unit[i] = film_left[i] + film_here[i] + film_right[i]
+
+
+@njit(**INTERNAL)
+def update_sets(state, work, model, compliance):
+    """Let nodes enter and leave the three sets; returns the number of changes and the largest residual."""
+    contact = model.contact
+    tolerance = contact.tolerance
+    p = state.fluid_pressure
+    c = state.contact_pressure
+    changes = 0
+    largest = 0.0
+    for i in range(1, p.size):
+        old = work.kind[i]
+        kind = old
+        mass = work.residual[0, i]
+        gap = work.residual[1, i]
+        if kind & CAPPED:
+            if c[i] > 0.0:
+                if gap < -tolerance:
+                    kind = CONTACT | (FLUID if p[i] > 0.0 else 0)
+            elif mass < -tolerance:
+                kind = FLUID
+        elif p[i] + c[i] > contact.cap * (1.0 + 1e-9):
+            kind = CAPPED
+        else:
+            if kind & FLUID:
+                if p[i] <= 0.0:
+                    kind &= CONTACT
+            elif mass > tolerance and i < contact.outlet:
+                kind |= FLUID
+            if kind & CONTACT:
+                if c[i] <= 0.0:
+                    kind &= FLUID
+            elif gap > tolerance:
+                kind |= CONTACT
+        if kind != old:
+            changes += 1
+            work.kind[i] = kind
+        if kind & FLUID:
+            # in units of film: a stiff node's mass residual is a tiny pressure change
+            largest = max(largest, abs(mass) / (1.0 + work.band[1, i] * compliance))
+        if kind & CONTACT:
+            largest = max(largest, abs(gap))
+    return changes, largest
+
+
+@njit(**INTERNAL)
+def hand_over(state, work, model):
+    """Make pressures agree with the sets; returns the number of nodes touched.
+
+    A node that leaves one set hands its (negative) share to the other so that total pressure and gap stay put:
+    clipping it instead makes limit cycles.
+    """
+    p = state.fluid_pressure
+    c = state.contact_pressure
+    cap = model.contact.cap
+    touched = 0
+    for i in range(1, p.size):
+        kind = work.kind[i]
+        if kind & CAPPED:
+            if p[i] + c[i] != cap:
+                p[i] = min(max(p[i], 0.0), cap)
+                c[i] = cap - p[i] if c[i] > 0.0 else 0.0
+                if c[i] == 0.0:
+                    p[i] = cap
+                touched += 1
+            continue
+        if not kind & FLUID and p[i] != 0.0:
+            if kind & CONTACT:
+                c[i] += p[i]
+            p[i] = 0.0
+            touched += 1
+        if not kind & CONTACT and c[i] != 0.0:
+            if kind & FLUID:
+                p[i] = max(p[i] + c[i], 0.0)
+            c[i] = 0.0
+            touched += 1
+    return touched
+
+
+@njit(**INTERNAL)
+def keep_mean_film(state, step, work, model, mean):
+    """Shift the approach of the bodies so that the predicted pressures leave the mean film where it was."""
+    film_response(state, step, work, model)
+    state.scalars[LEVEL] += mean - middle_film(state, model.contact)
+
+
+@njit(**INTERNAL)
+def middle_film(state, contact):
+    """Mean gap over the middle of the contact."""
+    total = 0.0
+    for i in range(contact.middle_first, contact.middle_last):
+        total += state.film[i]
+    return total / (contact.middle_last - contact.middle_first)
+
+
+@njit(**INTERNAL)
+def start_sets(state, work, model):
+    """Node kinds of the predicted pressures; the inlet node is given and the outlet carries no fluid pressure."""
+    p = state.fluid_pressure
+    c = state.contact_pressure
+    p[0] = model.contact.inlet_pressure
+    c[0] = 0.0
+    for i in range(p.size):
+        if i >= model.contact.outlet:
+            p[i] = 0.0
+        kind = (FLUID if p[i] > 0.0 and i > 0 else 0) | (CONTACT if c[i] > 0.0 else 0)
+        if work.kind[i] == CAPPED and p[i] + c[i] >= model.contact.cap:
+            kind = CAPPED
+        work.kind[i] = kind
+
+
+@njit(**INTERNAL)
+def apply_increment(state, work, model, load_error, limit_step):
+    """Border the two solutions with the load condition and move the unknowns; returns the share of the step taken."""
+    sol = work.solution
+    kind = work.kind
+    n = kind.size
+    from_residual = 0.0
+    from_level = 0.0
+    last = 1
+    for i in range(1, n):
+        k = kind[i]
+        if k & FLUID:
+            from_residual += sol[0, i]
+            from_level += sol[2, i]
+        if k & CONTACT:
+            from_residual += sol[1, i]
+            from_level += sol[3, i]
+        if k & 3:
+            last = i + 1
+    rise = (from_residual - load_error) / from_level
+    excess = 1.0
+    for i in range(1, last):
+        if kind[i] & FLUID:
+            sol[0, i] -= rise * sol[2, i]
+            size = abs(sol[0, i]) / (PRESSURE_STEP[0] + PRESSURE_STEP[1] * max(state.fluid_pressure[i], 0.0))
+            excess = max(excess, size)
+        if kind[i] & CONTACT:
+            sol[1, i] -= rise * sol[3, i]
+    step = 1.0 / excess if limit_step else 1.0
+    state.scalars[LEVEL] += step * rise
+    for i in range(1, last):
+        if kind[i] & FLUID:
+            state.fluid_pressure[i] += step * sol[0, i]
+        if kind[i] & CONTACT:
+            state.contact_pressure[i] += step * sol[1, i]
+    return step
+
+
+@njit(**INTERNAL)
+def solve_step(state, step, macro, work, model, stage):
+    """Solve one step from the pressures in ``state``; returns iterations and success.
+
+    ``stage`` must be a run-time integer: a literal would be compiled once per value.
+    """
+    elastic = model.elastic
+    contact = model.contact
+    mode = STAGE_MODE[stage]
+    relaxation = STAGE_RELAXATION[stage]
+    n = state.film.size
+    diagonal = 0.0
+    for m in range(elastic.weights_newton.size):
+        diagonal += elastic.weights_newton[m]
+    compliance = 0.1 / diagonal
+    start_sets(state, work, model)
+    best = 1e30
+    best_at = 0
+    turn_at = 0
+    turn = FIRST_TURN
+    short = False
+    load = 0.0
+    largest = 0.0
+    changes = 0
+    iterations = 0
+    converged = False
+    while iterations < STAGE_LIMIT[stage]:
+        for attempt in range(2):
+            load = film_response(state, step, work, model)
+            assemble(state, step, macro, work, model, mode, relaxation, iterations + attempt == 0, attempt == 1)
+            if attempt == 1:
+                break
+            changes, largest = update_sets(state, work, model, compliance)
+            if hand_over(state, work, model) == 0:
+                break
+        load_error = contact.load - load
+        if not largest < 1e30:
+            break
+        if changes == 0 and largest < contact.tolerance and abs(load_error) < LOAD_TOLERANCE * contact.load:
+            converged = True
+            break
+        iterations += 1
+        last = n
+        while last > 2 and work.kind[last - 1] & 3 == 0:
+            last -= 1
+        factor_and_solve(
+            1,
+            last,
+            work.kind,
+            work.band,
+            elastic.weights_newton,
+            elastic.ratios_newton,
+            work.residual[0],
+            work.residual[1],
+            work.unit,
+            work.solution,
+            work.block,
+        )
+        if largest < 0.7 * best:
+            best = largest
+            best_at = iterations
+        elif mode == NEWTON and (iterations - best_at >= STALL or short):
+            if stage != RELAXED:
+                break
+            mode = PICARD
+            turn_at = iterations
+        picards = iterations - turn_at
+        if mode == PICARD and stage == RELAXED and (picards >= PICARD_TURN or (changes == 0 and picards >= turn)):
+            mode = NEWTON
+            best = largest
+            best_at = iterations
+            turn *= 2
+        short = apply_increment(state, work, model, load_error, mode == NEWTON) < SHORT_STEP
+    if not converged:
+        for i in range(n):
+            state.fluid_pressure[i] = max(state.fluid_pressure[i], 0.0)
+            state.contact_pressure[i] = max(state.contact_pressure[i], 0.0)
+    return iterations, converged

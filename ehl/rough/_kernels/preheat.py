@@ -1,0 +1,20 @@
+"""Heat both surfaces by a flux that stands still, without solving for the film."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from ehl.rough._kernels.elasticity import FLAGS
+from ehl.rough._kernels.heat import recall_surfaces, store_fluxes
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def preheat(steps, flux, state, work, model):
+    """Roll the surfaces through the flux (2, n) for a number of steps, from their bulk temperatures."""
+    state.memory[:] = 0.0
+    state.entering[:] = 0.0
+    state.flux_into[:] = flux
+    for _ in range(steps):
+        store_fluxes(state, work)
+        recall_surfaces(state, work, model)
+    store_fluxes(state, work)

@@ -1,0 +1,244 @@
+"""What the kernels pass around: constants of a run, and groups of node arrays.
+
+All tuples are plain NamedTuples: compiled code reads them by name and they cost nothing at run time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ehl.fluid.rheology_numbers import PLAIN, ShearNumbers
+
+
+class Fluid(NamedTuple):
+    """The lubricant in scaled variables (pressure in p_h, film in the film unit)."""
+
+    law: int  # 0 barus, 1 roelands, 2 modulus
+    c0: float  # constants of ln(eta/eta0), for the scaled pressure
+    c1: float
+    c2: float
+    density_rise: float  # rho/rho0 = 1 + rise p/(1 + bend p)
+    density_bend: float
+    eyring: bool
+    sliding: float  # eta0 u_s/(reference stress h_unit)
+    along: float  # cos^2 of the angle between sliding and x
+    flux: float  # dt p_h h_unit^2/(12 eta0 dx^2)
+    flux_lateral: float  # dt p_h h_unit^2 k_y/(12 eta0 (gamma lc)^2); 0 = sealed
+    stress: float  # reference stress/p_h: that of tau0, or 1 for a Newtonian oil
+    limit: float  # Lambda of tau <= Lambda p
+    temperature: float  # inlet [K]
+    slope: float  # Roelands: exponent s0; else beta [1/K]
+    slope_bend: float = 0.0  # modulus law: ln eta falls by slope rise/(1 + bend rise) at p = 0 [1/K]
+    c0_rise: float = 0.0  # modulus law: growth of c0 and c1 with temperature [1/K]
+    c1_rise: float = 0.0
+    shear: ShearNumbers = PLAIN  # the shear law
+    short: bool = True  # whether the vectorised forms of Newton and Ree-Eyring serve
+
+
+class Contact(NamedTuple):
+    """Solids, load and mesh limits."""
+
+    boundary: float  # h_boundary in film units
+    cap: float  # hardness/p_h
+    load: float  # sum of the nodal pressures
+    full_load: float  # the same with what the wedge ahead of the mesh carries
+    wedge_shear: float  # shear force on that wedge, in nodal pressures
+    inlet_pressure: float  # at the first node, from the wedge ahead of it
+    friction: float  # boundary friction coefficient
+    outlet: int  # first node at which the fluid pressure is zero by rule
+    middle_first: int  # nodes of the mean film
+    middle_last: int
+    tolerance: float  # of mass and gap, film units
+
+
+class Elastic(NamedTuple):
+    """Sums of exponentials of the line kernel, in film units per p_h."""
+
+    weights: np.ndarray
+    ratios: np.ndarray
+    weights_newton: np.ndarray  # the shorter sum of the Newton matrix, same constant
+    ratios_newton: np.ndarray
+    exact: bool  # whether a step ends with the exactly integrated kernel
+    spectrum: np.ndarray  # of it, bit-reversed order, over the transform length
+    cosines: np.ndarray  # angles of the transform, stage by stage
+    sines: np.ndarray
+
+
+class Surfaces(NamedTuple):
+    """Rough profiles sampled twice per node spacing, and their motion."""
+
+    parabola: np.ndarray  # rigid smooth gap at the nodes, film units
+    x: np.ndarray  # nodes, half-widths
+    profile_1: np.ndarray  # heights, film units
+    profile_2: np.ndarray
+    shift_1: float  # samples per time step
+    shift_2: float
+    front: float  # where the roughness starts at time zero, half-widths
+    front_width: float
+    spacing: float  # of the nodes, half-widths
+
+
+class Heat(NamedTuple):
+    """Conduction into the surfaces and across the film, SI."""
+
+    on: bool
+    speed: float  # sliding speed [m/s]
+    pressure_unit: float  # [Pa]
+    film_unit: float  # [m]
+    conductivity: float  # of the film at ambient pressure [W/(m K)]
+    conductivity_rise: float  # k/k0 = 1 + rise p/(1 + bend p), per p_h
+    conductivity_bend: float
+    weights: np.ndarray  # (2, modes) of the inverse-root kernel, K m2/W
+    ratios: np.ndarray  # (modes,)
+    nodes_per_step_1: float
+    nodes_per_step_2: float
+    bulk_1: float  # bulk temperatures above the inlet's [K]
+    bulk_2: float
+    rolling: np.ndarray  # heat of the pressure-driven flow of the smooth film [W/m2]
+
+
+class Drainage(NamedTuple):
+    """Update rule of the macroscopic pressure."""
+
+    on: bool
+    first: int  # first node that exchanges: ahead of it the gap is many times the roughness
+    window: int  # steps averaged for one update
+    relaxation: float
+    storage: float  # compliance of the diagonal
+    memory: float  # smallest weight of a window in the long averages
+
+
+class Model(NamedTuple):
+    """Everything that stays constant during a run."""
+
+    fluid: Fluid
+    contact: Contact
+    elastic: Elastic
+    surfaces: Surfaces
+    heat: Heat
+    drainage: Drainage
+
+
+class State(NamedTuple):
+    """What one time step hands to the next."""
+
+    fluid_pressure: np.ndarray
+    contact_pressure: np.ndarray
+    fluid_pressure_old: np.ndarray
+    contact_pressure_old: np.ndarray
+    mean_pressure: np.ndarray  # slow average, static part of the predictor
+    film: np.ndarray
+    mass: np.ndarray  # rho h, or the carried mass where the gap is not full
+    mass_old: np.ndarray
+    temperature: np.ndarray  # film mid-layer [K]
+    surface_temperature: np.ndarray  # (2, n) rise [K]
+    flux_into: np.ndarray  # (2, n) heat flux into the surfaces [W/m2]
+    memory: np.ndarray  # (2, modes, n + 3) thermal memory on surface-fixed grids
+    memory_base: np.ndarray  # (2,) ring-buffer start
+    memory_offset: np.ndarray  # (2,) grid position between nodes
+    entering: np.ndarray  # (2, n + 3) flux of the last step by slot of the memory
+    shear: np.ndarray  # film shear stress, p_h
+    scalars: np.ndarray  # see the indices below
+
+
+CAPPED = 4  # node kind beside FLUID and CONTACT: total pressure at the hardness, mass carried
+# entries of State.scalars: rigid gap, its last value, time steps rolled so far, steps since this run started
+LEVEL, LEVEL_OLD, TRAVEL, AGE = range(4)
+
+
+class Macroscopic(NamedTuple):
+    """Macroscopic pressure and the averages that drive it."""
+
+    pressure: np.ndarray
+    typical: np.ndarray  # lateral fluidity of the typical gap, exp<ln f_y>
+    sum_exchange: np.ndarray  # over the current window
+    sum_pressure: np.ndarray
+    sum_conductance: np.ndarray
+    sum_log_flux: np.ndarray
+    sum_log_lateral: np.ndarray
+    conductance: np.ndarray  # long averages
+    log_flux: np.ndarray
+    counts: np.ndarray  # steps in the window, updates so far
+    total_exchange: np.ndarray  # over the whole run, for the net exchange
+    matrix: np.ndarray  # (4, n) scratch
+
+
+class Step(NamedTuple):
+    """The problem of one time step: what is known before pressure is."""
+
+    gap: np.ndarray  # rigid gap with roughness, without approach
+    foot: np.ndarray  # mass at the foot of the characteristic
+    weight: np.ndarray  # 2/3 where BDF2 holds, 1 where backward Euler does
+    thermal: np.ndarray  # temperature factor of the viscosity
+
+
+class FluidityRows(NamedTuple):
+    """A row of points: film, pressure and temperature factor in, fluidity and its derivatives out."""
+
+    film: np.ndarray
+    pressure: np.ndarray
+    thermal: np.ndarray
+    exponent: np.ndarray
+    slope: np.ndarray
+    scale: np.ndarray  # tau0 over the reference stress
+    scale_slope: np.ndarray  # d ln/dp of it
+    mobility: np.ndarray
+    f: np.ndarray
+    by_film: np.ndarray
+    by_pressure: np.ndarray
+
+
+class HeatRows(NamedTuple):
+    """Rows of the balance of shear stress and temperature."""
+
+    conductance: np.ndarray  # of the film [W/(m2 K)]; zero where it is broken
+    jump: np.ndarray  # temperature difference the past leaves between the surfaces [K]
+    rub: np.ndarray  # heat freed at the walls: asperity friction and pressure-driven flow [W/m2]
+    base: np.ndarray  # film temperature without shear heat [K]
+    resistance: np.ndarray  # K per p_h of shear stress
+    cold: np.ndarray  # ln(eta/eta0) at the inlet temperature
+    rate: np.ndarray  # ln of the scaled shear rate
+    scale: np.ndarray  # tau0 over the reference stress
+    slope: np.ndarray  # d tau/dT
+    low: np.ndarray  # bracket of the film temperature
+    high: np.ndarray
+    left: np.ndarray  # what the balance is still off by [K]
+    sums: np.ndarray  # (n + 3,) rise by slot of the memory
+    line: np.ndarray  # (n + 3,) the same in the order of the nodes
+
+
+class Work(NamedTuple):
+    """Scratch of the Newton iteration."""
+
+    kind: np.ndarray
+    total: np.ndarray
+    response: np.ndarray
+    correction: np.ndarray  # exactly integrated kernel less the sum of exponentials, at the last accepted pressures
+    exact: np.ndarray
+    wave: np.ndarray  # (2, transform length)
+    residual: np.ndarray  # (2, n): mass, gap
+    source: np.ndarray  # net flow into the node
+    half: FluidityRows  # along x, entry i between nodes i and i + 1
+    node: FluidityRows  # across, for the drainage
+    fluidity: np.ndarray  # along x as used: relaxed or kept in the fallbacks
+    flow: np.ndarray
+    exchange: np.ndarray  # conductance to the macroscopic pressure
+    heat: HeatRows
+    band: np.ndarray
+    unit: np.ndarray
+    solution: np.ndarray
+    block: np.ndarray
+
+
+class Saved(NamedTuple):
+    """Copies a fallback returns to."""
+
+    path_fluid: np.ndarray  # last good point of the continuation
+    path_contact: np.ndarray
+    last_fluid: np.ndarray
+    last_contact: np.ndarray
+    path: np.ndarray  # progress of the continuation
+    last_step: Step
+    target_step: Step

@@ -1,0 +1,228 @@
+"""How fine and how long: mesh, start-up and window of a run from the accuracy asked for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from ehl.contact import LineContact
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.rough.scaling import solved_length
+from ehl.rough.surfaces import RoughSurfaces
+
+Accuracy = Literal["fast", "standard", "reference"]
+
+BATCH = 2.0  # travel of the smallest batch of the mean [b]
+FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
+DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
+SETTLING = 1.5  # after the change to the fine mesh: mu starts up to 40 % high and settles within about 1 b [b]
+THERMAL_CAP = 8.0  # longest wait for the slower surface to be heated through the contact [b]
+NODES_MIN, NODES_MAX = 64, 16384
+# by level: nodes an accurate mesh may take, and the most that fine roughness gets to be shown at all
+BUDGET: dict[str, tuple[int, int]] = {
+    "fast": (2048, 8192), "standard": (4096, NODES_MAX), "reference": (8192, NODES_MAX)
+}  # fmt: skip
+FEWEST_PER_LENGTH = 3.0  # nodes per correlation length below which the answer would mean nothing
+SPARE = 2.0  # times as many nodes as the fewest where an accurate mesh is beyond the first number
+SHORTEST_MESH = 3.7  # inlet and outlet of the thinnest film [b]
+PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the companion of twice the spacing must carry it as well
+LONG_WAVES = 3.0  # correlation lengths a batch of the mean holds at least
+LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contact
+# a contact holds so many waves of fine roughness that shorter ways give the same mean: the correlation length from
+# which on they are as long as ever [b], and the least share of the ways
+FINE_LENGTH, LEAST_SHARE = 0.1, 1.0 / 3.0
+EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
+
+# node distance over the width of the inlet sweep (`inlet_sweep`). The smooth film comes out thinner by half its square:
+# measured 0.45 to 0.6 of it over M 13 to 290, L 3 to 9
+PER_SWEEP: dict[str, float] = {"fast": 0.35, "standard": 0.2, "reference": 0.1}
+NEAR_BOUNDARY, FINER_THERE = 0.15, 1.5  # film ratio below which the mesh is finer still, and by how much
+# where films are thin the edges of the contact spots set the mesh, however long the waves: nodes per b of "standard",
+# 64 lambda^-0.8 and 340 at most, and the other levels over it. Measured: 1.5 % of mu, second order in the distance
+SPOT_NODES, SPOT_POWER, SPOT_NODES_MAX = 64.0, 0.8, 340.0
+SPOT_RATIO = 0.4  # film ratio below which there are spots
+PER_SPOT: dict[str, float] = {"fast": 0.4, "standard": 1.0, "reference": 2.0}
+SWEEP_FILM_MIN = 0.1  # of the composite Rq: thinner films are not what keeps such surfaces apart
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Numbers of one run.
+
+    Parameters
+    ----------
+    spacing : float
+        Node distance of the fine mesh [b]; its companion has twice that.
+    tolerance : float
+        Half width of the 90 % interval of mu to be reached, over mu.
+    window_min, window_max : float
+        Travel averaged over [b].
+    startup : float
+        Travel of the coarse run before the fine one takes over [b].
+    settling : float
+        Travel of both before the window [b].
+    boundary_study : bool
+        Whether mu at twice and half the boundary film is computed.
+    nodes_max : int
+        Budget of nodes of an accurate mesh.
+    coarsest : float
+        Largest spacing that still shows the roughness [b]; infinity when smooth.
+    batch : float
+        Travel of the smallest batch of the mean [b].
+    nodes_most : int
+        Budget of nodes for roughness that would not be shown otherwise.
+    exchange_window : float
+        Travel per update of the macroscopic pressure [b].
+    preheating : float
+        Travel over which the mean heat of the coarse run warms the surfaces without a solution of the film [b].
+    """
+
+    spacing: float
+    tolerance: float
+    window_min: float
+    window_max: float
+    startup: float
+    settling: float
+    boundary_study: bool
+    nodes_max: int = NODES_MAX
+    coarsest: float = math.inf
+    batch: float = BATCH
+    nodes_most: int = NODES_MAX
+    exchange_window: float = EXCHANGE_WINDOW
+    preheating: float = 0.0
+
+
+# nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, tolerance, windows [b]
+LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
+    "fast": (6.0, 10.0, 64.0, 0.05, 12.0, 24.0),
+    "standard": (12.0, 20.0, 128.0, 0.02, 12.0, 96.0),
+    "reference": (24.0, 40.0, 256.0, 0.01, 24.0, 192.0),
+}
+
+
+def level_of(accuracy: Accuracy | float) -> str:
+    """Name of the level that serves an accuracy.
+
+    Raises
+    ------
+    InputError
+        Neither a level nor a tolerance from 0.0001 to 0.5.
+    """
+    if isinstance(accuracy, str):
+        if accuracy not in LEVELS:
+            raise InputError("accuracy", accuracy, "fast, standard, reference or a relative tolerance on mu")
+        return accuracy
+    if not 1e-4 <= accuracy <= 0.5:
+        raise InputError("accuracy", accuracy, "0.0001 to 0.5 as a relative tolerance on mu")
+    return "fast" if accuracy >= 0.04 else "standard" if accuracy >= 0.012 else "reference"
+
+
+def make_plan(
+    accuracy: Accuracy | float,
+    contact: LineContact,
+    surfaces: RoughSurfaces,
+    film: float,
+    *,
+    drained: bool,
+    thermal: bool,
+    fine: bool = False,
+) -> Plan:
+    """Plan of a run; ``accuracy`` is a level or the relative tolerance on mu.
+
+    ``fine`` allows the larger budget of nodes, on shorter ways.
+
+    The mesh resolves the correlation length, more finely where the film ratio is below 0.3 and again near the boundary
+    regime (measured in docs/validation_mixed.md), and never leaves the smooth contact, its inlet or the spots of thin
+    films unresolved.
+    """
+    level = level_of(accuracy)
+    tolerance = LEVELS[level][3] if isinstance(accuracy, str) else float(accuracy)
+    high, low, smooth, _, window_min, window_max = LEVELS[level]
+    sweep = PER_SWEEP[level] * inlet_sweep(contact, max(film, SWEEP_FILM_MIN * surfaces.rms))
+    spacing, coarsest, batch = min(2.0 / smooth, sweep), math.inf, BATCH
+    if surfaces.profiles:
+        ratio = film / surfaces.rms
+        per_length = high if ratio > 0.3 else low if ratio > NEAR_BOUNDARY else FINER_THERE * low
+        lc = surfaces.shortest_correlation_length / contact.half_width
+        coarsest = min(lc / FEWEST_PER_LENGTH, surfaces.shortest_wavelength / (PER_WAVELENGTH * contact.half_width))
+        spacing = min(spacing, lc / per_length, coarsest)
+        if ratio < SPOT_RATIO:
+            spacing = min(spacing, 1.0 / (PER_SPOT[level] * min(SPOT_NODES / ratio**SPOT_POWER, SPOT_NODES_MAX)))
+        # roughness longer than the contact: a batch must see some of it
+        longer = min(max(LONG_WAVES * surfaces.correlation_length / (BATCH * contact.half_width), 1.0), LONG_WINDOWS)
+        batch, window_min, window_max = BATCH * longer, window_min * longer, window_max * longer
+    else:
+        spacing = min(1.0 / smooth, 0.5 * sweep)
+        window_min = window_max = 2.0 * BATCH
+    startup = FRONT_STARTUP + (DRAINED_STARTUP if drained else 0.0)
+    settling = SETTLING
+    if thermal:
+        slower = min(abs(contact.speed_1), abs(contact.speed_2)) / contact.speed_entrainment
+        settling += min(2.5 / max(slower, 1e-3), THERMAL_CAP)
+    study = level != "fast"
+    accurate, most = BUDGET[level]
+    most = most if fine else accurate
+    plan = Plan(
+        spacing, tolerance, window_min, window_max, startup, settling, study, accurate, coarsest, batch, nodes_most=most
+    )
+    return _shortened(plan, surfaces.correlation_length / contact.half_width) if fine else plan
+
+
+def _shortened(plan: Plan, correlation_length: float) -> Plan:
+    """Shorter ways for fine roughness; ``correlation_length`` in b."""
+    share = min(max(correlation_length / FINE_LENGTH, LEAST_SHARE), 1.0)
+    return replace(
+        plan,
+        window_min=share * plan.window_min,
+        startup=FRONT_STARTUP + share * (plan.startup - FRONT_STARTUP),
+        exchange_window=share * plan.exchange_window,
+        settling=SETTLING,
+        preheating=plan.settling - SETTLING,
+    )
+
+
+def inlet_sweep(contact: LineContact, film: float) -> float:
+    """Width of the inlet zone in which the pressure of a thin film builds up, (h R/b^2)^(2/3) [b].
+
+    There the gap of a Hertz contact, about (b^2/R) s^(3/2) at s half-widths ahead of it, equals the film.
+    """
+    return float((film * contact.radius_equivalent / contact.half_width**2) ** (2.0 / 3.0))
+
+
+def fewest_nodes(correlation_length: float) -> float:
+    """Nodes below which an answer for generated roughness would mean nothing; ``correlation_length`` in b."""
+    return FEWEST_PER_LENGTH * SHORTEST_MESH / correlation_length
+
+
+def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: float) -> Plan:
+    """The plan with a fixed number of nodes or a fixed window, inside the budget of nodes.
+
+    Raises
+    ------
+    InputError
+        `nodes` or `travel` is out of range.
+    ConvergenceError
+        "mesh_budget": the nodes of this level cannot show the roughness.
+    """
+    if nodes is not None:
+        if not NODES_MIN <= nodes <= NODES_MAX:
+            raise InputError("nodes", nodes, f"{NODES_MIN} to {NODES_MAX}")
+        plan = replace(plan, spacing=length / nodes)
+    if travel is not None:
+        if not 1.0 <= travel <= 1e5:
+            raise InputError("travel", travel, "1 to 100000 half-widths")
+        plan = replace(plan, window_min=travel, window_max=travel)
+    if nodes is None and length / plan.spacing > plan.nodes_max:
+        fewest = length / plan.coarsest
+        if fewest > plan.nodes_most:
+            raise ConvergenceError("mesh_budget", f"{math.ceil(fewest)} nodes needed, {plan.nodes_most} in budget")
+        affordable = min(max(plan.nodes_max, SPARE * fewest), plan.nodes_most)
+        plan = replace(plan, spacing=max(plan.spacing, length / affordable))
+    return plan
+
+
+def mesh_length(contact: LineContact, film: float) -> float:
+    """Solved length [b]."""
+    inlet, outlet = solved_length(contact, film)
+    return outlet - inlet

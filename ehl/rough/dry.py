@@ -1,0 +1,213 @@
+"""Dry, frictionless, rough line contact of elastic bodies, with an optional cap on the pressure: no film at all.
+
+p >= 0, gap >= 0, p gap = 0 and the load, solved by conjugate gradients on the nodes in contact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.contact import LineContact
+from ehl.elasticity import DeflectionOperator
+from ehl.io.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+REASONS = ("hardness_too_low", "domain_too_small", "iteration_limit")
+
+
+@dataclass(frozen=True)
+class DryContactResult:
+    """Pressure and gap of the dry contact.
+
+    Parameters
+    ----------
+    status : {"converged", "failed"}
+    reason : str
+        Empty, "hardness_too_low" (the cap cannot carry the load on the nodes there are), "domain_too_small" (contact
+        at the edge) or "iteration_limit".
+    x, pressure, gap : ndarray, shape (n,)
+        [m, Pa, m]; the gap is zero in contact, negative (material yielded) where the pressure is capped.
+    pressure_max : float
+        [Pa].
+    contact_length : float
+        Length in contact [m].
+    plastic_length : float
+        Length at the pressure cap [m].
+    approach : float
+        h0 in gap = h0 + x^2/(2R) - roughness + V [m], with the level of V of `ehl.elasticity`.
+    gap_residual : float
+        Largest violation of gap = 0 in contact and gap >= 0 elsewhere, over the deflection scale b^2/R [-].
+    load_residual : float
+        Relative [-].
+    iterations : int
+    """
+
+    status: Literal["converged", "failed"]
+    reason: str
+    x: FloatArray
+    pressure: FloatArray
+    gap: FloatArray
+    pressure_max: float
+    contact_length: float
+    plastic_length: float
+    approach: float
+    gap_residual: float
+    load_residual: float
+    iterations: int
+
+
+def uniform_grid(contact: LineContact, count: int, reach: float = 2.0) -> FloatArray:
+    """Cell centres of `count` equal cells from -reach b to reach b [m]."""
+    spacing = 2.0 * reach * contact.half_width / count
+    return np.asarray(spacing * (np.arange(count) + 0.5 - 0.5 * count), dtype=float)
+
+
+def solve_dry(
+    contact: LineContact,
+    x: FloatArray,
+    roughness: FloatArray | None = None,
+    *,
+    hardness: float = math.inf,
+    tolerance: float = 1e-8,
+    max_iterations: int = 5000,
+) -> DryContactResult:
+    """Solve the dry contact of a cylinder with a rough plane.
+
+    Polonsky & Keer (1999), Wear 231, 206-219, for the kernel of the line contact; the cap on the pressure as
+    Almqvist, Sahlin, Larsson & Glavatskih (2007), Tribol. Int. 40, 574-579: capped nodes leave the conjugate set and
+    may overlap.
+
+    Parameters
+    ----------
+    contact : LineContact
+        Radius, modulus and load.
+    x : ndarray, shape (n,)
+        Uniform nodes [m]; must hold the whole contact.
+    roughness : ndarray, shape (n,), optional
+        Sum of both profiles at this moment, positive out of the material [m].
+    hardness : float
+        Largest pressure [Pa].
+    tolerance : float
+        On `gap_residual` and on the change of pressure.
+    max_iterations : int
+
+    Returns
+    -------
+    DryContactResult
+
+    Raises
+    ------
+    InputError
+        The nodes are not uniform, or shapes differ.
+    """
+    spacing = float(x[1] - x[0])
+    if not np.allclose(np.diff(x), spacing, rtol=1e-6):
+        raise InputError("x", "array", "uniform nodes")
+    rough = np.zeros_like(x) if roughness is None else np.asarray(roughness, dtype=float)
+    if rough.shape != x.shape or not np.all(np.isfinite(rough)):
+        raise InputError("roughness", rough.shape, f"finite heights of shape {x.shape}")
+    if not hardness > 0.0:
+        raise InputError("hardness", hardness, "> 0 Pa")
+    total = contact.load_per_length / spacing
+    # no node can carry more than all: a finite cap in every case
+    hardness = min(hardness, 2.0 * total)
+    shape = x**2 / (2.0 * contact.radius_equivalent) - rough
+    scale = contact.half_width**2 / contact.radius_equivalent
+    operator = DeflectionOperator(len(x), spacing, contact.effective_modulus)
+    if hardness * len(x) <= total:
+        empty = np.zeros_like(x)
+        return _result("hardness_too_low", contact, x, empty, shape, hardness, scale, operator, 0)
+
+    pressure = contact.pressure_hertz * np.sqrt(np.maximum(1.0 - (x / contact.half_width) ** 2, 0.0))
+    pressure = _loaded(np.minimum(pressure + 1e-3 * contact.pressure_hertz, hardness), total, hardness)
+    direction, norm_before, conjugate = np.zeros_like(x), 1.0, 0.0
+    reason = "iteration_limit"
+    iterations = 0
+    while iterations < max_iterations:
+        iterations += 1
+        touching = (pressure > 0.0) & (pressure < hardness)
+        if not np.any(touching):
+            reason = "hardness_too_low"
+            break
+        gap = shape + operator(pressure)
+        gap -= float(np.mean(gap[touching]))
+        residual = np.where(touching, gap, 0.0)
+        norm = float(residual @ residual)
+        direction = np.where(touching, residual + conjugate * norm / norm_before * direction, 0.0)
+        norm_before = norm if norm > 0.0 else 1.0
+        bent = operator(direction)
+        bent -= float(np.mean(bent[touching]))
+        curvature = float(bent[touching] @ direction[touching])
+        step = float(residual @ direction) / curvature if curvature > 0.0 else 0.0
+        before = pressure
+        pressure = np.where(touching, np.clip(pressure - step * direction, 0.0, hardness), pressure)
+        # nodes that overlap without pressure come in, capped nodes that open come back
+        pulled_in = (pressure == 0.0) & (gap < 0.0)
+        released = (pressure == hardness) & (gap > 0.0)
+        changed = (pulled_in | released) & ~touching
+        pressure = np.where(changed, np.clip(pressure - step * gap, 0.0, hardness), pressure)
+        conjugate = 0.0 if bool(np.any(changed)) else 1.0
+        pressure = _loaded(pressure, total, hardness)
+        if float(np.sum(np.abs(pressure - before))) < tolerance * total:
+            violation = float(np.max(np.abs(residual)))
+            violation = max(violation, float(-np.min(np.where(pressure < hardness, gap, 0.0))))
+            if violation < tolerance * scale:
+                reason = ""
+                break
+    if not reason and (pressure[0] > 0.0 or pressure[-1] > 0.0):
+        reason = "domain_too_small"
+    return _result(reason, contact, x, pressure, shape, hardness, scale, operator, iterations)
+
+
+def _loaded(pressure: FloatArray, total: float, hardness: float) -> FloatArray:
+    """The pressure scaled to the load, nodes at the cap left there."""
+    for _ in range(50):
+        capped = pressure >= hardness
+        free = float(np.sum(pressure[~capped]))
+        wanted = total - hardness * float(np.count_nonzero(capped))
+        if free <= 0.0 or wanted <= 0.0:
+            return pressure * (total / float(np.sum(pressure)))
+        pressure = np.where(capped, hardness, np.minimum(pressure * (wanted / free), hardness))
+        if abs(float(np.sum(pressure)) - total) <= 1e-14 * total:
+            break
+    return pressure
+
+
+def _result(
+    reason: str,
+    contact: LineContact,
+    x: FloatArray,
+    pressure: FloatArray,
+    shape: FloatArray,
+    hardness: float,
+    scale: float,
+    operator: DeflectionOperator,
+    iterations: int,
+) -> DryContactResult:
+    spacing = operator.spacing
+    touching = (pressure > 0.0) & (pressure < hardness)
+    gap = shape + operator(pressure)
+    approach = -float(np.mean(gap[touching])) if bool(np.any(touching)) else 0.0
+    gap = gap + approach
+    elastic = np.where(touching, np.abs(gap), np.where(pressure == 0.0, np.maximum(-gap, 0.0), 0.0))
+    load = float(np.sum(pressure)) * spacing
+    return DryContactResult(
+        status="failed" if reason else "converged",
+        reason=reason,
+        x=x,
+        pressure=pressure,
+        gap=gap,
+        pressure_max=float(np.max(pressure)),
+        contact_length=float(np.count_nonzero(pressure > 0.0)) * spacing,
+        plastic_length=float(np.count_nonzero(pressure >= hardness)) * spacing,
+        approach=approach,
+        gap_residual=float(np.max(elastic)) / scale,
+        load_residual=abs(load / contact.load_per_length - 1.0),
+        iterations=iterations,
+    )

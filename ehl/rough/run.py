@@ -1,0 +1,225 @@
+"""A run in progress: its state, and marching it forward in blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.rough._kernels.elasticity import exponential_product
+from ehl.rough._kernels.march import COLUMNS, march
+from ehl.rough._kernels.motion import move_surfaces
+from ehl.rough._kernels.preheat import preheat
+from ehl.rough._kernels.quasi_separable import MODES
+from ehl.rough._kernels.records import (
+    AGE,
+    LEVEL,
+    LEVEL_OLD,
+    TRAVEL,
+    FluidityRows,
+    HeatRows,
+    Macroscopic,
+    Saved,
+    State,
+    Step,
+    Work,
+)
+from ehl.rough.scaling import Problem, hertz_start
+from ehl.rough.soe import LogConvolution
+
+Array = NDArray[np.float64]
+
+PROFILES = 6
+
+
+def _step_arrays(n: int) -> Step:
+    return Step(gap=np.zeros(n), foot=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
+
+
+def _work_arrays(n: int, transform: int) -> Work:
+    return Work(
+        kind=np.zeros(n, dtype=np.int64),
+        total=np.zeros(n),
+        response=np.zeros(n),
+        correction=np.zeros(n),
+        exact=np.zeros(n),
+        wave=np.zeros((2, transform)),
+        residual=np.zeros((2, n)),
+        source=np.zeros(n),
+        half=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
+        node=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
+        fluidity=np.zeros(n),
+        flow=np.zeros(n),
+        exchange=np.zeros(n),
+        heat=HeatRows(*(np.zeros(n + 3 if name in ("sums", "line") else n) for name in HeatRows._fields)),
+        band=np.zeros((6, n)),
+        unit=np.zeros(n),
+        solution=np.zeros((4, n)),
+        block=np.zeros((n, 4 + 2 * MODES)),
+    )
+
+
+def _macroscopic(pressure: Array) -> Macroscopic:
+    n = pressure.size
+    return Macroscopic(
+        pressure=pressure,
+        typical=np.zeros(n),
+        sum_exchange=np.zeros(n),
+        sum_pressure=np.zeros(n),
+        sum_conductance=np.zeros(n),
+        sum_log_flux=np.zeros(n),
+        sum_log_lateral=np.zeros(n),
+        conductance=np.zeros(n),
+        log_flux=np.zeros(n),
+        counts=np.zeros(2, dtype=np.int64),
+        total_exchange=np.zeros(n),
+        matrix=np.zeros((4, n)),
+    )
+
+
+@dataclass
+class Run:
+    """State of one march; `advance` is the only thing that changes it.
+
+    Parameters
+    ----------
+    problem : Problem
+        Constants.
+    """
+
+    problem: Problem
+    state: State = field(init=False, repr=False)
+    macroscopic: Macroscopic = field(init=False, repr=False)
+    _step: Step = field(init=False, repr=False)
+    _saved: Saved = field(init=False, repr=False)
+    _work: Work = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        model = self.problem.model
+        n = self.problem.x.size
+        pressure, mass, level = hertz_start(self.problem)
+        scalars = np.zeros(4)
+        scalars[LEVEL] = scalars[LEVEL_OLD] = level
+        scalars[TRAVEL] = round(self.problem.settings.start_travel * self.problem.units.steps_per_half_width)
+        modes = model.heat.ratios.size
+        self.state = State(
+            fluid_pressure=pressure.copy(),
+            contact_pressure=np.zeros(n),
+            fluid_pressure_old=pressure.copy(),
+            contact_pressure_old=np.zeros(n),
+            mean_pressure=pressure.copy(),
+            film=np.zeros(n),
+            mass=mass,
+            mass_old=mass.copy(),
+            temperature=np.full(n, model.fluid.temperature + 0.5 * (model.heat.bulk_1 + model.heat.bulk_2)),
+            surface_temperature=np.zeros((2, n)),
+            flux_into=np.zeros((2, n)),
+            memory=np.zeros((2, modes, n + 3)),
+            memory_base=np.zeros(2, dtype=np.int64),
+            memory_offset=np.zeros(2),
+            entering=np.zeros((2, n + 3)),
+            shear=np.zeros(n),
+            scalars=scalars,
+        )
+        start = 0.5 * pressure if model.drainage.on else np.zeros(n)
+        start[model.contact.outlet :] = 0.0
+        start[:2] = model.contact.inlet_pressure
+        self.macroscopic = _macroscopic(start)
+        self._step = _step_arrays(n)
+        self._step.thermal[:] = 1.0 if model.fluid.law == 1 else 0.0
+        self._saved = Saved(
+            path_fluid=np.zeros(n),
+            path_contact=np.zeros(n),
+            last_fluid=np.zeros(n),
+            last_contact=np.zeros(n),
+            path=np.zeros(5),
+            last_step=_step_arrays(n),
+            target_step=_step_arrays(n),
+        )
+        self._work = _work_arrays(n, model.elastic.spectrum.size)
+
+    @property
+    def travel(self) -> float:
+        """Distance rolled so far [b]."""
+        return float(self.state.scalars[TRAVEL]) * self.problem.model.surfaces.spacing
+
+    @property
+    def age(self) -> int:
+        """Steps since this run started."""
+        return int(self.state.scalars[AGE])
+
+    @property
+    def flow(self) -> Array:
+        """Pressure flow times the time step, between node i and i + 1, of the last step; positive against x."""
+        return self._work.flow
+
+    def advance(self, steps: int) -> tuple[Array, Array]:
+        """March; returns the records (steps, COLUMNS) and the mean profiles (PROFILES, n) of these steps."""
+        records = np.zeros((steps, COLUMNS))
+        profiles = np.zeros((PROFILES, self.problem.x.size))
+        march(
+            steps,
+            self.state,
+            self._step,
+            self._saved,
+            self.macroscopic,
+            self._work,
+            self.problem.model,
+            records,
+            profiles,
+        )
+        return records, profiles / max(steps, 1)
+
+    def preheat(self, travel: float, flux: Array) -> None:
+        """Warm the surfaces by a steady flux into them (2, n) [W/m2] over a way [b], from their bulk temperatures."""
+        steps = round(travel * self.problem.units.steps_per_half_width)
+        preheat(steps, flux, self.state, self._work, self.problem.model)
+
+    def elastic_response(self, total: Array) -> Array:
+        """Elastic gap under a pressure by the operator of accepted steps, film units."""
+        elastic = self.problem.model.elastic
+        if elastic.exact:
+            return LogConvolution(total.size).apply(total) * self.problem.deflection
+        response = np.zeros(total.size)
+        exponential_product(total, elastic.weights, elastic.ratios, response)
+        return response
+
+    def start_from(self, other: Run) -> None:
+        """Take over the state of a run of the same contact on another mesh, by linear interpolation.
+
+        Thermal memories are not taken over: their modes belong to a time step.
+        """
+        x, x_other = self.problem.x, other.problem.x
+
+        def take(target: Array, source: Array) -> None:
+            target[:] = np.interp(x, x_other, source)
+
+        ratio = other.problem.units.film / self.problem.units.film
+        for name in ("fluid_pressure", "contact_pressure", "mean_pressure", "temperature"):
+            take(getattr(self.state, name), getattr(other.state, name))
+        for name in ("film", "mass"):
+            take(getattr(self.state, name), ratio * getattr(other.state, name))
+        self.state.fluid_pressure[self.state.fluid_pressure < 1e-9] = 0.0
+        self.state.scalars[LEVEL] = self.state.scalars[LEVEL_OLD] = self._level_of_film()
+        take(self.macroscopic.pressure, other.macroscopic.pressure)
+        if other.macroscopic.counts[1] > 0:
+            scale = self.problem.units.spacing / other.problem.units.spacing  # of dt in the exchange, dt/dx^2 along x
+            # from the exchanging nodes only: the averages of the others are empty, and zeros would have no logarithm
+            known = slice(other.problem.model.drainage.first, other.problem.model.contact.outlet)
+            for target, source in (
+                (self.macroscopic.typical, scale * other.macroscopic.typical),
+                (self.macroscopic.conductance, scale * other.macroscopic.conductance),
+                (self.macroscopic.log_flux, other.macroscopic.log_flux - np.log(scale)),
+            ):
+                target[:] = np.interp(x, x_other[known], source[known])
+            self.macroscopic.counts[1] = round(1.0 / self.problem.model.drainage.memory)
+
+    def _level_of_film(self) -> float:
+        """Rigid gap that gives the present mean film under the present pressures."""
+        model = self.problem.model
+        response = self.elastic_response(self.state.fluid_pressure + self.state.contact_pressure)
+        middle = slice(model.contact.middle_first, model.contact.middle_last)
+        gap = np.zeros(self.problem.x.size)
+        move_surfaces(gap, self.state.scalars[TRAVEL], model.surfaces)
+        return float(np.mean((self.state.film - gap - response)[middle]))

@@ -1,0 +1,363 @@
+"""From the contact in SI units to the scaled constants and the starting state of a run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.contact import LineContact
+from ehl.fluid.film_formulas import moes_1992
+from ehl.fluid.lubricant import KELVIN, ROELANDS_TEMPERATURE, Lubricant
+from ehl.material import Material
+from ehl.rough._kernels.elasticity import exponential_product
+from ehl.rough._kernels.motion import SAMPLES
+from ehl.rough._kernels.quasi_separable import MODES
+from ehl.rough._kernels.records import Contact, Drainage, Elastic, Fluid, Heat, Model, Surfaces
+from ehl.rough.soe import LogTransform, fit_root_kernel, log_kernel, range_of
+from ehl.rough.surfaces import RoughSurfaces, sample_ring
+
+Array = NDArray[np.float64]
+Elasticity = Literal["soe", "fft"]
+
+OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, a fluid island at the edge
+FARTHEST = 8.0  # distance from the middle at which contact is given up [b]
+MIDDLE = 0.8  # half length of the mean film [b]
+ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
+LATERAL = 2.0  # k_y of the exchange: second spectral moment of the assumed autocorrelation
+DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and mean pressure agree
+ELASTIC_MODES = 10
+HEAT_MODES = 10
+NO_LIMIT = 1e9  # of the shear stress over pressure
+HEAT_RANGE = 16  # the thermal memory is fitted up to this many passages
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Numerical choices of one run.
+
+    Parameters
+    ----------
+    nodes : int
+        Wanted number of nodes over the solved length.
+    boundary_film : float
+        h_boundary [m].
+    boundary_friction : float
+        mu_b [-].
+    peklenik_number : float
+        gamma; infinity is sealed.
+    thermal : bool
+        Heat on.
+    hardness : float
+        Cap on the total pressure [Pa].
+    conductivity_rise, conductivity_bend : float
+        Growth of the film conductivity with pressure, k/k0 = 1 + rise p/(1 + bend p) [1/Pa].
+    tolerance : float
+        Of mass and gap in one step, over the film unit. What a step leaves is carried on (`settle_mass`): it does not
+        add up along the way, however many steps that takes.
+    start_travel : float
+        Distance the surfaces have rolled when the run starts [b].
+    elasticity : {"soe", "fft"}
+        Kernel of an accepted step: the sum of exponentials, or the exactly integrated one.
+    temperature_bulk : tuple of float, optional
+        Bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given.
+    rolling_heat : tuple of ndarray, optional
+        x [m] and the heat of the pressure-driven flow there [W/m2]; none when not given.
+    exchange_window : float
+        Travel per update of the macroscopic pressure [b].
+    """
+
+    nodes: int
+    boundary_film: float
+    boundary_friction: float
+    peklenik_number: float
+    thermal: bool
+    hardness: float
+    conductivity_rise: float = 0.0
+    tolerance: float = 1e-4
+    start_travel: float = 0.0
+    elasticity: Elasticity = "soe"
+    temperature_bulk: tuple[float, float] | None = None
+    conductivity_bend: float = 0.0
+    rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
+    exchange_window: float = 0.1
+
+
+@dataclass(frozen=True)
+class Units:
+    """Scales of a run, SI."""
+
+    half_width: float
+    pressure: float
+    film: float
+    spacing: float
+    time_step: float
+
+    @property
+    def steps_per_half_width(self) -> float:
+        """Time steps per b of travel."""
+        return self.half_width / self.spacing
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A run that is ready to march."""
+
+    units: Units
+    settings: Settings
+    model: Model
+    x: Array
+    film_estimate: float
+    deflection: float  # film units per unit of the integrated log kernel and p_h
+
+
+def film_estimate(contact: LineContact, lubricant: Lubricant) -> float:
+    """Smooth isothermal film of Moes's formula [m]; for the start and the choice of the mesh."""
+    load, material = contact.moes_groups(lubricant)
+    speed, _, _ = contact.dowson_groups(lubricant)
+    return moes_1992(load, material) * contact.radius_equivalent * math.sqrt(2.0 * speed)
+
+
+def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
+    """Inlet and outlet [b]: the inlet is flooded as seen from the contact, the outlet beyond any rupture.
+
+    The lengths of a rigid cylinder, sqrt(2 R h), matter where the film is thick against the Hertz deformation.
+    """
+    rigid = math.sqrt(2.0 * contact.radius_equivalent * film) / contact.half_width
+    return -max(2.5, 1.0 + 4.0 * rigid), max(OUTLET, rigid + 0.2)
+
+
+def hertz_gap(contact: LineContact, reach: Array) -> Array:
+    """Gap of a smooth dry contact at a distance above 1 from the middle; distance in b, gap in m."""
+    root = np.sqrt(reach**2 - 1.0)
+    scale = contact.half_width**2 / (2.0 * contact.radius_equivalent)
+    return np.asarray(scale * (reach * root - np.log(reach + root)))
+
+
+def rough_length(contact: LineContact, film: float, rms: float) -> tuple[float, float]:
+    """Inlet and outlet of the mesh [b]: `solved_length`, continued at the same spacing as far as asperities touch.
+
+    They do where film and Hertz gap together are less than three Rq (no farther than `FARTHEST`).
+    """
+    inlet, outlet = solved_length(contact, film)
+    reach = np.linspace(1.0, FARTHEST, 701)
+    touching = float(np.interp(3.0 * rms - film, hertz_gap(contact, reach), reach))
+    return min(inlet, -touching - 0.5), max(outlet, touching)
+
+
+def inlet_wedge(contact: LineContact, viscosity: float, film: float, inlet: float) -> tuple[float, float, float]:
+    """What the flooded wedge ahead of the mesh does: pressure at its end [Pa], load and shear force [N/m].
+
+    Integral of 12 eta u_r (h - h_c)/h^3 from far ahead, with the film h_c and the gap of a dry Hertz contact. With
+    p = 0 instead at -2.7 b the film would be 1 % thinner, at -4.5 b 0.2 %.
+    """
+    b = contact.half_width
+    reach = np.geomspace(-inlet, -100.0 * inlet, 2001)
+    gap = hertz_gap(contact, reach)
+    slope = 12.0 * viscosity * contact.speed_entrainment * b * gap / (film + gap) ** 3
+    shear = viscosity * contact.speed_sliding * b * np.trapezoid(1.0 / (film + gap), reach)
+    # load = int p dx = int slope (reach - start) dx, by parts
+    load = b * np.trapezoid(slope * (reach - reach[0]), reach)
+    return float(np.trapezoid(slope, reach)), float(load), float(shear)
+
+
+def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int:
+    """First node whose smooth gap is below 10 Rq; at least 2."""
+    wide = x < -1.0
+    gap = hertz_gap(contact, np.where(wide, -x, 1.0))
+    return max(2, int(np.argmax(~wide | (film + gap < DRAINED_GAP * rms))))
+
+
+def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, lateral_length: float) -> Fluid:
+    """Lubricant laws for pressures in p_h and films in the film unit."""
+    c0, c1, c2 = (float(v) for v in lubricant.law_constants)
+    p = units.pressure
+    law = lubricant.law_code
+    if law == 0:
+        c0 *= p
+    elif law == 1:
+        c1 = p / c1
+    else:
+        c0, c2 = c0 / p, 0.0
+    shear = lubricant.shear_law
+    stress = shear.reference(p)
+    rise, bend = lubricant.density_constants
+    slope, bend_thermal, c0_rise, c1_rise = _temperature_slopes(lubricant, c0, p)
+    flow = units.time_step * p * units.film**2 / (12.0 * lubricant.viscosity_inlet)
+    return Fluid(
+        law=law,
+        c0=c0,
+        c1=c1,
+        c2=c2,
+        density_rise=rise * p,
+        density_bend=bend * p,
+        eyring=lubricant.rheology == "eyring",
+        sliding=lubricant.viscosity_inlet * contact.speed_sliding / (stress * units.film),
+        along=contact.sliding_cosine**2,
+        flux=flow / units.spacing**2,
+        flux_lateral=flow * LATERAL / lateral_length**2,
+        stress=stress / p,
+        limit=min(lubricant.limiting_shear_coefficient, NO_LIMIT) if shear.limit_slope_alone else NO_LIMIT,
+        temperature=lubricant.temperature,
+        slope=slope,
+        slope_bend=bend_thermal,
+        c0_rise=c0_rise,
+        c1_rise=c1_rise,
+        shear=shear.numbers(p, stress, units.film / units.half_width),
+        short=shear.limit_slope_alone and shear.rheology in ("newtonian", "eyring"),
+    )
+
+
+def _temperature_slopes(lubricant: Lubricant, c0: float, pressure: float) -> tuple[float, float, float, float]:
+    """How the exponent of the viscosity falls with temperature: slope, its bend, and the rise of both constants."""
+    beta = lubricant.temperature_viscosity
+    if lubricant.viscosity_law == "roelands":
+        return beta * (lubricant.temperature - ROELANDS_TEMPERATURE) / c0, 0.0, 0.0, 0.0
+    if lubricant.viscosity_law == "barus":
+        return beta, 0.0, 0.0, 0.0
+    _, c0_rise, _, c1_rise = lubricant.modulus_constants
+    bend = 0.0
+    if lubricant.temperature_constants:
+        b, c = lubricant.temperature_constants
+        span = lubricant.temperature - KELVIN + c
+        beta, bend = b / span**2, 1.0 / span
+    return beta, bend, c0_rise / pressure, c1_rise
+
+
+def scaled_heat(
+    contact: LineContact,
+    lubricant: Lubricant,
+    materials: tuple[Material, Material],
+    units: Units,
+    settings: Settings,
+    x: Array,
+) -> Heat:
+    """Thermal kernels of both surfaces for this time step, and the heat of the pressure-driven flow on the nodes."""
+    bulk = bulk_temperatures(settings, lubricant)
+    kernel = fit_root_kernel(HEAT_RANGE * range_of(x.size), HEAT_MODES)
+    root = math.sqrt(units.time_step / math.pi)
+    given = settings.rolling_heat
+    weights = np.array([kernel.weights * root / m.thermal_effusivity for m in materials])
+    return Heat(
+        on=settings.thermal,
+        speed=contact.speed_sliding,
+        pressure_unit=units.pressure,
+        film_unit=units.film,
+        conductivity=lubricant.thermal_conductivity,
+        conductivity_rise=settings.conductivity_rise * units.pressure,
+        conductivity_bend=settings.conductivity_bend * units.pressure,
+        weights=weights,
+        ratios=kernel.ratios.copy(),
+        nodes_per_step_1=contact.speed_1 / contact.speed_entrainment,
+        nodes_per_step_2=contact.speed_2 / contact.speed_entrainment,
+        bulk_1=bulk[0] - lubricant.temperature,
+        bulk_2=bulk[1] - lubricant.temperature,
+        rolling=np.zeros(x.size) if given is None else np.interp(x * units.half_width, *given, left=0.0, right=0.0),
+    )
+
+
+def bulk_temperatures(settings: Settings, lubricant: Lubricant) -> tuple[float, float]:
+    """Bulk temperatures of both bodies [K]; that of the inlet without heat."""
+    inlet = lubricant.temperature
+    return (inlet, inlet) if settings.temperature_bulk is None or not settings.thermal else settings.temperature_bulk
+
+
+def build_problem(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces,
+    materials: tuple[Material, Material],
+    settings: Settings,
+) -> Problem:
+    """Scaled constants on a mesh whose spacing divides the period of the roughness."""
+    b = contact.half_width
+    p_h = contact.pressure_hertz
+    estimate = film_estimate(contact, lubricant)
+    inlet, outlet = solved_length(contact, estimate)
+    spacing = (outlet - inlet) * b / settings.nodes
+    period = surfaces.common_length()
+    if period is not None:
+        spacing = period / math.ceil(period / spacing)
+    film_unit = max(estimate, surfaces.rms, settings.boundary_film)
+    units = Units(b, p_h, film_unit, spacing, spacing / contact.speed_entrainment)
+    inlet, outlet = rough_length(contact, estimate, surfaces.rms)
+    dx = spacing / b
+    last = math.ceil(outlet / dx) + 2
+    first = -math.ceil(-inlet / dx)
+    x = np.asarray(dx * (np.arange(first, last) + 0.5), dtype=float)
+    n = x.size
+
+    # the oil ahead of the mesh is as warm as the bodies it lies between
+    warm = np.array([sum(bulk_temperatures(settings, lubricant)) / 2.0])
+    viscosity = math.exp(float(lubricant.log_viscosity(np.zeros(1), warm)[0]))
+    wedge_pressure, wedge_load, wedge_shear = inlet_wedge(contact, viscosity, estimate, float(x[0]))
+    gamma = settings.peklenik_number
+    sealed = not math.isfinite(gamma) or not surfaces.profiles
+    lateral_length = math.inf if sealed else gamma * surfaces.correlation_length
+    deflection = 4.0 * p_h * spacing / (math.pi * contact.effective_modulus * film_unit)
+    size = range_of(n)
+    full, short = log_kernel(size, ELASTIC_MODES), log_kernel(size, MODES)
+    model = Model(
+        fluid=scaled_fluid(contact, lubricant, units, lateral_length),
+        contact=Contact(
+            boundary=settings.boundary_film / film_unit,
+            cap=settings.hardness / p_h,
+            load=(contact.load_per_length - wedge_load) / (p_h * spacing),
+            full_load=contact.load_per_length / (p_h * spacing),
+            wedge_shear=wedge_shear / (p_h * spacing),
+            inlet_pressure=wedge_pressure / p_h,
+            friction=settings.boundary_friction,
+            outlet=int(np.searchsorted(x, outlet)),
+            middle_first=int(np.searchsorted(x, -MIDDLE)),
+            middle_last=int(np.searchsorted(x, MIDDLE)),
+            tolerance=settings.tolerance,
+        ),
+        elastic=Elastic(
+            full.weights * deflection,
+            full.ratios.copy(),
+            short.weights * deflection,
+            short.ratios.copy(),
+            settings.elasticity == "fft",
+            *(LogTransform.of(n).arrays(deflection) if settings.elasticity == "fft" else (np.zeros(0),) * 3),
+        ),
+        surfaces=Surfaces(
+            parabola=(x * b) ** 2 / (2.0 * contact.radius_equivalent * film_unit),
+            x=x,
+            profile_1=sample_ring(surfaces.profile_1, spacing / SAMPLES) / film_unit,
+            profile_2=sample_ring(surfaces.profile_2, spacing / SAMPLES) / film_unit,
+            shift_1=SAMPLES * contact.speed_1 / contact.speed_entrainment,
+            shift_2=SAMPLES * contact.speed_2 / contact.speed_entrainment,
+            front=ROUGHNESS_FRONT[0],
+            front_width=ROUGHNESS_FRONT[1],
+            spacing=dx,
+        ),
+        heat=scaled_heat(contact, lubricant, materials, units, settings, x),
+        drainage=Drainage(
+            on=not sealed,
+            first=drained_from(contact, estimate, surfaces.rms, x),
+            window=max(1, round(settings.exchange_window / dx)),
+            relaxation=0.2,
+            storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
+            memory=0.05,
+        ),
+    )
+    return Problem(units, settings, model, x, estimate, deflection)
+
+
+def hertz_start(problem: Problem) -> tuple[Array, Array, float]:
+    """Hertz pressure, the mass of a film of the estimated height under it, and the approach of the bodies."""
+    x, model = problem.x, problem.model
+    pressure = np.sqrt(np.maximum(1.0 - x * x, 0.0))
+    pressure *= model.contact.load / pressure.sum()
+    response = np.zeros(x.size)
+    exponential_product(pressure, model.elastic.weights, model.elastic.ratios, response)
+    rigid = model.surfaces.parabola + response
+    film = problem.film_estimate / problem.units.film
+    level = film - float(rigid[np.abs(x) < 0.7].mean())
+    density = 1.0 + model.fluid.density_rise * pressure / (1.0 + model.fluid.density_bend * pressure)
+    mass = density * np.maximum(level + rigid, 0.9 * film)
+    mass = np.where(x > 0.0, np.minimum(mass, 1.3 * film), mass)
+    return pressure, mass, level

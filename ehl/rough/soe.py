@@ -1,0 +1,208 @@
+"""Sums of exponentials for the two memory kernels: the logarithm of elasticity, the inverse root of heat.
+
+The exactly integrated influence coefficients of the line contact, ``K_d = -int ln|d - s| ds`` over one cell, are
+a logarithm of the distance plus a constant. The constant is a rigid shift of the gap and is carried by the
+approach of the bodies, so it may be chosen freely; it must only be the *same* in every operator that meets the
+same gap. All operators here use ``kernel_constant(n)``.
+
+With ``K_d ~ sum_m w_m phi_m^d`` a product ``K q`` is two first-order recursions per mode, and the Newton matrix is
+quasi-separable.  One mode has ``phi = 0``: it makes ``K_0`` exact.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import fft, irfft, next_fast_len, rfft
+from scipy.optimize import least_squares, nnls
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ExponentialSum:
+    """``sum_m weights_m ratios_m^d`` for d = 0, 1, ...
+
+    Attributes
+    ----------
+    weights, ratios : ndarray, shape (modes,)
+        The last ratio is zero.
+    error : float
+        Largest deviation from the kernel it stands for, over the range it was fitted on; absolute (unit of the
+        kernel) for the logarithm, relative for the inverse root.
+    """
+
+    weights: Array
+    ratios: Array
+    error: float
+
+    def evaluate(self, distance: Array) -> Array:
+        """The sum at whole-number distances."""
+        return np.asarray(np.power.outer(self.ratios, distance).T @ self.weights)
+
+
+def kernel_constant(n: int) -> float:
+    """Constant added to the logarithmic coefficients of an n-node line, n a power of two: ln n + 1.3 (ours).
+
+    The fit needs a kernel that decays at the far end; 1.3 is near the optimum for 10 to 14 modes.
+    """
+    return float(np.log(n) + 1.3)
+
+
+def log_coefficients(n: int) -> Array:
+    """``-int ln|d - s| ds`` over the unit cell around s = 0, for d = 0 .. n-1 (no constant added)."""
+    d = np.arange(n, dtype=float)
+    above, below = d + 0.5, d - 0.5
+    return -(above * (np.log(above) - 1.0) - below * (np.log(np.abs(below)) - 1.0))
+
+
+def range_of(n: int) -> int:
+    """The fitted range that serves n nodes: the next power of two."""
+    return 1 << max(n - 1, 63).bit_length()
+
+
+@cache
+def _tabulated() -> dict[str, ExponentialSum]:
+    """Fits of `benchmarks/log_kernel_table.py`, by nodes and modes."""
+    text = files("ehl.rough").joinpath("log_kernel.json").read_text(encoding="utf-8")
+    return {
+        name: ExponentialSum(np.array(fit["weights"]), np.array(fit["ratios"]), fit["error"])
+        for name, fit in json.loads(text).items()
+    }
+
+
+def log_kernel(n: int, modes: int) -> ExponentialSum:
+    """`fit_log_kernel` by table, the same in every process; fitted where the table has nothing."""
+    return _tabulated().get(f"{n} {modes}") or fit_log_kernel(n, modes)
+
+
+@lru_cache(maxsize=32)
+def fit_log_kernel(n: int, modes: int) -> ExponentialSum:
+    """Fit ``log_coefficients(n) + kernel_constant(n)``; n a power of two (`range_of`).
+
+    Weights and decay rates are found by Levenberg-Marquardt in their logarithms from several geometric starts: all
+    but the mode with ratio zero are positive because the integrated logarithm is completely monotone.
+    """
+    kernel = log_coefficients(n) + kernel_constant(n)
+    d = np.unique(np.concatenate([np.arange(1, min(n, 20)), np.round(np.geomspace(min(20, n - 1), n - 1, 300))]))
+    target = kernel[d.astype(int)]
+    m = modes - 1
+
+    def unpack(z: Array) -> tuple[Array, Array]:
+        return np.exp(np.clip(z[:m], -40.0, 25.0)), np.exp(np.clip(z[m:], -14.0, 2.6))
+
+    def residual(z: Array) -> Array:
+        weights, rates = unpack(z)
+        return np.asarray(np.exp(-np.outer(d, rates)) @ weights - target)
+
+    def jacobian(z: Array) -> Array:
+        weights, rates = unpack(z)
+        terms = np.exp(-np.outer(d, rates)) * weights
+        return np.hstack([terms, -terms * d[:, None] * rates])
+
+    best = None
+    for slow in (0.2, 0.5):
+        for fast in (1.0, 2.5):
+            start = np.concatenate([np.full(m, np.log(np.log(4.0 * n) / m)), np.log(np.geomspace(slow / n, fast, m))])
+            fit = least_squares(
+                residual, start, jac=jacobian, method="lm", max_nfev=400, xtol=1e-12, ftol=1e-12, gtol=1e-12
+            )
+            if best is None or fit.cost < best.cost:
+                best = fit
+    assert best is not None
+    weights, rates = unpack(best.x)
+    order = np.argsort(rates)
+    weights = np.append(weights[order], kernel[0] - weights.sum())
+    ratios = np.append(np.exp(-rates[order]), 0.0)
+    fitted = ExponentialSum(weights, ratios, 0.0)
+    error = float(np.abs(fitted.evaluate(np.arange(n, dtype=float)) - kernel).max())
+    return ExponentialSum(weights, ratios, error)
+
+
+@lru_cache(maxsize=32)
+def fit_root_kernel(n: int, modes: int = 10) -> ExponentialSum:
+    """``int_j^{j+1} dt/sqrt(t)``, j = 0 .. n-1, as a sum of exponentials in j (relative error stated).
+
+    Non-negative least squares over fixed geometric rates; several sets of rates are tried.
+    """
+    near = min(30, n)
+    j = np.unique(np.concatenate([np.arange(1, near), np.round(np.geomspace(near, n, 200))])).astype(float)
+    target = 2.0 / (np.sqrt(j + 1.0) + np.sqrt(j))
+    best: ExponentialSum | None = None
+    for fast in (1.0, 1.5, 2.0, 3.0):
+        for slow in (0.3, 0.6, 1.0, 1.5):
+            ratios = np.exp(-np.geomspace(slow / n, fast, modes - 1))
+            terms = np.power.outer(ratios, j).T / target[:, None]
+            weights, _ = nnls(terms, np.ones(j.size))
+            error = float(np.abs(terms @ weights - 1.0).max())
+            if best is None or error < best.error:
+                best = ExponentialSum(np.append(weights, 2.0 - weights.sum()), np.append(ratios, 0.0), error)
+    assert best is not None
+    return best
+
+
+@dataclass(frozen=True)
+class LogTransform:
+    """The exactly integrated kernel of n nodes in the form of the compiled transform (`_kernels.convolution`).
+
+    Attributes
+    ----------
+    spectrum : ndarray, shape (size,)
+        Of the zero-padded kernel, even and so real, over the size, in bit-reversed order.
+    cosines, sines : ndarray, shape (size - 1,)
+        Angles of the stages, the longest first.
+    """
+
+    spectrum: Array
+    cosines: Array
+    sines: Array
+
+    @classmethod
+    def of(cls, n: int) -> LogTransform:
+        """For a line of n nodes."""
+        size = 1 << (2 * n - 1).bit_length()
+        row = np.zeros(size)
+        row[:n] = log_coefficients(n) + kernel_constant(range_of(n))
+        row[size - n + 1 :] = row[n - 1 : 0 : -1]
+        order = np.zeros(1, dtype=np.int64)
+        angles = []
+        half = size // 2
+        while half >= 1:
+            order = np.concatenate([2 * order, 2 * order + 1])
+            angles.append(np.pi * np.arange(half) / half)
+            half //= 2
+        angle = np.concatenate(angles)
+        return cls(np.ascontiguousarray(fft(row).real[order] / size), np.cos(angle), np.sin(angle))
+
+    def arrays(self, scale: float) -> tuple[Array, Array, Array]:
+        """Spectrum times a scale, and the angles."""
+        return scale * self.spectrum, self.cosines, self.sines
+
+
+class LogConvolution:
+    """The reference operator: zero-padded FFT product with the exactly integrated coefficients.
+
+    Parameters
+    ----------
+    n : int
+        Nodes of the line.
+    """
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+        size = range_of(n)
+        coefficients = log_coefficients(n) + kernel_constant(size)
+        self._length = next_fast_len(2 * n, real=True)
+        row = np.zeros(self._length)
+        row[:n] = coefficients
+        row[self._length - n + 1 :] = coefficients[:0:-1]
+        self._transform = rfft(row)
+
+    def apply(self, q: Array) -> Array:
+        """``K q`` without periodic images, shape (n,)."""
+        return np.asarray(irfft(self._transform * rfft(q, self._length), self._length)[: self.n])

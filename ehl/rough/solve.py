@@ -1,0 +1,375 @@
+"""Transient mixed EHL of two moving rough surfaces: the flowchart.
+
+coarse start-up  ->  fine run takes over its state  ->  both roll over the same roughness
+->  stop when the interval of mu is inside the tolerance  ->  mesh error from the pair
+->  boundary film doubled and halved where contacts carry load
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat import FilmConductivity
+from ehl.io.errors import InputError
+from ehl.material import Material, load_material
+from ehl.rough._kernels.march import (
+    CAPPED_NODES,
+    FILM_MEAN,
+    FILM_MIN,
+    FLASH_MAX,
+    ITERATIONS,
+    MACRO_LOAD,
+    MU_FLUID,
+    PRESSURE_MAX,
+    SHARE,
+    STAGE,
+    TEMPERATURE_MAX,
+)
+from ehl.rough._kernels.newton import UNCONVERGED
+from ehl.rough.accuracy import EXCHANGE_WINDOW, Accuracy, Plan, make_plan, mesh_length, with_overrides
+from ehl.rough.result import Fallbacks, Profiles, Snapshot, TransientResult
+from ehl.rough.run import Run
+from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, film_estimate
+from ehl.rough.soe import LogConvolution
+from ehl.rough.surfaces import RoughSurfaces
+from ehl.rough.window import Window, film_jumped, mesh_error, net_exchange, realisation_error, roll_until_settled
+
+Array = NDArray[np.float64]
+
+UNCONVERGED_ALLOWED = 0.01  # share of the steps
+LAGGED_ALLOWED = 0.02
+MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry more than there is
+NET_EXCHANGE_ALLOWED = 0.1  # of the throughput, beyond what chance makes
+SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
+PECLET_WARNING = 2.0
+WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
+
+
+def solve_transient(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces | None = None,
+    *,
+    accuracy: Accuracy | float = "standard",
+    boundary_film: float | None = None,
+    boundary_friction: float = 0.10,
+    peklenik_number: float = 1.0,
+    thermal: bool = False,
+    hardness: float = 8e9,
+    materials: tuple[Material, Material] | None = None,
+    conductivity: FilmConductivity | None = None,
+    temperature_bulk: tuple[float, float] | None = None,
+    rolling_heat: tuple[Array, Array] | None = None,
+    elasticity: Elasticity = "soe",
+    nodes: int | None = None,
+    travel: float | None = None,
+    boundary_study: bool | None = None,
+    boundary_range: tuple[float, float] | None = None,
+    fine_roughness: bool = False,
+) -> TransientResult:
+    """Roll two rough surfaces through a lubricated line contact and average friction over time.
+
+    Parameters
+    ----------
+    contact : LineContact
+        Geometry, load and motion; either surface may be faster, stand still or run backwards.
+    lubricant : Lubricant
+        Laws at the inlet temperature.
+    surfaces : RoughSurfaces, optional
+        Both profiles; smooth when not given.
+    accuracy : {"fast", "standard", "reference"} or float
+        Level, or relative tolerance on mu.
+    boundary_film : float, optional
+        h_boundary [m], 1 nm to 20 um; by `ehl.surface.roughness.boundary_film` when not given.
+    boundary_friction : float
+        mu_b of the asperity pressure [-]; without sliding there is no friction.
+    peklenik_number : float
+        gamma of the side drainage, at least 1/3; infinity seals the valleys.
+    thermal : bool
+        Heat in film and surfaces.
+    hardness : float
+        Largest total pressure [Pa].
+    materials : tuple of Material, optional
+        Thermal properties of both bodies; steel when not given.
+    conductivity : FilmConductivity, optional
+        Growth of the film conductivity with pressure; that of `ehl.heat.FilmConductivity` when not given.
+    temperature_bulk : tuple of float, optional
+        Bulk temperatures of both bodies [K]; that of the oil when not given.
+    rolling_heat : tuple of ndarray, optional
+        x [m], increasing, and the heat of the pressure-driven flow there [W/m2], with heat on: what the smooth film
+        has (`ehl.heat.ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
+        stays the same whatever the rough film does.
+    elasticity : {"soe", "fft"}
+        Elastic kernel of an accepted step: a sum of exponentials, or the exactly integrated one.
+    nodes : int, optional
+        Fixed number of nodes.
+    travel : float, optional
+        Fixed window [b].
+    boundary_study : bool, optional
+        Compute mu at half and twice the boundary film even with accuracy "fast", or never.
+    boundary_range : tuple of float, optional
+        Boundary films to take instead of half and twice, whatever the asperities carry [m].
+    fine_roughness : bool
+        For roughness that is fine against the contact: more nodes, and shorter ways.
+
+    Returns
+    -------
+    TransientResult
+
+    Raises
+    ------
+    InputError
+        A value is out of range, or the given nodes cannot carry the profiles.
+    ConvergenceError
+        "mesh_budget": the nodes of this accuracy cannot show the roughness.
+    """
+    begin = time.perf_counter()
+    rough = surfaces if surfaces is not None else RoughSurfaces()
+    film = rough.default_boundary_film if boundary_film is None else boundary_film
+    _check(contact, film, boundary_friction, peklenik_number, hardness)
+    bodies = materials if materials is not None else (load_material("steel"), load_material("steel"))
+    estimate = film_estimate(contact, lubricant)
+    drained = math.isfinite(peklenik_number) and bool(rough.profiles)
+    length = mesh_length(contact, estimate)
+    plan = make_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal, fine=fine_roughness)
+    plan = with_overrides(plan, nodes, travel, length)
+    if boundary_study is not None:
+        plan = replace(plan, boundary_study=boundary_study)
+    sliding_friction = boundary_friction if contact.speed_sliding > 0.0 else 0.0
+    growth = conductivity if conductivity is not None else FilmConductivity()
+    settings = Settings(
+        round(length / plan.spacing),
+        film,
+        sliding_friction,
+        peklenik_number,
+        thermal,
+        hardness,
+        conductivity_rise=growth.c1,
+        conductivity_bend=growth.c2,
+        temperature_bulk=temperature_bulk,
+        rolling_heat=rolling_heat,
+        elasticity=elasticity,
+        exchange_window=plan.exchange_window,
+    )
+    coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))
+
+    coarse = Window(Run(build_problem(contact, lubricant, rough, bodies, coarse_settings)), plan.batch)
+    coarse.start(plan.startup)
+    flux = warmed(coarse, plan) if plan.preheating else None
+    fine_settings = replace(settings, start_travel=coarse.run.travel)
+    fine = Window(Run(build_problem(contact, lubricant, rough, bodies, fine_settings)), plan.batch)
+    fine.run.start_from(coarse.run)
+    if flux is not None:
+        fine.run.preheat(plan.preheating, interpolated(flux, coarse.run.problem.x, fine.run.problem.x))
+    for window in (coarse, fine):
+        window.start(plan.settling)
+    roll_until_settled(coarse, fine, plan)
+
+    half = double = math.nan
+    share = float(fine.records[:, SHARE].mean())
+    if boundary_range is not None or (plan.boundary_study and share > SHARE_OF_STUDY):
+        films = boundary_range or (0.5 * film, 2.0 * film)
+        thinner, thicker = (replace(coarse_settings, boundary_film=f) for f in films)
+        half = _friction_at(contact, lubricant, rough, bodies, thinner, plan, coarse)
+        double = _friction_at(contact, lubricant, rough, bodies, thicker, plan, coarse)
+    return _result(contact, lubricant, rough, bodies, plan, coarse, fine, estimate, half, double, begin)
+
+
+def warmed(window: Window, plan: Plan) -> Array:
+    """Warm the surfaces of a run by its own mean heat instead of rolling on until they are; returns that flux."""
+    for _ in range(WARMING_ROUNDS):
+        flux = window.mean_flux(WARMING_TRAVEL)
+        window.run.preheat(plan.preheating, flux)
+    return window.mean_flux(WARMING_TRAVEL)
+
+
+def interpolated(rows: Array, x: Array, x_new: Array) -> Array:
+    """Rows of values on other nodes."""
+    return np.array([np.interp(x_new, x, row) for row in rows])
+
+
+def _friction_at(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces,
+    materials: tuple[Material, Material],
+    settings: Settings,
+    plan: Plan,
+    reference: Window,
+) -> float:
+    """mu of a coarse run over the window of the reference, with other settings."""
+    window = Window(Run(build_problem(contact, lubricant, surfaces, materials, settings)))
+    window.start(plan.startup)
+    if plan.preheating:
+        warmed(window, plan)
+    window.start(plan.settling)
+    window.roll(len(reference.records) / window.run.problem.units.steps_per_half_width)
+    return float(window.friction().mean())
+
+
+def _check(contact: LineContact, film: float, friction: float, peklenik: float, hardness: float) -> None:
+    if not contact.speed_entrainment > 0.0:
+        raise InputError("speed_entrainment", contact.speed_entrainment, "> 0 m/s", "Swap the surfaces' numbers.")
+    if not 1e-9 <= film <= 20e-6:
+        raise InputError("boundary_film", film, "1 nm to 20 um")
+    if not 0.0 <= friction <= 1.0:
+        raise InputError("boundary_friction", friction, "0 to 1")
+    if not peklenik >= 1.0 / 3.0 - 1e-12:
+        raise InputError("peklenik_number", peklenik, ">= 1/3", "Below that the drainage model is untested.")
+    if not hardness > contact.pressure_hertz:
+        raise InputError("hardness", hardness, f"> {contact.pressure_hertz:.3g} Pa, the Hertz pressure")
+
+
+def _notes(
+    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: Problem, plan: Plan
+) -> tuple[str, ...]:
+    notes = []
+    if problem.settings.nodes == plan.nodes_max:
+        notes.append("mesh at the budget of nodes of this accuracy")
+    if plan.exchange_window < EXCHANGE_WINDOW:
+        warm = ", surfaces warmed by the mean heat at once" if plan.preheating else ""
+        notes.append(f"fine roughness: shorter ways{warm}")
+    if problem.settings.boundary_film < 10e-9 and problem.model.surfaces.profile_1.size:
+        notes.append("boundary film below 10 nm: usual meshes do not resolve it")
+    if problem.settings.thermal:
+        for speed, material in zip((contact.speed_1, contact.speed_2), materials, strict=True):
+            peclet = abs(speed) * contact.half_width / (2.0 * material.thermal_diffusivity)
+            if peclet < PECLET_WARNING:
+                notes.append(f"Peclet number {peclet:.2g} of a surface: its flash temperature is 8 % or more too high")
+    if lubricant.extrapolated:
+        notes.append("oil card read outside its temperatures")
+    return tuple(notes)
+
+
+def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
+    mean, half_width = fine.interval()
+    stages = records[:, STAGE]
+    if not math.isfinite(mean):
+        return "failed", "not_finite"
+    if film_jumped(fine.records, fine.records):
+        return "failed", "film_jump"
+    if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED:
+        return "failed", "unconverged_steps"
+    if np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
+        return "unsettled", "lagged_steps"
+    if fine.records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
+        return "unsettled", "macroscopic_pressure"
+    exchanged, chance = net_exchange(fine)
+    if exchanged > max(chance, 0.0) + NET_EXCHANGE_ALLOWED:
+        return "unsettled", "net_exchange"
+    if half_width > plan.tolerance * abs(mean):
+        return "unsettled", "statistical_interval"
+    return "converged", ""
+
+
+def _result(
+    contact: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces,
+    materials: tuple[Material, Material],
+    plan: Plan,
+    coarse: Window,
+    fine: Window,
+    estimate: float,
+    half: float,
+    double: float,
+    begin: float,
+) -> TransientResult:
+    run, problem = fine.run, fine.run.problem
+    units, model = problem.units, problem.model
+    records = fine.records
+    everything = np.concatenate([*fine.started, records])
+    mean = records.mean(axis=0)
+    mu, half_width = fine.interval()
+    mu_coarse = float(coarse.friction().mean())
+    scale = abs(mu) if mu != 0.0 else math.inf
+    status, reason = _status(everything, fine, plan)
+    hot = problem.settings.thermal
+    inlet = lubricant.temperature
+    profiles = fine.profiles
+    x = problem.x * units.half_width
+    exchanged, chance = net_exchange(fine)
+    stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
+    ratio = mu / mu_coarse if mu_coarse != 0.0 else 1.0
+    return TransientResult(
+        status=status,
+        reason=reason,
+        notes=_notes(contact, lubricant, materials, problem, plan),
+        friction_coefficient=mu,
+        friction_fluid=float(mean[MU_FLUID]) if model.fluid.sliding > 0.0 else 0.0,
+        friction_asperity=float(model.contact.friction * mean[SHARE]),
+        asperity_load_share=float(mean[SHARE]),
+        roughness_load_share=float(1.0 - mean[MACRO_LOAD]) if model.drainage.on else math.nan,
+        film_mean=float(mean[FILM_MEAN]) * units.film,
+        film_min=float(mean[FILM_MIN]) * units.film,
+        pressure_max=float(mean[PRESSURE_MAX]) * units.pressure,
+        film_ratio=estimate / surfaces.rms if surfaces.rms > 0.0 else math.inf,
+        temperature_film_max=float(mean[TEMPERATURE_MAX]) if hot else inlet,
+        temperature_flash=inlet + float(mean[FLASH_MAX]) if hot else inlet,
+        statistical_error=half_width / scale,
+        realisation_error=realisation_error(fine, surfaces, contact, half_width / scale),
+        mesh_error=mesh_error(coarse, fine) / scale,
+        friction_boundary_half=half * ratio,
+        friction_boundary_double=double * ratio,
+        boundary_film=problem.settings.boundary_film,
+        net_exchange=exchanged,
+        net_exchange_chance=chance,
+        capped_share=float(mean[CAPPED_NODES]) / problem.x.size,
+        elastic_error=elastic_error(run),
+        fallbacks=Fallbacks(*(int(n) for n in stages)),
+        iterations_per_step=float(everything[:, ITERATIONS].mean()),
+        nodes=problem.x.size,
+        steps=len(everything),
+        repeats=fine.repeats,
+        travel=len(records) / units.steps_per_half_width,
+        seconds=time.perf_counter() - begin,
+        history_travel=np.asarray((np.arange(len(records)) + 1.0) / units.steps_per_half_width, dtype=float),
+        history_friction=fine.friction(),
+        profiles=Profiles(
+            x=x,
+            pressure_fluid=profiles[0] * units.pressure,
+            pressure_asperity=profiles[1] * units.pressure,
+            pressure_macroscopic=profiles[2] * units.pressure,
+            film=profiles[3] * units.film,
+            temperature_film=profiles[4],
+            temperature_surface=inlet + profiles[5],
+        ),
+        snapshot=snapshot(run),
+        run=run,
+    )
+
+
+def snapshot(run: Run) -> Snapshot:
+    """The last step of a run, SI."""
+    state, units, fluid = run.state, run.problem.units, run.problem.model.fluid
+    pressure = state.fluid_pressure
+    density = 1.0 + fluid.density_rise * pressure / (1.0 + fluid.density_bend * pressure)
+    gap = np.maximum(state.film, run.problem.model.contact.boundary)
+    return Snapshot(
+        x=run.problem.x * units.half_width,
+        pressure_fluid=pressure * units.pressure,
+        pressure_asperity=state.contact_pressure * units.pressure,
+        film=gap * units.film,
+        filling=np.minimum(state.mass / (density * gap), 1.0),
+        temperature_film=state.temperature.copy(),
+    )
+
+
+def elastic_error(run: Run) -> float:
+    """Largest deviation of the fast elastic operator from the FFT reference, over the boundary film.
+
+    A rigid shift does not count: the approach of the bodies takes it up.
+    """
+    model = run.problem.model
+    total = run.state.fluid_pressure + run.state.contact_pressure
+    response = run.elastic_response(total)
+    reference = LogConvolution(total.size).apply(total) * run.problem.deflection
+    difference = (response - reference)[: model.contact.outlet]
+    return float(0.5 * np.ptp(difference)) / model.contact.boundary

@@ -1,0 +1,135 @@
+"""Roughness finer than any mesh in budget: what the mesh can carry stays a profile, the rest becomes a wall.
+
+The waves shorter than a cut-off are taken out of the profiles. Their RMS sigma_sub stands between the mean lines:
+solids count as touching where the gap of the filtered surfaces is c sigma_sub above the boundary film. The load presses
+such a layer together until its mean gap is c sigma_sub, and in dry contact that gap falls with the logarithm of the
+pressure over the stiffness E* times the RMS slope (Persson 2007, Phys. Rev. Lett. 99, 125502: the form, from memory;
+both constants are ours, fitted to runs that resolve the roughness). c = 0 (no contact by the fine part) and 2 c + 0.5
+(2.5 at most, its peaks) bound friction, and their distance is the error: see docs/roughness.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ehl.case import SurfaceInput
+from ehl.contact import LineContact
+from ehl.io.errors import InputError
+from ehl.rough import RoughSurfaces
+from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
+from ehl.surface.roughness import RoughProfile, generate_profile
+
+CUTOFF_NODES = 8.0  # nodes per shortest wavelength that is kept
+BUDGET_SHARE = 0.6  # of the nodes of the accuracy: its window is long enough, its bounds are coarse anyway
+GAP_LOG, GAP_PRESSURE = 0.4, 0.5  # mean gap over sigma_sub = 0.4 ln(0.5 E* slope/p)
+LEAST_GAP, MOST_GAP = 0.1, 2.5
+
+
+@dataclass(frozen=True)
+class SplitSurfaces:
+    """Both surfaces without their fine part, and what that part was.
+
+    Parameters
+    ----------
+    surfaces : RoughSurfaces
+        The waves longer than the cut-off.
+    cutoff : float
+        [m].
+    rms : float
+        Composite Rq of the whole [m].
+    rms_below : float
+        Composite RMS below the cut-off, sigma_sub [m].
+    slope : float
+        Composite RMS slope of that part [-].
+    """
+
+    surfaces: RoughSurfaces
+    cutoff: float
+    rms: float
+    rms_below: float
+    slope: float
+
+    def gap(self, contact: LineContact) -> float:
+        """Mean gap of the fine part under the Hertz pressure, over sigma_sub [-]."""
+        stiffness = 0.5 * contact.effective_modulus * self.slope
+        if stiffness <= 0.0:
+            return LEAST_GAP
+        gap = GAP_LOG * math.log(GAP_PRESSURE * stiffness / contact.pressure_hertz)
+        return min(max(gap, LEAST_GAP), MOST_GAP)
+
+    def walls(self, contact: LineContact, base: float) -> tuple[float, float, float]:
+        """Heights of the wall over the filtered surfaces [m]: without the fine part, expected, and the upper bound."""
+        gap = self.gap(contact)
+        heights = (base + factor * self.rms_below for factor in (0.0, gap, min(2.0 * gap + 0.5, MOST_GAP)))
+        low, expected, high = heights
+        return low, expected, high
+
+
+def split_surfaces(surface: SurfaceInput, half_width: float, length: float, cutoff: float) -> SplitSurfaces:
+    """Divide the roughness of a contact at a wavelength.
+
+    Parameters
+    ----------
+    surface : SurfaceInput
+        Generated or measured roughness.
+    half_width, length, cutoff : float
+        Hertz half-width, length of generated profiles, and cut-off [m].
+    """
+    kept: list[RoughProfile | None] = []
+    whole = below = slope = 0.0
+    for number, (rms, path) in enumerate(
+        ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)), start=1
+    ):
+        if path is not None:
+            profile, fine_rms, fine_slope = _split_measured(path, surface, cutoff)
+        elif rms > 0.0:
+            profile, fine_rms, fine_slope = _split_generated(rms, surface, 2 * surface.seed + number, length, cutoff)
+        else:
+            kept.append(None)
+            continue
+        kept.append(profile)
+        coarse = profile.rms if profile is not None else 0.0
+        whole += coarse**2 + fine_rms**2
+        below += fine_rms**2
+        slope += fine_slope**2
+    return SplitSurfaces(RoughSurfaces(*kept), cutoff, math.sqrt(whole), math.sqrt(below), math.sqrt(slope))
+
+
+def _split_generated(
+    rms: float, surface: SurfaceInput, seed: int, length: float, cutoff: float
+) -> tuple[RoughProfile | None, float, float]:
+    """Long waves of a generated profile; its spectrum exp(-(k lc)^2/4) is known, so the fine part is never made."""
+    lc = surface.correlation_length
+    share = math.erf(math.pi * lc / cutoff)  # of the variance in waves longer than the cut-off
+    fine = rms * math.sqrt(1.0 - share)
+    slope = math.sqrt(2.0) * rms / lc
+    if cutoff > length / 4.0:
+        return None, rms, slope
+    profile = generate_profile(
+        rms * math.sqrt(share), lc, length, cutoff / 4.0, seed, cutoff=cutoff, peklenik_number=surface.peklenik_number
+    )
+    return profile, fine, slope
+
+
+def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[RoughProfile | None, float, float]:
+    x, heights, _ = profile_points(path)
+    spacing = float(x[1] - x[0])
+    level = detrended(heights)
+    wanted = gaussian_mean_line(level, spacing, surface.cutoff_short)
+    try:
+        profile = load_profile(
+            path,
+            cutoff_long=surface.cutoff_long,
+            cutoff_short=cutoff,
+            peklenik_number=surface.peklenik_number,
+        )
+    except InputError:
+        # the cut-off is beyond what the file shows: all of it is fine structure
+        if surface.cutoff_long is not None:
+            wanted = wanted - gaussian_mean_line(wanted, spacing, surface.cutoff_long)
+        return None, float(np.std(wanted)), float(np.std(np.diff(wanted))) / spacing
+    fine = wanted - gaussian_mean_line(level, spacing, cutoff)
+    return profile, float(np.std(fine)), float(np.std(np.diff(fine))) / spacing

@@ -1,0 +1,122 @@
+"""The two rough surfaces of a run, sampled for its mesh."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.io.errors import InputError
+from ehl.surface.roughness import RoughProfile, boundary_film
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RoughSurfaces:
+    """Both surfaces; None is a smooth one.
+
+    Parameters
+    ----------
+    profile_1, profile_2 : RoughProfile or None
+        Heights of surface 1 (speed u1) and 2 (u2). Profiles that are not periodic are closed to a ring.
+    """
+
+    profile_1: RoughProfile | None = None
+    profile_2: RoughProfile | None = None
+
+    def __post_init__(self) -> None:
+        for name, profile in (("profile_1", self.profile_1), ("profile_2", self.profile_2)):
+            if profile is not None and not bool(np.all(np.isfinite(profile.heights))):
+                raise InputError(name, "heights", "finite numbers only [m]", "Repair the gaps of the profile first.")
+
+    @property
+    def profiles(self) -> tuple[RoughProfile, ...]:
+        """The rough ones among the two."""
+        return tuple(p for p in (self.profile_1, self.profile_2) if p is not None and p.rms > 0.0)
+
+    @property
+    def rms(self) -> float:
+        """Composite Rq [m]."""
+        return math.sqrt(sum(p.rms**2 for p in self.profiles))
+
+    @property
+    def height(self) -> float:
+        """Highest peak over deepest valley, both surfaces composed like their Rq [m]."""
+        return math.sqrt(sum(float(np.ptp(p.heights)) ** 2 for p in self.profiles))
+
+    @property
+    def correlation_length(self) -> float:
+        """lc of both surfaces [m], averaged as the drainage needs it (mean of Rq^2/lc^2); inf when smooth."""
+        curvature = sum((p.rms / _correlation_length(p)) ** 2 for p in self.profiles)
+        return self.rms / math.sqrt(curvature) if curvature > 0.0 else math.inf
+
+    @property
+    def shortest_correlation_length(self) -> float:
+        """The smaller lc of both surfaces [m]; inf when smooth."""
+        return min((_correlation_length(p) for p in self.profiles), default=math.inf)
+
+    @property
+    def shortest_wavelength(self) -> float:
+        """Smallest cut-off of the profiles [m]; inf when smooth."""
+        return min((p.cutoff for p in self.profiles), default=math.inf)
+
+    @property
+    def default_boundary_film(self) -> float:
+        """h_boundary of `ehl.surface.roughness.boundary_film` for the composite roughness [m]."""
+        known = [p.rms_below_cutoff for p in self.profiles]
+        below = math.sqrt(sum(v * v for v in known)) if known else math.nan
+        return boundary_film(self.rms, below).thickness
+
+    def common_length(self) -> float | None:
+        """Period [m] the node spacing should divide: that of the first rough profile."""
+        return self.profiles[0].length if self.profiles else None
+
+
+def _correlation_length(profile: RoughProfile) -> float:
+    """lc [m]; half the length of a profile whose autocorrelation never falls to 1/e."""
+    return profile.correlation_length if math.isfinite(profile.correlation_length) else 0.5 * profile.length
+
+
+def ring(profile: RoughProfile) -> tuple[Array, float]:
+    """Heights and period of a profile as a closed ring [m].
+
+    A profile that is not periodic loses a tenth of its length: its end is blended into its start with weights
+    whose squares add up to one, so that the variance stays.
+    """
+    if profile.periodic:
+        return np.asarray(profile.heights, dtype=float), profile.length
+    heights = np.asarray(profile.heights, dtype=float)
+    overlap = max(2, heights.size // 10)
+    angle = 0.5 * math.pi * (np.arange(overlap) + 0.5) / overlap
+    closed = heights[: heights.size - overlap].copy()
+    closed[:overlap] = np.sin(angle) * closed[:overlap] + np.cos(angle) * heights[-overlap:]
+    return closed - closed.mean(), profile.spacing * closed.size
+
+
+def sample_ring(profile: RoughProfile | None, spacing: float) -> Array:
+    """Heights at the spacing [m] nearest to the wanted one that divides the period (Fourier resampling).
+
+    Raises
+    ------
+    InputError
+        Two samples per shortest wavelength are not available at this spacing.
+    """
+    if profile is None or profile.rms == 0.0:
+        return np.zeros(0)
+    heights, period = ring(profile)
+    if spacing > profile.cutoff / 2.0:
+        raise InputError(
+            "nodes",
+            f"sample distance {spacing:.3g} m",
+            f"at most {profile.cutoff / 2.0:.3g} m for wavelengths down to {profile.cutoff:.3g} m",
+            "Use more nodes, or a longer cut-off with the removed part counted in the boundary film.",
+        )
+    count = round(period / spacing)
+    spectrum = np.fft.rfft(heights)
+    kept = np.zeros(count // 2 + 1, dtype=complex)
+    shared = min(spectrum.size, kept.size)
+    kept[:shared] = spectrum[:shared]
+    return np.asarray(np.fft.irfft(kept, count) * (count / heights.size))

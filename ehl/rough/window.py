@@ -1,0 +1,175 @@
+"""What one run averages over: its steps in blocks, when they suffice, and the errors of their mean."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from ehl.contact import LineContact
+from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE
+from ehl.rough.accuracy import BATCH, FRONT_STARTUP, Plan
+from ehl.rough.batches import batch_means, paired_error
+from ehl.rough.run import Run
+from ehl.rough.surfaces import RoughSurfaces
+
+Array = NDArray[np.float64]
+
+BLOCK = 4.0  # travel between two looks at the interval [b]
+ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
+FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
+MOST_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
+FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
+MOST_REPEATS = 3  # of a block in which that happened
+FEWEST_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
+
+
+@dataclass
+class Window:
+    """What one run recorded: all steps, and the mean profiles since the start-up."""
+
+    run: Run
+    batch: float = BATCH  # travel of a batch of the mean [b]
+    started: list[Array] = field(default_factory=list)
+    recorded: list[Array] = field(default_factory=list)
+    sums: list[Array] = field(default_factory=list)  # of the profiles, by block
+    exchanges: list[Array] = field(default_factory=list)  # of the side drainage per step, by block and batch
+    repeats: int = 0
+
+    def start(self, travel: float) -> None:
+        """Roll without averaging."""
+        records, _ = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+        self.started.append(records)
+
+    def mean_flux(self, travel: float) -> Array:
+        """Roll without averaging, but for the heat flux into both surfaces (2, n) [W/m2]."""
+        flux = np.zeros_like(self.run.state.flux_into)
+        for _ in range(FLUX_SAMPLES):
+            self.start(travel / FLUX_SAMPLES)
+            flux += self.run.state.flux_into / FLUX_SAMPLES
+        return flux
+
+    def roll(self, travel: float) -> None:
+        """Roll a block and average."""
+        batches = max(1, round(travel / BATCH))
+        pieces = [self._advance(travel / batches) for _ in range(batches)]
+        self.recorded.append(np.concatenate([records for records, _, _ in pieces]))
+        self.sums.append(np.sum([profiles * len(records) for records, profiles, _ in pieces], axis=0))
+        self.exchanges.append(np.array([exchange for _, _, exchange in pieces]))
+
+    def _advance(self, travel: float) -> tuple[Array, Array, Array]:
+        before = self.run.macroscopic.total_exchange.copy()
+        records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+        return records, profiles, (self.run.macroscopic.total_exchange - before) / len(records)
+
+    def astray(self) -> bool:
+        """Whether the film of a step of the last block is many times the usual one."""
+        return film_jumped(self.recorded[-1], self.records)
+
+    def repeat(self) -> None:
+        """Forget the last block and roll on until the contact holds other oil; the surfaces roll on as well."""
+        self.started.append(self.recorded.pop())
+        self.sums.pop()
+        self.exchanges.pop()
+        self.start(FRONT_STARTUP)
+        self.repeats += 1
+
+    @property
+    def profiles(self) -> Array:
+        """Mean profiles of the window."""
+        return np.asarray(np.sum(self.sums, axis=0) / len(self.records))
+
+    @property
+    def records(self) -> Array:
+        """Steps of the window."""
+        return np.concatenate(self.recorded)
+
+    def friction(self) -> Array:
+        """mu of every step of the window; zero without sliding."""
+        records = self.records
+        if self.run.problem.model.fluid.sliding == 0.0:
+            return np.zeros(len(records))
+        return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
+
+    def interval(self) -> tuple[float, float]:
+        """mu and the half width of its 90 % interval.
+
+        Of too few batches the whole window counts as one draw from a distribution of its own spread.
+        """
+        friction = self.friction()
+        mean, half_width = batch_means(friction, round(self.batch * self.run.problem.units.steps_per_half_width))
+        return mean, half_width if math.isfinite(half_width) else ONE_DRAW * float(np.std(friction))
+
+
+def film_jumped(part: Array, records: Array) -> bool:
+    """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart."""
+    usual = min(float(np.median(records[:, FILM_MEAN])), MOST_FILM)
+    return not bool(part[:, FILM_MEAN].max() <= FILM_JUMP * usual)
+
+
+def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:
+    """Roll both runs in blocks until the interval of the fine one is inside the tolerance or the window is full."""
+    rolled = 0.0
+    while rolled < plan.window_max - 1e-9:
+        block = min(BLOCK, plan.window_max - rolled)
+        coarse.roll(block)
+        fine.roll(block)
+        if fine.repeats < MOST_REPEATS and (coarse.astray() or fine.astray()):
+            for window in (coarse, fine):
+                window.repeat()
+            continue
+        rolled += block
+        if rolled >= plan.window_min - 1e-9:
+            mean, half_width = fine.interval()
+            if half_width <= plan.tolerance * abs(mean):
+                return
+
+
+def net_exchange(window: Window) -> tuple[float, float]:
+    """Largest running sum of the mean exchange along x over the throughput, and what chance alone makes of it.
+
+    The macroscopic pressure answers every surplus with a deficit, so that the sum over time wanders about a line: its
+    slope is the mean exchange, free of what the ends of the window happen to hold. Chance: half width of the interval
+    of that slope by the residuals of batches of 2 b, at a level of 1 % for all places together; nan with fewer than 4.
+    """
+    run = window.run
+    middle = slice(run.problem.model.contact.middle_first, run.problem.model.contact.middle_last)
+    sums = np.cumsum(np.concatenate(window.exchanges), axis=1) / float(run.state.mass[middle].mean())
+    count = len(sums)
+    if count < FEWEST_EXCHANGES:
+        return float(np.abs(sums.mean(axis=0)).max()), math.nan
+    total = np.vstack([np.zeros(sums.shape[1]), np.cumsum(sums, axis=0)])
+    moment = np.arange(count + 1) - 0.5 * count
+    slope = moment @ total / float(moment @ moment)
+    place = int(np.argmax(np.abs(slope)))
+    left = total[:, place] - total[:, place].mean() - slope[place] * moment
+    spread = math.sqrt(float(left @ left) / ((count - 1) * float(moment @ moment)))
+    return abs(float(slope[place])), float(student.ppf(1.0 - 0.5 * EXCHANGE_LEVEL / PLACES, count - 1)) * spread
+
+
+def realisation_error(window: Window, surfaces: RoughSurfaces, contact: LineContact, statistical: float) -> float:
+    """Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu (ours).
+
+    The interval of the time mean counts the whole travel T as fresh roughness. Surface i brings at most its period, and
+    l_i = T |u_i|/u_r + lc of it: the variance grows by the mean of T/l_i, weighted with the variances of the heights.
+    """
+    rough = [
+        (p, u)
+        for p, u in zip((surfaces.profile_1, surfaces.profile_2), (contact.speed_1, contact.speed_2), strict=True)
+        if p and p.rms
+    ]
+    travel = len(window.records) / window.run.problem.units.steps_per_half_width
+    growth = 0.0
+    for profile, speed in rough:
+        seen = travel * abs(speed) / contact.speed_entrainment + profile.correlation_length / contact.half_width
+        growth += (profile.rms / surfaces.rms) ** 2 * travel / min(seen, profile.length / contact.half_width)
+    return statistical * math.sqrt(max(growth, 1.0)) if rough else 0.0
+
+
+def mesh_error(coarse: Window, fine: Window) -> float:
+    """Error of mu by the companion run; a smooth contact settles and has no spread."""
+    batches = round(len(fine.records) / (fine.batch * fine.run.problem.units.steps_per_half_width))
+    return paired_error(coarse.friction(), fine.friction(), batches)

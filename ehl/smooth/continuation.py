@@ -1,0 +1,154 @@
+"""Ways to a first solution: a path from an easy contact, or from a neighbouring result."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from ehl.fluid.rheology_numbers import NEWTONIAN
+from ehl.smooth.mesh import Features, features_of, grade
+from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
+from ehl.smooth.scaling import Scene
+
+Array = NDArray[np.float64]
+
+EASY_LOG_VISCOSITY = 2.0
+EASY_SHEAR = (0.03, 0.1)  # range of shear numbers at the start, where the scene has any: no sharp spike on the way
+EASY_LOADS = (2.0, 10.0)  # range of Moes load numbers the path may start at
+MAX_ITERATIONS = 150  # of one path; plain contacts take 10 to 60
+PATH_NODES = 97
+
+
+@dataclass
+class PathReport:
+    """Work spent on the way."""
+
+    iterations: int = 0
+
+
+def grid_for(features: Features, nodes: int) -> Grid:
+    """Grid with the given number of nodes, graded for the features."""
+    grading = grade(features)
+    return Grid.of(grading, grading.points(2 * nodes - 1))
+
+
+def transfer(level: Level, grid: Grid) -> Unknowns:
+    """Unknowns of a level carried to another grid (monotone cubic interpolation)."""
+    stretch = (level.x[-1] - grid.grading.x_in) / (grid.grading.x_exit - grid.grading.x_in)
+    x = grid.grading.x_in + stretch * (grid.nodes - grid.grading.x_in)
+    pressure = np.zeros(x.size)
+    inside = x > level.x[0]
+    pressure[inside] = PchipInterpolator(level.x, level.unknowns.pressure)(np.minimum(x[inside], level.x[-1]))
+    pressure[~inside] = level.unknowns.pressure[0] * (level.x[0] / x[~inside]) ** 3
+    # The film constant contains ln(stretch) of each grid's own scale.
+    h00 = level.unknowns.h00 + 0.5 * math.log(stretch / level.unknowns.stretch)
+    return Unknowns(pressure, h00, level.unknowns.flow, stretch)
+
+
+def features_of_level(level: Level) -> Features:
+    """Features the mesh of the next solution should resolve."""
+    return features_of(level.x, level.unknowns.pressure, level.unknowns.flow)
+
+
+def easy_start(scene: Scene, nodes: int, report: PathReport) -> tuple[Level, Scene]:
+    """The easy end of the path: nearly constant viscosity, moderate load; converges from the Hertz pressure."""
+    load = min(max(scene.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
+    lam = 3.0 * math.pi**2 / (8.0 * load**2)
+    stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scene.log_viscosity, 1e-12))
+    shear = min(scene.gamma, EASY_SHEAR[1])
+    if scene.gamma > 0.0 and (scene.shear.plain or scene.shear.kind != NEWTONIAN):  # more shear would only meet a limit
+        shear = max(shear, EASY_SHEAR[0])
+    easy = scene.easier(lam, stiffness, shear)
+    grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
+    pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None))
+    centre = int(np.argmin(np.abs(grid.nodes)))
+    flow = 1.2 / load
+    start = Unknowns(pressure, flow + float(grid.kernel[centre] @ pressure) / math.pi, flow, 1.0)
+    try:
+        level = solve_level(grid, easy, start, tolerance=1e-4)
+    except NewtonFailure as failure:
+        report.iterations += failure.iterations
+        raise
+    report.iterations += level.iterations
+    return level, easy
+
+
+def between(easy: Scene, scene: Scene, t: float) -> Scene:
+    """Scene at a fraction of the path, straight in (ln lambda, viscosity exponent, ln gamma).
+
+    Towards thick films (lambda rising) the pressure falls on the way: lambda comes first, so that the viscosity is
+    raised only where the pressure is already low.
+    """
+    if t >= 1.0:
+        return scene
+    t_lam, t_oil = (min(1.0, 2.0 * t), max(0.0, 2.0 * t - 1.0)) if scene.lam > easy.lam else (t, t)
+    lam = easy.lam ** (1.0 - t_lam) * scene.lam**t_lam
+    ratio = easy.log_viscosity / scene.log_viscosity if scene.log_viscosity > 0.0 else 1.0
+    gamma = easy.gamma ** (1.0 - t_oil) * scene.gamma**t_oil
+    return scene.easier(lam, ratio + (1.0 - ratio) * t_oil, gamma)
+
+
+def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
+    return Unknowns(
+        np.maximum(now.pressure + factor * (now.pressure - before.pressure), 0.0),
+        now.h00 + factor * (now.h00 - before.h00),
+        now.flow * (now.flow / before.flow) ** factor,
+        now.stretch + factor * (now.stretch - before.stretch),
+    )
+
+
+def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
+    """Solution on a coarse grid by continuation from the easy contact.
+
+    Raises
+    ------
+    NewtonFailure
+        "path_stalled" where the step shrinks to nothing, "path_limit" after too many iterations.
+    """
+    spent = report.iterations
+    level, easy = easy_start(scene, nodes, report)
+    t, before, t_before = 0.0, None, 0.0
+    step = 0.34
+    while t < 1.0:
+        if report.iterations - spent > MAX_ITERATIONS:
+            raise NewtonFailure("path_limit", report.iterations)
+        features = features_of_level(level)
+        grid = level.grid
+        if not features.close_to(level.features):
+            grid = grid_for(features, nodes)
+        goal = min(1.0, t + step)
+        if goal > 0.97:
+            goal = 1.0
+        start = transfer(level, grid) if grid is not level.grid else level.unknowns
+        if before is not None:
+            old = transfer(before, grid) if grid is not before.grid else before.unknowns
+            start = _predicted(start, old, (goal - t) / (t - t_before))
+        try:
+            new = solve_level(grid, between(easy, scene, goal), start, tolerance=1e-4, max_iterations=14)
+        except NewtonFailure as failure:
+            report.iterations += failure.iterations
+            step = 0.4 * (goal - t)
+            before = None if failure.reason == "start_infeasible" else before
+            if step < 2e-4:
+                raise NewtonFailure("path_stalled", report.iterations) from None
+            continue
+        report.iterations += new.iterations
+        before, t_before = level, t
+        level, t = new, goal
+        step *= 2.0 if new.iterations <= 4 else (1.3 if new.iterations <= 7 else 0.8)
+    return level
+
+
+def from_neighbour(neighbour: Level, scene: Scene, report: PathReport) -> Level:
+    """Solution on the grid of a neighbouring contact, straight from its unknowns."""
+    try:
+        level = solve_level(neighbour.grid, scene, neighbour.unknowns, tolerance=1e-4, max_iterations=12)
+    except NewtonFailure as failure:
+        report.iterations += failure.iterations
+        raise
+    report.iterations += level.iterations
+    return level

@@ -1,0 +1,114 @@
+"""From one coarse solution to values with an error: re-grading, nested grids, extrapolation."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.smooth.continuation import PathReport, features_of_level, grid_for, transfer
+from ehl.smooth.estimate import Extrapolation, extrapolate
+from ehl.smooth.mesh import grade
+from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
+from ehl.smooth.outputs import FilmShear, Numbers, numbers_of
+from ehl.smooth.scaling import Scene
+
+Array = NDArray[np.float64]
+Accuracy = Literal["fast", "standard", "reference"]
+
+# Coarsest of the nested grids, error estimate above which a finer grid is added, and the end of that.
+COARSEST: dict[str, int] = {"fast": 41, "standard": 49, "reference": 129}
+TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
+MOST_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
+THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
+UNDERSHOOT = 1e-4  # of p_h; more below zero is no solution
+
+
+def refined(nodes: int, scene: Scene) -> int:
+    """Nodes for a scene: the sweeps of very thin films (high load) take a mesh twice or four times as fine."""
+    doublings = sum(scene.moes_load > load for load in THIN_FILM_LOADS)
+    return int((nodes - 1) * 2**doublings + 1)
+
+
+def settled(level: Level, report: PathReport) -> Level:
+    """Re-grade until the mesh fits the solution on it."""
+    for _ in range(4):
+        features = features_of_level(level)
+        if features.close_to(level.features):
+            break
+        grid = grid_for(features, level.x.size)
+        level = solve_level(grid, level.scene, transfer(level, grid), tolerance=1e-4)
+        report.iterations += level.iterations
+    return level
+
+
+def nested(
+    near: Level, shear: FilmShear, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
+) -> tuple[list[Level], Extrapolation]:
+    """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
+    scene, grading = near.scene, grade(features_of_level(near))
+    nodes = refined(COARSEST[accuracy], scene)
+    most = refined(MOST_NODES[accuracy], scene)
+    levels: list[Level] = []
+    while True:
+        grid = Grid.of(grading, grading.points(2 * nodes - 1))
+        guess = transfer(levels[-1] if levels else near, grid)
+        if len(levels) >= 2:
+            guess = _corrected(levels, guess)
+        nodes = 2 * nodes - 1
+        try:
+            level = solve_level(grid, scene, guess)
+        except NewtonFailure as failure:
+            report.iterations += failure.iterations
+            if len(levels) >= 3:
+                fallbacks.append("tolerance_not_met")
+                break
+            if nodes > most // 2:
+                raise
+            levels.clear()
+            fallbacks.append("coarse_grid_dropped")
+            continue
+        report.iterations += level.iterations
+        levels.append(level)
+        if len(levels) >= 3:
+            limit = extrapolate([numbers_of(level, shear).as_array() for level in levels[-3:]], levels[-3].x.size)
+            if np.all(limit.relative()[:3] < TOLERANCE[accuracy]):
+                break
+            if nodes > most:
+                fallbacks.append("tolerance_not_met")
+                break
+    _check(levels[-1])
+    return levels, limit
+
+
+def rounding_errors(scene: Scene, near: Level, shear: FilmShear, report: PathReport) -> Array:
+    """What the rounding of the spike may have changed the outputs by, from three times as much of it."""
+    if near.scene.gamma == scene.gamma:
+        return np.zeros(len(fields(Numbers)))
+    more = solve_level(near.grid, scene.rounded(3.0), near.unknowns, tolerance=1e-4)
+    report.iterations += more.iterations
+    return 2.0 * np.abs(numbers_of(more, shear).as_array() - numbers_of(near, shear).as_array())
+
+
+def _check(level: Level) -> None:
+    """What the tracked exit takes for granted: no tension in the film, and a gap that opens at the exit."""
+    if float(level.unknowns.pressure.min()) < -UNDERSHOOT:
+        raise NewtonFailure("negative_pressure", 0)
+    if level.rho[-2] * level.film[-2] > level.unknowns.flow * (1.0 + 1e-9):
+        raise NewtonFailure("gap_closes_at_exit", 0)
+
+
+def _corrected(levels: list[Level], guess: Unknowns) -> Unknowns:
+    """Start on the third grid: the second one plus a quarter of its change from the first."""
+    first, second = levels[-2].unknowns, levels[-1].unknowns
+    change = 0.25 * (second.pressure[::2] - first.pressure)
+    coarse_index = np.arange(change.size) * 4.0
+    pressure = guess.pressure + np.interp(np.arange(guess.pressure.size), coarse_index, change)
+    return Unknowns(
+        pressure,
+        guess.h00 + 0.25 * (second.h00 - first.h00),
+        guess.flow + 0.25 * (second.flow - first.flow),
+        guess.stretch + 0.25 * (second.stretch - first.stretch),
+    )

@@ -1,0 +1,125 @@
+"""Dimensionless form of the smooth contact: x/b, p/p_h, h R/b^2, and the groups that remain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.contact import LineContact
+from ehl.fluid.film_formulas import moes_1992
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.rheology_numbers import PLAIN, ShearNumbers
+
+Array = NDArray[np.float64]
+Offset = Callable[[Array], Array]
+
+ROUNDING = 3e-3  # shear thinning that rounds a spike: share of the flow at the edge of the Hertz pressure
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Groups of one contact, as the kernels need them.
+
+    Parameters
+    ----------
+    lam : float
+        Viscous number 12 eta0 u_r R^2/(b^3 p_h) = 3 pi^2/(8 M^2).
+    law : int
+        Viscosity law (0 barus, 1 roelands, 2 modulus).
+    constants : ndarray, shape (3,)
+        Its constants [SI].
+    fluid : ndarray, shape (5,)
+        p_h [Pa]; density coefficients times p_h; gamma = eta0 |v_s| R/(stress b^2) (0 for a Newtonian fluid);
+        cos^2 of the angle between sliding and x.
+    log_viscosity : float
+        ln(eta/eta0) at p_h.
+    offset : callable or None
+        Added to ln(eta/eta0) at x/b (film temperature of an outer loop).
+    shear : ShearNumbers
+        The shear law; pressures in p_h, stresses in the one gamma refers to.
+    rounding : float
+        Shear number that makes the spike of a Newtonian fluid wide enough for a mesh and changes the film little.
+    """
+
+    lam: float
+    law: int
+    constants: Array
+    fluid: Array
+    log_viscosity: float
+    offset: Offset | None = None
+    shear: ShearNumbers = PLAIN
+    rounding: float = 0.0
+
+    @property
+    def moes_load(self) -> float:
+        """Moes load number M."""
+        return moes_load(self.lam)
+
+    @property
+    def gamma(self) -> float:
+        """Shear number eta0 |v_s| R/(tau0 b^2)."""
+        return float(self.fluid[3])
+
+    def rounded(self, factor: float = 1.0) -> Scene:
+        """The scene with at least `factor` times the shear number that rounds the spike, as a Ree-Eyring fluid."""
+        fluid = self.fluid.copy()
+        fluid[3] = max(self.gamma, factor * self.rounding)
+        return replace(self, fluid=fluid) if self.gamma > 0.0 else replace(self, fluid=fluid, shear=PLAIN)
+
+    def easier(self, lam: float, stiffness: float, gamma: float) -> Scene:
+        """The scene at other viscous and shear numbers, with ln(eta/eta0) and its offset scaled by ``stiffness``."""
+        constants = self.constants.copy()
+        if self.law == 2:
+            constants[:2] /= stiffness
+        else:
+            constants[0] *= stiffness
+        offset = self.offset
+        fluid = self.fluid.copy()
+        fluid[3] = gamma
+        scaled = None if offset is None else (lambda x: stiffness * offset(x))
+        return replace(
+            self, lam=lam, constants=constants, fluid=fluid, log_viscosity=self.log_viscosity * stiffness, offset=scaled
+        )
+
+
+def moes_load(lam: float) -> float:
+    """Moes load number M of a viscous number."""
+    return math.pi * math.sqrt(3.0 / (8.0 * lam))
+
+
+def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None = None) -> Scene:
+    """Scene of a contact and its lubricant; ``offset`` takes x in half-widths."""
+    radius, b, p_h = contact.radius_equivalent, contact.half_width, contact.pressure_hertz
+    speed = abs(contact.speed_entrainment)
+    lam = 12.0 * lubricant.viscosity_inlet * speed * radius**2 / (b**3 * p_h)
+    gamma, cross = 0.0, 1.0
+    law = lubricant.shear_law
+    reference = law.reference(p_h)
+    if contact.speed_sliding > 0.0 and not (law.plain and law.rheology == "newtonian"):
+        gamma = lubricant.viscosity_inlet * contact.speed_sliding * radius / (reference * b**2)
+        cross = contact.sliding_cosine**2
+    a, c = lubricant.density_constants
+    fluid = np.array([p_h, a * p_h, c * p_h, gamma, cross])
+    stiffness = float(lubricant.log_viscosity_ratio(np.array([p_h]))[0])
+    constants = np.asarray(lubricant.law_constants, dtype=float)
+    shear = law.numbers(p_h, reference, b / radius)
+    return Scene(
+        lam, lubricant.law_code, constants, fluid, stiffness, offset, shear, _rounding(contact, lubricant, lam)
+    )
+
+
+def _rounding(contact: LineContact, lubricant: Lubricant, lam: float) -> float:
+    """Shear number that rounds the spike.
+
+    The flow by shear thinning alone is gamma H^2 P'/lam. At the edge of the Hertz pressure, one exit length of about
+    H^(2/3) inside, P' is about H^(-1/3), but nowhere below 1: gamma is chosen to make that flow a small share of H.
+    """
+    modulus, radius = contact.effective_modulus, contact.radius_equivalent
+    speed = 2.0 * lubricant.viscosity_inlet * abs(contact.speed_entrainment) / (modulus * radius)
+    film = moes_1992(moes_load(lam), lubricant.pressure_viscosity * modulus * speed**0.25)
+    film *= math.sqrt(speed) * (radius / contact.half_width) ** 2
+    return float(ROUNDING * lam / film * min(1.0, film ** (1.0 / 3.0)))

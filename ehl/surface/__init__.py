@@ -1,0 +1,3 @@
+"""Rough surfaces: generated and measured height profiles."""
+
+from __future__ import annotations

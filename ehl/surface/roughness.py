@@ -1,0 +1,368 @@
+"""Rough profiles: generated ones with stated statistics, and what the profiles do not show (boundary film)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, interpolate
+
+from ehl.io.errors import InputError
+from ehl.surface.height_translation import translation
+
+FloatArray = NDArray[np.float64]
+
+# exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), has fallen to 5 % of its peak at k = 3.5/lc
+CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
+LEAST_FILM, MOST_FILM = 5e-9, 100e-9  # boundary films of the default rule [m]
+
+
+@dataclass(frozen=True, eq=False)
+class RoughProfile:
+    """Heights of one surface along x, mean zero, with the statistics measured on them.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (n,)
+        Heights above the mean line [m]; read-only.
+    spacing : float
+        Distance between samples [m]; a periodic profile has the length ``n * spacing``.
+    rms : float
+        Rq [m].
+    skewness, kurtosis : float
+        Third and fourth standardised moments [-]; 0 and 3 for a Gaussian.
+    correlation_length : float
+        Where the autocorrelation first falls to 1/e [m]; lc of the ACF exp(-(x/lc)^2). nan if it never does.
+    cutoff : float
+        Shortest wavelength kept [m].
+    rms_below_cutoff : float
+        RMS of what lies below that cut-off (sigma_sub) [m]; nan where no spectrum is known.
+    periodic : bool
+        Whether the last sample joins the first.
+    peklenik_number : float
+        Correlation length along y over that along x, as stated [-]; a line profile cannot show it.
+    seed : int or None
+        Of a generated profile.
+    source : str
+        How it came about.
+    notes : tuple of str
+        What was done to it on the way.
+    """
+
+    heights: FloatArray
+    spacing: float
+    rms: float
+    skewness: float
+    kurtosis: float
+    correlation_length: float
+    cutoff: float
+    rms_below_cutoff: float = math.nan
+    periodic: bool = True
+    peklenik_number: float = 1.0
+    seed: int | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        heights: FloatArray,
+        spacing: float,
+        *,
+        cutoff: float,
+        periodic: bool = True,
+        rms_below_cutoff: float = math.nan,
+        peklenik_number: float = 1.0,
+        seed: int | None = None,
+        source: str = "",
+        notes: tuple[str, ...] = (),
+    ) -> RoughProfile:
+        """A profile from its heights (the mean is taken out), with its statistics measured."""
+        z = np.asarray(heights, dtype=float) - np.mean(heights)
+        z.setflags(write=False)
+        rms, skewness, kurtosis = moments(z)
+        lc = measured_correlation_length(z, spacing, periodic=periodic)
+        return cls(
+            z,
+            float(spacing),
+            rms,
+            skewness,
+            kurtosis,
+            lc,
+            float(cutoff),
+            rms_below_cutoff,
+            periodic,
+            peklenik_number,
+            seed,
+            source,
+            notes,
+        )
+
+    @property
+    def length(self) -> float:
+        """Length of the profile [m]: one period, or first to last sample."""
+        return self.spacing * (len(self.heights) - (0 if self.periodic else 1))
+
+    @property
+    def x(self) -> FloatArray:
+        """Positions of the samples [m]."""
+        return np.asarray(self.spacing * np.arange(len(self.heights)), dtype=float)
+
+    def scaled(self, rms: float) -> RoughProfile:
+        """The same shape with another Rq [m]."""
+        if self.rms == 0.0:
+            raise InputError("rms", rms, "0 m", "A flat profile cannot be scaled.")
+        factor = rms / self.rms
+        heights = self.heights * factor
+        heights.setflags(write=False)
+        below = self.rms_below_cutoff * factor
+        return replace(self, heights=heights, rms=rms, rms_below_cutoff=below)
+
+    def resampled(self, spacing: float) -> RoughProfile:
+        """The same profile at another spacing [m]; exact for a periodic band-limited one, cubic spline otherwise.
+
+        Raises
+        ------
+        InputError
+            The new spacing cannot carry the shortest wavelength kept.
+        """
+        _check_spacing(spacing, self.cutoff)
+        if self.periodic:
+            count = _count(self.length, spacing)
+            spectrum = fft.rfft(self.heights)
+            kept = np.zeros(count // 2 + 1, dtype=complex)
+            shared = min(len(spectrum), len(kept))
+            kept[:shared] = spectrum[:shared]
+            heights = fft.irfft(kept, count) * (count / len(self.heights))
+            step = self.length / count
+        else:
+            step = spacing
+            points = np.arange(0.0, self.length * (1.0 + 1e-12), step)
+            heights = interpolate.CubicSpline(self.x, self.heights)(np.minimum(points, self.length))
+        return RoughProfile.of(
+            heights,
+            step,
+            cutoff=self.cutoff,
+            periodic=self.periodic,
+            rms_below_cutoff=self.rms_below_cutoff,
+            peklenik_number=self.peklenik_number,
+            seed=self.seed,
+            source=self.source,
+            notes=(*self.notes, f"resampled to {step:.4g} m"),
+        )
+
+
+def moments(heights: FloatArray) -> tuple[float, float, float]:
+    """Rq [m], skewness [-] and kurtosis [-] of heights with mean zero; (0, 0, 3) for a flat profile."""
+    rms = float(np.sqrt(np.mean(heights**2)))
+    if rms == 0.0:
+        return 0.0, 0.0, 3.0
+    unit = heights / rms
+    return rms, float(np.mean(unit**3)), float(np.mean(unit**4))
+
+
+def autocorrelation(heights: FloatArray, *, periodic: bool = True) -> FloatArray:
+    """Autocorrelation at lags 0, 1, 2... samples, 1 at lag 0; unbiased for a profile that is not periodic."""
+    n = len(heights)
+    size = n if periodic else fft.next_fast_len(2 * n)
+    power = np.abs(fft.rfft(heights, size)) ** 2
+    raw = fft.irfft(power, size)[: n // 2 + 1]
+    if not periodic:
+        raw = raw * (n / (n - np.arange(len(raw))))
+    return np.asarray(raw / raw[0]) if raw[0] > 0.0 else np.ones_like(raw)
+
+
+def measured_correlation_length(heights: FloatArray, spacing: float, *, periodic: bool = True) -> float:
+    """Lag at which the autocorrelation first falls to 1/e [m]; nan if it never does."""
+    acf = autocorrelation(heights, periodic=periodic)
+    below = np.flatnonzero(acf < math.exp(-1.0))
+    if not len(below):
+        return math.nan
+    i = int(below[0])
+    # a Gaussian ACF is a straight line in sqrt(-ln ACF); past a zero crossing only its own ordinate is left
+    if acf[i] > 0.0:
+        before, after = math.sqrt(max(-math.log(min(acf[i - 1], 1.0)), 0.0)), math.sqrt(-math.log(acf[i]))
+        fraction = (1.0 - before) / (after - before)
+    else:
+        fraction = (acf[i - 1] - math.exp(-1.0)) / (acf[i - 1] - acf[i])
+    return spacing * (i - 1 + float(fraction))
+
+
+def generate_profile(
+    rms: float,
+    correlation_length: float,
+    length: float,
+    spacing: float,
+    seed: int,
+    *,
+    skewness: float = 0.0,
+    kurtosis: float = 3.0,
+    cutoff: float | None = None,
+    peklenik_number: float = 1.0,
+) -> RoughProfile:
+    """Periodic, band-limited random profile with the autocorrelation exp(-(x/lc)^2).
+
+    The spectrum is fixed by seed, length, correlation length and cut-off alone: another spacing samples the same
+    profile at other points. Heights other than Gaussian come from a monotone Johnson translation of the Gaussian
+    profile; it adds overtones above the cut-off and shortens the correlation length a little.
+
+    Parameters
+    ----------
+    rms : float
+        Rq of the whole period [m]; 0 gives a flat profile.
+    correlation_length : float
+        lc of the autocorrelation [m].
+    length : float
+        Period [m]; at least 4 lc.
+    spacing : float
+        Wanted sample distance [m]; the nearest one that divides the period is used.
+    seed : int
+        Non-negative.
+    skewness, kurtosis : float
+        Of the height distribution the profile is drawn from [-]; one profile scatters about them.
+    cutoff : float, optional
+        Shortest wavelength kept [m]; 2 pi lc/3.5 when not given.
+    peklenik_number : float
+        Stated lay of the surface, carried along [-].
+
+    Returns
+    -------
+    RoughProfile
+        With the statistics measured on it.
+
+    Raises
+    ------
+    InputError
+        A value is out of range, the spacing cannot carry the cut-off, or no distribution has such moments.
+    """
+    _require("rms", rms, rms >= 0.0, ">= 0 m")
+    _require("correlation_length", correlation_length, correlation_length > 0.0, "> 0 m")
+    _require(
+        "length", length, length >= 4.0 * correlation_length, f">= 4 correlation lengths ({4 * correlation_length:g} m)"
+    )
+    _require("seed", seed, isinstance(seed, (int, np.integer)) and seed >= 0, "an integer >= 0")
+    shortest = CUTOFF_PER_CORRELATION_LENGTH * correlation_length if cutoff is None else float(cutoff)
+    _require(
+        "cutoff",
+        shortest,
+        0.0 < shortest <= length / 4.0,
+        f"> 0 and at most a quarter of the length ({length / 4:g} m)",
+    )
+    _check_spacing(spacing, shortest)
+    count = _count(length, spacing)
+    modes = _modes(seed, correlation_length, length, shortest)
+    # statistics, level and scale come from one fine sampling: they must not depend on the spacing asked for
+    fine, heights = _synthesis(modes, 16 * len(modes)), _synthesis(modes, count)
+    if (skewness, kurtosis) != (0.0, 3.0):
+        curve = translation(skewness, kurtosis)
+        fine, heights = curve(fine), curve(heights)
+        heights = (heights - np.mean(fine)) / np.std(fine)
+        fine = (fine - np.mean(fine)) / np.std(fine)
+    heights = rms * heights
+    heights.setflags(write=False)
+    _, measured_skewness, measured_kurtosis = moments(fine)
+    return RoughProfile(
+        heights,
+        length / count,
+        float(rms),
+        measured_skewness,
+        measured_kurtosis,
+        measured_correlation_length(fine, length / len(fine)),
+        shortest,
+        peklenik_number=peklenik_number,
+        seed=int(seed),
+        source=f"generated: ACF exp(-(x/{correlation_length:g} m)^2), skewness {skewness:g}, kurtosis {kurtosis:g}",
+    )
+
+
+def _modes(seed: int, lc: float, length: float, shortest: float) -> NDArray[np.complex128]:
+    """Complex amplitudes of the wave numbers 1..n over the period, scaled to unit variance."""
+    count = int(length / shortest * (1.0 + 1e-12))
+    k = 2.0 * math.pi * np.arange(1, count + 1) / length
+    # one row of the draw per mode: the long waves stay when only the cut-off changes
+    draw = np.random.default_rng(seed).standard_normal((count, 2))
+    amplitude = (draw[:, 0] + 1j * draw[:, 1]) * np.exp(-((k * lc) ** 2) / 8.0)
+    return np.asarray(amplitude / math.sqrt(2.0 * float(np.sum(np.abs(amplitude) ** 2))))
+
+
+def _synthesis(modes: NDArray[np.complex128], count: int) -> FloatArray:
+    spectrum = np.zeros(count // 2 + 1, dtype=complex)
+    spectrum[1 : len(modes) + 1] = modes
+    return np.asarray(fft.irfft(spectrum, count) * count)
+
+
+def _count(length: float, spacing: float) -> int:
+    return max(1, round(length / spacing))
+
+
+def _check_spacing(spacing: float, shortest: float) -> None:
+    _require("spacing", spacing, spacing > 0.0, "> 0 m")
+    if spacing > shortest / 2.2:
+        raise InputError(
+            "spacing",
+            spacing,
+            f"at most {shortest / 2.2:.4g} m for a profile with wavelengths down to {shortest:.4g} m",
+            "Use a finer mesh, or a longer cut-off with the removed part counted in the boundary film.",
+        )
+
+
+def _require(field: str, value: object, holds: bool, allowed: str) -> None:
+    if not holds:
+        raise InputError(field, value, allowed)
+
+
+@dataclass(frozen=True)
+class BoundaryFilm:
+    """Gap h_boundary at which solids count as touching, and whether usual meshes resolve it.
+
+    Parameters
+    ----------
+    thickness : float
+        h_boundary [m].
+    bounded : bool
+        Whether the rule left 5..100 nm and was cut off there.
+    unresolved : bool
+        Whether it lies below 10 nm, where friction still moves with the mesh at 1024 nodes.
+    """
+
+    thickness: float
+    bounded: bool
+    unresolved: bool
+
+
+def boundary_film(
+    rms: float,
+    rms_below_cutoff: float | None = None,
+    *,
+    adsorbed: float = 2e-9,
+    factor: float = 2.5,
+    share_unknown: float = 0.05,
+) -> BoundaryFilm:
+    """Default boundary film: adsorbed or reaction film plus 2.5 times the RMS of the roughness the profiles leave out.
+
+    Ours, an estimate: friction between film ratios of about 0.5 and 0.01 depends on it by a factor of 2 to 3, so it
+    should be calibrated on one measured Stribeck curve.
+
+    Parameters
+    ----------
+    rms : float
+        Composite Rq of both profiles [m].
+    rms_below_cutoff : float, optional
+        sigma_sub, composite [m]; where None or nan, ``share_unknown * rms``.
+    adsorbed : float
+        Thickness of the adsorbed or reaction film [m].
+    factor : float
+        Multiple of sigma_sub [-].
+    share_unknown : float
+        sigma_sub over Rq where no spectrum is known [-].
+    """
+    _require("rms", rms, rms >= 0.0, ">= 0 m")
+    _require("adsorbed", adsorbed, adsorbed >= 0.0, ">= 0 m")
+    known = rms_below_cutoff is not None and not math.isnan(rms_below_cutoff)
+    sigma = float(rms_below_cutoff) if known and rms_below_cutoff is not None else share_unknown * rms
+    _require("rms_below_cutoff", sigma, sigma >= 0.0, ">= 0 m")
+    rule = adsorbed + factor * sigma
+    thickness = min(max(rule, LEAST_FILM), MOST_FILM)
+    return BoundaryFilm(thickness, thickness != rule, thickness < 10e-9)

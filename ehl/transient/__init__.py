@@ -1,9 +1,0 @@
-"""Transient rough mixed EHL of a line contact: two moving surfaces, film, contact, drainage and heat."""
-
-from __future__ import annotations
-
-from ehl.transient.result import Fallbacks, Profiles, Snapshot, TransientResult
-from ehl.transient.solve import solve_transient
-from ehl.transient.surfaces import RoughSurfaces
-
-__all__ = ["Fallbacks", "Profiles", "RoughSurfaces", "Snapshot", "TransientResult", "solve_transient"]

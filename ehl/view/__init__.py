@@ -1,0 +1,3 @@
+"""Tables, figures, pages and animations of one contact."""
+
+from __future__ import annotations

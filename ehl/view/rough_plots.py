@@ -1,0 +1,242 @@
+"""Figure of a rough contact in motion: time means, the last step, friction over the way, the roughness that passed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.rough import TransientResult
+from ehl.rough.accuracy import BATCH
+from ehl.rough.batches import FEWEST, batch_means
+from ehl.rough.mixed import rough_surfaces
+from ehl.surface.roughness import RoughProfile, autocorrelation
+from ehl.view.plots import BLUE, GREY, ORANGE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ehl.case import Case
+    from ehl.solve import ContactResult
+
+Array = NDArray[np.float64]
+
+DARK, RED = "#222831", "#a3242c"
+SURFACES = (BLUE, ORANGE)
+KELVIN = 273.15
+SHOWN = (-2.0, 1.35)  # [b]
+
+
+def plot_transient(case: Case, result: ContactResult) -> Figure:
+    """All of a deterministic solution on one page.
+
+    Left the means over time, right the last step, below friction over the rolled distance and the profiles.
+    """
+    from matplotlib.figure import Figure
+
+    run = result.transient
+    assert run is not None
+    b = case.line_contact().half_width
+    hot = result.heat is not None
+    surfaces = rough_surfaces(case.surface, b)
+    figure = Figure(figsize=(11.0, 13.0), layout="constrained")
+    axes = figure.subplot_mosaic(
+        [
+            ["pressure", "pressure_now"],
+            ["film", "film_now"],
+            ["temperature" if hot else "film", "filling"],
+            ["friction", "friction"],
+            ["heights", "heights"],
+            ["correlation", "spectrum"],
+        ],
+        height_ratios=(3.0, 2.4, 1.8, 2.2, 1.9, 2.2),
+    )
+    figure.suptitle(_summary(result), fontsize=10)
+    _mean_pressure(axes["pressure"], case, run)
+    _mean_film(axes["film"], result, run, b)
+    if hot:
+        _mean_temperature(axes["temperature"], run, b)
+    _last_pressure(axes["pressure_now"], case, run)
+    _last_film(axes["film_now"], run, b)
+    _last_filling(axes["filling"], run, b)
+    for name in ("pressure", "film", "pressure_now", "film_now"):
+        axes[name].set_xlim(SHOWN)
+    for name in ("temperature" if hot else "film", "filling"):
+        axes[name].set(xlim=SHOWN, xlabel="x/b [-]")
+    _friction(axes["friction"], run)
+    profiles = [(i, p) for i, p in enumerate((surfaces.profile_1, surfaces.profile_2)) if p is not None and p.rms > 0.0]
+    _heights(axes["heights"], profiles, b)
+    _correlation(axes["correlation"], profiles)
+    _spectrum(axes["spectrum"], profiles)
+    return figure
+
+
+def _summary(result: ContactResult) -> str:
+    errors = f"mesh ±{100.0 * result.mesh_error:.2g} %, 90 % interval ±{100.0 * result.statistical_error:.2g} %"
+    first = f"$\\mu$ = {result.friction_coefficient:.4f} ({errors})"
+    if math.isfinite(result.friction_boundary_half):
+        half, double = result.friction_boundary_half, result.friction_boundary_double
+        first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
+    second = f"$\\lambda$ = {result.film_ratio:.2g},  asperities carry {100.0 * result.asperity_load_share:.2g} %"
+    if math.isfinite(result.roughness_load_share):
+        second += f", {100.0 * result.roughness_load_share:.2g} % above the macroscopic pressure"
+    return f"{first}\n{second},  {result.status} {result.reason}".rstrip()
+
+
+def hertz_line(axes: Axes, pressure_hertz: float) -> None:
+    """The Hertz pressure over x/b [GPa]."""
+    inside = np.linspace(-1.0, 1.0, 201)
+    axes.plot(inside, pressure_hertz / 1e9 * np.sqrt(1.0 - inside**2), color=GREY, lw=1.0, ls="--", label="Hertz")
+
+
+def _mean_pressure(axes: Axes, case: Case, run: TransientResult) -> None:
+    contact, profiles = case.line_contact(), run.profiles
+    x = profiles.x / contact.half_width
+    hertz_line(axes, contact.pressure_hertz)
+    axes.plot(x, (profiles.pressure_fluid + profiles.pressure_asperity) / 1e9, color=DARK, lw=1.0, label="total")
+    axes.plot(x, profiles.pressure_fluid / 1e9, color=BLUE, label="fluid")
+    axes.fill_between(x, profiles.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
+    if math.isfinite(run.roughness_load_share):
+        axes.plot(x, profiles.pressure_macroscopic / 1e9, color=RED, ls=":", label="macroscopic")
+    axes.set(ylabel="pressure [GPa]", ylim=(0.0, None))
+    axes.set_title(f"mean over {run.travel:.3g} half-widths of travel", fontsize=9)
+    axes.legend(loc="upper left", frameon=False, fontsize=8)
+
+
+def _mean_film(axes: Axes, result: ContactResult, run: TransientResult, b: float) -> None:
+    assert result.isothermal is not None
+    smooth = result.isothermal
+    axes.plot(smooth.x / b, smooth.film * 1e9, color=GREY, lw=1.0, ls="--", label="smooth, isothermal")
+    axes.plot(run.profiles.x / b, run.profiles.film * 1e9, color=BLUE, label="film")
+    axes.axhline(run.boundary_film * 1e9, color=RED, lw=0.8, ls=":", label="boundary film")
+    highest = max(run.film_mean, smooth.film_central)
+    axes.set(ylabel="film thickness [nm]", ylim=(0.0, 3.0 * highest * 1e9))
+    axes.legend(loc="upper center", frameon=False, fontsize=8)
+
+
+def _mean_temperature(axes: Axes, run: TransientResult, b: float) -> None:
+    x = run.profiles.x / b
+    axes.plot(x, run.profiles.temperature_film - KELVIN, color=ORANGE, label="film, mid-layer")
+    axes.plot(x, run.profiles.temperature_surface - KELVIN, color=BLUE, label="warmer surface")
+    axes.set(ylabel="temperature [degC]")
+    axes.legend(loc="upper left", frameon=False, fontsize=8)
+
+
+def _last_pressure(axes: Axes, case: Case, run: TransientResult) -> None:
+    contact, last = case.line_contact(), run.snapshot
+    x = last.x / contact.half_width
+    hertz_line(axes, contact.pressure_hertz)
+    axes.plot(x, last.pressure_fluid / 1e9, color=BLUE, lw=1.2, label="fluid")
+    axes.fill_between(x, last.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
+    axes.set(ylabel="pressure [GPa]", ylim=(0.0, None))
+    axes.set_title("last time step", fontsize=9)
+    axes.legend(loc="upper left", frameon=False, fontsize=8)
+
+
+def _last_film(axes: Axes, run: TransientResult, b: float) -> None:
+    last = run.snapshot
+    x, film = last.x / b, last.film * 1e9
+    axes.plot(x, film, color=BLUE, lw=1.2, label="film")
+    axes.axhline(run.boundary_film * 1e9, color=RED, lw=0.8, ls=":", label="boundary film")
+    touching = last.pressure_asperity > 0.0
+    axes.plot(x[touching], film[touching], color=ORANGE, marker="o", ms=4.0, ls="none", label="contact")
+    inside = np.abs(x) < 1.0
+    axes.set(ylabel="film thickness [nm]", ylim=(0.0, 1.45 * float(film[inside].max())))
+    axes.legend(loc="upper center", framealpha=0.9, edgecolor="none", fontsize=8, ncols=3)
+
+
+def _last_filling(axes: Axes, run: TransientResult, b: float) -> None:
+    x = run.snapshot.x / b
+    axes.fill_between(x, run.snapshot.filling, color=BLUE, alpha=0.25, lw=0.0)
+    axes.plot(x, run.snapshot.filling, color=BLUE, lw=1.0)
+    axes.set(ylabel="filling of the gap [-]", ylim=(0.0, 1.05))
+
+
+def running_mean(run: TransientResult) -> tuple[Array, Array, Array]:
+    """Mean of mu and half width of its 90 % interval over the first 2, 4, 6... half-widths of the window.
+
+    Returns
+    -------
+    travel, mean, half_width : ndarray, shape (n,)
+        [b], [-], [-]; the half width is nan as long as the batches are too few.
+    """
+    mu = run.history_friction
+    per_half_width = mu.size / run.travel
+    batch = round(BATCH * per_half_width)
+    ends = np.arange(batch, mu.size + 1, batch)
+    pairs = np.array([batch_means(mu[:end], batch) for end in ends]).reshape(-1, 2)
+    return run.history_travel[ends - 1], pairs[:, 0], pairs[:, 1]
+
+
+def _friction(axes: Axes, run: TransientResult) -> None:
+    travel, mean, half_width = running_mean(run)
+    axes.plot(run.history_travel, run.history_friction, color=GREY, lw=0.6, alpha=0.8, label="each time step")
+    known = np.isfinite(half_width)
+    if known.any():
+        axes.fill_between(
+            travel[known], (mean - half_width)[known], (mean + half_width)[known], color=BLUE, alpha=0.2, lw=0.0,
+            label=f"90 % interval, from {FEWEST} batches on",
+        )  # fmt: skip
+    axes.plot(travel, mean, color=BLUE, label="running mean")
+    axes.set(xlim=(0.0, run.travel), xlabel="rolled distance [b]", ylabel="friction coefficient [-]")
+    low, high = np.quantile(run.history_friction, (0.002, 0.998))
+    axes.set_ylim(low - 0.1 * (high - low), high + 0.35 * (high - low))
+    axes.legend(loc="upper right", frameon=False, fontsize=8, ncols=3)
+
+
+def _heights(axes: Axes, profiles: list[tuple[int, RoughProfile]], b: float) -> None:
+    apart = 8.0 * max(profile.rms for _, profile in profiles) * 1e6
+    mark = float(f"{0.25 * apart:.1g}")
+    words, ticks, labels = [], [], []
+    for row, (i, profile) in enumerate(profiles):
+        axes.plot(profile.x * 1e3, profile.heights * 1e6 - row * apart, color=SURFACES[i], lw=0.7)
+        words.append(
+            f"surface {i + 1}: Rq {profile.rms * 1e6:.3g} µm, "
+            f"correlation length {profile.correlation_length * 1e6:.3g} µm, "
+            f"skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}, "
+            f"cut-off {profile.cutoff * 1e6:.3g} µm ({profile.source.split(':')[0]})"
+        )
+        ticks += [value - row * apart for value in (-mark, 0.0, mark)]
+        labels += [f"{-mark:g}", "0", f"{mark:g}"]
+    axes.set_yticks(ticks, labels, fontsize=8)
+    longest = max(profile.length for _, profile in profiles)
+    axes.set(xlim=(0.0, longest * 1e3), xlabel="x [mm]", ylabel="height [µm]")
+    axes.set_title("\n".join(words), fontsize=8)
+    low, high = axes.get_ylim()
+    y = low - 0.02 * (high - low)
+    axes.plot([0.0, 2.0 * b * 1e3], [y, y], color=DARK, lw=3.0, solid_capstyle="butt")
+    axes.annotate("Hertz width", (2.0 * b * 1e3, y), xytext=(4, 0), textcoords="offset points", fontsize=8, va="center")
+    axes.set_ylim(y - 0.08 * (high - low), high)
+
+
+def _correlation(axes: Axes, profiles: list[tuple[int, RoughProfile]]) -> None:
+    known = [p.correlation_length for _, p in profiles if math.isfinite(p.correlation_length)]
+    reach = 4.0 * max(known) if known else 0.1 * max(p.length for _, p in profiles)
+    for i, profile in profiles:
+        acf = autocorrelation(np.asarray(profile.heights), periodic=profile.periodic)
+        lag = profile.spacing * np.arange(acf.size)
+        near = lag <= reach
+        axes.plot(lag[near] * 1e6, acf[near], color=SURFACES[i], label=f"surface {i + 1}")
+        if math.isfinite(profile.correlation_length):
+            smooth = np.exp(-((lag[near] / profile.correlation_length) ** 2))
+            axes.plot(lag[near] * 1e6, smooth, color=SURFACES[i], lw=0.8, ls="--")
+    axes.axhline(0.0, color=GREY, lw=0.5)
+    axes.plot([], [], color=GREY, lw=0.8, ls="--", label="Gaussian of the same length")
+    axes.set(xlabel="lag [µm]", ylabel="autocorrelation [-]", xlim=(0.0, reach * 1e6))
+    axes.legend(loc="upper right", frameon=False, fontsize=8)
+
+
+def _spectrum(axes: Axes, profiles: list[tuple[int, RoughProfile]]) -> None:
+    for i, profile in profiles:
+        n = profile.heights.size
+        amplitude = 2.0 * np.abs(np.fft.rfft(profile.heights * 1e9)[1:]) / n
+        wavelength = profile.length / np.arange(1, amplitude.size + 1) * 1e6
+        shown = amplitude > 1e-5 * float(amplitude.max())
+        axes.loglog(wavelength[shown], amplitude[shown], color=SURFACES[i], lw=0.7, label=f"surface {i + 1}")
+        axes.axvline(profile.cutoff * 1e6, color=SURFACES[i], lw=0.8, ls=":")
+    axes.plot([], [], color=GREY, lw=0.8, ls=":", label="cut-off")
+    axes.set(xlabel="wavelength [µm]", ylabel="amplitude [nm]")
+    axes.legend(loc="lower right", frameon=False, fontsize=8)

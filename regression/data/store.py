@@ -1,0 +1,462 @@
+"""Results on disk: one HDF5 file per shard, one writer per file, columns that grow, the key written last.
+
+A row counts only when its key is on disk, and the key column is extended after everything else was flushed. A process
+that dies loses at most the rows since the last flush; whatever it tore is cut off at the next opening. Each row carries
+the checksum of its content: a row that was overwritten, or lost to a truncated file, is computed again.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from ehl.io.errors import InputError
+from regression import __version__
+from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS, Rows, checksums, pack
+
+STORE_SCHEMA = 2
+# the oldest format of the superblock has no "opened for writing" mark, which a killed writer would leave behind
+LIBVER = ("earliest", "v110")
+# rows of a block: what one damaged place on the disk can cost
+_CHUNK = 64
+_COLUMNS = (*NUMBER_UNITS, *TEXT_WIDTHS, "check")
+# most that a block of rows makes the file grow: its content, and a node of the index of every column
+_BLOCK_BYTES = 2 * _CHUNK * ROW.itemsize + 4096 * (len(_COLUMNS) + 1)
+
+# what all files of one run share
+_SHARED = ("plan_name", "plan_hash", "solver_version", "oil", "oil_hash", "bodies_hash", "count")
+# what must not have changed when a run goes on
+_SAME = {
+    "plan_hash": "another plan",
+    "solver_version": "another version of the solver",
+    "oil_hash": "an oil card with other figures",
+    "bodies_hash": "materials with other figures",
+}
+
+
+class ResultStore:
+    """One result file, open for writing.
+
+    Parameters
+    ----------
+    path : Path
+        The file; made if there is none.
+    meta : mapping
+        What the run is, by the names of `regression.sweep.sweep.run_meta`; an existing file must be of the same run.
+
+    Attributes
+    ----------
+    torn : int
+        Rows of an earlier process that were cut off because they were not whole.
+    damaged : int
+        Rows whose content no longer matches their checksum; they do not count.
+    saved : int or None
+        Rows taken over from a file that was cut short or broken, which lies beside this one as ``.damaged``; None where
+        the file was sound.
+
+    Raises
+    ------
+    InputError
+        The file belongs to another run, has a newer schema, is damaged beyond use, or another process writes to it.
+    """
+
+    def __init__(self, path: Path, meta: Mapping[str, str | int]) -> None:
+        self.path = path
+        self.saved: int | None = None
+        if not path.exists():
+            _create(path, meta)
+        try:
+            self._open_checked(meta)
+        except _Broken:
+            self.saved = _save_rows(path, meta)
+            self._open_checked(meta)
+
+    def _open_checked(self, meta: Mapping[str, str | int]) -> None:
+        self._file = _open(self.path, "r+")
+        try:
+            with _undamaged(self.path):
+                _check_schema(self._file, self.path)
+                _check_same(self._file, self.path, meta)
+                self.torn = self._cut_torn_rows()
+                self._rows, self.damaged = _whole_rows(self._file)
+                self._columns = {name: self._file[name].id for name in ("key", *_COLUMNS)}
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _cut_torn_rows(self) -> int:
+        """Cut every column back to the rows whose key is on disk; returns how many rows were cut."""
+        columns = [self._file[name] for name in _COLUMNS]
+        keys = self._file["key"]
+        whole = min(len(keys), *(len(column) for column in columns))
+        # a key of zeros was allocated and never written
+        written = np.flatnonzero(keys[:whole] != b"")
+        whole = int(written[-1]) + 1 if written.size else 0
+        longest = max(len(keys), *(len(column) for column in columns))
+        if longest > whole:
+            for column in (keys, *columns):
+                column.resize((whole,))
+            self._file.flush()
+        return longest - whole
+
+    def rows(self) -> dict[str, tuple[str, str, int]]:
+        """Status, reason and attempts of every case that was on disk when the file was opened, by key."""
+        texts = ([text.decode() for text in self._rows[name]] for name in ("key", "status", "reason"))
+        tries = np.nan_to_num(self._rows["attempts"], nan=1.0)
+        return {key: (status, reason, int(n)) for key, status, reason, n in zip(*texts, tries, strict=True)}
+
+    def append(self, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Write rows and put them on disk; the keys go last.
+
+        Raises
+        ------
+        InputError
+            The disk is full or gone; what was on it before stays valid.
+        """
+        if not rows:
+            return
+        self._append(pack(rows))
+
+    def _append(self, packed: Rows) -> None:
+        try:
+            self._write(packed)
+        except (OSError, RuntimeError) as error:
+            hint = f"{error}. Make room and give the same command again."
+            raise InputError("run", str(self.path), "a disk that can be written", hint) from None
+
+    def _write(self, packed: Rows) -> None:
+        blocks = len(packed) // _CHUNK + 2
+        self._take_room(blocks * _BLOCK_BYTES)
+        for name in (*NUMBER_UNITS, *TEXT_WIDTHS):
+            self._extend(name, packed[name])
+        self._extend("check", checksums(packed))
+        self._to_disk()
+        # flushing gave the rest of the room back
+        self._take_room(blocks * (_CHUNK * KEY_WIDTH + 4096))
+        self._extend("key", packed["key"])
+        self._to_disk()
+
+    def _take_room(self, size: int) -> None:
+        """Take bytes behind the end from the disk: HDF5 crashes the process when a disk fills up under it."""
+        _reserve(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), size)
+
+    def _extend(self, name: str, values: np.ndarray[Any, Any]) -> None:
+        """Put values behind the last of a column; h5py's own indexing takes ten times as long."""
+        column = self._columns[name]
+        start = column.shape[0]
+        column.set_extent((start + values.size,))
+        space = column.get_space()
+        space.select_hyperslab((start,), values.shape)
+        column.write(h5py.h5s.create_simple(values.shape), space, np.ascontiguousarray(values))
+
+    def _to_disk(self) -> None:
+        self._file.flush()
+        # past the system's cache too, so that the order of data and keys holds if the power fails
+        os.fsync(self._file.id.get_vfd_handle())
+
+    def close(self) -> None:
+        """Close the file; what a full disk refuses now was refused, and said, before."""
+        try:
+            self._file.close()
+            # opened anew, HDF5 cuts off the room that was taken and not needed
+            h5py.File(self.path, "r+", libver=LIBVER).close()
+        except (OSError, RuntimeError) as error:
+            hint = f"{error}. Make room and give the same command again."
+            raise InputError("run", str(self.path), "a disk that can be written", hint) from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.close()
+        except InputError:
+            if value is None:
+                raise
+
+
+def _reserve(descriptor: int, start: int, size: int) -> None:
+    """Take bytes of a file from the disk, where the system can."""
+    if hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(descriptor, start, size)
+
+
+def _create(path: Path, meta: Mapping[str, str | int]) -> None:
+    """Make an empty result file; it appears under its name only when it is whole."""
+    draft = path.with_name(f"{path.name}.{os.getpid()}.new")
+    try:
+        with draft.open("wb") as file:
+            _reserve(file.fileno(), 0, 2 * _BLOCK_BYTES + len(str(meta["plan"])))
+        with h5py.File(draft, "w", libver=LIBVER) as file:
+            file.attrs["schema"] = STORE_SCHEMA
+            file.attrs["writer"] = f"mixed-ehl {__version__}"
+            for name in _SHARED:
+                file.attrs[name] = meta[name]
+            # a dataset: the plan of a long table is too much for an attribute
+            file["plan"] = str(meta["plan"])
+            file["plan"].attrs["unit"] = "JSON"
+            for name, unit in NUMBER_UNITS.items():
+                column = file.create_dataset(name, (0,), "f8", maxshape=(None,), chunks=(_CHUNK,), fillvalue=np.nan)
+                column.attrs["unit"] = unit or "1"
+            for name, width in (*TEXT_WIDTHS.items(), ("key", KEY_WIDTH)):
+                column = file.create_dataset(name, (0,), f"S{width}", maxshape=(None,), chunks=(_CHUNK,))
+                column.attrs["unit"] = "text"
+            column = file.create_dataset("check", (0,), "u4", maxshape=(None,), chunks=(_CHUNK,))
+            column.attrs["unit"] = "CRC-32 of the row"
+        draft.replace(path)
+    except (OSError, RuntimeError) as error:
+        draft.unlink(missing_ok=True)
+        raise InputError("run", str(path), "a folder that can be written", f"{error}.") from None
+
+
+class _Broken(InputError):
+    """A file that is cut short or broken inside: part of its rows may be saved."""
+
+
+def _open(path: Path, mode: str, locking: bool = True) -> h5py.File:
+    try:
+        # some network file systems cannot lock; there one writer per file is the user's care
+        return h5py.File(path, mode, libver=LIBVER, locking="best-effort" if locking else False)
+    except OSError as error:
+        # HDF5 speaks of blocks too: only these words mean a lock
+        if isinstance(error, BlockingIOError) or "unable to lock file" in str(error):
+            hint = "Is the same shard running?"
+            raise InputError("run", str(path), "a file no other process writes to", hint) from None
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: Path, error: Exception) -> InputError:
+    if isinstance(error, PermissionError):
+        return InputError("run", str(path), "a file that can be read and written", f"{error}.")
+    hint = f"It is damaged or no result file ({error}); move it away and sweep again to compute its cases."
+    return _Broken("run", str(path), "a readable result file", hint)
+
+
+@contextmanager
+def _undamaged(path: Path) -> Iterator[None]:
+    """Whatever reading a damaged file raises in the block becomes one sentence that names the file."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
+        raise _damaged(path, error) from None
+
+
+def _whole_rows(file: h5py.File) -> tuple[Rows, int]:
+    """The rows whose content matches their checksum, and how many others there are."""
+    size = min(len(file[name]) for name in ("key", *_COLUMNS))
+    packed = np.zeros(size, ROW)
+    for name in ROW.names or ():
+        packed[name] = file[name][:size]
+    stated = file["check"][:size]
+    keyed = packed["key"] != b""
+    whole = keyed & (checksums(packed) == stated)
+    return packed[whole], int(np.count_nonzero(keyed & ~whole))
+
+
+def _save_rows(path: Path, meta: Mapping[str, str | int]) -> int:
+    """Take the whole rows of a file that is cut short or broken over into a new one; returns how many.
+
+    The damaged file stays beside it.
+
+    Raises
+    ------
+    InputError
+        It is not a result file, belongs to another run, or nothing in it can be read.
+    """
+    copy = path.with_name(f"{path.name}.{os.getpid()}.new")
+    try:
+        shutil.copyfile(path, copy)
+        _restore_length(copy)
+        with _undamaged(path), _open(copy, "r", locking=False) as file:
+            _check_schema(file, path)
+            _check_same(file, path, meta)
+            packed = _readable_rows(file)
+    except OSError as error:
+        raise InputError("run", str(path), "a folder that can be written", f"{error}.") from None
+    finally:
+        copy.unlink(missing_ok=True)
+    path.replace(path.with_name(path.name + ".damaged"))
+    _create(path, meta)
+    with ResultStore(path, meta) as store:
+        store._append(packed)
+    return len(packed)
+
+
+def _restore_length(path: Path) -> None:
+    """Give a file that was cut short its length back, as zeros: HDF5 opens no shorter one than it was closed with."""
+    try:
+        h5py.File(path, "r", locking=False).close()
+    except OSError as error:
+        stored = re.search(r"stored_eof = (\d+)", str(error))
+        if stored is not None and "truncated" in str(error):
+            os.truncate(path, int(stored[1]))
+
+
+def _readable_rows(file: h5py.File) -> Rows:
+    """The rows that can be read from a broken file, block by block, and match their checksum."""
+    lengths = []
+    for name in ("key", *_COLUMNS):
+        try:
+            lengths.append(len(file[name]))
+        except (OSError, RuntimeError, KeyError):
+            return np.zeros(0, ROW)
+    size = min(lengths)
+    packed, stated = np.zeros(size, ROW), np.zeros(size, np.uint32)
+    for start in range(0, size, _CHUNK):
+        block = slice(start, min(start + _CHUNK, size))
+        try:
+            for name in ROW.names or ():
+                packed[name][block] = file[name][block]
+            stated[block] = file["check"][block]
+        except (OSError, RuntimeError):
+            # these rows keep a blank key
+            packed["key"][block] = b""
+    whole = (packed["key"] != b"") & (checksums(packed) == stated)
+    return np.asarray(packed[whole])
+
+
+def _attribute(file: h5py.File, name: str) -> Any:
+    value = file.attrs.get(name)
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def _check_same(file: h5py.File, path: Path, meta: Mapping[str, str | int]) -> None:
+    for name, what in _SAME.items():
+        if _attribute(file, name) != meta[name]:
+            hint = f"It holds results of {what}; give another output folder."
+            raise InputError("run", str(path), "a folder of this plan's own results", hint)
+
+
+def _check_schema(file: h5py.File, path: Path) -> None:
+    schema = _attribute(file, "schema")
+    if not isinstance(schema, int):
+        raise InputError("run", str(path), "a result file of `mixed-ehl sweep`", "It holds no schema number.")
+    if schema > STORE_SCHEMA:
+        raise InputError(
+            f"{path.name}.schema",
+            schema,
+            f"at most {STORE_SCHEMA}",
+            f"It was written by the newer version {_attribute(file, 'writer')}; update mixed-ehl to read it.",
+        )
+    lacking = [name for name in ("key", *_COLUMNS) if name not in file]
+    if schema < STORE_SCHEMA or lacking:
+        lack = f"It lacks {', '.join(lacking[:5])}: " if lacking else ""
+        hint = f"{lack}damaged, or of an older version. Move it away and sweep again."
+        raise InputError("run", str(path), f"a result file of schema {STORE_SCHEMA} with all columns", hint)
+
+
+def read_file(path: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Attributes and whole rows of one result file; rows that no longer match their checksum are left out.
+
+    Raises
+    ------
+    InputError
+        The file is being written, damaged, foreign, or has a newer schema.
+    """
+    with _open(path, "r", locking) as file, _undamaged(path):
+        _check_schema(file, path)
+        rows, _ = _whole_rows(file)
+        meta = {name: _attribute(file, name) for name in file.attrs}
+        meta["plan"] = file["plan"].asstr()[()]
+    table: dict[str, Any] = {name: [text.decode() for text in rows[name]] for name in ("key", *TEXT_WIDTHS)}
+    table |= {name: rows[name] for name in NUMBER_UNITS}
+    # a failed case that was tried again stands there twice; the last counts
+    frame = pd.DataFrame(table).drop_duplicates("key", keep="last")
+    return meta, frame.reset_index(drop=True)
+
+
+def run_files(run: Path) -> list[Path]:
+    """The result files of a run: the file itself, or all in the folder.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    if run.is_file():
+        return [run]
+    files = sorted(run.glob("*.h5")) if run.is_dir() else []
+    if not files:
+        hint = "Run `mixed-ehl sweep PLAN.toml -o RUN` first."
+        raise InputError("run", str(run), "a folder or file of results", hint)
+    return files
+
+
+def read_run(run: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.DataFrame]:
+    """What all files of a run share, and all their rows, one per key, sorted by key.
+
+    Raises
+    ------
+    InputError
+        There are no results, or the files belong to different runs.
+    """
+    parts = [(path, *read_file(path, locking=locking)) for path in run_files(run)]
+    first_path, first, _ = parts[0]
+    for path, meta, _ in parts[1:]:
+        for name, what in _SAME.items():
+            if meta.get(name) != first.get(name):
+                hint = f"One of them holds results of {what}; keep one run per folder."
+                raise InputError("run", str(run), f"files of one run ({first_path.name}, {path.name})", hint)
+    frame = one_row_per_case([part[2] for part in parts])
+    return {name: first.get(name) for name in ("schema", "writer", "plan", *_SHARED)}, frame
+
+
+def one_row_per_case(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of several files sorted by key; where two have a case, one with a result counts."""
+    frame = pd.concat(frames, ignore_index=True)
+    frame = frame.assign(lost=frame["status"] == "failed").sort_values(
+        ["key", "lost"], kind="stable", ignore_index=True
+    )
+    return frame.drop_duplicates("key", ignore_index=True).drop(columns="lost")
+
+
+def merge(run: Path, target: Path) -> int:
+    """Write all rows of a run into one file, sorted by key; returns how many.
+
+    Raises
+    ------
+    InputError
+        As `read_run`; or the target exists already.
+    """
+    if target.exists():
+        raise InputError("target", str(target), "a file that does not exist yet")
+    if not target.parent.is_dir():
+        raise InputError("target", str(target), "a file in a folder that exists")
+    meta, frame = read_run(run)
+    shared = {name: meta[name] for name in ("plan", *_SHARED)}
+    draft = target.with_name(target.name + ".merging")
+    draft.unlink(missing_ok=True)
+    with ResultStore(draft, shared) as store:
+        store.append([{str(name): value for name, value in row.items()} for row in frame.to_dict("records")])
+    draft.replace(target)
+    return len(frame)
+
+
+def finished_keys(path: Path) -> set[str]:
+    """Keys of the cases that have a result in the other files of a run's folder.
+
+    A file that cannot be read (it is being written, or damaged) counts for nothing: its cases are computed again.
+    """
+    keys: set[str] = set()
+    for other in sorted(path.parent.glob("*.h5")):
+        if other != path:
+            try:
+                _, frame = read_file(other, locking=False)
+            except InputError:
+                continue
+            keys |= set(frame["key"][frame["status"] != "failed"])
+    return keys

@@ -1,0 +1,198 @@
+"""From recorded values to the text of an expression; each language says how it writes operators and functions."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+from ehl import __version__
+from regression.export.program import Program
+from regression.export.record import COMPARISONS, FUNCTIONS, Value
+from regression.friction.models import FrictionFlag
+
+# how tightly an operator binds; an operand that binds less tightly is put in brackets
+OR, AND, COMPARE, SUM, PRODUCT, POWER, ATOM = range(7)
+_INFIX = {"add": (" + ", SUM), "subtract": (" - ", SUM), "multiply": (" * ", PRODUCT), "divide": (" / ", PRODUCT)}
+
+
+class Printer:
+    """Expressions in one language. What is given here is Python's and C's common ground.
+
+    A negative number or a sign stands in brackets everywhere but alone: spreadsheets bind it tighter than the power.
+    """
+
+    functions: ClassVar[Mapping[str, str]] = {}
+    times = " * "
+    over = " / "
+    both = " and "
+    either = " or "
+    opposite = "not "
+    power_sign = " ** "
+    infinite = "inf"
+    undefined = "nan"
+    reserved: frozenset[str] = frozenset()
+
+    def __init__(self, function_name: str = "") -> None:
+        self.function_name = function_name.lower()
+
+    def expression(self, value: Value) -> str:
+        """Text of a value from names; its own name is not used."""
+        return self._text(value, named=False)[0]
+
+    def variable(self, name: str) -> str:
+        """A name as the language allows it."""
+        taken = {self.function_name, *FUNCTIONS, *self.functions.values(), *self.reserved}
+        return f"{name}_" if name.lower() in taken else name
+
+    def number(self, number: float) -> str:
+        """A number with all its digits."""
+        if math.isnan(number):
+            return self.undefined
+        if math.isinf(number):
+            return self.infinite if number > 0.0 else f"-{self.infinite}"
+        return repr(number)
+
+    def function(self, name: str, arguments: Sequence[str]) -> str:
+        """A call; the operation's own name where the language has no other."""
+        return f"{self.functions.get(name, name)}({', '.join(arguments)})"
+
+    def power(self, base: tuple[str, int], exponent: tuple[str, int]) -> tuple[str, int]:
+        """Base to the exponent, given as text and level."""
+        left, right = (self._enclosed(part, ATOM) for part in (base, exponent))
+        return f"{left}{self.power_sign}{right}", POWER
+
+    def choose(self, condition: str, yes: str, no: str) -> tuple[str, int]:
+        """One of two values by a condition."""
+        return self.function("choose", (condition, yes, no)), ATOM
+
+    def comparison(self, operation: str, left: str, right: str) -> tuple[str, int]:
+        """A comparison of two numbers."""
+        return f"{left} {COMPARISONS[operation]} {right}", COMPARE
+
+    def logical(self, operation: str, parts: Sequence[tuple[str, int]]) -> tuple[str, int]:
+        """And, or, not."""
+        if operation == "not":
+            return f"{self.opposite}{self._enclosed(parts[0], ATOM)}", COMPARE
+        level, sign = (AND, self.both) if operation == "and" else (OR, self.either)
+        return sign.join(self._enclosed(part, level) for part in parts), level
+
+    def _text(self, value: Value, named: bool = True) -> tuple[str, int]:
+        if value.operation == "constant":
+            text = self.number(value.number)
+            return (f"({text})", ATOM) if text.startswith("-") and named else (text, ATOM)
+        if not value.operands or (named and value.name):
+            return self.variable(value.name), ATOM
+        parts = [self._text(operand) for operand in value.operands]
+        operation = value.operation
+        if operation in _INFIX:
+            sign, level = _INFIX[operation]
+            sign = {" * ": self.times, " / ": self.over}.get(sign, sign)
+            # a - (b - c) and a / (b * c) keep their brackets
+            right = level + (operation in ("subtract", "divide"))
+            return self._enclosed(parts[0], level) + sign + self._enclosed(parts[1], right), level
+        if operation == "power":
+            return self.power(parts[0], parts[1])
+        if operation == "negative":
+            return f"(-{self._enclosed(parts[0], ATOM)})", ATOM
+        if operation in COMPARISONS:
+            return self.comparison(operation, *(self._enclosed(part, SUM) for part in parts))
+        if operation in ("and", "or", "not"):
+            return self.logical(operation, parts)
+        # alone between commas a sign needs no brackets
+        signed = ("constant", "negative")
+        texts = [
+            text[1:-1] if operand.operation in signed and not operand.name and text.startswith("(-") else text
+            for operand, (text, _) in zip(value.operands, parts, strict=True)
+        ]
+        if operation == "choose":
+            return self.choose(texts[0], texts[1], texts[2])
+        return self.function(operation, texts), ATOM
+
+    @staticmethod
+    def _enclosed(part: tuple[str, int], level: int) -> str:
+        text, own = part
+        return text if own >= level else f"({text})"
+
+
+# what C, Fortran and MATLAB call alike; NaN goes through larger and smaller, as in numpy
+LIBRARY = {
+    "absolute": "abs",
+    "arctan": "atan",
+    "arcsinh": "asinh",
+    "arctanh": "atanh",
+    "maximum": "larger",
+    "minimum": "smaller",
+}
+
+
+def assignments(program: Program, printer: Printer) -> list[tuple[str, str]]:
+    """Name and expression of every step."""
+    return [(printer.variable(step.name), printer.expression(step)) for step in program.steps]
+
+
+_NO_GUARD = ("This form has no loops: points within the range but beside the cases of the fit are not flagged.",)
+
+
+def description(program: Program) -> list[str]:
+    """What the head of every program says: where it comes from, what it takes and gives, what it is worth."""
+    formula = program.formula
+    scores, data = formula.validation, formula.data
+    wide = 100.0 * formula.interval.level
+    oil = program.oil or "any: its properties are arguments"
+    if program.oil is None and formula.oil.name is not None:
+        oil = f"its properties are arguments; the formula was fitted to {formula.oil.name}"
+    lines = [
+        f"Friction coefficient of a lubricated line contact: {formula.family}, {formula.form.title}.",
+        f"Written by mixed-ehl {__version__} from a fit of {data.used} contacts (plan {data.plan}, solver "
+        f"{data.solver_version}, data {data.hash[:12]}).",
+        f"Oil: {oil}.",
+        f"Held-out errors: mean {100.0 * scores.mape:.2g} %, 95 % of the cases within {100.0 * scores.p95:.2g} %, "
+        f"worst {100.0 * scores.largest:.2g} %.",
+        "",
+        "Arguments in SI units:",
+        *(f"  {a.name} [{a.unit or '-'}]: {a.meaning}" for a in program.arguments),
+        "Results:",
+        "  mu: friction coefficient, without rolling traction; no number where the formula has no value",
+        f"  lower, upper: interval that held {wide:g} % of the held-out cases; outside the range the worst error",
+        f"  flag: {_flags(program)}",
+        *(_NO_GUARD if formula.cloud is not None and "case_distance" not in program.operations else ()),
+        "Range:",
+    ]
+    for name, (low, high) in formula.ranges.items():
+        lines.append(f"  {name}: {low:.6g} to {high:.6g} {formula.units.get(name, '') or '-'}")
+    return lines
+
+
+def _flags(program: Program) -> str:
+    meanings = {FrictionFlag.OK: "good"}
+    if "case_distance" in program.operations:
+        meanings[FrictionFlag.EXTRAPOLATED_NEAR] = "within the range, but beside the cases of the fit"
+        meanings[FrictionFlag.EXTRAPOLATED_FAR] = "with no such case near"
+    meanings[FrictionFlag.OUTSIDE_RANGE] = "outside the range"
+    meanings[FrictionFlag.UNDEFINED] = "no value"
+    return ", ".join(f"{flag:d} {meaning}" for flag, meaning in meanings.items())
+
+
+def commented(program: Program, mark: str) -> str:
+    """The description as comment lines."""
+    lines: list[str] = []
+    for line in description(program):
+        indent = "    " if line.startswith(" ") else ""
+        lines += textwrap.wrap(line, 110, subsequent_indent=indent, break_long_words=False) or [""]
+    return "\n".join(f"{mark} {line}".rstrip() for line in lines).replace("*/", "* /")
+
+
+def broken(line: str, indent: str, end: str = "", width: int = 110) -> str:
+    """A statement over several lines, broken at spaces; `end` marks a line that goes on."""
+    return f"{end}\n".join(
+        textwrap.wrap(
+            line,
+            width,
+            initial_indent=indent,
+            subsequent_indent=f"{indent}    ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    )

@@ -1,0 +1,318 @@
+"""A fitted formula as a list of assignments: local conditions in, friction with its interval and flag out."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ehl.fluid.oil import TEMPERATURE_RANGE, Oil
+from ehl.io.errors import InputError
+from regression.export import record
+from regression.export.data_functions import (
+    DataFunction,
+    DataValue,
+    case_distance,
+    gp_mean,
+    gp_reduction,
+    hull_margin,
+)
+from regression.export.oil_laws import oil_columns
+from regression.export.record import NotRecordable, Value
+from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, UNITS, derived_conditions
+from regression.friction.data_cloud import RADIUS_SLACK, DataCloud
+from regression.friction.formula import RANGE_TOLERANCE, Formula
+from regression.friction.gaussian_process import FADE, GpResidual
+from regression.friction.models import FrictionFlag
+from regression.friction.oil_cards import card_hash
+
+MEANING: dict[str, str] = {
+    "pressure_hertz": "maximum Hertz pressure",
+    "radius_equivalent": "equivalent radius normal to the contact line",
+    "effective_modulus": "E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; steel on steel 2.26e11 Pa",
+    "speed_entrainment": "mean surface velocity across the contact line, positive",
+    "slide_to_roll": "sliding across the contact line over speed_entrainment",
+    "speed_sliding_lengthwise": "sliding along the contact line, 0 for cylindrical gears",
+    "temperature_oil": "oil temperature at the inlet",
+    "correlation_length": "correlation length of the roughness of either surface",
+    "roughness_rms": "composite Rq of both surfaces, sqrt(Rq1^2 + Rq2^2)",
+    "viscosity_inlet": "dynamic viscosity at ambient pressure and temperature_oil",
+    "viscosity_kinematic": "kinematic viscosity at ambient pressure and temperature_oil",
+    "viscosity_mean_pressure": "dynamic viscosity at the mean pressure pi/4 pressure_hertz and temperature_oil",
+    "pressure_viscosity": "d ln eta/dp at ambient pressure",
+    "eyring_stress": "Eyring stress",
+    "limiting_shear_coefficient": "limiting shear stress over pressure",
+    "temperature_viscosity": "-d ln eta/dT at ambient pressure",
+    "thermal_conductivity": "thermal conductivity of the oil",
+}
+OUTPUTS = ("mu", "lower", "upper", "flag")
+_RECORDED = ("regression.", "ehl.")
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A number the caller gives, in SI units."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Program:
+    """A formula ready to be printed.
+
+    Parameters
+    ----------
+    formula : Formula
+        What is exported.
+    oil : str or None
+        The card whose laws are written into the program; None where the oil's properties are arguments.
+    arguments : tuple of Argument
+        In the order of the call.
+    coefficients : tuple of Value
+        The fitted numbers that are used.
+    steps : tuple of Value
+        The named values in the order they are computed, those of `OUTPUTS` last.
+    """
+
+    formula: Formula
+    oil: str | None
+    arguments: tuple[Argument, ...]
+    coefficients: tuple[Value, ...]
+    steps: tuple[Value, ...]
+
+    @property
+    def data_functions(self) -> tuple[DataFunction, ...]:
+        """The functions over stored numbers it calls."""
+        values = sorted(reached(self.steps), key=lambda value: value.serial)
+        return tuple(value.function for value in values if isinstance(value, DataValue))
+
+    @property
+    def operations(self) -> frozenset[str]:
+        """Every operation the program uses."""
+        return frozenset(value.operation for value in reached(self.steps))
+
+
+def program_of(formula: Formula, *, oil: str | None = None, oil_arguments: bool = False, loops: bool = True) -> Program:
+    """Record a formula.
+
+    Parameters
+    ----------
+    formula : Formula
+        A fitted formula.
+    oil : str, optional
+        The card whose laws are written into the program; that of the formula if not given.
+    oil_arguments : bool
+        Take the oil's properties as arguments in place of the laws of a card.
+    loops : bool
+        Whether the language can loop over stored numbers. Without, the guard is left out (the range remains) and a
+        formula with a Gaussian process refused.
+
+    Raises
+    ------
+    InputError
+        The oil is not one of the formula's, or not clear, or the formula does something that cannot be recorded.
+    """
+    if formula.residual is not None and not loops:
+        hint = "Its Gaussian process is a sum over stored points: export Python, C, Fortran or MATLAB."
+        raise InputError("--language", "latex or spreadsheet", f"a language with loops for {formula.name}", hint)
+    card = None if oil_arguments else _card(formula, oil)
+    try:
+        with record.local_names(_RECORDED):
+            outputs = _outputs(formula, card, loops)
+    except (NotRecordable, KeyError) as error:
+        hint = f"It cannot be exported: {error}."
+        raise InputError("family", formula.family, "a family of ufuncs and arithmetic", hint) from None
+    used = sorted(reached(outputs), key=lambda value: value.serial)
+    names = {value.name for value in used if value.operation == "argument"}
+    known = (*STATE_UNITS, "roughness_rms", *LUBRICANT_UNITS)
+    arguments = tuple(Argument(name, UNITS[name], MEANING[name]) for name in known if name in names)
+    coefficients = tuple(value for value in used if value.operation == "coefficient")
+    return Program(formula, card.name if card else None, arguments, coefficients, _named_steps(used, outputs))
+
+
+def _card(formula: Formula, oil: str | None) -> Oil:
+    names = [identity.name for identity in formula.oils if identity.name is not None]
+    if oil is not None:
+        if names and oil not in names:
+            raise InputError("--oil", oil, "one of " + ", ".join(names), "The formula was fitted to no other oil.")
+        return Oil.load(oil)
+    if len(names) == 1:
+        return Oil.load(names[0])
+    allowed = "one of " + ", ".join(names) if names else "the name of an oil card"
+    hint = "Name the card, or use --oil-arguments to pass the oil's properties instead."
+    raise InputError("--oil", None, allowed, hint)
+
+
+def _outputs(formula: Formula, oil: Oil | None, loops: bool) -> tuple[Value, ...]:
+    """Friction, interval and flag as `Formula.evaluate` and `FormulaFriction` compute them."""
+    table, within_laws = _conditions(oil)
+    outside = _outside(formula, table)
+    ramp, floored = _least_sliding(formula, table)
+    coefficients = {
+        name: record.coefficient(re.sub(r"\W", "_", f"k_{name}"), value) for name, value in formula.coefficients.items()
+    }
+    boundary = record.coefficient("boundary_friction", formula.boundary_friction)
+    logarithm: Any = record.value_of(formula.form.log_mu(floored, coefficients, boundary))
+    friction = np.exp(logarithm)
+    width = _width(formula, table["film_ratio_formula"])
+    if formula.residual is not None:
+        friction, deviation = _corrected(formula.residual, friction, floored, boundary)
+        width = width * deviation if formula.interval.normalised else width
+    flag = record.constant(FrictionFlag.OK if oil is None else _card_flag(formula, oil))
+    if formula.cloud is not None and loops:
+        near, far = _beyond_cases(formula.cloud, table)
+        width = np.where(near, np.maximum(width, formula.interval.near), width)
+        flag = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), flag)
+        flag = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), flag)
+        beyond = outside | far
+    else:
+        beyond = outside
+    largest = formula.interval.largest
+    width = np.where(beyond, np.maximum(width, largest) if formula.cloud else largest, width)
+    flag = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), flag)
+    defined = np.isfinite(friction) & (friction > 0.0) & within_laws
+    mu = np.where(defined, friction * ramp, np.nan)
+    outputs = (mu, mu * np.exp(-width), mu * np.exp(width), np.where(defined, flag, float(FrictionFlag.UNDEFINED)))
+    values = tuple(record.value_of(value) for value in outputs)
+    for name, value in zip(OUTPUTS, values, strict=True):
+        value.name = name
+    return values
+
+
+def _card_flag(formula: Formula, oil: Oil) -> FrictionFlag:
+    hashes = [identity.card_hash for identity in formula.oils if identity.name == oil.name]
+    same = not hashes or hashes[0] in (None, card_hash(oil))
+    return FrictionFlag.OK if same else FrictionFlag.OTHER_CARD
+
+
+def _corrected(residual: GpResidual, friction: Any, table: dict[str, Any], boundary: Any) -> tuple[Any, Any]:
+    """`regression.friction.formula.corrected`: the process fades beyond its data and raises mu above no bound."""
+    ends = zip(residual.low, residual.high, strict=True)
+    scales = zip(residual.mean, residual.scale, strict=True)
+    x = [(_logarithm(np.abs(table[n])) - m) / s for n, (m, s) in zip(residual.variables, scales, strict=True)]
+    excess, scaled = [], []
+    for place, (low, high), length in zip(x, ends, residual.length_scales, strict=True):
+        span = high - low
+        excess.append(np.maximum(low - place, place - high) / span)
+        scaled.append(np.clip(place, low - span, high + span) / length)
+    beyond = functools.reduce(np.maximum, excess)
+    fading = np.clip(1.0 - beyond / FADE, 0.0, 1.0)
+    correction = fading * fading * (3.0 - 2.0 * fading) * gp_mean(residual, scaled)
+    variance = np.maximum(residual.variance - gp_reduction(residual, scaled), 0.0)
+    bound = np.maximum(np.maximum(boundary, table["limiting_shear_coefficient"]), friction)
+    return np.minimum(friction * np.exp(correction), bound), np.sqrt(variance + residual.noise)
+
+
+def _beyond_cases(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
+    """`regression.friction.data_cloud.DataCloud.extrapolation`: outside the cloud of cases, and far from it."""
+    logarithms = [_logarithm(table[name]) for name in cloud.variables]
+    centred = [x - mean for x, mean in zip(logarithms, cloud.mean, strict=True)]
+    whitened = [
+        sum((w * x for w, x in zip(row[1:], centred[1:], strict=True) if w != 0.0), row[0] * centred[0])
+        for row in cloud.whitening
+    ]
+    distance = case_distance(cloud, whitened) / cloud.radius
+    mahalanobis = np.sqrt(sum((z * z for z in whitened[1:]), whitened[0] * whitened[0]))
+    margin = hull_margin(cloud, logarithms)
+    near = (distance > RADIUS_SLACK) | (mahalanobis > cloud.mahalanobis * RADIUS_SLACK) | (margin < 0.0)
+    far = distance > 2.0
+    return near | far, far
+
+
+def _logarithm(value: Any) -> Any:
+    return np.clip(np.log(value), -1e3, 1e3)
+
+
+def _conditions(oil: Oil | None) -> tuple[dict[str, Any], Any]:
+    """Every variable a family may use, and whether the laws of the oil hold at the temperature."""
+    table = {name: record.argument(name) for name in STATE_UNITS}
+    # families know the composite only
+    table["roughness_rms_1"], table["roughness_rms_2"] = record.argument("roughness_rms"), record.constant(0.0)
+    within_laws = record.constant(1.0)
+    if oil is None:
+        table |= {name: record.argument(name) for name in LUBRICANT_UNITS}
+    else:
+        temperature = table["temperature_oil"]
+        columns = oil_columns(oil, temperature, table["pressure_hertz"])
+        table |= {name: record.value_of(value) for name, value in columns.items()}
+        low, high = TEMPERATURE_RANGE
+        within_laws = (temperature >= low) & (temperature <= high)
+    derived = derived_conditions(table)
+    table |= {name: record.value_of(value) for name, value in derived.items()}
+    del table["roughness_rms_1"], table["roughness_rms_2"]
+    for name, value in table.items():
+        if value.operands and name != "roughness_rms":
+            value.name = name
+    return table, within_laws
+
+
+def _outside(formula: Formula, table: dict[str, Any]) -> Any:
+    outside = record.constant(0.0)
+    for name, (low, high) in formula.ranges.items():
+        slack = RANGE_TOLERANCE * max(abs(low), abs(high))
+        outside = outside | (table[name] < low - slack) | (table[name] > high + slack)
+    return outside
+
+
+def _least_sliding(formula: Formula, table: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """Below the least sliding of the data mu falls linearly to 0 with it."""
+    least = formula.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
+    total = table["slide_to_roll_total"]
+    if least <= 0.0:
+        return record.constant(1.0), table
+    sliding_ratio = np.maximum(total, least)
+    sliding = sliding_ratio * np.absolute(table["speed_entrainment"])
+    ramp = np.minimum(total / least, 1.0)
+    return ramp, {**table, "slide_to_roll_total": sliding_ratio, "speed_sliding": sliding}
+
+
+def _width(formula: Formula, film_ratio: Any) -> Any:
+    width = record.constant(formula.interval.log_width)
+    for band in formula.interval.bands:
+        inside = film_ratio >= band.low
+        if band.high is not None:
+            inside = inside & (film_ratio < band.high)
+        width = record.choose(inside, band.log_width, width)
+    return width
+
+
+def reached(outputs: tuple[Value, ...]) -> set[Value]:
+    """The values that these are computed from, and themselves."""
+    found: set[Value] = set()
+    waiting = list(outputs)
+    while waiting:
+        value = waiting.pop()
+        if value not in found:
+            found.add(value)
+            waiting.extend(value.operands)
+    return found
+
+
+def _named_steps(used: list[Value], outputs: tuple[Value, ...]) -> tuple[Value, ...]:
+    """The values that get a line of their own: those with a name, and those that are used more than once."""
+    uses = Counter(operand for value in used for operand in value.operands)
+    # Fortran and spreadsheets do not tell capitals from small letters
+    taken = {value.name.lower() for value in used if not value.operands} | set(OUTPUTS)
+    ends = set(outputs)
+    steps = []
+    for value in used:
+        if not value.operands or value in ends or not (value.name or uses[value] > 1):
+            continue
+        wanted = value.name or "part"
+        value.name = next(name for name in _candidates(wanted) if name.lower() not in taken)
+        taken.add(value.name.lower())
+        steps.append(value)
+    return (*steps, *outputs)
+
+
+def _candidates(name: str) -> Iterator[str]:
+    yield name
+    yield from (f"{name}_{number}" for number in itertools.count(2))

@@ -1,0 +1,179 @@
+"""Coefficients of a family of formulas: least squares on ln mu, linear or bounded nonlinear, with standard errors.
+
+design matrix or log_mu of the family -> coefficients -> standard errors, collinearity, terms that could not be fitted
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ehl.io.errors import ConvergenceError, InputError
+from regression.data.dataset import columns
+from regression.fit.scores import computed_friction
+from regression.friction.conditions import Array
+from regression.friction.families import Family
+
+_OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
+# weight of the parts of mu beside mu itself: without them a share too high hides behind a film too low
+_PARTS_WEIGHT = 0.25
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Fitted coefficients.
+
+    Parameters
+    ----------
+    values, standard_errors : dict
+        By term; a dropped term has neither spread nor effect of its own.
+    dropped : dict
+        Term to the reason it could not be fitted.
+    variance_inflation : dict
+        VIF of every fitted term but the constant: how much its variance grows by collinearity.
+    condition_number : float
+        Of the design matrix with columns of unit length.
+    """
+
+    values: dict[str, float]
+    standard_errors: dict[str, float]
+    dropped: dict[str, str]
+    variance_inflation: dict[str, float]
+    condition_number: float
+
+
+def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: float) -> Coefficients:
+    """Coefficients of one family from the rows of a dataset.
+
+    All rows weigh the same. The stated error of a case is relative to its own friction: weights by it would prefer
+    profiles that happen to rub more (on 75W90 the friction along gear meshes came out 20 % too high that way).
+    Where the family gives both parts of mu and the rows have them, the fit meets asperity and film friction as well.
+    """
+    table, target = columns(frame), np.log(computed_friction(frame))
+    if family.design is not None:
+        return linear_fit(family.terms, family.design(table), target)
+    return _nonlinear_fit(family, table, target, boundary_friction, parts_of(family, frame))
+
+
+def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coefficients:
+    """Ordinary least squares by QR; the first column is the constant.
+
+    A column that does not vary cannot be told from the constant: its term is dropped, with coefficient 0.
+
+    Parameters
+    ----------
+    terms : tuple of str
+        One per column.
+    design : array, shape (n, k)
+    target : array, shape (n,)
+    """
+    spread = np.ptp(design, axis=0)
+    varies = spread > 1e-9 * np.maximum(np.abs(design).max(axis=0), 1e-30)
+    kept = [0, *(int(i) for i in np.flatnonzero(varies) if i != 0)]
+    dropped = {terms[i]: "does not vary in the data" for i in range(len(terms)) if i not in kept}
+    columns_kept = design[:, kept]
+    scale = np.linalg.norm(columns_kept, axis=0)
+    scaled = columns_kept / scale
+    condition = float(np.linalg.cond(scaled))
+    if not condition < 1e12:
+        # two columns are one and the same; say so rather than return noise
+        raise InputError("run", "data of too few dimensions", "cases that vary every variable on its own")
+    q, r = np.linalg.qr(scaled)
+    beta = np.linalg.solve(r, q.T @ target)
+    freedom = len(target) - len(kept)
+    residual = target - scaled @ beta
+    variance = float(residual @ residual) / freedom if freedom > 0 else math.nan
+    inverse = np.linalg.inv(r)
+    errors = np.sqrt(np.maximum(variance, 0.0) * np.sum(inverse**2, axis=1)) / scale
+    values = dict.fromkeys(terms, 0.0) | {terms[i]: float(b) for i, b in zip(kept, beta / scale, strict=True)}
+    return Coefficients(
+        values,
+        {terms[i]: float(e) for i, e in zip(kept, errors, strict=True)},
+        dropped,
+        _variance_inflation([terms[i] for i in kept[1:]], columns_kept[:, 1:]),
+        condition,
+    )
+
+
+def _variance_inflation(terms: list[str], design: Array) -> dict[str, float]:
+    if len(terms) < 2:
+        return dict.fromkeys(terms, 1.0)
+    inverse = np.linalg.inv(np.corrcoef(design, rowvar=False))
+    return {term: float(value) for term, value in zip(terms, np.diag(inverse), strict=True)}
+
+
+def parts_of(family: Family, frame: pd.DataFrame) -> tuple[Array, Array] | None:
+    """Asperity load share and film friction of every row, where the family has these parts and all rows do."""
+    names = ["asperity_load_share", "friction_fluid"]
+    if family.parts is None or not set(names) <= set(frame.columns) or frame[names].isna().any(axis=None):
+        return None
+    share, film = (frame[name].to_numpy(dtype=float) for name in names)
+    return share, film
+
+
+def _nonlinear_fit(
+    family: Family,
+    table: Mapping[str, Array],
+    target: Array,
+    boundary_friction: float,
+    computed: tuple[Array, Array] | None,
+) -> Coefficients:
+    """Bounded least squares with a loss that outliers do not dominate, started from physical values."""
+    from scipy.optimize import least_squares
+
+    terms = family.terms
+    weight = _PARTS_WEIGHT / np.exp(target)
+
+    def residual(x: Array) -> Array:
+        k = dict(zip(terms, map(float, x), strict=True))
+        if computed is None or family.parts is None:
+            return np.asarray(family.log_mu(table, k, boundary_friction) - target)
+        share, film = family.parts(table, k)
+        asperity = (share - computed[0]) * boundary_friction
+        mu = share * boundary_friction + film
+        return np.concatenate((np.log(mu) - target, weight * asperity, weight * (film - computed[1])))
+
+    lower, upper = np.array(family.lower), np.array(family.upper)
+    start = np.array(family.start)
+    # the level by the mean of the log residual: the linear part of the problem
+    start[0] = np.clip(start[0] * np.exp(-np.median(residual(start)[: target.size])), lower[0], upper[0])
+    solution = least_squares(
+        residual,
+        start,
+        bounds=(lower, upper),
+        loss="soft_l1",
+        f_scale=_OUTLIER,
+        x_scale=np.maximum(np.abs(start), 0.05),
+        ftol=1e-8,
+        xtol=1e-8,
+        gtol=1e-8,
+        max_nfev=1000,
+    )
+    if solution.status <= 0:
+        raise ConvergenceError("fit", f"family {family.name} after {solution.nfev} evaluations")
+    x, jacobian = solution.x, np.asarray(solution.jac)
+    strength = np.linalg.norm(jacobian * np.maximum(np.abs(x), 0.05), axis=0)
+    at_bound = (x <= lower + 1e-6 * (upper - lower)) | (x >= upper - 1e-6 * (upper - lower))
+    free = np.flatnonzero((strength > 1e-8 * strength.max()) & ~at_bound)
+    dropped = {
+        terms[i]: "at its bound" if at_bound[i] else "has no effect in the data"
+        for i in range(len(terms))
+        if i not in free
+    }
+    scale = np.linalg.norm(jacobian[:, free], axis=0)
+    scaled = jacobian[:, free] / scale
+    rest = residual(x)
+    variance = float(rest @ rest) / max(len(rest) - len(free), 1)
+    covariance = np.linalg.pinv(scaled.T @ scaled)
+    errors = np.sqrt(variance * np.diag(covariance)) / scale
+    return Coefficients(
+        {term: float(v) for term, v in zip(terms, x, strict=True)},
+        {terms[i]: float(e) for i, e in zip(free, errors, strict=True)},
+        dropped,
+        {terms[i]: float(v) for i, v in zip(free, np.diag(covariance), strict=True)},
+        float(np.linalg.cond(scaled)),
+    )

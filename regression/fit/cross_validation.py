@@ -1,0 +1,166 @@
+"""Held-out friction: whole cells of pressure and radius left out together; the choice of the family nested in it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ehl.io.errors import ConvergenceError, InputError
+from regression.data.dataset import columns
+from regression.fit.fitted_form import fit_form
+from regression.fit.scores import computed_friction
+from regression.friction.conditions import Array
+from regression.friction.data_cloud import Extrapolation, data_cloud
+from regression.friction.families import Family
+from regression.friction.gaussian_process import GpResidual
+
+FOLDS = 10
+_INNER_FOLDS = 5
+# held-out friction of the fits of this process: their reports show it, and to find it again takes as long as the fit
+_KEPT: dict[tuple[str, bool, bytes], HeldOut] = {}
+_MOST_KEPT = 32
+_CELLS = 4  # cells per axis of the (p, R) groups
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Friction of every row by a formula fitted without its fold.
+
+    Parameters
+    ----------
+    mu : array, shape (n,)
+    deviation : array, shape (n,), or None
+        The formula's own standard deviation of ln mu, where it has one.
+    folds : array of int, shape (n,)
+    beside : array of bool, shape (n,)
+        Rows that lie outside the cloud of the cases of the other folds.
+    """
+
+    mu: Array
+    deviation: Array | None
+    folds: NDArray[np.int64]
+    beside: NDArray[np.bool_]
+
+
+def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
+    """Group of every row: its cell of a 4 x 4 grid in pressure and radius (logarithm) over their ranges."""
+    groups = np.zeros(len(frame), dtype=np.int64)
+    for values in (frame["pressure_hertz"].to_numpy(), np.log(frame["radius_equivalent"].to_numpy())):
+        low, width = values.min(), np.ptp(values)
+        cell = (values - low) / width * _CELLS if width > 1e-9 * abs(low) else np.zeros(len(values))
+        groups = groups * _CELLS + np.minimum(cell.astype(np.int64), _CELLS - 1)
+    return groups
+
+
+def fold_numbers(frame: pd.DataFrame, count: int = FOLDS) -> NDArray[np.int64]:
+    """Fold of every row: whole (p, R) cells are held out together; fewer than two cells fall back to rows in turn."""
+    from sklearn.model_selection import GroupKFold
+
+    groups = cell_groups(frame)
+    count = min(count, np.unique(groups).size)
+    if count < 2:
+        return np.arange(len(frame)) % min(FOLDS, len(frame))
+    folds = np.zeros(len(frame), dtype=np.int64)
+    for number, (_, held) in enumerate(GroupKFold(count).split(groups, groups=groups)):
+        folds[held] = number
+    return folds
+
+
+def cross_validate(
+    family: Family,
+    frame: pd.DataFrame,
+    *,
+    gaussian_process: bool = False,
+    folds: NDArray[np.int64] | None = None,
+    start: GpResidual | None = None,
+) -> HeldOut:
+    """Friction of every row by a formula fitted without its fold; the length scales of a process are found anew too.
+
+    Parameters
+    ----------
+    family : Family
+    frame : DataFrame
+        Usable rows.
+    gaussian_process : bool
+        With the process on the residual.
+    folds : array of int, shape (n,), optional
+        Those of `fold_numbers` if not given.
+    start : GpResidual, optional
+        Where each fold's search for length scales begins.
+    """
+    identity = (family.name, gaussian_process, _digest(frame)) if folds is None else None
+    folds = fold_numbers(frame) if folds is None else folds
+    mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
+    beside = np.zeros(len(frame), dtype=bool)
+    for number in np.unique(folds):
+        held = folds == number
+        rest = frame[~held].reset_index(drop=True)
+        form = fit_form(family, rest, gaussian_process=gaussian_process, start=start)
+        mu[held], spread = form.friction(frame[held])
+        if spread is not None:
+            deviation[held] = spread
+        cloud = data_cloud(columns(rest), family.box)
+        if cloud is not None:
+            beside[held] = cloud.extrapolation(columns(frame[held])) >= Extrapolation.NEAR
+    held_out = HeldOut(mu, deviation if gaussian_process else None, folds, beside)
+    if identity is not None:
+        while len(_KEPT) >= _MOST_KEPT:
+            del _KEPT[next(iter(_KEPT))]
+        _KEPT[identity] = held_out
+    return held_out
+
+
+def held_out_of(
+    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, start: GpResidual | None = None
+) -> HeldOut:
+    """What `cross_validate` gives with its own folds; at once where this process has done it before."""
+    kept = _KEPT.get((family.name, gaussian_process, _digest(frame)))
+    return kept or cross_validate(family, frame, gaussian_process=gaussian_process, start=start)
+
+
+def _digest(frame: pd.DataFrame) -> bytes:
+    """Tells rows apart: which cases they are, and what friction they have with which error."""
+    digest = hashlib.sha256("\n".join(frame["key"]).encode())
+    for name in ("friction_coefficient", "friction_error", "boundary_friction"):
+        digest.update(np.ascontiguousarray(frame[name].to_numpy(dtype=float)).tobytes())
+    return digest.digest()
+
+
+def nested_cross_validate(families: Sequence[Family], frame: pd.DataFrame) -> tuple[Array, Mapping[str, int]]:
+    """Held-out friction where the family too is chosen without the fold, by cross-validation among the other rows.
+
+    Returns
+    -------
+    mu : array, shape (n,)
+    chosen : mapping
+        Family to the number of folds it was chosen in.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        No family can be fitted to the rows of some fold.
+    """
+    folds = fold_numbers(frame)
+    mu, chosen = np.empty(len(frame)), dict.fromkeys((family.name for family in families), 0)
+    for number in np.unique(folds):
+        held = folds == number
+        rest = frame[~held].reset_index(drop=True)
+        inner = fold_numbers(rest, _INNER_FOLDS)
+        errors: dict[str, float] = {}
+        for family in families:
+            try:
+                found = cross_validate(family, rest, folds=inner).mu
+            except (InputError, ConvergenceError):
+                continue
+            errors[family.name] = float(np.mean(np.log(found / computed_friction(rest)) ** 2))
+        if not errors:
+            raise InputError("run", "no family fits", "data that at least one family can be fitted to")
+        best = min(errors, key=lambda name: errors[name])
+        chosen[best] += 1
+        mu[held] = fit_form(next(f for f in families if f.name == best), rest).friction(frame[held])[0]
+    return mu, chosen

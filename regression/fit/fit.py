@@ -1,0 +1,242 @@
+"""From a dataset to a formula: least squares on ln mu, its errors, and what they are worth.
+
+dataset -> usable rows -> coefficients and their errors -> held-out errors by fold -> errors by region -> formula file
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from ehl.io.errors import ConvergenceError, InputError, MixedEhlError
+from regression import __version__
+from regression.data.dataset import Dataset, columns
+from regression.fit.cross_validation import cross_validate, nested_cross_validate
+from regression.fit.fitted_form import fit_form
+from regression.fit.noise import measured_noise, realisation_scatter
+from regression.fit.scores import bands, computed_friction, covered_by_other_folds, interval_of, noise_floor, scores
+from regression.friction.conditions import UNITS
+from regression.friction.data_cloud import Extrapolation, data_cloud
+from regression.friction.error_tables import NoiseFloor, Scores
+from regression.friction.families import FAMILIES, family_named
+from regression.friction.formula import FORMULA_SCHEMA, DataIdentity, Formula, OilIdentity
+
+# a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
+# profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
+LARGEST_ERROR = 1.0
+# origins that are kept for checking, and why a row of them is not fitted
+_KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
+
+
+def fit_formula(
+    dataset: Dataset,
+    family_name: str = "xu",
+    *,
+    corners: bool = False,
+    gaussian_process: bool = False,
+    paths: Dataset | None = None,
+    noise: Dataset | None = None,
+) -> Formula:
+    """Fit one family of formulas to a dataset.
+
+    The same data give bit-identical coefficients on one machine and build: rows are sorted by key and one thread
+    computes.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        As of `load_dataset`.
+    family_name : str
+        A name of `regression.friction.families.FAMILIES`.
+    corners : bool
+        Fit the corner points too, which a plan may have added.
+    gaussian_process : bool
+        Correct ln mu by a Gaussian process on what the family leaves.
+    paths : Dataset, optional
+        Contacts along gear meshes: checked and not fitted, as are rows of origin "path".
+    noise : Dataset, optional
+        Points computed with several roughness seeds each: the noise floor. Without it the dataset's own repeated
+        points serve, where it has any.
+
+    Raises
+    ------
+    InputError
+        Too few usable cases, several boundary frictions where the family does not take them, or no such family.
+    ConvergenceError
+        The nonlinear fit did not settle.
+    """
+    from threadpoolctl import threadpool_limits
+
+    family = family_named(family_name)
+    frame, excluded = usable_rows(dataset, corners=corners)
+    if len(frame) < 2 * len(family.terms):
+        reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
+        needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
+        raise InputError("run", f"{len(frame)} usable cases", needed, f"Excluded: {reasons}.")
+    with threadpool_limits(1):
+        form = fit_form(family, frame, gaussian_process=gaussian_process)
+        held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.residual)
+        within, _ = form.friction(frame)
+    fitted, floor = form.coefficients, noise_of(dataset, noise)
+    error = np.abs(np.log(held_out.mu / computed_friction(frame)))
+    score = error if held_out.deviation is None else error / held_out.deviation
+    covered = covered_by_other_folds(frame["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
+    mu_b = frame["boundary_friction"]
+    formula = Formula(
+        schema_version=FORMULA_SCHEMA,
+        writer=f"mixed-ehl {__version__}",
+        family=family.name,
+        equation=family.equation,
+        coefficients=fitted.values,
+        standard_errors=fitted.standard_errors,
+        dropped=fitted.dropped,
+        variance_inflation=fitted.variance_inflation,
+        condition_number=fitted.condition_number,
+        # of several the one most cases have; the smaller of two as frequent
+        boundary_friction=float(mu_b.mode().min()),
+        boundary_friction_range=(float(mu_b.min()), float(mu_b.max())),
+        ranges={name: (float(frame[name].min()), float(frame[name].max())) for name in family.box},
+        units={name: UNITS[name] for name in family.box},
+        oils=oil_identities(dataset),
+        fit=scores(frame, within),
+        validation=scores(frame, held_out.mu).model_copy(
+            update={"coverage": float(covered.mean()), "extrapolated": float(held_out.beside.mean())}
+        ),
+        corners=None,
+        folds=int(np.unique(held_out.folds).size),
+        bands=bands(frame, held_out.mu, covered, floor),
+        interval=interval_of(frame, error, held_out.folds, deviation=held_out.deviation, beside=held_out.beside),
+        noise_floor=noise_floor(frame),
+        noise=floor,
+        data=DataIdentity(
+            hash=dataset.data_hash,
+            plan=dataset.plan_name,
+            plan_hash=dataset.plan_hash,
+            solver_version=dataset.solver_version,
+            count=len(dataset.frame),
+            used=len(frame),
+            excluded=excluded,
+        ),
+        cloud=data_cloud(columns(frame), family.box),
+        residual=form.residual,
+    )
+    on_paths = kept_rows(dataset, "path")
+    if paths is not None:
+        on_paths = pd.concat([on_paths, checkable_rows(paths.frame)], ignore_index=True)
+    corner_rows = kept_rows(dataset, "corner")
+    return formula.model_copy(
+        update={
+            "corners": None if corners else checked_scores(formula, corner_rows),
+            "paths": checked_scores(formula, on_paths),
+        }
+    )
+
+
+def fit_families(
+    dataset: Dataset,
+    *,
+    corners: bool = False,
+    gaussian_process: bool = False,
+    nested: bool = False,
+    paths: Dataset | None = None,
+    noise: Dataset | None = None,
+) -> dict[str, Formula]:
+    """Every family fitted to the same rows, best first: smallest RMS of the held-out error of ln mu.
+
+    A family that these data cannot fit is left out. With `gaussian_process` the best of them comes a second time, with
+    its residual; with `nested` the best one states what the choice of the family itself costs. The rest as of
+    `fit_formula`.
+
+    Returns
+    -------
+    dict
+        Name (`Formula.name`) to formula.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `fit_formula`, where no family can be fitted.
+    """
+    from threadpoolctl import threadpool_limits
+
+    fitted: dict[str, Formula] = {}
+    refused: dict[str, MixedEhlError] = {}
+    for name in FAMILIES:
+        try:
+            fitted[name] = fit_formula(dataset, name, corners=corners, paths=paths, noise=noise)
+        except (InputError, ConvergenceError) as error:
+            refused[name] = error
+    if not fitted:
+        # the family that asks for the least says best what the data lack
+        raise refused[min(refused, key=lambda name: len(FAMILIES[name].terms))]
+    ordered = dict(sorted(fitted.items(), key=lambda item: -item[1].validation.r2_log))
+    best = next(iter(ordered))
+    if nested:
+        frame, _ = usable_rows(dataset, corners=corners)
+        with threadpool_limits(1):
+            mu, _ = nested_cross_validate([FAMILIES[name] for name in ordered], frame)
+        ordered[best] = ordered[best].model_copy(update={"nested": scores(frame, mu)})
+    if gaussian_process:
+        formula = fit_formula(dataset, best, corners=corners, gaussian_process=True, paths=paths, noise=noise)
+        ordered[formula.name] = formula
+        ordered = dict(sorted(ordered.items(), key=lambda item: -item[1].validation.r2_log))
+    return ordered
+
+
+def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
+    """Rows ln mu can be fitted to, and how many were left out for which reason."""
+    frame = dataset.frame
+    mu = frame["friction_coefficient"]
+    reasons = pd.Series("", index=frame.index, dtype=object)
+    reasons[frame["slide_to_roll_total"] <= 0.0] = "no sliding"
+    reasons[~(mu > 0.0)] = "friction not positive"
+    reasons[frame["friction_error"] > LARGEST_ERROR] = f"friction error above {100.0 * LARGEST_ERROR:.0f} %"
+    for origin, reason in _KEPT.items():
+        if origin != "corner" or not corners:
+            reasons[frame["origin"] == origin] = reason
+    failed = frame["status"] == "failed"
+    reasons[failed] = "failed: " + frame.loc[failed, "reason"].astype(object)
+    left_out = reasons[reasons != ""].value_counts().sort_index()
+    excluded = {str(reason): int(count) for reason, count in left_out.items()}
+    return frame[reasons == ""].reset_index(drop=True), excluded
+
+
+def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:
+    """Rows a formula can be compared with: a case of large error of its own is no reference."""
+    usable = (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
+    usable &= ~(frame["friction_error"] > LARGEST_ERROR)
+    return frame[usable & (frame["slide_to_roll_total"] > 0.0)].reset_index(drop=True)
+
+
+def kept_rows(dataset: Dataset, origin: str) -> pd.DataFrame:
+    """Rows of an origin that is kept for checking."""
+    return checkable_rows(dataset.frame[dataset.frame["origin"] == origin])
+
+
+def checked_scores(formula: Formula, frame: pd.DataFrame) -> Scores | None:
+    """Errors at cases that were not fitted, the coverage of the interval there, and the share called extrapolated.
+
+    None where there are no cases, or the formula has no value at one of them.
+    """
+    if frame.empty:
+        return None
+    value = formula.evaluate(columns(frame))
+    if value.undefined.any():
+        return None
+    mu = computed_friction(frame)
+    covered = (value.lower <= mu) & (mu <= value.upper)
+    beside = value.extrapolation >= Extrapolation.NEAR
+    return scores(frame, value.mu).model_copy(
+        update={"coverage": float(covered.mean()), "extrapolated": float(beside.mean())}
+    )
+
+
+def oil_identities(dataset: Dataset) -> tuple[OilIdentity, ...]:
+    """The oils of the data with the hash of each card."""
+    hashes = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
+    return tuple(OilIdentity(name=name, card_hash=hashes.get(name)) for name in dataset.oils)
+
+
+def noise_of(dataset: Dataset, noise: Dataset | None) -> NoiseFloor | None:
+    """Noise floor of a run of repeated realisations, or of the dataset's own repeated points."""
+    return measured_noise(realisation_scatter((dataset if noise is None else noise).frame))

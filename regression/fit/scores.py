@@ -1,0 +1,186 @@
+"""What a fit is worth: its errors over all cases, by region, and the interval they justify."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from regression.fit.noise import BANDS, band_noise
+from regression.friction.conditions import Array
+from regression.friction.error_tables import Band, Interval, NoiseFloor, Scores, WidthBand, WorstCase
+
+INTERVAL_LEVEL = 0.9
+_LEAST_IN_BAND = 20  # held-out cases a band needs for an interval of its own
+
+
+def computed_friction(frame: pd.DataFrame) -> Array:
+    """The friction coefficients of a dataset's rows."""
+    return frame["friction_coefficient"].to_numpy(dtype=float)
+
+
+def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
+    """Errors of predicted against computed friction over all rows."""
+    mu = computed_friction(frame)
+    relative = predicted / mu - 1.0
+    worst = int(np.argmax(np.abs(relative)))
+    names = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total", "temperature_oil")
+    case = {name: float(frame[name].iloc[worst]) for name in (*names, "roughness_rms", "friction_coefficient")}
+    return Scores(
+        count=len(mu),
+        r2=_r2(mu, predicted),
+        r2_log=_r2(np.log(mu), np.log(predicted)),
+        rmse=_rms(predicted - mu),
+        rmse_log=_rms(np.log(predicted / mu)),
+        mape=float(np.mean(np.abs(relative))),
+        p95=float(np.quantile(np.abs(relative), 0.95)),
+        largest=float(np.abs(relative).max()),
+        bias=float(np.mean(relative)),
+        worst=WorstCase(key=str(frame["key"].iloc[worst]), relative_error=float(relative[worst]), conditions=case),
+    )
+
+
+def _r2(observed: Array, predicted: Array) -> float:
+    total = float(np.sum((observed - observed.mean()) ** 2))
+    return 1.0 - float(np.sum((observed - predicted) ** 2)) / total if total > 0.0 else 0.0
+
+
+def bands(
+    frame: pd.DataFrame,
+    predicted: Array,
+    covered: NDArray[np.bool_] | None = None,
+    noise: NoiseFloor | None = None,
+) -> tuple[Band, ...]:
+    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Rows of a dataset.
+    predicted : array, shape (n,)
+    covered : array of bool, shape (n,), optional
+        Whether each case lies within its interval.
+    noise : NoiseFloor, optional
+        Scatter over roughness realisations, put beside the errors.
+    """
+    mu = computed_friction(frame)
+    relative = predicted / mu - 1.0
+    result = []
+    for variable, edges in BANDS.items():
+        values = frame[variable].to_numpy(dtype=float)
+        finite = values[np.isfinite(values)]
+        if not finite.size:
+            continue
+        limits = (float(finite.min()), *(e for e in edges if finite.min() < e < finite.max()), float(finite.max()))
+        for low, high in itertools.pairwise(limits):
+            inside = (values >= low) & ((values < high) | ((high == limits[-1]) & (values <= high)))
+            if inside.any():
+                error = np.abs(relative[inside])
+                result.append(
+                    Band(
+                        variable=variable,
+                        low=low,
+                        high=high,
+                        count=int(inside.sum()),
+                        r2=_r2(mu[inside], predicted[inside]),
+                        rmse=_rms(predicted[inside] - mu[inside]),
+                        rmse_log=_rms(np.log(predicted[inside] / mu[inside])),
+                        mape=float(error.mean()),
+                        p95=float(np.quantile(error, 0.95)),
+                        largest=float(error.max()),
+                        bias=float(relative[inside].mean()),
+                        coverage=None if covered is None else float(covered[inside].mean()),
+                        noise=band_noise(noise, variable, low),
+                    )
+                )
+    return tuple(result)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def interval_of(
+    frame: pd.DataFrame,
+    error: Array,
+    folds: NDArray[np.int64] | None = None,
+    *,
+    deviation: Array | None = None,
+    beside: NDArray[np.bool_] | None = None,
+) -> Interval:
+    """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        The fitted rows.
+    error : array, shape (n,)
+        Absolute error of ln mu of every row, held out.
+    folds : array of int, shape (n,), optional
+        Fold each row was held out with: measures the coverage of every band, with widths from the other folds.
+    deviation : array, shape (n,), optional
+        The formula's own standard deviation of ln mu at every row, held out; widths become multiples of it.
+    beside : array of bool, shape (n,), optional
+        Rows that lay outside the cloud of the cases of the other folds: what an extrapolation costs.
+    """
+    ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
+    score = error if deviation is None else error / deviation
+    widths = _band_widths(ratio, score)
+    if folds is not None:
+        covered = covered_by_other_folds(ratio, score, folds)
+        widths = tuple(
+            band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
+        )
+    outer = error if beside is None or beside.sum() < _LEAST_IN_BAND else error[beside]
+    return Interval(
+        level=INTERVAL_LEVEL,
+        log_width=conformal_width(score, INTERVAL_LEVEL),
+        largest=float(error.max()),
+        bands=widths,
+        normalised=deviation is not None,
+        near=conformal_width(outer, INTERVAL_LEVEL),
+    )
+
+
+def _band_widths(ratio: Array, error: Array) -> tuple[WidthBand, ...]:
+    widths = []
+    for low, high in itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)):
+        inside = (ratio >= low) & (ratio < high if math.isfinite(high) else True)
+        count = int(np.count_nonzero(inside))
+        if count >= _LEAST_IN_BAND:
+            end = high if math.isfinite(high) else None
+            width = conformal_width(error[inside], INTERVAL_LEVEL)
+            widths.append(WidthBand(low=low, high=end, count=count, log_width=width))
+    return tuple(widths)
+
+
+def _inside(band: WidthBand, ratio: Array) -> NDArray[np.bool_]:
+    return np.asarray((ratio >= band.low) & (True if band.high is None else ratio < band.high))
+
+
+def covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether each held-out error lies within the width that the errors of all other folds give its band."""
+    covered = np.zeros(len(error), dtype=bool)
+    for number in np.unique(folds):
+        held = folds == number
+        width = np.full(len(error), conformal_width(error[~held], INTERVAL_LEVEL))
+        for band in _band_widths(ratio[~held], error[~held]):
+            width[_inside(band, ratio)] = band.log_width
+        covered[held] = error[held] <= width[held]
+    return covered
+
+
+def conformal_width(error: Array, level: float) -> float:
+    """The smallest width that covers ceil((n + 1) level) of n held-out errors (split conformal)."""
+    rank = min(math.ceil((len(error) + 1) * level), len(error))
+    return float(np.sort(error)[rank - 1])
+
+
+def noise_floor(frame: pd.DataFrame) -> float:
+    """RMS of the solver's own relative friction error: what no formula can fall below; 0 where none is stated."""
+    stated = frame["friction_error"].to_numpy(dtype=float)
+    stated = stated[np.isfinite(stated)]
+    return float(np.sqrt(np.mean(stated**2))) if stated.size else 0.0

@@ -1,0 +1,152 @@
+"""Sensitivity of friction: first-order and total Sobol indices over the box of a formula.
+
+Saltelli's scheme: two independent samples A and B, and A with one column from B each; first order by Saltelli et al.
+(2010), total by Jansen (1999).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.material import effective_modulus, load_material
+from ehl.state import ContactState
+from regression.friction.conditions import Array, conditions_of
+from regression.friction.formula import Formula
+
+SIZE = 4096
+_RESAMPLES = 200
+_LEVEL = 0.9
+# what a user sets; all else follows from these and the oil
+INPUTS = (
+    "pressure_hertz",
+    "radius_equivalent",
+    "speed_entrainment",
+    "slide_to_roll_total",
+    "temperature_oil",
+    "roughness_rms",
+    "correlation_length",
+)
+_LINEAR = ("pressure_hertz", "temperature_oil")  # the others are spread by their logarithm, as plans do
+
+
+@dataclass(frozen=True)
+class SobolIndices:
+    """Share of the variance of an output that each input accounts for.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The d inputs.
+    first, total : array, shape (d,)
+        Alone, and with all its interactions.
+    first_interval, total_interval : array, shape (d, 2)
+        90 % intervals by bootstrap over the samples.
+    evaluations : int
+        Of the output.
+    """
+
+    names: tuple[str, ...]
+    first: Array
+    total: Array
+    first_interval: Array
+    total_interval: Array
+    evaluations: int
+
+
+def sobol_indices(
+    output: Callable[[Array], Array], names: tuple[str, ...], size: int = SIZE, seed: int = 1
+) -> SobolIndices:
+    """Sobol indices of a function of d independent inputs, each uniform in 0 to 1.
+
+    Parameters
+    ----------
+    output : callable
+        Array of shape (n, d) to array of shape (n,).
+    names : tuple of str
+        Of the inputs.
+    size : int
+        Rows of each sample, a power of two; the function is evaluated size (d + 2) times.
+    seed : int
+        Of the scrambled Sobol sequence and the bootstrap.
+
+    Raises
+    ------
+    InputError
+        `size` is no power of two, or the output does not vary.
+    """
+    from scipy.stats import qmc
+
+    if size < 2 or size & (size - 1):
+        raise InputError("size", size, "a power of two")
+    d = len(names)
+    sample = qmc.Sobol(2 * d, scramble=True, rng=np.random.default_rng(seed)).random(size)
+    a, b = sample[:, :d], sample[:, d:]
+    f_a, f_b = output(a), output(b)
+    mixed = np.empty((d, size))
+    for i in range(d):
+        ab = a.copy()
+        ab[:, i] = b[:, i]
+        mixed[i] = output(ab)
+    if not np.var(np.concatenate([f_a, f_b])) > 0.0:
+        raise InputError("output", "constant", "a quantity that varies with its inputs")
+    first, total = _estimates(f_a, f_b, mixed)
+    random = np.random.default_rng(seed)
+    draws = []
+    for _ in range(_RESAMPLES):
+        rows = random.integers(0, size, size)
+        draws.append(_estimates(f_a[rows], f_b[rows], mixed[:, rows]))
+    ends = np.quantile(np.array(draws), [0.5 - _LEVEL / 2.0, 0.5 + _LEVEL / 2.0], axis=0)
+    return SobolIndices(names, first, total, ends[:, 0].T, ends[:, 1].T, size * (d + 2))
+
+
+def _estimates(f_a: Array, f_b: Array, mixed: Array) -> tuple[Array, Array]:
+    variance = np.var(np.concatenate([f_a, f_b]))
+    first = np.mean((f_b - f_b.mean()) * (mixed - f_a), axis=1) / variance
+    total = 0.5 * np.mean((f_a - mixed) ** 2, axis=1) / variance
+    return first, total
+
+
+def formula_sensitivity(formula: Formula, oil: Oil, size: int = SIZE, seed: int = 1) -> SobolIndices:
+    """Sobol indices of ln mu of a fitted formula over the box of its data, for one oil.
+
+    Pressure and temperature are uniform over their range, the others in their logarithm; the sliding is across the
+    contact line; both bodies are steel. What gears cut off the box is in it.
+
+    Raises
+    ------
+    InputError
+        The formula has no value somewhere in its box.
+    """
+    names = tuple(n for n in INPUTS if n in formula.ranges and formula.ranges[n][0] < formula.ranges[n][1])
+    steel = load_material("steel")
+    fixed = {n: formula.ranges[n][0] for n in INPUTS if n in formula.ranges and n not in names}
+
+    def log_mu(unit: Array) -> Array:
+        values = {name: _spread(formula, name, column) for name, column in zip(names, unit.T, strict=True)}
+        values |= {name: np.full(len(unit), value) for name, value in fixed.items()}
+        rough = values.pop("roughness_rms", np.zeros(len(unit))) / np.sqrt(2.0)
+        state = ContactState.of(
+            slide_to_roll=values.pop("slide_to_roll_total"),
+            effective_modulus=effective_modulus(steel, steel),
+            roughness_rms_1=rough,
+            roughness_rms_2=rough,
+            **values,
+        )
+        mu = formula.evaluate(conditions_of(state, oil)).mu
+        if not np.isfinite(mu).all():
+            raise InputError("formula", formula.name, "a formula with a value everywhere in its box")
+        return np.log(mu)
+
+    return sobol_indices(log_mu, names, size, seed)
+
+
+def _spread(formula: Formula, name: str, unit: Array) -> Array:
+    low, high = formula.ranges[name]
+    if name in _LINEAR:
+        return np.asarray(low + unit * (high - low))
+    return np.asarray(low * (high / low) ** unit)

@@ -1,0 +1,3 @@
+"""Friction models: conditions, published formulas, fitted formulas and their files."""
+
+from __future__ import annotations

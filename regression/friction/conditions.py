@@ -1,0 +1,146 @@
+"""Local conditions: every variable a friction formula may use, by name, from a contact state and an oil.
+
+The sweep stores the same names for each case, so that a formula sees one table whether it is being fitted or used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ehl.fluid.film_formulas import moes_1992_array
+from ehl.fluid.lubricant import Lubricant, dowson_higginson_1966
+from ehl.fluid.oil import Oil
+from ehl.fluid.rheology import RisingStress
+from ehl.state import ContactState
+
+Array = NDArray[np.float64]
+Conditions = Mapping[str, Array]
+
+# what each case stores about its oil at inlet temperature
+LUBRICANT_UNITS: dict[str, str] = {
+    "viscosity_inlet": "Pa*s",
+    "viscosity_kinematic": "m^2/s",
+    "viscosity_mean_pressure": "Pa*s",
+    "pressure_viscosity": "1/Pa",
+    "eyring_stress": "Pa",
+    "limiting_shear_coefficient": "",
+    "temperature_viscosity": "1/K",
+    "thermal_conductivity": "W/(m*K)",
+}
+STATE_UNITS: dict[str, str] = {
+    "pressure_hertz": "Pa",
+    "radius_equivalent": "m",
+    "effective_modulus": "Pa",
+    "speed_entrainment": "m/s",
+    "slide_to_roll": "",
+    "speed_sliding_lengthwise": "m/s",
+    "temperature_oil": "K",
+    "roughness_rms_1": "m",
+    "roughness_rms_2": "m",
+    "correlation_length": "m",
+}
+DERIVED_UNITS: dict[str, str] = {
+    "load_per_length": "N/m",
+    "half_width": "m",
+    "speed_sum": "m/s",
+    "speed_sliding": "m/s",
+    "slide_to_roll_total": "",
+    "roughness_rms": "m",
+    "film_formula": "m",
+    "film_ratio_formula": "",
+}
+UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
+
+
+def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, float]:
+    """The oil's figures at inlet temperature that a case stores, by the names of `LUBRICANT_UNITS`.
+
+    `viscosity_mean_pressure`, and an Eyring stress that rises with pressure, are taken at the mean Hertz pressure of
+    the line contact, pi p_h/4.
+    """
+    mean_pressure = np.asarray(0.25 * np.pi * pressure_hertz)
+    stress = lubricant.eyring_stress
+    return {
+        "viscosity_inlet": lubricant.viscosity_inlet,
+        "viscosity_kinematic": lubricant.viscosity_inlet / lubricant.density,
+        "viscosity_mean_pressure": float(lubricant.viscosity(mean_pressure)),
+        "pressure_viscosity": lubricant.pressure_viscosity,
+        "eyring_stress": float(stress(mean_pressure)) if isinstance(stress, RisingStress) else stress,
+        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
+        "temperature_viscosity": lubricant.temperature_viscosity,
+        "thermal_conductivity": lubricant.thermal_conductivity,
+    }
+
+
+def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
+    """All variables of `UNITS` at every contact point of a state, in the shape of the state."""
+    return derive({**_state_columns(state), **_oil_columns(state, oil.at)})
+
+
+def derive(columns: Mapping[str, ArrayLike]) -> dict[str, Array]:
+    """Complete a table that holds the names of `STATE_UNITS` and `LUBRICANT_UNITS` by the derived ones.
+
+    `film_formula` is the isothermal film of Moes (1992), an incompressible one, over the density ratio of Dowson &
+    Higginson at p_h, and `film_ratio_formula` that film over the composite Rq: what stands in for the solver's film
+    where only a formula is evaluated.
+    """
+    table = {name: np.asarray(columns[name], dtype=float) for name in (*STATE_UNITS, *LUBRICANT_UNITS)}
+    return table | derived_conditions(table)
+
+
+def derived_conditions(table: Conditions) -> dict[str, Array]:
+    """The variables of `DERIVED_UNITS` from the others, by ufuncs and arithmetic only."""
+    pressure, radius, modulus = table["pressure_hertz"], table["radius_equivalent"], table["effective_modulus"]
+    speed, along = table["speed_entrainment"], table["speed_sliding_lengthwise"]
+    half_width = 4.0 * radius * pressure / modulus
+    sliding = np.hypot(table["slide_to_roll"] * speed, along)
+    film = _moes_film(table, 0.5 * np.pi * half_width * pressure)
+    rough = np.hypot(table["roughness_rms_1"], table["roughness_rms_2"])
+    return {
+        "load_per_length": 0.5 * np.pi * half_width * pressure,
+        "half_width": half_width,
+        "speed_sum": 2.0 * speed,
+        "speed_sliding": sliding,
+        "slide_to_roll_total": sliding / np.abs(speed),
+        "roughness_rms": rough,
+        "film_formula": film,
+        "film_ratio_formula": np.divide(film, rough, out=np.full_like(film, np.inf), where=rough > 0.0),
+    }
+
+
+def _state_columns(state: ContactState) -> dict[str, Array]:
+    return {name: np.asarray(getattr(state, name), dtype=float) for name in STATE_UNITS}
+
+
+def _oil_columns(state: ContactState, lubricant_at: Callable[[float], Lubricant]) -> dict[str, Array]:
+    """Figures of the oil at every point; one lubricant per distinct temperature."""
+    shape = np.shape(state.temperature_oil)
+    temperature = np.ravel(np.asarray(state.temperature_oil, dtype=float))
+    pressure = np.ravel(np.broadcast_to(np.asarray(state.pressure_hertz, dtype=float), shape))
+    columns = {name: np.empty(temperature.shape) for name in LUBRICANT_UNITS}
+    order = np.argsort(temperature, kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(temperature[order])) + 1):
+        if not here.size:
+            continue
+        lubricant = lubricant_at(float(temperature[here[0]]))
+        row = lubricant_row(lubricant, 0.0)
+        for name, column in columns.items():
+            column[here] = row[name]
+        mean_pressure = 0.25 * np.pi * pressure[here]
+        columns["viscosity_mean_pressure"][here] = lubricant.viscosity(mean_pressure)
+        if isinstance(lubricant.eyring_stress, RisingStress):
+            columns["eyring_stress"][here] = lubricant.eyring_stress(mean_pressure)
+    return {name: column.reshape(shape) for name, column in columns.items()}
+
+
+def _moes_film(table: Conditions, load: Array) -> Array:
+    modulus, radius = table["effective_modulus"], table["radius_equivalent"]
+    speed_group = table["viscosity_inlet"] * np.abs(table["speed_entrainment"]) / (modulus * radius)
+    root = np.sqrt(2.0 * speed_group)
+    # an unloaded point has no contact; the least load keeps the formula finite there
+    m = np.maximum(load / (modulus * radius) / root, 1e-6)
+    height = moes_1992_array(m, table["pressure_viscosity"] * modulus * np.sqrt(root)) * radius * root
+    return np.asarray(height / dowson_higginson_1966(table["pressure_hertz"]))

@@ -1,0 +1,245 @@
+"""Extrapolation guard: where the fitted cases lie, and whether a point lies among them.
+
+Three tests, from coarse to fine: the convex hull of every pair of variables (what no gear has was cut off there), the
+Mahalanobis distance from the mean, and the distance to the nearest of a few cases that stand for all. Variables enter
+by their logarithms, whitened by the covariance of the cases.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel
+from regression.friction.conditions import UNITS, Array, Conditions
+
+Finite = Annotated[float, Quantity("")]
+Positive = Annotated[float, Quantity("", gt=0.0)]
+STORED_POINTS = 128  # more make the file longer than the formula is worth; the radius says how well they cover
+# between the cases there is room for others: with these, 1 to 3 % of new points of the same plan count as outside
+HULL_SLACK = 0.03  # of the spread of the cases
+RADIUS_SLACK = 1.2
+_LEAST_SPREAD = 1e-6  # of ln x: what varies less is a constant
+_DIGITS = 5
+
+
+class Extrapolation(IntEnum):
+    """How far from the fitted cases a point lies."""
+
+    INSIDE = 0
+    NEAR = 1  # outside the cloud of cases; a case lies within twice the covering radius
+    FAR = 2
+
+
+class PairHull(InputModel):
+    """Convex hull of the cases in the plane of ln x and ln y; vertices in SI units, counterclockwise."""
+
+    x: str
+    y: str
+    vertices: tuple[tuple[Positive, Positive], ...]
+
+    def inside(self, log_x: Array, log_y: Array) -> NDArray[np.bool_]:
+        """Whether points lie in the hull, or at most 3 % of its smaller spread beside it."""
+        corners = np.log(np.array(self.vertices))
+        edges = np.roll(corners, -1, axis=0) - corners
+        # positive to the left of every edge, as a distance
+        offset = np.stack(
+            [
+                (ex * (log_y - cy) - ey * (log_x - cx)) / max(np.hypot(ex, ey), 1e-300)
+                for (cx, cy), (ex, ey) in zip(corners, edges, strict=True)
+            ]
+        )
+        return np.asarray(np.all(offset >= -HULL_SLACK * np.ptp(corners, axis=0).min(), axis=0))
+
+
+class DataCloud(InputModel):
+    """Where the fitted cases lie.
+
+    Parameters
+    ----------
+    variables : tuple of str
+        Names of `regression.friction.conditions.UNITS`, all positive; ln of each is a coordinate.
+    mean : tuple of float
+        Of ln x.
+    whitening : tuple of tuple of float, shape (d, d)
+        Lower triangle W with z = W (ln x - mean) of unit covariance.
+    mahalanobis : float
+        Greatest |z| of a case.
+    points : tuple of tuple of float, shape (m, d)
+        z of the cases that stand for all, each the farthest from those before it.
+    radius : float
+        Every case lies within this distance of one of `points`.
+    hulls : tuple of PairHull
+        Of all pairs of variables.
+    """
+
+    variables: tuple[str, ...]
+    mean: tuple[Finite, ...]
+    whitening: tuple[tuple[Finite, ...], ...]
+    mahalanobis: Positive
+    points: tuple[tuple[Finite, ...], ...]
+    radius: Positive
+    hulls: tuple[PairHull, ...]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> DataCloud:
+        size = len(self.variables)
+        for name in (*self.variables, *(n for hull in self.hulls for n in (hull.x, hull.y))):
+            if name not in UNITS:
+                raise InputError("variables", name, "one of " + ", ".join(UNITS))
+        for field, rows in (("whitening", self.whitening), ("points", self.points)):
+            if any(len(row) != size for row in rows):
+                raise InputError(field, "rows of another length", f"rows of {size} numbers, one per variable")
+        if len(self.mean) != size or len(self.whitening) != size:
+            raise InputError("whitening", f"{len(self.whitening)} rows", f"{size} rows, and as many means")
+        if not self.points:
+            raise InputError("points", "none", "at least one point")
+        return self
+
+    def whitened(self, conditions: Conditions) -> Array:
+        """Coordinates z of points, shape (n, d)."""
+        return np.asarray((_logarithms(conditions, self.variables) - np.array(self.mean)) @ np.array(self.whitening).T)
+
+    def distance(self, conditions: Conditions) -> Array:
+        """Distance to the nearest of `points` over the covering radius: at most 1 at every fitted case."""
+        return _nearest(self.whitened(conditions), np.array(self.points)) / self.radius
+
+    def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
+        """`Extrapolation` of every point, in the shape of the conditions."""
+        shape = np.shape(conditions["pressure_hertz"])
+        flat = {name: np.ravel(conditions[name]) for name in {*self.variables, "pressure_hertz"}}
+        z = self.whitened(flat)
+        distance = _nearest(z, np.array(self.points)) / self.radius
+        outside = (distance > RADIUS_SLACK) | (np.linalg.norm(z, axis=1) > self.mahalanobis * RADIUS_SLACK)
+        for hull in self.hulls:
+            outside |= ~hull.inside(*_logarithms(flat, (hull.x, hull.y)).T)
+        level = np.where(outside, Extrapolation.NEAR, Extrapolation.INSIDE)
+        return np.where(distance > 2.0, Extrapolation.FAR, level).astype(np.int8).reshape(shape)
+
+
+def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: int = STORED_POINTS) -> DataCloud | None:
+    """The cloud of the fitted cases; None where fewer than two variables vary.
+
+    Parameters
+    ----------
+    table : mapping
+        Columns of the cases.
+    variables : tuple of str
+        Those that must not be extrapolated; what does not vary, or is zero somewhere, is left out.
+    count : int
+        Most points to keep.
+    """
+    kept = tuple(n for n in variables if (table[n] > 0.0).all() and np.ptp(np.log(table[n])) > _LEAST_SPREAD)
+    kept = _independent(table, kept)
+    if len(kept) < 2:
+        return None
+    logs = _logarithms(table, kept)
+    mean = logs.mean(axis=0)
+    whitening = np.linalg.inv(np.linalg.cholesky(np.cov(logs, rowvar=False)))
+    z = (logs - mean) @ whitening.T
+    chosen, radius = covering_points(z, count)
+    return DataCloud(
+        variables=kept,
+        mean=tuple(map(float, mean)),
+        whitening=tuple(tuple(map(float, row)) for row in whitening),
+        mahalanobis=float(np.linalg.norm(z, axis=1).max()),
+        points=tuple(tuple(round(float(v), _DIGITS) for v in row) for row in z[chosen]),
+        # rounded coordinates may lie a little farther
+        radius=radius + 10.0**-_DIGITS * len(kept) ** 0.5,
+        hulls=tuple(_pair_hull(table, one, other) for one, other in itertools.combinations(kept, 2)),
+    )
+
+
+def _logarithms(table: Conditions, names: tuple[str, ...]) -> Array:
+    with np.errstate(divide="ignore"):
+        logs = np.column_stack([np.log(np.ravel(np.asarray(table[name], dtype=float))) for name in names])
+    # a smooth surface, or no sliding, is far from all data rather than nowhere
+    return np.asarray(np.clip(logs, -1e3, 1e3))
+
+
+def _independent(table: Mapping[str, Array], names: tuple[str, ...]) -> tuple[str, ...]:
+    """Those that are no function of the ones before: of one oil, viscosity follows from temperature."""
+    kept: list[str] = []
+    for name in names:
+        trial = _logarithms(table, (*kept, name))
+        if kept:
+            others = trial[:, :-1] - trial[:, :-1].mean(axis=0)
+            basis = np.column_stack([np.ones(len(others)), others, others**2])
+            rest = trial[:, -1] - basis @ np.linalg.lstsq(basis, trial[:, -1], rcond=None)[0]
+            if len(rest) > basis.shape[1] and np.std(rest) < 0.02 * np.std(trial[:, -1]):
+                continue
+        kept.append(name)
+    return tuple(kept)
+
+
+def _nearest(z: Array, points: Array) -> Array:
+    """Distance of every row of z to the nearest of the points."""
+    square = np.sum(z**2, axis=1)[:, None] + np.sum(points**2, axis=1)[None, :] - 2.0 * z @ points.T
+    return np.asarray(np.sqrt(np.maximum(square.min(axis=1), 0.0)))
+
+
+def covering_points(z: Array, count: int) -> tuple[NDArray[np.int64], float]:
+    """Points that stand for all: each the farthest from those before it (Gonzalez 1985), and the covering radius.
+
+    Parameters
+    ----------
+    z : array, shape (n, d)
+    count : int
+        Most points to choose.
+
+    Returns
+    -------
+    chosen : array of int
+        Indices, the most central point first.
+    radius : float
+        Every point lies within it of a chosen one; where all are chosen, a typical distance between neighbours.
+    """
+    chosen = [int(np.argmin(np.sum(z**2, axis=1)))]
+    distance = np.linalg.norm(z - z[chosen[0]], axis=1)
+    while len(chosen) < min(count, len(z)) and distance.max() > 0.0:
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(z - z[chosen[-1]], axis=1))
+    if len(chosen) == len(z):
+        # all are kept: what separates them is the scale
+        apart = np.linalg.norm(z[:, None] - z[None], axis=2) + np.diag(np.full(len(z), np.inf))
+        return np.array(chosen), float(np.quantile(apart.min(axis=1), 0.99))
+    return np.array(chosen), float(distance.max())
+
+
+def _pair_hull(table: Mapping[str, Array], one: str, other: str) -> PairHull:
+    from scipy.spatial import ConvexHull
+
+    plane = _logarithms(table, (one, other))
+    corners = np.exp(plane[ConvexHull(plane).vertices])
+    return PairHull(x=one, y=other, vertices=tuple((float(x), float(y)) for x, y in corners))
+
+
+def in_convex_hull(points: Array, cases: Array) -> NDArray[np.bool_]:
+    """Whether points are mixtures of cases: exact, one linear program (HiGHS) each.
+
+    Parameters
+    ----------
+    points : array, shape (n, d)
+    cases : array, shape (m, d)
+
+    Returns
+    -------
+    array of bool, shape (n,)
+    """
+    from scipy.optimize import linprog
+
+    centre, spread = cases.mean(axis=0), np.maximum(np.ptp(cases, axis=0), 1e-300)
+    equations = np.vstack([((cases - centre) / spread).T, np.ones(len(cases))])
+    inside = []
+    for row in (np.atleast_2d(points) - centre) / spread:
+        found = linprog(np.zeros(len(cases)), A_eq=equations, b_eq=[*row, 1.0], bounds=(0.0, None), method="highs")
+        inside.append(found.status == 0)
+    return np.array(inside)

@@ -1,0 +1,146 @@
+"""What is known of a formula's errors, as the formula file states it: scores, bands, noise, intervals."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import model_validator
+
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel
+from regression.friction.conditions import Array, Conditions
+
+Finite = Annotated[float, Quantity("")]
+Width = Annotated[float, Quantity("", ge=0.0)]
+Share = Annotated[float, Quantity("", ge=0.0, le=1.0)]
+
+
+class WorstCase(InputModel):
+    """The case with the largest relative error."""
+
+    key: str
+    relative_error: Finite
+    conditions: dict[str, Finite]
+
+
+class Scores(InputModel):
+    """Errors of predicted against computed friction; relative ones are (predicted - computed)/computed.
+
+    `coverage` is the share of the cases within their interval, `extrapolated` that of the cases the guard calls near or
+    far; both None where they were not measured.
+    """
+
+    count: int
+    r2: Finite
+    r2_log: Finite
+    rmse: Finite
+    rmse_log: Finite | None = None
+    mape: Finite
+    p95: Finite
+    largest: Finite
+    bias: Finite
+    worst: WorstCase
+    coverage: Share | None = None
+    extrapolated: Share | None = None
+
+
+class Band(InputModel):
+    """Cross-validated errors within one band of one variable.
+
+    `noise` is what repeated roughness realisations scatter there, as the relative standard deviation of one of them;
+    None where it was not measured. Files of schema 1 hold MAPE, p95 and bias alone.
+    """
+
+    variable: str
+    low: Finite
+    high: Finite
+    count: int
+    r2: Finite | None = None
+    rmse: Finite | None = None
+    rmse_log: Finite | None = None
+    mape: Finite
+    p95: Finite
+    largest: Finite | None = None
+    bias: Finite
+    coverage: Share | None = None
+    noise: Width | None = None
+
+
+class NoiseBand(InputModel):
+    """Scatter of mu over roughness realisations within one band: standard deviations over the mean, RMS of the points.
+
+    `single` is that of one realisation, `mean` that of the mean of all realisations of a point.
+    """
+
+    variable: str
+    low: Finite | None
+    high: Finite | None
+    count: int
+    single: Width
+    mean: Width
+
+
+class NoiseFloor(InputModel):
+    """Scatter of mu over repeated roughness realisations: what no formula of these data can fall below."""
+
+    points: int
+    realisations: Annotated[float, Quantity("", ge=2.0)]
+    single: Width
+    mean: Width
+    bands: tuple[NoiseBand, ...]
+
+
+class WidthBand(InputModel):
+    """Half width of the interval within one band of `film_ratio_formula` (low <= value < high).
+
+    `coverage` is the share of the band's held-out cases that lie within widths calibrated on the other folds; None in
+    files written before it was measured.
+    """
+
+    low: Finite
+    high: Finite | None
+    count: int
+    log_width: Width
+    coverage: Share | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> WidthBand:
+        if self.high is not None and self.high <= self.low:
+            raise InputError("high", self.high, f"above the low end {self.low:.6g}")
+        return self
+
+
+class Interval(InputModel):
+    """Interval of the cross-validated error of ln mu: mu exp(-w) to mu exp(+w).
+
+    `log_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it.
+    Beside the data no case can calibrate it: near them the widest band holds at least, far from them and outside the
+    range `largest`, the greatest error of all. With `normalised`, widths are multiples of the formula's own standard
+    deviation at the point (that of a Gaussian-process residual).
+    """
+
+    level: Annotated[float, Quantity("", gt=0.0, lt=1.0)]
+    log_width: Width
+    largest: Width
+    bands: tuple[WidthBand, ...] = ()
+    normalised: bool = False
+    near: Width = 0.0
+
+    def width(self, conditions: Conditions, deviation: Array | None = None) -> Array:
+        """Half width at every point, by its band; that of all cases where no band holds it.
+
+        Parameters
+        ----------
+        conditions : mapping
+            Holds `film_ratio_formula`.
+        deviation : array, optional
+            The formula's own standard deviation of ln mu; needed where the interval is normalised.
+        """
+        ratio = np.asarray(conditions["film_ratio_formula"], dtype=float)
+        width = np.full(ratio.shape, self.log_width)
+        for band in self.bands:
+            inside = (ratio >= band.low) & (True if band.high is None else ratio < band.high)
+            width = np.where(inside, band.log_width, width)
+        return width * deviation if self.normalised and deviation is not None else width

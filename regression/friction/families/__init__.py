@@ -1,0 +1,43 @@
+"""Families of friction formulas: what each computes from the local conditions and its coefficients.
+
+Three are linear in ln mu (`xu`, `power_law`, `regimes`), the others are nonlinear. All take slide_to_roll_total and
+speed_sliding, the length of the whole sliding vector, and `rough_share` the amount of slide_to_roll beside them: mu
+does not depend on the sign of the sliding.
+"""
+
+from __future__ import annotations
+
+from ehl.io.errors import InputError
+from regression.friction.families.family import Family
+from regression.friction.families.film_regimes import REGIMES
+from regression.friction.families.load_share import LOAD_SHARE, load_share_parts
+from regression.friction.families.log_linear import POWER_LAW, XU
+from regression.friction.families.rough_share import ROUGH_SHARE, rough_share_parts
+
+__all__ = [
+    "FAMILIES",
+    "LOAD_SHARE",
+    "POWER_LAW",
+    "REGIMES",
+    "ROUGH_SHARE",
+    "XU",
+    "Family",
+    "family_named",
+    "load_share_parts",
+    "rough_share_parts",
+]
+
+FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, REGIMES, LOAD_SHARE, ROUGH_SHARE)}
+
+
+def family_named(name: str) -> Family:
+    """The family of that name.
+
+    Raises
+    ------
+    InputError
+        There is none; the message lists those there are.
+    """
+    if name not in FAMILIES:
+        raise InputError("family", name, "one of " + ", ".join(FAMILIES))
+    return FAMILIES[name]

@@ -1,0 +1,84 @@
+"""Family `regimes`: powers of dimensionless groups whose exponents change from regime to regime of the film ratio.
+
+In the manner of Li & Kahraman, who give one power product of dimensionless groups for each regime of the film ratio;
+their coefficients are in no source at hand, these are fitted. So that mu does not jump from one regime to the next, the
+exponents change linearly in ln lambda between the knots: ln mu is continuous everywhere and has a bend at each knot.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+
+from regression.friction.conditions import Array, Conditions
+from regression.friction.families.family import BOX, Family
+
+KNOTS = (0.1, 0.5, 1.0, 2.0)
+_LEAST_SLIDING = 1e-12
+
+
+def _groups(c: Conditions) -> dict[str, Array]:
+    """Logarithms of the dimensionless groups."""
+    speed = np.abs(c["speed_entrainment"])
+    return {
+        "constant": 0.0 * speed + 1.0,
+        "film": np.log(np.minimum(c["film_ratio_formula"], 1e6)),
+        "pressure": np.log(c["pressure_hertz"] / c["effective_modulus"]) + 5.0,
+        "viscosity": np.log(np.maximum(np.log(c["viscosity_mean_pressure"] / c["viscosity_inlet"]), 1e-3)),
+        "speed": np.log(c["viscosity_inlet"] * speed / (c["effective_modulus"] * c["radius_equivalent"])) + 25.0,
+        "sliding": np.log(np.maximum(c["slide_to_roll_total"], _LEAST_SLIDING)),
+        "heat": np.log(c["viscosity_inlet"] * c["temperature_viscosity"] * speed**2 / c["thermal_conductivity"]),
+        "flattening": np.log(c["pressure_hertz"] * c["correlation_length"] / c["effective_modulus"])
+        - np.log(np.maximum(c["roughness_rms"], 1e-12)),
+    }
+
+
+GROUPS = ("constant", "film", "pressure", "viscosity", "speed", "sliding", "heat", "flattening")
+_TERMS = (
+    "constant",
+    *(f"{group}_{knot:g}" for knot in KNOTS for group in GROUPS if (group, knot) != ("constant", KNOTS[0])),
+)
+
+
+def hats(film_ratio: Array) -> list[Array]:
+    """Share of each regime: 1 at its knot, 0 at the next ones, linear in ln lambda between; they add up to 1."""
+    place = np.log(np.maximum(film_ratio, 1e-12))
+    knots = np.log(KNOTS)
+    # rise[i]: from 0 at knot i to 1 at knot i + 1
+    rise = [
+        np.minimum(np.maximum((place - low) / (high - low), 0.0), 1.0)
+        for low, high in zip(knots[:-1].tolist(), knots[1:].tolist(), strict=True)
+    ]
+    return [1.0 - rise[0], *(before - after for before, after in itertools.pairwise(rise)), rise[-1]]
+
+
+def _design(c: Conditions) -> Array:
+    groups, shares = _groups(c), hats(c["film_ratio_formula"])
+    columns = [
+        groups[group] if (group, knot) == ("constant", KNOTS[0]) else share * groups[group]
+        for knot, share in zip(KNOTS, shares, strict=True)
+        for group in GROUPS
+    ]
+    return np.column_stack(columns)
+
+
+def _log_mu(c: Conditions, k: Mapping[str, float], boundary_friction: float) -> Array:
+    return np.asarray(_design(c) @ np.array([k[term] for term in _TERMS]))
+
+
+REGIMES = Family(
+    "regimes",
+    "powers of dimensionless groups, one set for each regime of lambda, in the manner of Li & Kahraman",
+    "ln mu = constant + sum over the knots K = 0.1, 0.5, 1, 2 of w_K (constant_K + film_K ln l"
+    " + pressure_K (ln(p_h/E') + 5) + viscosity_K ln ln(eta_p/eta0) + speed_K (ln(eta0 u_r/(E' R)) + 25)"
+    " + sliding_K ln SR + heat_K ln(eta0 beta u_r^2/k) + flattening_K ln(p_h lc/(E' Rq))), without constant_0.1;"
+    " l = h0/Rq with h0 the film of Moes (1992) over the density ratio of Dowson & Higginson at p_h, eta_p the"
+    " viscosity at pi p_h/4, SR = |v_s|/u_r, lc the correlation length; w_K is 1 at l = K, 0 at the next knots, linear"
+    " in ln l, and constant beyond the outer ones",
+    _TERMS,
+    (*BOX, "correlation_length"),
+    _log_mu,
+    _design,
+)

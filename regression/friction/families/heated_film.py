@@ -1,0 +1,85 @@
+"""A heated Ree-Eyring film over a line contact in closed form (ours): its thickness and its friction.
+
+The stress is taken at three pressures of the Hertz ellipse (Gauss points of the half-width, weights scaled so that they
+carry the load exactly). Friction of 4096 smooth contacts of two gear oils by the steady thermal solver is met within
+2.1 % in the mean and 6.1 % for 95 % of them by one set of coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from regression.friction.conditions import Array, Conditions
+
+# steel: sqrt(46 W/(m K) * 7830 kg/m3 * 465 J/(kg K)); only scales the coefficient heat_flash
+EFFUSIVITY = 12941.4
+# p/p_mean at the Gauss points, and their weights; weights times pressures add up to 1
+PRESSURES = (1.2594, 1.0977, 0.58446)
+WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+CAP_ORDER = 8.0
+# of trials on both oils: they moved little, and the rest of the film factor moves with them
+INLET_SLIDING, INLET_HEAT, INLET_LOAD = 1.7, 0.9, 0.15
+_ROELANDS = 9.67  # ln eta0 + 9.67: distance to the pole of the Roelands law, eta0 in Pa s
+
+
+def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
+    """Central film: the isothermal one over what inlet heating takes away [m].
+
+    h = h0/(1 + inlet (1 + inlet_sliding SR^1.7) L^0.9 M^0.15)^inlet_power with the thermal loading
+    L = eta0 beta u^2/k and M = W (2U)^-1/2; the form is that of the published inlet factors (Murch & Wilson, Gupta).
+    """
+    speed = np.abs(c["speed_entrainment"])
+    loading = c["viscosity_inlet"] * c["temperature_viscosity"] * speed**2 / c["thermal_conductivity"]
+    scale = c["effective_modulus"] * c["radius_equivalent"]
+    load = c["load_per_length"] / scale / np.sqrt(2.0 * c["viscosity_inlet"] * speed / scale)
+    sliding = 1.0 + k["inlet_sliding"] * c["slide_to_roll_total"] ** INLET_SLIDING
+    factor = 1.0 + k["inlet"] * sliding * loading**INLET_HEAT * load**INLET_LOAD
+    return np.asarray(c["film_formula"] / factor ** k["inlet_power"])
+
+
+def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Array | float = 0.0) -> Array:
+    """Friction of the heated film; at most Lambda.
+
+    A film as thick as the Hertz depth b^2/R lowers the pressure (`relief`) and widens the contact (`spread`). The
+    viscosity between ambient and mean pressure is that of the modulus law through both. The stress tau0 asinh(x) falls
+    with the temperature it makes itself: tau = tau0 a/(1 + theta tanh a)^heat_power with a = asinh x and
+    theta = tau0 beta dT/tau from the film and both surfaces. The cap is a smooth minimum at each pressure.
+
+    Parameters
+    ----------
+    c, k : mapping
+        Conditions and coefficients.
+    film : array
+        [m].
+    ripple : array
+        Relative rise of the mean viscosity by pressures that ripple, where the film shears as a Newtonian one.
+    """
+    mean = 0.25 * np.pi * c["pressure_hertz"]
+    speed, sliding, stress = np.abs(c["speed_entrainment"]), c["speed_sliding"], c["eyring_stress"]
+    viscosity, beta = c["viscosity_inlet"], c["temperature_viscosity"]
+    rise = np.log(c["viscosity_mean_pressure"] / viscosity)
+    # modulus law g(p) = p/(c0 + c1 p) through slope alpha at 0 and `rise` at the mean pressure
+    bend = rise / np.maximum(c["pressure_viscosity"] * mean, 1e-9)
+    thick = c["film_formula"] * c["radius_equivalent"] / c["half_width"] ** 2
+    relief = 1.0 + k["relief"] * np.sqrt(thick) + k["relief_thick"] * thick
+    ratio = 0.5 * np.abs(c["slide_to_roll"])
+    surfaces = 0.5 * (np.sqrt(1.0 + ratio) + np.sqrt(np.abs(1.0 - ratio)))
+    flash = k["heat_flash"] * np.sqrt(c["half_width"] / speed) / (EFFUSIVITY * surfaces)
+    pole = np.maximum(np.log(viscosity) + _ROELANDS, 1.0)
+    total: Array | float = 0.0
+    for share, weight in zip(PRESSURES, WEIGHTS, strict=True):
+        local = share / relief
+        exponent = np.minimum(rise * local / (bend * (1.0 - local) + local), 300.0)
+        pressure = local * mean
+        conductivity = c["thermal_conductivity"] * (1.0 + 1.4e-9 * pressure / (1.0 + 0.34e-9 * pressure))
+        strain = k["strain"] * viscosity * np.exp(exponent) * sliding / (stress * film)
+        strain = strain * (1.0 + ripple / (1.0 + strain))
+        isothermal = np.arcsinh(strain)
+        resistance = sliding * (k["heat_film"] * film / (8.0 * conductivity) + flash)
+        heat = beta * (1.0 + k["heat_pressure"] * exponent / pole) * stress * resistance
+        shear = k["stress"] * stress * isothermal / (1.0 + heat * np.tanh(isothermal)) ** k["heat_power"]
+        limit = np.maximum(c["limiting_shear_coefficient"] * pressure, 1e-9)
+        total = total + weight * shear * (1.0 + (shear / limit) ** CAP_ORDER) ** (-1.0 / CAP_ORDER)
+    return np.asarray(total / mean * np.sqrt(1.0 + k["spread"] * thick))

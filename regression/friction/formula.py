@@ -1,0 +1,267 @@
+"""The formula file: a fitted friction formula with everything needed to use and to judge it, as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel
+from regression.friction.conditions import UNITS, Array, Conditions
+from regression.friction.data_cloud import DataCloud, Extrapolation
+from regression.friction.error_tables import Band, Finite, Interval, NoiseFloor, Scores
+from regression.friction.families import Family, family_named
+from regression.friction.gaussian_process import GpResidual
+
+FORMULA_SCHEMA = 2
+# ranges are met by numbers that went through unit conversion and roots
+RANGE_TOLERANCE = 1e-6
+
+Friction = Annotated[float, Quantity("", ge=0.0, le=1.0)]
+
+
+class OilIdentity(InputModel):
+    """An oil the data were computed for; `card_hash` is None where it is not known."""
+
+    name: str | None = None
+    card_hash: str | None = None
+
+
+class DataIdentity(InputModel):
+    """Where the numbers come from."""
+
+    hash: str
+    plan: str
+    plan_hash: str
+    solver_version: str
+    count: int
+    used: int
+    excluded: dict[str, int]
+
+
+@dataclass(frozen=True)
+class FormulaValue:
+    """A formula at many points.
+
+    Parameters
+    ----------
+    mu, lower, upper : array
+        Friction coefficient and its interval [-].
+    outside : array of bool
+        At least one variable lies outside the range of the data.
+    extrapolation : array of int
+        `regression.friction.data_cloud.Extrapolation`: inside, near or far from the fitted cases.
+    undefined : array of bool
+        No finite positive value; mu and its interval are nan.
+    """
+
+    mu: Array
+    lower: Array
+    upper: Array
+    outside: NDArray[np.bool_]
+    extrapolation: NDArray[np.int8]
+    undefined: NDArray[np.bool_]
+
+
+class Formula(InputModel):
+    """A fitted friction formula: the content of a formula file.
+
+    What schema 1 did not know is None there: `residual`, `cloud`, `paths`, `nested`, `noise`.
+    """
+
+    schema_version: int = Field(alias="schema")
+    writer: str
+    family: str
+    equation: str
+    coefficients: dict[str, Finite]
+    standard_errors: dict[str, Finite]
+    dropped: dict[str, str]
+    variance_inflation: dict[str, Finite]
+    condition_number: Finite
+    boundary_friction: Friction
+    boundary_friction_range: tuple[Friction, Friction] | None = None
+    ranges: dict[str, tuple[Finite, Finite]]
+    units: dict[str, str]
+    oils: tuple[OilIdentity, ...]
+    fit: Scores
+    validation: Scores
+    corners: Scores | None
+    paths: Scores | None = None
+    nested: Scores | None = None
+    folds: int
+    bands: tuple[Band, ...]
+    interval: Interval
+    noise_floor: Finite
+    noise: NoiseFloor | None = None
+    data: DataIdentity
+    cloud: DataCloud | None = None
+    residual: GpResidual | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Formula:
+        family = family_named(self.family)
+        for term in family.terms:
+            if term not in self.coefficients:
+                raise InputError(f"coefficients.{term}", None, "a number")
+        for term in self.coefficients:
+            if term not in family.terms:
+                raise InputError(f"coefficients.{term}", term, "one of " + ", ".join(family.terms))
+        if self.equation != family.equation:
+            hint = "The program computes its own equation whatever the file says: fit the formula again."
+            raise InputError("equation", self.equation, f"that of family {family.name}: {family.equation}", hint)
+        for name, (low, high) in self.ranges.items():
+            if name not in UNITS:
+                raise InputError(f"ranges.{name}", name, "one of " + ", ".join(UNITS))
+            if low > high:
+                unit = UNITS[name] or "1"
+                raise InputError(f"ranges.{name}", [low, high], f"the lower end first, then the upper one, in {unit}")
+        for name, unit in self.units.items():
+            if unit != UNITS.get(name):
+                allowed = repr(UNITS[name]) if name in UNITS else "a unit of one of " + ", ".join(UNITS)
+                raise InputError(f"units.{name}", unit, allowed, "The numbers of the file are in SI units.")
+        if self.interval.normalised and self.residual is None:
+            raise InputError("interval.normalised", True, "false where there is no Gaussian-process residual")
+        return self
+
+    @property
+    def form(self) -> Family:
+        """The family this formula belongs to."""
+        return family_named(self.family)
+
+    @property
+    def name(self) -> str:
+        """The family, with the residual if there is one, for tables."""
+        return self.family if self.residual is None else f"{self.family} + GP"
+
+    @property
+    def oil(self) -> OilIdentity:
+        """The oil of a formula of one oil; nameless where there are several, or none by name."""
+        return self.oils[0] if len(self.oils) == 1 else OilIdentity()
+
+    def outside(self, conditions: Conditions) -> NDArray[np.bool_]:
+        """Where at least one variable lies outside its range."""
+        result = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
+        for name, (low, high) in self.ranges.items():
+            slack = RANGE_TOLERANCE * max(abs(low), abs(high))
+            result |= (conditions[name] < low - slack) | (conditions[name] > high + slack)
+        return result
+
+    def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
+        """`regression.friction.data_cloud.Extrapolation` of every point; all inside where the file holds no cloud."""
+        if self.cloud is None:
+            return np.zeros(np.shape(conditions["pressure_hertz"]), dtype=np.int8)
+        return self.cloud.extrapolation(conditions)
+
+    def evaluate(self, conditions: Conditions, boundary_friction: float | None = None) -> FormulaValue:
+        """Friction at many points.
+
+        Below the least sliding of the data mu falls linearly to 0 with it: the form itself may be infinite there.
+
+        Parameters
+        ----------
+        conditions : mapping
+            The variables of `regression.friction.conditions.UNITS` as arrays of one shape.
+        boundary_friction : float, optional
+            In place of the formula's own; only families that take it as an input notice.
+
+        Returns
+        -------
+        FormulaValue
+        """
+        outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
+        least = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
+        table, ramp = _with_least_sliding(conditions, least)
+        shape = np.shape(outside)
+        flat = {name: np.ravel(values) for name, values in table.items()}
+        mu_b = self.boundary_friction if boundary_friction is None else boundary_friction
+        mu, deviation = self.friction(flat, mu_b)
+        mu = mu.reshape(shape)
+        # 0 is an exponential that fell below the range of numbers
+        undefined = ~(np.isfinite(mu) & (mu > 0.0))
+        mu = np.where(undefined, np.nan, mu * ramp)
+        width = self.interval.width(conditions, None if deviation is None else deviation.reshape(shape))
+        width = np.where(extrapolation >= Extrapolation.NEAR, np.maximum(width, self.interval.near), width)
+        beyond = outside | (extrapolation == Extrapolation.FAR)
+        width = np.where(beyond, np.maximum(width, self.interval.largest), width)
+        return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
+
+    def friction(self, table: Conditions, boundary_friction: float | Array) -> tuple[Array, Array | None]:
+        """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual).
+
+        Parameters
+        ----------
+        table : mapping
+            Columns of shape (n,), with sliding.
+        boundary_friction : float or array of shape (n,)
+        """
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+            mu = np.exp(self.form.log_mu(table, self.coefficients, cast("float", boundary_friction)))
+        if self.residual is None:
+            return mu, None
+        return corrected(mu, self.residual, table, boundary_friction)
+
+    def to_text(self) -> str:
+        """The equation and its coefficients, to read and to type in."""
+        lines = [f"{self.family}: {self.form.title}", self.equation, ""]
+        for term in self.form.terms:
+            note = f"  ({self.dropped[term]})" if term in self.dropped else ""
+            error = self.standard_errors.get(term)
+            spread = f" +- {error:.3g}" if error is not None and not note else ""
+            lines.append(f"  {term} = {self.coefficients[term]:.9g}{spread}{note}")
+        if self.residual is not None:
+            inputs = ", ".join(self.residual.variables)
+            lines += ["", f"times exp(r), a Gaussian process of {len(self.residual.points)} points in {inputs}"]
+        lines += ["", "range:"]
+        lines += [f"  {name}: {low:.6g} to {high:.6g} {UNITS[name]}" for name, (low, high) in self.ranges.items()]
+        return "\n".join(lines)
+
+    def to_json(self) -> str:
+        """The file's text; numbers keep all their digits."""
+        from regression.friction.formula_file import formula_text
+
+        return formula_text(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the formula file.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        try:
+            Path(path).write_text(self.to_json(), encoding="utf-8")
+        except OSError as error:
+            raise InputError("formula file", str(path), "a writable path", f"{error.strerror}.") from None
+
+
+def corrected(
+    mu: Array, residual: GpResidual, table: Conditions, boundary_friction: float | Array
+) -> tuple[Array, Array]:
+    """Friction of a form times its Gaussian-process correction, and the standard deviation of ln mu.
+
+    The correction raises no friction above the greater of boundary friction and limiting shear: the bound of the
+    physics holds by construction wherever the form keeps it.
+    """
+    correction, deviation = residual.correction(table)
+    bound = np.maximum(np.maximum(boundary_friction, table["limiting_shear_coefficient"]), mu)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.minimum(mu * np.exp(correction), bound), np.sqrt(deviation**2 + residual.noise)
+
+
+def _with_least_sliding(conditions: Conditions, least: float) -> tuple[Mapping[str, Array], Array]:
+    total = conditions["slide_to_roll_total"]
+    if least <= 0.0:
+        return conditions, np.ones(np.shape(total))
+    floored = np.maximum(total, least)
+    table = dict(conditions)
+    table["slide_to_roll_total"] = floored
+    table["speed_sliding"] = floored * np.abs(conditions["speed_entrainment"])
+    return table, np.minimum(total / least, 1.0)

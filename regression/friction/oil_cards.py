@@ -1,0 +1,48 @@
+"""Which oil card data were computed with: the hash of its figures."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import lru_cache
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+
+
+@lru_cache(maxsize=64)
+def card_hash(oil: Oil) -> str:
+    """Hash of the figures on an oil card; its description and sources are none."""
+    return hashlib.sha256(oil.model_dump_json(exclude={"description", "source"}).encode()).hexdigest()
+
+
+def cards_hash(hashes: list[str]) -> str:
+    """One hash for the oil cards of a run; that of the card itself where there is one."""
+    if len(hashes) <= 1:
+        return hashes[0] if hashes else ""
+    return hashlib.sha256("\n".join(hashes).encode()).hexdigest()
+
+
+def hashes_of_cards(names: tuple[str, ...], together: str) -> dict[str, str | None]:
+    """Hash of each oil card of a run from the one hash the run states.
+
+    Parameters
+    ----------
+    names : tuple of str
+        In the order of the plan.
+    together : str
+        As of `cards_hash`.
+
+    Returns
+    -------
+    dict
+        Name to hash; None where one of several cards has changed since, so that no card's hash can be known.
+    """
+    if len(names) <= 1:
+        return dict.fromkeys(names, together)
+    try:
+        found = [card_hash(Oil.load(name)) for name in names]
+    except InputError:
+        return dict.fromkeys(names)
+    if cards_hash(found) != together:
+        return dict.fromkeys(names)
+    return dict(zip(names, found, strict=True))

@@ -1,0 +1,355 @@
+"""Registry of the published friction formulas: how each is applied at a contact point, its range and certainty.
+
+Formulas made for discs take the local conditions directly. Those made for a whole gear mesh are applied locally with
+conversions that are ours and are written in `applied`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.fluid.film_formulas import pan_hamrock_1989_minimum
+from regression.friction import published as p
+from regression.friction.conditions import Array, Conditions
+
+Mask = NDArray[np.bool_]
+Certainty = Literal["found", "mixed", "from memory"]
+
+RA_OVER_RQ = float(np.sqrt(2.0 / np.pi))  # Gaussian heights
+RZ_OVER_RQ = 5.0  # usual for ground and lapped flanks; ours
+PRESSURE_ANGLE = np.deg2rad(20.0)
+BOUNDARY_FRICTION = 0.10
+SLIDING_FLOOR = 1e-3  # [m/s]
+HARDNESS = 8e9  # of the shipped steel [Pa]; a contact state carries none
+
+
+@dataclass(frozen=True)
+class PublishedFormula:
+    """One published formula as a local friction model.
+
+    Parameters
+    ----------
+    name : str
+        Registry name, ``author_year``.
+    source : str
+        Authors, year, kind of data.
+    certainty : {"found", "mixed", "from memory"}
+        How the digits of the equation are known.
+    local : callable
+        Friction coefficient from the local conditions and the base oil.
+    function : callable
+        The formula itself.
+    ranges : mapping
+        Variable of `regression.friction.conditions.UNITS` to (least, greatest) in SI; the original's range where known.
+    range_certainty : str
+        How the range is known.
+    applied : str
+        What had to be added to use it at a contact point.
+    diverges : bool
+        mu grows without bound as sliding vanishes; it is evaluated at `SLIDING_FLOOR` there.
+    """
+
+    name: str
+    source: str
+    certainty: Certainty
+    local: Callable[[Conditions, str], Array]
+    function: Callable[..., Array]
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    range_certainty: str = "from memory"
+    applied: str = ""
+    diverges: bool = False
+
+    @property
+    def mark(self) -> str:
+        """What a report puts behind the name: " (M)" where any digit of the equation is from memory; else nothing."""
+        return "" if self.certainty == "found" else " (M)"
+
+    @property
+    def certainty_words(self) -> str:
+        """The same in words; empty where all digits were found."""
+        which = {"found": "", "mixed": "in part ", "from memory": ""}[self.certainty]
+        return "" if self.certainty == "found" else f"(M): the equation is {which}from memory, to be checked in print"
+
+
+def _xu(c: Conditions, base: str) -> Array:
+    return p.xu_kahraman_2007(
+        c["pressure_hertz"],
+        c["slide_to_roll_total"],
+        c["speed_entrainment"],
+        c["viscosity_inlet"],
+        c["radius_equivalent"],
+        c["roughness_rms"],
+    )
+
+
+def _benedict_kelley(c: Conditions, base: str) -> Array:
+    return p.benedict_kelley_1961(
+        c["load_per_length"], c["viscosity_inlet"], c["speed_sliding"], c["speed_sum"], c["roughness_rms"]
+    )
+
+
+def _mean_ra(c: Conditions) -> Array:
+    return np.asarray(0.5 * RA_OVER_RQ * (c["roughness_rms_1"] + c["roughness_rms_2"]))
+
+
+def _schlenk(c: Conditions, base: str) -> Array:
+    factor = p.lubricant_factor_niemann(base, c["speed_sum"])
+    return p.schlenk_1994(
+        c["load_per_length"], c["viscosity_inlet"], c["speed_sum"], c["radius_equivalent"], _mean_ra(c), factor
+    )
+
+
+def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
+    # at the pitch point of a cylindrical pair 1/d1 + 1/d2 = sin(a)/(2 R), u_e = V sin(a), w_t = w' cos(a)
+    sine, cosine = np.sin(PRESSURE_ANGLE), np.cos(PRESSURE_ANGLE)
+    intensity = c["load_per_length"] * cosine * sine / (2.0 * c["radius_equivalent"])
+    return p.iso_tr_14179_1(c["viscosity_kinematic"], intensity, c["speed_entrainment"] / sine)
+
+
+def _iso_tr_14179_2(c: Conditions, base: str) -> Array:
+    diameter = 2.0 * c["radius_equivalent"] * (1.0 + 1.0 / 3.0) / np.sin(PRESSURE_ANGLE)
+    return p.iso_tr_14179_2(
+        c["load_per_length"], c["viscosity_inlet"], c["speed_sum"], c["radius_equivalent"], _mean_ra(c), diameter
+    )
+
+
+def _misharin(c: Conditions, base: str) -> Array:
+    return p.misharin_1958(c["viscosity_kinematic"], c["speed_sliding"], c["speed_sum"])
+
+
+def _drozdov(c: Conditions, base: str) -> Array:
+    return p.drozdov_gavrikov_1967(c["pressure_hertz"], c["viscosity_kinematic"], c["speed_sliding"], c["speed_sum"])
+
+
+def _odonoghue(c: Conditions, base: str) -> Array:
+    return p.odonoghue_cameron_1966(
+        c["viscosity_kinematic"],
+        c["speed_sliding"],
+        c["speed_entrainment"],
+        c["radius_equivalent"],
+        _mean_ra(c),
+    )
+
+
+def _arana_film(c: Conditions) -> Array:
+    loading = c["viscosity_inlet"] * c["temperature_viscosity"] * c["speed_entrainment"] ** 2
+    return p.murch_wilson_1975(loading / c["thermal_conductivity"], c["slide_to_roll_total"]) * c["film_formula"]
+
+
+def _arana_fluid(c: Conditions) -> Array:
+    pressure = np.maximum(0.25 * np.pi * c["pressure_hertz"], 1.0)
+    return p.arana_2019_fluid(
+        pressure,
+        c["viscosity_mean_pressure"],
+        c["pressure_viscosity"],
+        c["speed_sliding"],
+        _arana_film(c),
+        c["limiting_shear_coefficient"],
+    )
+
+
+def _mix(share: Array, c: Conditions) -> Array:
+    return np.asarray(share * BOUNDARY_FRICTION + (1.0 - share) * _arana_fluid(c))
+
+
+def _over(film: Array, roughness: Array) -> Array:
+    ratio = np.full(np.shape(film), np.inf)
+    return np.asarray(np.divide(film, roughness, out=ratio, where=roughness > 0.0))
+
+
+def _arana(c: Conditions, base: str) -> Array:
+    return _mix(p.share_arana_2019(_over(_arana_film(c), c["roughness_rms"])), c)
+
+
+def _doleschel(c: Conditions, base: str) -> Array:
+    return _mix(p.share_doleschel_2002(_over(_arana_film(c), _mean_ra(c))), c)
+
+
+def _matsumoto(c: Conditions, base: str) -> Array:
+    scale = c["effective_modulus"] * c["radius_equivalent"]
+    minimum = c["radius_equivalent"] * np.vectorize(pan_hamrock_1989_minimum, otypes=[float])(
+        c["viscosity_inlet"] * c["speed_entrainment"] / scale,
+        np.maximum(c["load_per_length"] / scale, 1e-12),
+        c["pressure_viscosity"] * c["effective_modulus"],
+    )
+    heights = RZ_OVER_RQ * (c["roughness_rms_1"] + c["roughness_rms_2"])
+    return _mix(p.share_matsumoto_2014(heights / minimum), c)
+
+
+def _masjedi(c: Conditions, base: str) -> Array:
+    scale = c["effective_modulus"] * c["radius_equivalent"]
+    share = p.share_masjedi_khonsari_2012(
+        c["viscosity_inlet"] * c["speed_entrainment"] / scale,
+        np.maximum(c["load_per_length"] / scale, 1e-12),
+        c["pressure_viscosity"] * c["effective_modulus"],
+        c["roughness_rms"] / c["radius_equivalent"],
+        HARDNESS / c["effective_modulus"],
+    )
+    return _mix(share, c)
+
+
+_LOCAL_LOAD = "a mesh mean with the figures of the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"
+_SHARE = "film of Moes (1992) with the inlet-heating factor of Murch & Wilson; mu_b = 0.10"
+
+_ENTRIES = (
+    PublishedFormula(
+        "xu_kahraman_2007",
+        "Xu, Kahraman, Anderson & Maddock 2007, J. Mech. Des. 129; regression of EHL results, 75W90",
+        "found",
+        _xu,
+        p.xu_kahraman_2007,
+        {
+            "pressure_hertz": (0.5e9, 2.5e9),
+            "radius_equivalent": (5e-3, 40e-3),
+            "speed_entrainment": (1.0, 20.0),
+            "slide_to_roll_total": (0.0, 1.0),
+            "viscosity_inlet": (1e-3, 0.2),
+        },
+        "from memory; the least viscosity is where the equation loses its sense",
+        "|SR| is the length of the sliding vector over the entrainment speed",
+    ),
+    PublishedFormula(
+        "benedict_kelley_1961",
+        "Benedict & Kelley 1961, ASLE Trans. 4; disc tests, mineral oils",
+        "mixed",
+        _benedict_kelley,
+        p.benedict_kelley_1961,
+        {"roughness_rms": (0.0, 30.0 * p.MICROINCH)},
+        applied="roughness factor (from memory) with the composite Rq",
+        diverges=True,
+    ),
+    PublishedFormula(
+        "schlenk_1994",
+        "Schlenk; Niemann, Hoehn & Michaelis; FZG gear tests",
+        "found",
+        _schlenk,
+        p.schlenk_1994,
+        {"load_per_length": (150e3, np.inf)},
+        applied=_LOCAL_LOAD + "; XL of the standard (from memory) by base oil",
+    ),
+    PublishedFormula(
+        "iso_tr_14179_1",
+        "ISO/TR 14179-1, mesh coefficient of friction",
+        "from memory",
+        _iso_tr_14179_1,
+        p.iso_tr_14179_1,
+        applied="K and V from w', R and u_r at the pitch point of a pair with 20 deg pressure angle (ours)",
+    ),
+    PublishedFormula(
+        "iso_tr_14179_2",
+        "ISO/TR 14179-2, mesh coefficient of friction",
+        "from memory",
+        _iso_tr_14179_2,
+        p.iso_tr_14179_2,
+        {"load_per_length": (150e3, np.inf)},
+        applied=_LOCAL_LOAD
+        + "; d1 = 2 R (1 + 1/3)/sin 20 deg, a pair of ratio 3 (ours; ratio 1 gives 10 % less, a rack 7 % more)",
+    ),
+    PublishedFormula(
+        "misharin_1958",
+        "Misharin 1958; disc tests",
+        "from memory",
+        _misharin,
+        p.misharin_1958,
+        {"pressure_hertz": (2500.0 * p.KGF_PER_CM2, np.inf), "slide_to_roll_total": (0.4, 1.3)},
+        diverges=True,
+    ),
+    PublishedFormula(
+        "drozdov_gavrikov_1967",
+        "Drozdov & Gavrikov 1967; disc tests",
+        "from memory",
+        _drozdov,
+        p.drozdov_gavrikov_1967,
+        {
+            "pressure_hertz": (4000.0 * p.KGF_PER_CM2, 20000.0 * p.KGF_PER_CM2),
+            "viscosity_kinematic": (4e-6, 500e-6),
+            "speed_sliding": (0.0, 15.0),
+            "speed_sum": (3.0, 20.0),
+        },
+    ),
+    PublishedFormula(
+        "odonoghue_cameron_1966",
+        "O'Donoghue & Cameron 1966; disc tests",
+        "from memory",
+        _odonoghue,
+        p.odonoghue_cameron_1966,
+        applied="Ra = 0.798 Rq, mean of both; mu of the original's viscosity unit unknown to 2 %",
+        diverges=True,
+    ),
+    PublishedFormula(
+        "arana_2019",
+        "Arana, Larranaga & Ulacia 2019; load sharing 1 - erf(lambda), Eyring stress 2 Lam/alpha",
+        "found",
+        _arana,
+        p.arana_2019_fluid,
+        applied=_SHARE,
+    ),
+    PublishedFormula(
+        "doleschel_2002",
+        "Doleschel; load sharing (1 - lambda/2)^2, lambda on the mean Ra",
+        "found",
+        _doleschel,
+        p.share_doleschel_2002,
+        applied=_SHARE + "; film friction of Arana et al. in place of the author's measured reference values",
+    ),
+    PublishedFormula(
+        "matsumoto_morikawa_2014",
+        "Matsumoto & Morikawa; load sharing 0.5 log10 D, D = (Rz1 + Rz2)/h_min",
+        "found",
+        _matsumoto,
+        p.share_matsumoto_2014,
+        applied=_SHARE + "; film friction of Arana et al., h_min of Pan & Hamrock, Rz = 5 Rq (ours)",
+    ),
+    PublishedFormula(
+        "masjedi_khonsari_2012",
+        "Masjedi & Khonsari 2012, J. Tribol. 134; load share of rough line contacts, fit to a statistical model",
+        "from memory",
+        _masjedi,
+        p.share_masjedi_khonsari_2012,
+        {"film_ratio_formula": (0.1, np.inf)},
+        "ours: below, the share passes 1; the original's range is not known",
+        applied="film friction of Arana et al. with the inlet-heating factor of Murch & Wilson; mu_b = 0.10; hardness "
+        "8 GPa (ours)",
+    ),
+)
+
+PUBLISHED: dict[str, PublishedFormula] = {entry.name: entry for entry in _ENTRIES}
+
+
+def evaluate_published(formula: PublishedFormula, conditions: Conditions, base: str) -> tuple[Array, Mask, Mask]:
+    """Evaluate a published formula at every point.
+
+    Parameters
+    ----------
+    formula : PublishedFormula
+        An entry of `PUBLISHED`.
+    conditions : mapping
+        As of `regression.friction.conditions.conditions_of`.
+    base : {"mineral", "pao", "polyglycol", "ester"}
+        Base oil.
+
+    Returns
+    -------
+    mu : array
+        Friction coefficient [-]; nan where the formula gives no positive value.
+    outside : array of bool
+        Outside the stated range of at least one variable.
+    undefined : array of bool
+        The formula gave no finite positive value.
+    """
+    outside = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
+    for name, (low, high) in formula.ranges.items():
+        outside |= (conditions[name] < low) | (conditions[name] > high)
+    table = dict(conditions)
+    if formula.diverges:
+        outside |= table["speed_sliding"] < SLIDING_FLOOR
+        table["speed_sliding"] = np.maximum(table["speed_sliding"], SLIDING_FLOOR)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        mu = formula.local(table, base)
+    undefined = ~(np.isfinite(mu) & (mu >= 0.0))
+    return np.asarray(np.where(undefined, np.nan, mu)), outside, np.asarray(undefined)

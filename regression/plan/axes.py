@@ -1,0 +1,163 @@
+"""Variables of a plan: a sampled range, the levels of a range, a list, or one value."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property, partial
+from typing import Annotated, Any, Literal, Self, get_args
+
+from pydantic import BeforeValidator, model_validator
+
+from ehl import case as case_inputs
+from ehl.case import SurfaceInput
+from ehl.fluid.oil import Temperature
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel
+
+MAX_LEVELS = 1000
+
+
+class Axis(InputModel):
+    """One variable of a plan: a sampled range, or the values it takes."""
+
+    values: tuple[float, ...]
+    sampled: bool = False
+    scale: Literal["linear", "log"] = "linear"
+
+
+def quantity_of(annotation: Any) -> Quantity:
+    """The unit and the allowed range an annotated type carries."""
+    return next(part for part in get_args(annotation)[1:] if isinstance(part, Quantity))
+
+
+def spread(low: float, high: float, scale: str, count: int) -> tuple[float, ...]:
+    """Evenly spaced levels from `low` to `high`, both met exactly; on a log scale evenly in the logarithm."""
+    if scale == "log":
+        step = math.log(high / low) / (count - 1)
+        inner = (low * math.exp(step * i) for i in range(1, count - 1))
+    else:
+        inner = (low + (high - low) * i / (count - 1) for i in range(1, count - 1))
+    return (low, *inner, high)
+
+
+def levels_of(axis: Axis, count: int) -> tuple[float, ...]:
+    """Evenly spaced levels of a range."""
+    return spread(axis.values[0], axis.values[1], axis.scale, count)
+
+
+def read_ends(value: dict[str, Any], quantity: Quantity) -> tuple[float | None, float | None]:
+    """The ends of a range or window as numbers, None where one is not given, low below high."""
+    low, high = (quantity.check(value[key], key) if key in value else None for key in ("low", "high"))
+    if low is not None and high is not None and not low < high:
+        hint = "Exchange the two ends." if low > high else "For one value write it without table."
+        raise InputError("high", value["high"], f"above low = {value['low']!r}", hint)
+    return low, high
+
+
+def _read_axis(value: Any, quantity: Quantity) -> Axis:
+    """The axis a user wrote: a value, a list, or a table with low, high, scale and perhaps levels."""
+    if isinstance(value, Axis):
+        return value
+    if isinstance(value, list):
+        if not 1 <= len(value) <= MAX_LEVELS:
+            raise InputError("values", f"list of {len(value)}", f"a list of 1 to {MAX_LEVELS} values")
+        values = tuple(quantity.check(item, f"values[{i}]") for i, item in enumerate(value))
+        if len(set(values)) < len(values):
+            raise InputError("values", value, "a list of different values")
+        return Axis(values=values)
+    if not isinstance(value, dict):
+        return Axis(values=(quantity.check(value, "value"),))
+    unknown = sorted(set(value) - {"low", "high", "scale", "levels"})
+    if unknown:
+        raise InputError(unknown[0], value[unknown[0]], "low, high, scale and levels")
+    low, high = read_ends(value, quantity)
+    if low is None or high is None:
+        raise InputError("low" if low is None else "high", None, "both ends of the range")
+    scale = value.get("scale", "linear")
+    if scale not in ("linear", "log"):
+        raise InputError("scale", scale, "linear or log")
+    if scale == "log" and low <= 0.0:
+        raise InputError("low", value["low"], "above zero with scale = 'log'")
+    if "levels" not in value:
+        return Axis(values=(low, high), sampled=True, scale=scale)
+    levels = value["levels"]
+    if not isinstance(levels, int) or isinstance(levels, bool) or not 2 <= levels <= MAX_LEVELS:
+        raise InputError("levels", levels, f"a whole number from 2 to {MAX_LEVELS}")
+    return Axis(values=spread(low, high, scale, levels), scale=scale)
+
+
+def _axis(annotation: Any) -> Any:
+    return Annotated[Axis, BeforeValidator(partial(_read_axis, quantity=quantity_of(annotation)))]
+
+
+def _surface(name: str) -> Any:
+    """Annotation of a field of the surface table, None left out."""
+    info = SurfaceInput.model_fields[name]
+    found = next((part for part in info.metadata if isinstance(part, Quantity)), None)
+    if found is not None:
+        return Annotated[float, found]
+    return next(part for part in get_args(info.annotation) if part is not type(None))
+
+
+# the type of every variable; the names are those of a contact file, or ratios a plan alone knows
+VARIABLES: dict[str, Any] = {
+    "pressure_hertz": case_inputs.Pressure,
+    "radius_equivalent": case_inputs.Radius,
+    "speed_entrainment": case_inputs.Speed,
+    "slide_to_roll": case_inputs.SlideToRoll,
+    "speed_sliding_lengthwise": case_inputs.SlidingSpeed,
+    "lengthwise_to_roll": case_inputs.SlideToRoll,
+    "temperature_oil": Temperature,
+    "roughness_rms": case_inputs.Rms,
+    "roughness_rms_1": case_inputs.Rms,
+    "roughness_rms_2": case_inputs.Rms,
+    "correlation_length": _surface("correlation_length"),
+    "peklenik_number": _surface("peklenik_number"),
+    "boundary_film": _surface("boundary_film"),
+    "boundary_friction": _surface("boundary_friction"),
+    "viscosity_inlet": case_inputs.Viscosity,
+    "pressure_viscosity": case_inputs.PressureViscosity,
+    "eyring_stress": case_inputs.Stress,
+}
+REQUIRED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll")
+EXCLUSIVE = (
+    ("lengthwise_to_roll", "speed_sliding_lengthwise"),
+    ("roughness_rms", "roughness_rms_1"),
+    ("roughness_rms", "roughness_rms_2"),
+)
+
+
+class Variables(InputModel):
+    """The variables of a plan; what is not given keeps the default of the case."""
+
+    pressure_hertz: _axis(VARIABLES["pressure_hertz"]) | None = None  # type: ignore[valid-type]
+    radius_equivalent: _axis(VARIABLES["radius_equivalent"]) | None = None  # type: ignore[valid-type]
+    speed_entrainment: _axis(VARIABLES["speed_entrainment"]) | None = None  # type: ignore[valid-type]
+    slide_to_roll: _axis(VARIABLES["slide_to_roll"]) | None = None  # type: ignore[valid-type]
+    speed_sliding_lengthwise: _axis(VARIABLES["speed_sliding_lengthwise"]) | None = None  # type: ignore[valid-type]
+    lengthwise_to_roll: _axis(VARIABLES["lengthwise_to_roll"]) | None = None  # type: ignore[valid-type]
+    temperature_oil: _axis(VARIABLES["temperature_oil"]) | None = None  # type: ignore[valid-type]
+    roughness_rms: _axis(VARIABLES["roughness_rms"]) | None = None  # type: ignore[valid-type]
+    roughness_rms_1: _axis(VARIABLES["roughness_rms_1"]) | None = None  # type: ignore[valid-type]
+    roughness_rms_2: _axis(VARIABLES["roughness_rms_2"]) | None = None  # type: ignore[valid-type]
+    correlation_length: _axis(VARIABLES["correlation_length"]) | None = None  # type: ignore[valid-type]
+    peklenik_number: _axis(VARIABLES["peklenik_number"]) | None = None  # type: ignore[valid-type]
+    boundary_film: _axis(VARIABLES["boundary_film"]) | None = None  # type: ignore[valid-type]
+    boundary_friction: _axis(VARIABLES["boundary_friction"]) | None = None  # type: ignore[valid-type]
+    viscosity_inlet: _axis(VARIABLES["viscosity_inlet"]) | None = None  # type: ignore[valid-type]
+    pressure_viscosity: _axis(VARIABLES["pressure_viscosity"]) | None = None  # type: ignore[valid-type]
+    eyring_stress: _axis(VARIABLES["eyring_stress"]) | None = None  # type: ignore[valid-type]
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        for one, other in EXCLUSIVE:
+            if getattr(self, one) is not None and getattr(self, other) is not None:
+                raise InputError(one, "given", f"only one of {one} and {other}")
+        return self
+
+    @cached_property
+    def axes(self) -> dict[str, Axis]:
+        """The variables given, in the order of this class."""
+        given = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: axis for name, axis in given.items() if axis is not None}

@@ -1,0 +1,152 @@
+"""Constraints of a plan: combinations of its variables no gear has are skipped before anything is computed.
+
+Each is a window on one figure that follows from a point by a closed formula.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator
+
+from ehl.case import LoadPerLength, SlidingSpeed
+from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.io.errors import InputError
+from ehl.io.units import Quantity
+from ehl.io.validation import InputModel
+from ehl.material import Material
+from regression.plan.axes import quantity_of, read_ends
+
+Array = NDArray[np.float64]
+
+# friction coefficient the flash temperature of the constraint is taken with (Coleman's constant)
+FLASH_FRICTION = 0.05
+
+
+class Window(InputModel):
+    """What a figure may be: from `low` to `high`, either end open where it is not given."""
+
+    low: float | None = None
+    high: float | None = None
+
+    def holds(self, values: Array) -> NDArray[np.bool_]:
+        """Whether each value lies inside."""
+        inside = np.ones(values.shape, dtype=bool)
+        if self.low is not None:
+            inside &= values >= self.low
+        if self.high is not None:
+            inside &= values <= self.high
+        return inside
+
+
+def _read_window(value: Any, quantity: Quantity) -> Window:
+    if isinstance(value, Window):
+        return value
+    if not isinstance(value, dict) or not value:
+        raise InputError("low", None, "a table with low, high or both")
+    unknown = sorted(set(value) - {"low", "high"})
+    if unknown:
+        raise InputError(unknown[0], value[unknown[0]], "low and high")
+    low, high = read_ends(value, quantity)
+    return Window(low=low, high=high)
+
+
+def _window(quantity: Quantity) -> Any:
+    return Annotated[Window, BeforeValidator(partial(_read_window, quantity=quantity))]
+
+
+class Constraints(InputModel):
+    """Windows a point must lie in.
+
+    Parameters
+    ----------
+    film_ratio : Window
+        lambda by the film formula of `regression.friction.conditions.derive` [-].
+    load_per_length : Window
+        w' [N/m].
+    half_width : Window
+        Hertz half-width b [m].
+    speed_sliding : Window
+        Length of the sliding vector [m/s].
+    slide_to_roll_total : Window
+        That over the entrainment speed [-].
+    pressure_velocity : Window
+        p_h times `speed_sliding` [W/m^2].
+    temperature_flash : Window
+        Oil temperature plus Blok's flash temperature with mu = 0.05 [K].
+    """
+
+    film_ratio: _window(Quantity("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    load_per_length: _window(quantity_of(LoadPerLength)) | None = None  # type: ignore[valid-type]
+    half_width: _window(Quantity("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
+    speed_sliding: _window(Quantity("m/s", ge=0.0, le=quantity_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
+    slide_to_roll_total: _window(Quantity("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    pressure_velocity: _window(Quantity("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
+    temperature_flash: _window(Quantity("K", ge=TEMPERATURE_RANGE[0], le=3000.0)) | None = None  # type: ignore[valid-type]
+
+    @property
+    def windows(self) -> dict[str, Window]:
+        """The windows given."""
+        given = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: window for name, window in given.items() if window is not None}
+
+    @property
+    def need_oil(self) -> bool:
+        """Whether the figures of the oil decide."""
+        return self.film_ratio is not None
+
+
+def flash_temperature_blok(
+    load: Array,
+    sliding: Array,
+    speed: Array,
+    slide_to_roll: Array,
+    half_width: Array,
+    bodies: tuple[Material, Material],
+) -> Array:
+    """Largest flash temperature rise of a band contact with mu = `FLASH_FRICTION` [K].
+
+    1.11 mu w' |v_s| / ((e1 sqrt|u1| + e2 sqrt|u2|) sqrt(2 b)), e the thermal effusivity (Blok 1963, fast moving
+    sources; for equal bodies the well-known form with sqrt(u1) - sqrt(u2)). Of a surface at rest the other takes all.
+    """
+    u1, u2 = np.abs(speed * (1.0 + 0.5 * slide_to_roll)), np.abs(speed * (1.0 - 0.5 * slide_to_roll))
+    e1, e2 = (body.thermal_effusivity for body in bodies)
+    return np.asarray(
+        1.11 * FLASH_FRICTION * load * sliding / ((e1 * np.sqrt(u1) + e2 * np.sqrt(u2)) * np.sqrt(2.0 * half_width))
+    )
+
+
+def constrained_figures(
+    table: Mapping[str, Array], bodies: tuple[Material, Material], film_ratio: Array | None
+) -> dict[str, Array]:
+    """The figures of `Constraints` at every point of a table of state columns.
+
+    Parameters
+    ----------
+    table : mapping
+        pressure_hertz, radius_equivalent, effective_modulus, speed_entrainment, slide_to_roll,
+        speed_sliding_lengthwise, temperature_oil; arrays of one shape.
+    bodies : tuple of Material
+        Both bodies.
+    film_ratio : array, optional
+        lambda; left out where it is not needed.
+    """
+    pressure, radius, speed = table["pressure_hertz"], table["radius_equivalent"], table["speed_entrainment"]
+    half_width = 4.0 * radius * pressure / table["effective_modulus"]
+    load = 0.5 * np.pi * half_width * pressure
+    ratio = table["slide_to_roll"]
+    sliding = np.hypot(ratio * speed, table["speed_sliding_lengthwise"])
+    rise = flash_temperature_blok(load, sliding, speed, ratio, half_width, bodies)
+    figures = {
+        "load_per_length": load,
+        "half_width": half_width,
+        "speed_sliding": sliding,
+        "slide_to_roll_total": sliding / speed,
+        "pressure_velocity": pressure * sliding,
+        "temperature_flash": table["temperature_oil"] + rise,
+    }
+    return figures if film_ratio is None else {**figures, "film_ratio": film_ratio}

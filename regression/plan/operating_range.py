@@ -1,0 +1,225 @@
+"""The ranges that gears really see: from contact points and their weights to a plan.
+
+Each range runs between weighted quantiles of what the contact points of designs under their duty see; the weight of a
+point is the work its friction does there. A plan over such ranges spends no case where no power is lost.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.state import ContactState
+from regression.friction.conditions import conditions_of
+
+Array = NDArray[np.float64]
+
+# how each variable of the plan is drawn and written: scale, unit in the file, factor from SI, shift of the zero
+_WRITTEN: dict[str, tuple[str, str, float, float]] = {
+    "pressure_hertz": ("linear", "GPa", 1e-9, 0.0),
+    "radius_equivalent": ("log", "mm", 1e3, 0.0),
+    "speed_entrainment": ("log", "m/s", 1.0, 0.0),
+    "slide_to_roll": ("log", "", 1.0, 0.0),
+    "lengthwise_to_roll": ("linear", "", 1.0, 0.0),
+    "temperature_oil": ("linear", "degC", 1.0, -273.15),
+    "roughness_rms": ("log", "um", 1e6, 0.0),
+    "correlation_length": ("log", "um", 1e6, 0.0),
+}
+# ends closer than this are one value
+_ONE_VALUE = 1.02
+# sliding below this tells nothing about friction, and a log scale needs an end above zero
+LEAST_SLIDING = 1e-3
+
+
+@dataclass(frozen=True)
+class WeightedPoints:
+    """Contact points of one design at one operating point.
+
+    Parameters
+    ----------
+    state : ContactState
+        Local conditions.
+    weight : array
+        What each point counts for: its share of the loss times the time it lasts.
+    oil : Oil
+        Card the film ratio follows from.
+    """
+
+    state: ContactState
+    weight: Array
+    oil: Oil
+
+
+@dataclass(frozen=True)
+class SeenRange:
+    """Weighted quantiles of one figure: the ends of the range, its median, and the ends of all points."""
+
+    low: float
+    median: float
+    high: float
+    least: float
+    most: float
+
+
+def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) -> Array:
+    """Quantiles of weighted values: where the cumulated weight, half of its own counted for each, reaches the level.
+
+    With equal weights these are the quantiles of Hazen. Outside of the first and last half weight the extreme values
+    hold.
+
+    Raises
+    ------
+    InputError
+        No values, a weight below zero or not finite, or no weight at all.
+    """
+    x, w = np.ravel(np.asarray(values, dtype=float)), np.ravel(np.asarray(weights, dtype=float))
+    if x.size == 0 or x.size != w.size:
+        raise InputError("weights", f"{w.size} for {x.size} values", "as many weights as values, at least one")
+    if not (np.isfinite(w).all() and np.isfinite(x).all() and w.min() >= 0.0 and w.sum() > 0.0):
+        raise InputError("weights", "given", "finite values and weights from 0 on, one of them above 0")
+    counted = w > 0.0
+    x, w = x[counted], w[counted]
+    order = np.argsort(x, kind="stable")
+    x, w = x[order], w[order]
+    return np.asarray(np.interp(np.asarray(levels, dtype=float), (np.cumsum(w) - 0.5 * w) / w.sum(), x))
+
+
+def seen_ranges(points: Sequence[WeightedPoints], coverage: float = 0.98) -> dict[str, SeenRange]:
+    """Ranges of the plan's variables, and of the film ratio, over all points.
+
+    Parameters
+    ----------
+    points : sequence of WeightedPoints
+        Of all designs and operating points.
+    coverage : float
+        Share of the weight inside each range; the rest is cut off evenly at both ends.
+
+    Raises
+    ------
+    InputError
+        No points, weights that cannot be used, or a coverage outside 0.5 to 1.
+    """
+    if not points:
+        raise InputError("points", "none", "contact points of at least one design")
+    if not 0.5 <= coverage <= 1.0:
+        raise InputError("--coverage", coverage, "0.5 to 1")
+    columns: dict[str, list[Array]] = {name: [] for name in (*_WRITTEN, "film_ratio", "pressure_velocity")}
+    for part in points:
+        table = conditions_of(part.state, part.oil)
+        figures = {
+            **table,
+            "slide_to_roll": np.abs(table["slide_to_roll"]),
+            "lengthwise_to_roll": np.abs(table["speed_sliding_lengthwise"] / table["speed_entrainment"]),
+            "film_ratio": table["film_ratio_formula"],
+            "pressure_velocity": table["pressure_hertz"] * table["speed_sliding"],
+        }
+        for name, column in columns.items():
+            column.append(np.ravel(figures[name]))
+    weight = np.concatenate([np.ravel(part.weight) for part in points])
+    tail = 0.5 * (1.0 - coverage)
+    ranges = {}
+    for name, parts in columns.items():
+        values = np.concatenate(parts)
+        if np.isfinite(values).all():
+            low, median, high = (float(q) for q in weighted_quantile(values, weight, (tail, 0.5, 1.0 - tail)))
+            ranges[name] = SeenRange(low, median, high, float(values.min()), float(values.max()))
+    return ranges
+
+
+def plan_text(
+    name: str,
+    description: str,
+    ranges: dict[str, SeenRange],
+    oils: Sequence[str],
+    *,
+    size: int,
+    margin: float = 0.1,
+    roughness: str = "deterministic",
+    accuracy: str = "fast",
+) -> str:
+    """The plan file over the ranges.
+
+    Parameters
+    ----------
+    name, description : str
+        Of the plan.
+    ranges : dict
+        As of `seen_ranges`.
+    oils : sequence of str
+        Oil cards; several are crossed with the points.
+    size : int
+        Cases in the ranges, for each oil.
+    margin : float
+        Every range is widened by this part of itself (of its logarithm on a log scale) at both ends, so that the gears
+        lie inside of what is fitted.
+    roughness, accuracy : str
+        Of the model.
+    """
+    lines = [f"name = {_quoted(name)}", f"description = {_quoted(description)}", ""]
+    lines += ["[sampling]", f"size = {size}", "seed = 1", "", "[variables]"]
+    for variable, (scale, unit, factor, shift) in _WRITTEN.items():
+        if variable in ranges:
+            seen = ranges[variable]
+            lines.append(f"{variable} = {_axis(variable, seen, scale, unit, factor, shift, margin)}")
+    if "film_ratio" in ranges:
+        low, high = _widened(ranges["film_ratio"].low, ranges["film_ratio"].high, "log", margin)
+        lines += ["", "[constraints]", f"film_ratio = {{ low = {_down(low)!r}, high = {_up(high)!r} }}"]
+    listed = _quoted(oils[0]) if len(oils) == 1 else "[" + ", ".join(_quoted(oil) for oil in oils) + "]"
+    lines += ["", "[lubricant]", f"oil = {listed}", "", "[model]"]
+    lines += [f"roughness = {_quoted(roughness)}", f"accuracy = {_quoted(accuracy)}", ""]
+    return "\n".join(lines)
+
+
+def _axis(name: str, seen: SeenRange, scale: str, unit: str, factor: float, shift: float, margin: float) -> str:
+    low, high = seen.low, seen.high
+    if name == "slide_to_roll":
+        low, high = max(low, LEAST_SLIDING), max(high, 2.0 * LEAST_SLIDING)
+    if name == "lengthwise_to_roll" and high < LEAST_SLIDING:
+        return "0.0"
+    if high <= _ONE_VALUE * low:
+        return _value(_rounded(factor * (seen.median + shift), math.floor), unit)
+    low, high = _widened(low, high, scale, margin)
+    if name == "lengthwise_to_roll":
+        low = max(low, 0.0)
+    # rounded outwards in the unit of the file
+    low, high = _down(factor * (low + shift)), _up(factor * (high + shift))
+    ends = f"low = {_value(low, unit)}, high = {_value(high, unit)}"
+    return f"{{ {ends}, scale = {_quoted(scale)} }}" if scale == "log" else f"{{ {ends} }}"
+
+
+def _widened(low: float, high: float, scale: str, margin: float) -> tuple[float, float]:
+    if scale == "log":
+        step = margin * math.log(high / low)
+        return low * math.exp(-step), high * math.exp(step)
+    step = margin * (high - low)
+    return low - step, high + step
+
+
+def _down(value: float) -> float:
+    return _rounded(value, math.floor)
+
+
+def _up(value: float) -> float:
+    return _rounded(value, math.ceil)
+
+
+def _rounded(value: float, towards: Callable[[float], int]) -> float:
+    """The value to three digits."""
+    if value == 0.0:
+        return 0.0
+    digit = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+    return float(f"{towards(value / digit) * digit:.3g}")
+
+
+def _value(value: float, unit: str) -> str:
+    return f'"{value:g} {unit}"' if unit else repr(value)
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

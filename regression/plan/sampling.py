@@ -1,0 +1,181 @@
+"""Points of a plan: Sobol or Latin hypercube in the ranges, corners of the box, full factorial, rows of a table."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from ehl.io.errors import InputError
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+# from values of the sampled variables and the numbers of the points to which of them are wanted
+Accept = Callable[[dict[str, Array], IntArray], NDArray[np.bool_]]
+
+# a Sobol sequence is drawn on until enough points pass the constraints, but not for ever
+MOST_DRAWN = 64
+
+
+class AxisLike(Protocol):
+    """What sampling needs of a plan's axis: the ends of a range, or the values it takes."""
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Ends of the range, or all values."""
+        ...
+
+    @property
+    def sampled(self) -> bool:
+        """Whether the values are the ends of a range."""
+        ...
+
+    @property
+    def scale(self) -> str:
+        """``linear`` or ``log``."""
+        ...
+
+
+@dataclass(frozen=True)
+class Block:
+    """Points of one origin.
+
+    Parameters
+    ----------
+    origin : str
+        sobol, latin, corner, lattice or table.
+    columns : dict
+        Values of every variable, SI.
+    number : int array
+        Number of each point in its sequence, skipped ones counted: it names the roughness the point gets.
+    """
+
+    origin: str
+    columns: dict[str, Array]
+    number: IntArray
+
+
+def sobol_unit(dimension: int, size: int, seed: int) -> Array:
+    """Scrambled Sobol points in the unit cube, shape (size, dimension); `size` is a power of two.
+
+    The same seed gives the same points; a longer sequence of one seed begins with the shorter one.
+    """
+    engine = qmc.Sobol(dimension, scramble=True, rng=np.random.default_rng(seed))
+    return np.asarray(engine.random(size))
+
+
+def latin_unit(dimension: int, size: int, seed: int) -> Array:
+    """A Latin hypercube in the unit cube, shape (size, dimension): one point per row of each axis."""
+    return np.asarray(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(size))
+
+
+def corner_unit(dimension: int, count: int | None = None, seed: int = 0) -> Array:
+    """The 2^dimension corners of the unit cube, or `count` of them drawn at random."""
+    if count is None or count >= 2**dimension:
+        return np.array(list(itertools.product((0.0, 1.0), repeat=dimension)))
+    chosen = np.random.default_rng(seed).permutation(2**dimension)
+    return np.array([[(int(c) >> k) & 1 for k in range(dimension)] for c in chosen], dtype=float)
+
+
+def to_range(unit: Array, low: float, high: float, scale: str) -> Array:
+    """Map [0, 1] to a range, linearly or in the logarithm; the ends are met exactly."""
+    if scale == "log":
+        value = np.exp(np.log(low) + unit * (np.log(high) - np.log(low)))
+    else:
+        value = low + unit * (high - low)
+    return np.asarray(np.where(unit == 0.0, low, np.where(unit == 1.0, high, np.clip(value, low, high))))
+
+
+def lattice(axes: Mapping[str, AxisLike]) -> Iterator[dict[str, float]]:
+    """Every combination of the values of the axes that are not sampled."""
+    lists = {name: axis.values for name, axis in axes.items() if not axis.sampled}
+    for levels in itertools.product(*lists.values()):
+        yield dict(zip(lists, levels, strict=True))
+
+
+class BoxSampler:
+    """Points in the box of the sampled axes.
+
+    Parameters
+    ----------
+    axes : mapping
+        Axes of the plan; only those that are sampled count.
+    method : str
+        sobol or latin_hypercube.
+    seed : int
+        Of the sequence.
+    """
+
+    def __init__(self, axes: Mapping[str, AxisLike], method: str, seed: int) -> None:
+        self.ranges = {name: axis for name, axis in axes.items() if axis.sampled}
+        self.method, self.seed = method, seed
+
+    def columns(self, unit: Array) -> dict[str, Array]:
+        """Values of the sampled variables at points of the unit cube."""
+        ranges = enumerate(self.ranges.items())
+        return {name: to_range(unit[:, i], axis.values[0], axis.values[1], axis.scale) for i, (name, axis) in ranges}
+
+    def unit(self, columns: Mapping[str, Array]) -> Array:
+        """Points of the unit cube from the values of the sampled variables; the inverse of `columns`."""
+        unit = []
+        for name, axis in self.ranges.items():
+            low, high = axis.values
+            value = np.asarray(columns[name], dtype=float)
+            if axis.scale == "log":
+                unit.append(np.log(value / low) / np.log(high / low))
+            else:
+                unit.append((value - low) / (high - low))
+        return np.column_stack(unit)
+
+    def inside(self, size: int, accept: Accept | None, first: int = 0) -> Block:
+        """`size` points that pass the constraints.
+
+        A Sobol sequence is drawn on until there are enough (from its point `first` on); of a Latin hypercube only those
+        that pass remain, since it cannot be continued.
+
+        Raises
+        ------
+        InputError
+            The constraints leave less than 1/64 of the points drawn.
+        """
+        dimension = len(self.ranges)
+        if self.method == "latin_hypercube":
+            columns = self.columns(latin_unit(dimension, size, self.seed))
+            return filtered("latin", columns, np.arange(size), accept)
+        engine = qmc.Sobol(dimension, scramble=True, rng=np.random.default_rng(self.seed))
+        if first:
+            engine.fast_forward(first)
+        chunk = 1 << (size - 1).bit_length() if size > 1 else 1
+        parts: list[Block] = []
+        found, drawn = 0, 0
+        while found < size:
+            if drawn >= MOST_DRAWN * max(size, 64):
+                hint = "Widen the windows, or narrow the ranges to what they leave."
+                raise InputError("constraints", f"{found} of {drawn} points inside", "windows that leave 1/64", hint)
+            number = np.arange(first + drawn, first + drawn + chunk)
+            # a chunk of a power of two at a multiple of it keeps the balance of the sequence
+            part = filtered("sobol", self.columns(np.asarray(engine.random(chunk))), number, accept)
+            parts.append(part)
+            found, drawn = found + part.number.size, drawn + chunk
+        columns = {name: np.concatenate([part.columns[name] for part in parts])[:size] for name in self.ranges}
+        number = np.concatenate([part.number for part in parts])[:size]
+        return Block("sobol", columns, number)
+
+    def corners(self, count: int | None, accept: Accept | None) -> Block:
+        """The corners of the box that pass, at most `count` of them."""
+        unit = corner_unit(len(self.ranges), count, self.seed)
+        block = filtered("corner", self.columns(unit), np.arange(len(unit)), accept)
+        return Block("corner", {name: column[:count] for name, column in block.columns.items()}, block.number[:count])
+
+
+def filtered(origin: str, columns: dict[str, Array], number: IntArray, accept: Accept | None) -> Block:
+    """A block of those points that pass."""
+    if accept is None:
+        return Block(origin, columns, number)
+    inside = accept(columns, number)
+    return Block(origin, {name: column[inside] for name, column in columns.items()}, number[inside])

@@ -1,0 +1,285 @@
+"""The adaptive plan: batches of further cases where a surrogate of the friction knows least of what matters.
+
+plan swept -> surrogate -> points of largest weighted variance -> computed -> ... until the cross-validated error stops
+improving or the budget is spent. Failed cases stay in the record with their reason and count as visited.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from ehl.io.errors import InputError
+from regression.data.dataset import load_dataset
+from regression.friction.conditions import derive
+from regression.plan.constraints import constrained_figures
+from regression.plan.plan import Plan
+from regression.plan.points import constraint_check, lubricant_table, roughness_seeds, state_table
+from regression.plan.sampling import Array, BoxSampler, lattice
+from regression.sweep.cost import points_seconds
+from regression.sweep.surrogate import Surrogate, choose_batch, fit_surrogate
+from regression.sweep.sweep import Conduct, PlannedCase, SweepReport, compute_cases, run_meta, shard_path, sweep
+
+# candidates looked at for a batch, all combinations of the lists together
+CANDIDATES = 1024
+# results a surrogate needs for each of its inputs
+FEWEST_PER_INPUT = 4
+CHOSEN = "adaptive.json"
+# apart from the seeds of the plan and of the other batches
+_SEED_STEP = 1_000_003
+_SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Score:
+    """What the surrogate is worth after so many cases: leave-one-out errors of ln mu at the plan's own points.
+
+    Parameters
+    ----------
+    cases : int
+        Cases with a result.
+    weighted : float
+        Root of the mean square, weighted as the batches are; the sweep ends when this stops falling.
+    p95 : float
+        95 % of the errors are smaller.
+    """
+
+    cases: int
+    weighted: float
+    p95: float
+
+
+@dataclass(frozen=True)
+class AdaptiveReport:
+    """What an adaptive sweep did.
+
+    Parameters
+    ----------
+    scores : tuple of Score
+        After the plan, and after each batch.
+    batches : int
+        Batches computed, those of earlier calls included.
+    ended : str
+        ``budget`` or ``no_gain``.
+    sweeps : tuple of SweepReport
+        Of the plan and of each batch.
+    """
+
+    scores: tuple[Score, ...]
+    batches: int
+    ended: str
+    sweeps: tuple[SweepReport, ...]
+
+
+@dataclass(frozen=True)
+class ChosenPoint:
+    """A point of a batch; `values` are those of the plan's variables."""
+
+    values: dict[str, float]
+    oil: str | None
+    seed: int | None
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Points chosen together, and the score that was known then."""
+
+    score: Score
+    points: tuple[ChosenPoint, ...]
+
+
+def adaptive_sweep(
+    plan: Plan, run: Path, *, notify: Callable[[Score], None] | None = None, **conduct: Any
+) -> AdaptiveReport:
+    """Sweep a plan and add batches of cases by its `[adaptive]` table; the same call resumes.
+
+    The points of a batch are put on disk before they are computed, so that a killed run goes on with the same ones.
+
+    Parameters
+    ----------
+    plan : Plan
+        Its ranges are the box the further points lie in.
+    run : Path
+        Folder of the results.
+    notify : callable, optional
+        Called with each score.
+    **conduct
+        Fields of `regression.sweep.sweep.Conduct`.
+
+    Raises
+    ------
+    InputError
+        The plan has no ranges, too few cases for a surrogate, or the record of the batches cannot be used.
+    """
+    from threadpoolctl import threadpool_limits
+
+    how = Conduct(**conduct)
+    if not any(axis.sampled for axis in plan.axes.values()):
+        raise InputError("variables", "no range", "at least one range for an adaptive sweep")
+    if plan.adaptive.budget <= plan.count:
+        hint = "The budget counts the cases of the plan too."
+        raise InputError("adaptive.budget", plan.adaptive.budget, f"more than the plan's {plan.count} cases", hint)
+    sweeps = [sweep(plan, run, **conduct)]
+    path, record = shard_path(run, 1, 1), run / CHOSEN
+    batches = _read_batches(record, plan)
+    # what an earlier call chose comes first, so that a run ends as if it had not been interrupted
+    for batch in batches:
+        sweeps.append(_compute(plan, path, batch.points, how))
+    scores = [batch.score for batch in batches]
+    while True:
+        with threadpool_limits(1):
+            data = _Data.of(plan, run)
+            scores.append(data.score())
+            if notify is not None:
+                notify(scores[-1])
+            room = (plan.adaptive.budget - len(data.frame)) // plan.sampling.realisations
+            if _settled(scores, plan.adaptive.gain) or room < 1:
+                ended: Literal["budget", "no_gain"] = "budget" if room < 1 else "no_gain"
+                return AdaptiveReport(tuple(scores), len(batches), ended, tuple(sweeps))
+            points = data.choose(min(plan.adaptive.batch, room), len(batches))
+        batches.append(Batch(scores[-1], points))
+        _write_batches(record, plan, batches)
+        sweeps.append(_compute(plan, path, points, how))
+
+
+def _settled(scores: Sequence[Score], gain: float) -> bool:
+    """Whether the last two batches together lowered the error by less than `gain` of it."""
+    return len(scores) > 2 and scores[-1].weighted > (1.0 - gain) * scores[-3].weighted
+
+
+@dataclass(frozen=True)
+class _Data:
+    """What is on disk, and the surrogate of it."""
+
+    plan: Plan
+    frame: pd.DataFrame
+    surrogate: Surrogate
+    span: float
+
+    @classmethod
+    def of(cls, plan: Plan, run: Path) -> _Data:
+        frame = load_dataset(run).frame
+        usable = (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
+        table = {str(name): frame[name].to_numpy() for name in frame}
+        span = _span(table)
+        inputs = _inputs(plan, table, span)
+        fewest = FEWEST_PER_INPUT * inputs.shape[1]
+        if np.count_nonzero(usable) < fewest:
+            hint = "A larger sampling.size gives it more to begin with."
+            raise InputError("sampling.size", int(np.count_nonzero(usable)), f"at least {fewest} results", hint)
+        known = frame[usable]
+        error = np.nan_to_num(known["friction_error"].to_numpy(), nan=0.0)
+        log_mu = np.log(known["friction_coefficient"].to_numpy())
+        surrogate = fit_surrogate(inputs[usable], log_mu, error, inputs[~usable])
+        # the rows in the order of the surrogate: those with a result first
+        return cls(plan, pd.concat([known, frame[~usable]], ignore_index=True), surrogate, span)
+
+    def score(self) -> Score:
+        """Leave-one-out errors at the plan's own points, which fill the box evenly."""
+        known = self.frame.iloc[: self.surrogate.results]
+        own = (known["origin"] != "adaptive").to_numpy()
+        error = np.abs(self.surrogate.residual[own])
+        weight = _weight(self.plan, {str(name): known[name].to_numpy()[own] for name in known})
+        mean_square = float(np.sum(weight * error**2) / np.sum(weight))
+        return Score(self.surrogate.results, mean_square**0.5, float(np.quantile(error, 0.95)))
+
+    def choose(self, size: int, batch: int) -> tuple[ChosenPoint, ...]:
+        """The points of the next batch."""
+        plan = self.plan
+        oils: Sequence[str | None] = plan.oils or (None,)
+        combinations = [(oil, fixed) for oil in oils for fixed in lattice(plan.axes)]
+        # a sequence of its own for every batch
+        sampler = BoxSampler(plan.axes, "sobol", plan.sampling.seed + _SEED_STEP * (batch + 1))
+        each = max(64, CANDIDATES // len(combinations))
+        parts = []
+        for oil, fixed in combinations:
+            block = sampler.inside(each, constraint_check(plan, fixed, oil))
+            columns = {**{name: np.full(each, value) for name, value in fixed.items()}, **block.columns}
+            parts.append((oil, block.number, columns))
+        columns = {name: np.concatenate([part[2][name] for part in parts]) for name in plan.axes}
+        names = [oil for oil, number, _ in parts for _ in number]
+        table = derive({**state_table(plan, columns, len(names)), **lubricant_table(plan, columns, names)})
+        table = {**columns, **table}
+        chosen = choose_batch(self.surrogate, _inputs(plan, table, self.span), _weight(plan, table), size)
+        number = np.concatenate([part[1] for part in parts])[chosen] + _SEED_STEP * (batch + 1)
+        seeds = roughness_seeds(plan, number)
+        repeat = plan.sampling.realisations
+        return tuple(
+            ChosenPoint(
+                {name: float(column[index]) for name, column in columns.items()},
+                names[index],
+                None if seeds is None else int(seeds[position * repeat + k]),
+            )
+            for position, index in enumerate(chosen)
+            for k in range(repeat)
+        )
+
+
+def _weight(plan: Plan, table: Mapping[str, Array]) -> Array:
+    """What the variance counts for at each point: a column of the plan's choice, one in the mean."""
+    if plan.adaptive.weight == "uniform":
+        return np.ones(len(table["pressure_hertz"]))
+    weight = constrained_figures(table, plan.bodies, None)[plan.adaptive.weight]
+    return np.asarray(weight / weight.mean())
+
+
+def _span(table: Mapping[str, Array]) -> float:
+    """Standard deviation of the logarithm of the film ratio; 0 for smooth surfaces."""
+    ratio = table["film_ratio_formula"]
+    return float(np.log(ratio).std()) if np.isfinite(ratio).all() else 0.0
+
+
+def _inputs(plan: Plan, table: Mapping[str, Array], span: float) -> Array:
+    """Standardised inputs: the ranges as a unit cube, lists by their span, oils by viscosity, ln of the film ratio."""
+    values = dict(table)
+    values["lengthwise_to_roll"] = values["speed_sliding_lengthwise"] / values["speed_entrainment"]
+    unit = BoxSampler(plan.axes, "sobol", 0).unit(values)
+    extra = []
+    for name, axis in plan.axes.items():
+        if not axis.sampled and len(axis.values) > 1:
+            extra.append((values[name] - axis.values[0]) / (max(axis.values) - min(axis.values)))
+    if len(plan.oils) > 1:
+        extra += [np.log(values["viscosity_inlet"]), np.log(values["pressure_viscosity"] * 1e8)]
+    if span > 0.0:
+        extra.append(np.log(values["film_ratio_formula"]) / span)
+    return np.column_stack([unit, *extra])
+
+
+def _compute(plan: Plan, path: Path, points: tuple[ChosenPoint, ...], how: Conduct) -> SweepReport:
+    columns = {name: np.array([point.values[name] for point in points]) for name in plan.axes}
+    cost = points_seconds(plan, columns, [point.oil for point in points])
+    cases = [PlannedCase("adaptive", partial(plan.case, p.values, oil=p.oil, seed=p.seed)) for p in points]
+    return compute_cases(path, run_meta(plan, how.version), cases, cost, how)
+
+
+def _write_batches(path: Path, plan: Plan, batches: Sequence[Batch]) -> None:
+    content = {"schema": _SCHEMA, "plan_hash": plan.plan_hash, "batches": [asdict(batch) for batch in batches]}
+    draft = path.with_suffix(".new")
+    try:
+        draft.write_text(json.dumps(content))
+        draft.replace(path)
+    except OSError as error:
+        raise InputError("run", str(path), "a disk that can be written", f"{error}. Make room and go on.") from None
+
+
+def _read_batches(path: Path, plan: Plan) -> list[Batch]:
+    if not path.exists():
+        return []
+    try:
+        content = json.loads(path.read_text())
+        if content["schema"] != _SCHEMA or content["plan_hash"] != plan.plan_hash:
+            raise ValueError("it belongs to another plan or version")
+        return [
+            Batch(Score(**batch["score"]), tuple(ChosenPoint(**point) for point in batch["points"]))
+            for batch in content["batches"]
+        ]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        hint = f"{error}. Move it away: its batches are chosen anew, what they computed stays."
+        raise InputError("run", str(path), "the record of this plan's batches", hint) from None

@@ -1,0 +1,90 @@
+"""What a sweep evaluates: one case in, one row of results out."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from ehl import __version__ as solver_version
+from ehl.case import Case, OilLubricant
+from ehl.io.errors import ConvergenceError
+from regression.data.row_format import OUTPUT_UNITS, SURFACE_UNITS
+from regression.friction.conditions import UNITS, derive, lubricant_row
+from regression.friction.published_registry import PUBLISHED, evaluate_published
+
+Outputs = Mapping[str, float | str]
+Evaluator = Callable[[Case], Outputs]
+
+SOLVER = f"ehl {solver_version}"
+
+
+def case_key(case: Case, version: str) -> str:
+    """Key of a case: hash of the validated input, the seed and the version of what computes it.
+
+    The seed of the roughness is one of the validated inputs.
+    """
+    return hashlib.sha256(f"{version}\n{case.model_dump_json()}".encode()).hexdigest()
+
+
+def input_row(case: Case) -> dict[str, float | str]:
+    """What the dataset stores of a case beside the results: its figures, and the name of its oil card."""
+    contact = case.line_contact()
+    lubricant = case.lubricant.lubricant()
+    return {
+        "pressure_hertz": contact.pressure_hertz,
+        "radius_equivalent": contact.radius_equivalent,
+        "effective_modulus": contact.effective_modulus,
+        "speed_entrainment": contact.speed_entrainment,
+        "slide_to_roll": contact.slide_to_roll,
+        "speed_sliding_lengthwise": contact.speed_sliding_lengthwise,
+        "temperature_oil": case.lubricant.temperature_oil,
+        "roughness_rms_1": case.surface.roughness_rms_1,
+        "roughness_rms_2": case.surface.roughness_rms_2,
+        **{name: float(getattr(case.surface, name)) for name in SURFACE_UNITS},
+        **lubricant_row(lubricant, contact.pressure_hertz),
+        "oil": case.lubricant.oil if isinstance(case.lubricant, OilLubricant) else "",
+    }
+
+
+def solve_outputs(case: Case) -> Outputs:
+    """Results of the contact solver, with its status (converged, unsettled) and reason.
+
+    Raises
+    ------
+    ConvergenceError
+        With the solver's reason.
+    """
+    from ehl.solve import solve_case
+
+    result = solve_case(case)
+    if result.status == "failed":
+        raise ConvergenceError(result.reason)
+    values: dict[str, float | str] = {name: float(getattr(result, name, np.nan)) for name in OUTPUT_UNITS}
+    if result.transient is not None:
+        run = result.transient
+        values |= {"boundary_film": run.boundary_film, "nodes": run.nodes, "steps": run.steps}
+        values["travel"] = run.travel * case.line_contact().half_width
+    skipped = "; ".join(dict.fromkeys(text.partition(":")[0] for text in result.skipped))
+    return values | {"status": result.status, "reason": result.reason, "skipped": skipped}
+
+
+def published_outputs(case: Case, name: str) -> Outputs:
+    """Friction by a formula of the registry: a sweep of milliseconds, to try a plan and to test the fit.
+
+    Raises
+    ------
+    ConvergenceError
+        The formula has no positive value for this case.
+    """
+    columns = derive({key: np.array([value]) for key, value in input_row(case).items() if key in UNITS})
+    base = "mineral"
+    if isinstance(case.lubricant, OilLubricant):
+        from ehl.fluid.oil import Oil
+
+        base = Oil.load(case.lubricant.oil).base
+    mu, _, undefined = evaluate_published(PUBLISHED[name], columns, base)
+    if undefined[0]:
+        raise ConvergenceError("undefined")
+    return {"friction_coefficient": float(mu[0]), "film_ratio": float(columns["film_ratio_formula"][0])}

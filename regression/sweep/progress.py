@@ -1,0 +1,79 @@
+"""Progress of a sweep: a bar on a terminal, plain lines elsewhere (log files, job arrays)."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import IO
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+from rich.progress import Progress as RichProgress
+
+from regression.sweep.sweep import Progress
+
+LINE_EVERY = 30.0  # between two lines [s]
+
+
+def duration(seconds: float) -> str:
+    """A time a person reads at a glance: ``42 s``, ``3 min 20 s``, ``5 h 12 min``."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+@contextmanager
+def show_progress(name: str, stream: IO[str] | None = None) -> Iterator[Callable[[Progress], None]]:
+    """Show how far a sweep is while the block runs, on standard error; gives what to call with each `Progress`."""
+    console = Console(file=stream or sys.stderr)
+    if console.is_terminal:
+        with _bar(name, console) as show:
+            yield show
+    else:
+        yield _Lines(name, console.file).show
+
+
+@contextmanager
+def _bar(name: str, console: Console) -> Iterator[Callable[[Progress], None]]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[left]}"),
+        TextColumn("{task.fields[failed]}"),
+    )
+    with RichProgress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(name, total=None, failed="", left="")
+
+        def show(progress: Progress) -> None:
+            left, failed = _words(progress)
+            bar.update(task, completed=progress.done, total=progress.total, failed=failed, left=left)
+
+        yield show
+
+
+class _Lines:
+    """One line every half minute, and at the end."""
+
+    def __init__(self, name: str, stream: IO[str]) -> None:
+        self.name, self.stream = name, stream
+        self.last = time.perf_counter()
+
+    def show(self, progress: Progress) -> None:
+        now = time.perf_counter()
+        if now - self.last < LINE_EVERY and progress.done < progress.total:
+            return
+        self.last = now
+        words = ", ".join(word for word in _words(progress) if word)
+        line = f"{self.name}: {progress.done} of {progress.total} cases" + (f", {words}" if words else "")
+        print(line, file=self.stream, flush=True)
+
+
+def _words(progress: Progress) -> tuple[str, str]:
+    left = "" if progress.remaining is None else f"about {duration(progress.remaining)} left"
+    return left if progress.done < progress.total else "", f"{progress.failed} failed" if progress.failed else ""

@@ -1,0 +1,120 @@
+"""What a sweep does with a finished case: counts it, puts it on disk, shows how far it is, and stops when asked to."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from types import FrameType
+from typing import Any
+
+from regression.data.store import ResultStore
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a sweep is: cases of this shard.
+
+    Parameters
+    ----------
+    done, total, failed : int
+        Cases on disk or computed; of the shard; failed in this call.
+    remaining : float or None
+        Estimated wall time to the end [s], from the estimated cost of the cases and the pace so far; None before the
+        first case.
+    """
+
+    done: int
+    total: int
+    failed: int
+    remaining: float | None = None
+
+
+@dataclass
+class Recorder:
+    """Puts rows on disk in groups, counts them, and ends the sweep between two cases when asked to."""
+
+    store: ResultStore
+    total: int
+    resumed: int
+    flush_every: int
+    flush_seconds: float
+    progress: Callable[[Progress], None] | None
+    stop: threading.Event
+    costs: Mapping[str, float]
+    counts: Counter[str] = field(default_factory=Counter)
+    reasons: dict[str, int] = field(default_factory=dict)
+    recorded: set[str] = field(default_factory=set)
+    safer: int = 0
+    seconds_cases: float = 0.0
+    seconds_cpu: float = 0.0
+    _buffer: list[Mapping[str, Any]] = field(default_factory=list)
+    _start: float = field(default_factory=time.perf_counter)
+    _flushed: float = field(default_factory=time.perf_counter)
+    _cost_done: float = 0.0
+    _cost_all: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._cost_all = sum(self.costs.values())
+
+    def record(self, row: Mapping[str, Any]) -> None:
+        """Take a row; raises `KeyboardInterrupt` where the sweep was asked to stop."""
+        self._buffer.append(row)
+        self.recorded.add(row["key"])
+        self.counts[row["status"]] += 1
+        if row["status"] != "converged":
+            self.reasons[row["reason"]] = self.reasons.get(row["reason"], 0) + 1
+        if row["status"] != "failed" and row.get("setting"):
+            self.safer += 1
+        self.seconds_cases += float(row.get("seconds", 0.0))
+        self.seconds_cpu += float(row.get("seconds_cpu", 0.0))
+        self._cost_done += self.costs.get(row["key"], 0.0)
+        if len(self._buffer) >= self.flush_every or time.perf_counter() - self._flushed > self.flush_seconds:
+            self.flush()
+        self.show()
+        if self.stop.is_set():
+            raise KeyboardInterrupt
+
+    def flush(self) -> None:
+        """Put what is waiting on disk."""
+        self.store.append(self._buffer)
+        self._buffer.clear()
+        self._flushed = time.perf_counter()
+
+    def show(self) -> None:
+        """Tell how far the sweep is."""
+        if self.progress is not None:
+            done = self.resumed + self.counts.total()
+            self.progress(Progress(done, self.total, self.counts["failed"], self._remaining()))
+
+    def _remaining(self) -> float | None:
+        if self._cost_done <= 0.0:
+            return None
+        elapsed = time.perf_counter() - self._start
+        return elapsed * max(self._cost_all - self._cost_done, 0.0) / self._cost_done
+
+
+@contextmanager
+def stop_requests() -> Iterator[threading.Event]:
+    """Turn Ctrl-C and SIGTERM (a job at its time limit) into an event; a second Ctrl-C acts at once."""
+    stop = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        stop.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    for number in before:
+        signal.signal(number, ask)
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,125 @@
+"""Cases of a dataset computed again: does today's solver still say what the dataset says?"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ehl.case import Case
+from ehl.io.errors import InputError
+from regression.data.dataset import Dataset
+from regression.plan.plan import Plan
+from regression.sweep.evaluators import Evaluator, input_row, solve_outputs
+from regression.sweep.retry import safer_setting
+
+SHARE = 0.01
+# what tells the cases of a plan apart
+_IDENTITY = (
+    "pressure_hertz",
+    "radius_equivalent",
+    "speed_entrainment",
+    "slide_to_roll",
+    "speed_sliding_lengthwise",
+    "temperature_oil",
+    "roughness_rms_1",
+    "correlation_length",
+    "boundary_friction",
+    "seed",
+)
+
+
+@dataclass(frozen=True)
+class Rerun:
+    """One case computed again.
+
+    Parameters
+    ----------
+    key : str
+        Of the row in the dataset.
+    stored, computed : float
+        Friction coefficient then and now.
+    error : float
+        Relative error the row states of itself.
+    seconds : float
+        What the case took then.
+    """
+
+    key: str
+    stored: float
+    computed: float
+    error: float
+    seconds: float
+
+    @property
+    def difference(self) -> float:
+        """|now/then - 1|."""
+        return abs(self.computed / self.stored - 1.0)
+
+
+def rerun(
+    dataset: Dataset,
+    plan: Plan,
+    *,
+    share: float = SHARE,
+    seed: int = 1,
+    seconds: float = np.inf,
+    evaluate: Evaluator = solve_outputs,
+) -> Iterator[Rerun]:
+    """Compute a random share of a dataset's cases again.
+
+    Parameters
+    ----------
+    dataset : Dataset
+    plan : Plan
+        It was computed from.
+    share : float
+        Of the cases of the plan.
+    seed : int
+        Of the choice.
+    seconds : float
+        Least budget: cases that took more than a fifth of it are passed over, and the first after it is spent ends the
+        rerun (by the stored times). The choice is then no longer blind to the cost of a case.
+    evaluate : callable
+        Case to results.
+
+    Raises
+    ------
+    InputError
+        A case of the plan is not in the dataset: it belongs to another plan.
+    ConvergenceError
+        A case that had a result has none now.
+    """
+    order = np.random.default_rng(seed).permutation(len(plan.points))
+    wanted, spent = max(int(np.ceil(share * len(order))), 1), 0.0
+    for index in order:
+        if wanted == 0 or spent > seconds:
+            return
+        case = plan.case_at(int(index))
+        row = _row_of(dataset, case)
+        if row["status"] == "failed" or float(row["seconds_cpu"]) > 0.2 * seconds:
+            continue
+        wanted, spent = wanted - 1, spent + float(row["seconds_cpu"])
+        safer = safer_setting(case, max(int(row["attempts"]) - 1, 0))
+        outputs = evaluate(case if safer is None else safer[0])
+        yield Rerun(
+            str(row["key"]),
+            float(row["friction_coefficient"]),
+            float(outputs["friction_coefficient"]),
+            float(row["friction_error"]),
+            float(row["seconds_cpu"]),
+        )
+
+
+def _row_of(dataset: Dataset, case: Case) -> dict[Hashable, Any]:
+    """The row of a case, found by its figures: its key changes with every version of the solver."""
+    figures, frame = input_row(case), dataset.frame
+    here = frame["oil"] == figures["oil"]
+    for name in _IDENTITY:
+        here &= np.isclose(frame[name], float(figures[name]), rtol=1e-9, atol=0.0)
+    if not here.any():
+        hint = "Load the plan that lies beside the dataset."
+        raise InputError("plan", dataset.plan_name, "the plan of the dataset", hint)
+    return frame[here].iloc[0].to_dict()

@@ -1,0 +1,50 @@
+"""A Slurm job array for a sweep: one shard per task, each with its own result file."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+
+from ehl.io.errors import InputError
+
+JOBS = 4  # processors of a task where nothing else is asked for
+
+_SCRIPT = """#!/bin/bash
+#SBATCH --job-name=mixed-ehl
+#SBATCH --array=1-{shards}
+#SBATCH --cpus-per-task={jobs}
+#SBATCH --time=04:00:00
+
+# compiled kernels are cached on the node: many processes on one shared folder slow each other down
+export NUMBA_CACHE_DIR="${{TMPDIR:-/tmp}}/mixed-ehl-numba-${{SLURM_JOB_ID:-0}}"
+
+# a task that was killed is resumed by submitting the array again
+exec {command} --shard "${{SLURM_ARRAY_TASK_ID}}/{shards}"
+"""
+
+
+def array_script(plan: str, run: str, shards: int, options: Sequence[str] = (), jobs: int = JOBS) -> str:
+    """The script for `sbatch`.
+
+    Parameters
+    ----------
+    plan, run : str
+        As given to ``mixed-ehl sweep``.
+    shards : int
+        Tasks of the array.
+    options : sequence of str
+        Further arguments of the command, as ``["--set", "lubricant.oil=fva3"]``.
+    jobs : int
+        Processors of a task: its workers follow SLURM_CPUS_PER_TASK.
+
+    Raises
+    ------
+    InputError
+        Fewer than one task, or processor.
+    """
+    if shards < 1:
+        raise InputError("--slurm", shards, "at least 1 task")
+    if jobs < 1:
+        raise InputError("--jobs", jobs, "at least 1")
+    command = shlex.join(["mixed-ehl", "sweep", plan, *options, "-o", run])
+    return _SCRIPT.format(shards=shards, jobs=jobs, command=command)

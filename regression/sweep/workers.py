@@ -1,0 +1,202 @@
+"""What a worker does: one case at a time, one thread, a time cap, and a safer setting where the solver gave up."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from types import FrameType
+from typing import Any
+
+from ehl.case import Case
+from ehl.io.errors import ConvergenceError
+from regression.sweep.evaluators import Evaluator, input_row
+from regression.sweep.retry import FINAL_REASONS, safer_setting
+
+TIME_CAP = "time_cap"
+WORKER_LOST = "worker_lost"
+# a worker process ends after the time cap times the first, plus the second [s] of processor time
+BEYOND = (1.5, 30.0)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One case on its way to a worker; `tried` settings have failed before."""
+
+    key: str
+    origin: str
+    case: Case
+    tried: int = 0
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is done with a case.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Case to results.
+    time_cap : float or None
+        Wall time for a case, all attempts together [s].
+    retries : int
+        How many safer settings are tried after a failure.
+    """
+
+    evaluate: Evaluator
+    time_cap: float | None = None
+    retries: int = 0
+
+    def __call__(self, task: Task) -> dict[str, Any]:
+        """Row of one case. Never raises: what goes wrong becomes status "failed" and a reason."""
+        clock, processor = time.perf_counter(), time.thread_time()
+        row = _unfinished(task)
+        try:
+            row |= input_row(task.case)
+            with _limited(self.time_cap):
+                self._attempt(task, row)
+        except _TimeCapReached:
+            # a retry that ran out of time leaves the solver's own reason
+            row["reason"] = row["reason"] or TIME_CAP
+        except Exception as error:
+            # one bad case must not cost the run; the type says where to look, unless the cap itself broke something
+            late = self.time_cap is not None and time.perf_counter() - clock >= self.time_cap
+            row["reason"] = row["reason"] or (TIME_CAP if late else f"error:{type(error).__name__}")
+        row["seconds"] = time.perf_counter() - clock
+        row["seconds_cpu"] = time.thread_time() - processor
+        return row
+
+    def _attempt(self, task: Task, row: dict[str, Any]) -> None:
+        for step in range(task.tried, task.tried + self.retries + 1):
+            safer = safer_setting(task.case, step)
+            if safer is None:
+                return
+            case, row["setting"] = safer
+            row["attempts"] = step + 1
+            try:
+                row |= {"status": "converged", "reason": "", **self.evaluate(case)}
+            except ConvergenceError as error:
+                row["reason"] = error.reason
+                if error.reason in FINAL_REASONS:
+                    return
+            else:
+                return
+
+
+def _unfinished(task: Task) -> dict[str, Any]:
+    row = {"key": task.key, "origin": task.origin, "status": "failed", "reason": "", "skipped": "", "setting": ""}
+    return {**row, "attempts": task.tried + 1}
+
+
+def lost_row(task: Task) -> dict[str, Any]:
+    """Row of a case that took its worker with it."""
+    return _unfinished(task) | {"reason": WORKER_LOST} | input_row(task.case)
+
+
+class _TimeCapReached(BaseException):
+    """Not an `Exception`: a solver that catches those must not swallow it."""
+
+
+@contextmanager
+def _limited(seconds: float | None) -> Iterator[None]:
+    """Raise `_TimeCapReached` in the block after a while, and again every second.
+
+    Again, because an exception raised inside a callback (a compiler's, say) is swallowed.
+    """
+    if seconds is None:
+        yield
+    elif hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread():
+        with _alarm(seconds):
+            yield
+    else:
+        with _raised_from_outside(seconds):
+            yield
+
+
+@contextmanager
+def _alarm(seconds: float) -> Iterator[None]:
+    def give_up(number: int, frame: FrameType | None) -> None:
+        raise _TimeCapReached
+
+    before = signal.signal(signal.SIGALRM, give_up)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@contextmanager
+def _raised_from_outside(seconds: float) -> Iterator[None]:
+    """The same in a thread that gets no signals, as the workers of dask have them."""
+    raise_in = ctypes.pythonapi.PyThreadState_SetAsyncExc
+    thread = ctypes.c_ulong(threading.get_ident())
+    over, lock = threading.Event(), threading.Lock()
+
+    def watch() -> None:
+        wait = seconds
+        while not over.wait(wait):
+            with lock:
+                if not over.is_set():
+                    raise_in(thread, ctypes.py_object(_TimeCapReached))
+            wait = 1.0
+
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        yield
+    finally:
+        while True:
+            try:
+                with lock:
+                    over.set()
+                raise_in(thread, None)
+                break
+            except _TimeCapReached:
+                # it came on the way out: the block is done all the same
+                continue
+
+
+@contextmanager
+def dead_end(seconds: float | None) -> Iterator[None]:
+    """Let the system end this process where a block computes far beyond its time cap.
+
+    A compiled loop that never returns hears no exception; the timer counts processor time, so that waiting is allowed.
+    """
+    if seconds is None or not hasattr(signal, "setitimer"):
+        yield
+        return
+    signal.setitimer(signal.ITIMER_VIRTUAL, BEYOND[0] * seconds + BEYOND[1])
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+
+
+@cache
+def become_worker(parent: int) -> None:
+    """Set up a worker process, once: Ctrl-C is the parent's business, and without parent there is nothing to do."""
+    # Ctrl-C reaches the whole process group; the parent alone decides what it means
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        # a killed parent says no good-bye; idle workers would stay for minutes
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@cache
+def one_thread() -> Callable[[], None]:
+    """Keep the linear algebra of this process to one thread; what is returned lifts the limit."""
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(1).restore_original_limits  # type: ignore[no-any-return]

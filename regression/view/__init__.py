@@ -1,0 +1,3 @@
+"""Tables, figures and pages of sweeps and fits."""
+
+from __future__ import annotations

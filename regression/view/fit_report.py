@@ -1,0 +1,443 @@
+"""The report of a fit: one HTML page on the data, the formulas, their errors, and what failed."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl import __version__
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
+from ehl.view.html_report import Formula as FormulaBlock
+from regression.data.dataset import Dataset, columns
+from regression.fit.held_out import fitted_rows, process_factors
+from regression.fit.scores import computed_friction
+from regression.fit.sensitivity import formula_sensitivity
+from regression.friction.conditions import Array
+from regression.friction.families import FAMILIES
+from regression.friction.formula import Formula
+from regression.friction.published_registry import PUBLISHED, evaluate_published
+from regression.view.plots import plot_friction
+from regression.view.plots_curves import COLEMAN, plot_maps, plot_stribeck, plot_traction, scene_of, varies
+from regression.view.plots_fit import (
+    AXES,
+    checked_rows,
+    friction_of_rows,
+    plot_regimes,
+    plot_residuals,
+    plot_sensitivity,
+)
+
+_OILS_SHOWN = 3
+_WORST = 10
+# the conditions of single cases in tables, by short names
+_WHERE = {
+    "pressure_hertz": "p_h [GPa]",
+    "radius_equivalent": "R [mm]",
+    "speed_entrainment": "u_r [m/s]",
+    "slide_to_roll_total": "|SR|",
+    "temperature_oil": "T [°C]",
+    "roughness_rms": "Rq [µm]",
+    "correlation_length": "l_c [µm]",
+    "film_ratio_formula": "λ by formula",
+}
+_LIBRARIES = ("numpy", "scipy", "scikit-learn", "pandas", "h5py", "numba")
+
+
+def write_fit_report(path: Path, dataset: Dataset, formulas: Sequence[Formula], tried: Iterable[str] = ()) -> Path:
+    """Write the page.
+
+    Parameters
+    ----------
+    path : Path
+        HTML file.
+    dataset : Dataset
+        What the formulas were fitted to.
+    formulas : sequence of Formula
+        Best first.
+    tried : iterable of str
+        Families that were tried; those not among the formulas are named as not fitted.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    best = formulas[0]
+    sections = [
+        _summary(dataset, best),
+        _data(dataset),
+        _comparison(dataset, formulas, tried),
+        _errors(dataset, best),
+        _residuals(dataset, formulas),
+        *(_curves(dataset, formulas, oil) for oil in dataset.oils[:_OILS_SHOWN]),
+        _formula(best),
+        _sensitivity(dataset, best),
+        _failures(dataset, best),
+        _provenance(dataset, formulas),
+    ]
+    numbered = [Section(f"{i}. {section.title}" if i else "", section.blocks) for i, section in enumerate(sections)]
+    footer = (
+        f"mixed-ehl {__version__}, Python {platform.python_version()}. Errors are those against the solver's results: "
+        "they say how well the formula repeats the solver, not how well the solver describes an oil."
+    )
+    oils = ", ".join(dataset.oils) or "a lubricant given by numbers"
+    return write_report(path, "Fit of a friction formula", f"{dataset.plan_name}: {oils}", numbered, footer)
+
+
+def _percent(value: float | None) -> str:
+    """A share in per cent, with about two digits; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    percent = 100.0 * value
+    digits = 0 if abs(percent) >= 99.5 else 1 if abs(percent) >= 0.995 else 2
+    return f"{percent:.{digits}f} %"
+
+
+def _where(record: Mapping[Hashable, Any]) -> tuple[str, ...]:
+    """The conditions of a case, in the order of `_WHERE`."""
+    shown = []
+    for name in _WHERE:
+        _, factor, shift, _ = AXES.get(name, ("", 1.0, 0.0, True))
+        shown.append(number(factor * (float(record[name]) + shift), 3))
+    return tuple(shown)
+
+
+def _summary(dataset: Dataset, best: Formula) -> Section:
+    figures = [
+        (best.name, "formula with the smallest held-out error"),
+        (_percent(best.validation.mape), "mean error of held-out cases"),
+        (_percent(best.validation.p95), "not exceeded by 95 % of them"),
+    ]
+    if best.noise is not None:
+        figures.append((_percent(best.noise.single), "scatter between roughness realisations: the noise floor"))
+    coverage = [(band.coverage, band.count) for band in best.interval.bands if band.coverage is not None]
+    if coverage:
+        share = sum(c * n for c, n in coverage) / sum(n for _, n in coverage)
+        figures.append((_percent(share), f"of held-out cases in their {100 * best.interval.level:g} % interval"))
+    figures.append((f"{best.data.used} of {len(dataset.frame)}", "cases fitted"))
+    return Section("", [KeyFigures(figures)])
+
+
+def _data(dataset: Dataset) -> Section:
+    frame = checked_rows(dataset)
+    counts = dataset.frame["status"].value_counts()
+    said = ", ".join(f"{counts[name]} {name}" for name in counts.index)
+    rows = []
+    for name, (label, factor, shift, _) in AXES.items():
+        values = frame[name].to_numpy(dtype=float)
+        values = factor * (values[np.isfinite(values)] + shift)
+        if values.size:
+            title, _, unit = label.partition(" [")
+            quantiles = np.quantile(values, (0.0, 0.25, 0.5, 0.75, 1.0))
+            rows.append((title, unit.rstrip("]"), *(number(float(q), 3) for q in quantiles)))
+    return Section(
+        "Data",
+        [
+            Text(
+                f"{len(dataset.frame)} of {dataset.planned} cases of the plan '{dataset.plan_name}': {said}. "
+                "A case is unsettled when an error estimate or the interval of its time mean is wider than wanted; it "
+                "has a result and its stated error."
+            ),
+            Table(("variable", "unit", "least", "25 %", "median", "75 %", "greatest"), rows, "", -1, 2),
+            Picture(plot_friction(dataset), "Computed friction over the solver's film ratio."),
+        ],
+    )
+
+
+def _comparison(dataset: Dataset, formulas: Sequence[Formula], tried: Iterable[str]) -> Section:
+    rows = []
+    for formula in formulas:
+        v = formula.validation
+        terms = str(len(formula.coefficients) - len(formula.dropped))
+        errors = (_percent(v.mape), _percent(v.p95), _percent(v.largest), _percent(v.bias))
+        rows.append((formula.name, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *errors))
+    missing = sorted(set(tried) - {formula.family for formula in formulas})
+    blocks: list[Text | Table] = [
+        Table(
+            ("family", "terms", "R² ln µ", "R² µ", "mean", "95 %", "worst", "bias"),
+            rows,
+            "Fitted formulas: relative errors of held-out cases, whole (p, R) cells left out at a time.",
+            0,
+        )
+    ]
+    if missing:
+        blocks.append(Text("Could not be fitted to these data: " + ", ".join(missing) + "."))
+    blocks.append(
+        Table(
+            ("published formula", "mean", "95 %", "bias", "in its range", "no value"),
+            _published_rows(dataset),
+            "Published formulas on the same cases, not fitted. (M): digits from memory, wholly or in part.",
+        )
+    )
+    return Section("All formulas", blocks)
+
+
+def _published_rows(dataset: Dataset) -> list[tuple[str, ...]]:
+    frame = checked_rows(dataset)
+    mu, table = computed_friction(frame), columns(frame)
+    bases = np.array([Oil.load(name).base if name else "mineral" for name in frame["oil"]])
+    rows = [_published_row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN), mu, np.zeros(mu.size, dtype=bool))]
+    for name, published in PUBLISHED.items():
+        value, outside = np.full(mu.size, np.nan), np.zeros(mu.size, dtype=bool)
+        for base in np.unique(bases):
+            here = bases == base
+            part = {variable: values[here] for variable, values in table.items()}
+            value[here], outside[here], _ = evaluate_published(published, part, str(base))
+        rows.append(_published_row(name + ("" if published.certainty == "found" else " (M)"), value, mu, outside))
+    return rows
+
+
+def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_]) -> tuple[str, ...]:
+    defined = np.isfinite(value)
+    relative = value[defined] / mu[defined] - 1.0
+    if not relative.size:
+        return (name, "–", "–", "–", "–", _percent(1.0))
+    errors = (np.mean(np.abs(relative)), np.quantile(np.abs(relative), 0.95), np.mean(relative))
+    return (
+        name,
+        *(_percent(float(e)) for e in errors),
+        _percent(float(np.mean(~outside))),
+        _percent(float(np.mean(~defined))),
+    )
+
+
+def _errors(dataset: Dataset, best: Formula) -> Section:
+    rows = []
+    for band in best.bands:
+        label, factor, shift, _ = AXES.get(band.variable, (band.variable, 1.0, 0.0, False))
+        ends = (number(factor * (end + shift), 3) for end in (band.low, band.high))
+        figures = (band.mape, band.p95, band.largest, band.bias, band.noise, band.coverage)
+        r2 = "–" if band.r2 is None else f"{band.r2:.3f}"
+        rows.append((label, *ends, str(band.count), r2, *(_percent(figure) for figure in figures)))
+    header = ("variable", "from", "to", "cases", "R² µ", "mean", "95 %", "worst", "bias", "noise floor", "covered")
+    blocks: list[Text | Table] = [
+        Table(
+            header,
+            rows,
+            f"{best.name}: errors of held-out cases by band. Noise floor: scatter of one roughness realisation "
+            "about the mean of several, where repeated points were computed. Covered: cases in their interval.",
+        ),
+        _intervals(dataset, best),
+    ]
+    checks = [
+        (
+            what,
+            str(s.count),
+            _percent(s.mape),
+            _percent(s.p95),
+            _percent(s.largest),
+            _percent(s.coverage),
+            _percent(s.extrapolated),
+        )
+        for what, s in (
+            ("fitted cases themselves", best.fit),
+            ("held-out cells", best.validation),
+            ("held out, choice of the family too", best.nested),
+            ("corners of the box", best.corners),
+            ("contacts along gear meshes", best.paths),
+        )
+        if s is not None
+    ]
+    blocks.append(
+        Table(
+            ("checked on", "cases", "mean", "95 %", "worst", "covered", "beside the data"),
+            checks,
+            "The same formula on other cases.",
+        )
+    )
+    return Section("Errors by region", blocks)
+
+
+def _intervals(dataset: Dataset, formula: Formula) -> Table:
+    """Interval by film ratio; that of a Gaussian process varies within a band, so that its spread stands there too."""
+    level, bands = formula.interval.level, formula.interval.bands
+    spread = process_factors(dataset, formula)
+    rows: list[tuple[str, ...]] = []
+    for i, band in enumerate(bands):
+        end = "" if band.high is None else f"{band.high:g}"
+        shown: tuple[str, ...] = (number(math.exp(band.log_width)),)
+        if spread:
+            middle, low, high = (number(x) for x in spread[i])
+            shown = (middle, f"{low} to {high}", number(band.log_width, 3))
+        error = 2.0 * math.sqrt(level * (1.0 - level) / band.count)
+        rows.append((f"{band.low:g}", end, str(band.count), *shown, _percent(band.coverage), _percent(error)))
+    factors = ("factor, median", "90 % of cases", "w") if spread else ("factor",)
+    return Table(
+        ("film ratio from", "to", "cases", *factors, "covered", "two binomial standard errors"),
+        rows,
+        f"{formula.name}: interval of {100 * level:g} % by film ratio: µ over and times the factor"
+        + (" exp(w s), s the deviation the process states at the point." if spread else "."),
+    )
+
+
+def _residuals(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
+    best = formulas[0]
+    return Section(
+        "Parity and residuals",
+        [
+            Text(
+                "Held-out cases: each by the same form fitted without its fold, as in the tables of errors. Grey: the "
+                "best formula on the cases left out of the fit: corners, and results whose own error exceeds mu."
+            ),
+            Picture(
+                plot_regimes(dataset, formulas),
+                "Held-out friction by formula over the computed one, by film ratio. Dashed: 10 % off. The best "
+                "formula on top. Points beyond the frame are drawn at its edge.",
+            ),
+            Picture(
+                plot_residuals(dataset, best),
+                f"{best.name}: held-out over computed friction, over every variable. Line: running "
+                "median; band: 5 to 95 %. Points beyond the frame are drawn at its edge.",
+            ),
+        ],
+    )
+
+
+def _curves(dataset: Dataset, formulas: Sequence[Formula], oil: str) -> Section:
+    scene = scene_of(dataset, oil)
+    best = formulas[0]
+    drawn = "Thick: fitted formulas, the best with its interval. Thin: published ones, not fitted, (M) from memory. "
+    near = "Dots: computed cases whose other variables lie within 22 % of their range about these conditions."
+    blocks: list[Block] = [Text(f"The middle of the data, where nothing else is said: {scene.said()}.")]
+    if scene.ranges["roughness_rms"][0] > 0.0 and (
+        varies(scene, "roughness_rms") or varies(scene, "speed_entrainment")
+    ):
+        caption = (
+            "Stribeck curves from slow and rough to fast and smooth: speed and roughness run from 3 to 97 % of the "
+            f"cases in opposite directions. {drawn}{near}"
+        )
+        blocks.append(Picture(plot_stribeck(scene, formulas), caption))
+    blocks.append(Picture(plot_traction(scene, formulas), f"Traction curves. {drawn}{near}"))
+    if varies(scene, "pressure_hertz") and varies(scene, "speed_entrainment"):
+        caption = (
+            f"{best.name}: friction over pressure and speed. Dots: computed cases near, in the same colours. Hatched: "
+            "outside the range or beside the data."
+        )
+        blocks.append(Picture(plot_maps(scene, best), caption))
+    return Section(f"Curves and maps, {oil}", blocks)
+
+
+def _formula(best: Formula) -> Section:
+    rows = []
+    for term in FAMILIES[best.family].terms:
+        error, inflation = best.standard_errors.get(term), best.variance_inflation.get(term)
+        relative = None if error is None or not best.coefficients[term] else error / abs(best.coefficients[term])
+        rows.append(
+            (
+                term,
+                f"{best.coefficients[term]:.9g}",
+                "–" if error is None else number(error, 3),
+                _percent(relative),
+                "–" if inflation is None else number(inflation, 3),
+                best.dropped.get(term, "collinear" if inflation is not None and inflation > 10.0 else ""),
+            )
+        )
+    ranges = [
+        (AXES[name][0], *(number(AXES[name][1] * (end + AXES[name][2]), 4) for end in ends))
+        if name in AXES
+        else (f"{name} [{best.units.get(name, '')}]", *(number(end, 4) for end in ends))
+        for name, ends in best.ranges.items()
+    ]
+    blocks: list[Block] = [
+        FormulaBlock(best.equation),
+        Table(
+            ("coefficient", "value", "standard error", "relative", "variance inflation", "remark"),
+            rows,
+            f"Collinearity: condition number {best.condition_number:.3g}; a variance inflation above 10 says that the "
+            "coefficient cannot be told from others, though their combination can.",
+        ),
+        Table(("variable", "from", "to"), ranges, "Range of the data: points outside are computed and flagged."),
+    ]
+    if best.residual is not None:
+        scales = ", ".join(
+            f"{name} {length:.3g}"
+            for name, length in zip(best.residual.variables, best.residual.length_scales, strict=True)
+        )
+        blocks.insert(
+            1,
+            Text(
+                f"times exp(r), r a Gaussian process of {len(best.residual.points)} points; length scales in standard "
+                f"deviations of the logarithm: {scales}."
+            ),
+        )
+    return Section("The formula", blocks)
+
+
+def _sensitivity(dataset: Dataset, best: Formula) -> Section:
+    if not dataset.oils:
+        return Section("Sensitivity", [Text("Not computed: the lubricant was given by numbers, without an oil card.")])
+    try:
+        found = [(oil, formula_sensitivity(best, Oil.load(oil))) for oil in dataset.oils[:_OILS_SHOWN]]
+    except InputError as error:
+        return Section("Sensitivity", [Text(f"Not computed: {error}")])
+    return Section(
+        "Sensitivity",
+        [
+            Text(
+                f"Sobol indices of ln µ by {best.name} over the box of the data, {found[0][1].evaluations} evaluations "
+                "each; the marks are 90 % intervals. The share a variable takes depends on how far it ranges."
+            ),
+            Pictures([Picture(plot_sensitivity(indices), oil) for oil, indices in found]),
+        ],
+    )
+
+
+def _failures(dataset: Dataset, best: Formula) -> Section:
+    frame = dataset.frame
+    counted = frame.groupby(["status", "reason"]).size().reset_index(name="count").sort_values("count", ascending=False)
+    rows = [(r["status"], r["reason"] or "–", str(r["count"])) for r in counted.to_dict("records")]
+    blocks: list[Text | Table] = [
+        Table(("status", "reason", "cases"), rows, "What the solver said of its cases.", -1, 2)
+    ]
+    if best.data.excluded:
+        left_out = [(reason, str(count)) for reason, count in best.data.excluded.items()]
+        blocks.append(Table(("left out of the fit", "cases"), left_out))
+    failed = frame[frame["status"] == "failed"].sort_values("key")
+    if len(failed):
+        records = failed.head(3 * _WORST).to_dict("records")
+        shown = [(str(r["key"])[:8], str(r["reason"]), *_where(r)) for r in records]
+        caption = f"Cases without a result: {len(shown)} of {len(failed)}."
+        blocks.append(Table(("case", "reason", *_WHERE.values()), shown, caption, -1, 2))
+    rest = checked_rows(dataset)
+    deviation = friction_of_rows(best, rest) / computed_friction(rest) - 1.0
+    # of the cases that were fitted: what the others deviate by is mostly their own error
+    missed = np.where(rest["key"].isin(fitted_rows(dataset, best)["key"]), np.abs(deviation), -1.0)
+    worst = np.argsort(-missed)[:_WORST]
+    shown = [
+        (
+            str(r["key"])[:8],
+            f"{100.0 * d:+.1f} %",
+            number(r["friction_coefficient"], 3),
+            _percent(r["friction_error"]),
+            *_where(r),
+        )
+        for r, d in zip(rest.iloc[worst].to_dict("records"), deviation[worst], strict=True)
+    ]
+    header = ("case", "deviation", "µ computed", "its error", *_WHERE.values())
+    caption = f"The fitted cases {best.name} misses most, with the error the solver states for them."
+    blocks.append(Table(header, shown, caption))
+    return Section("What failed, and the worst cases", blocks)
+
+
+def _provenance(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
+    best = formulas[0]
+    rows = [
+        ("data", dataset.data_hash),
+        ("plan", f"{dataset.plan_name}, {dataset.plan_hash}"),
+        ("solver", dataset.solver_version),
+        *((f"oil card {identity.name}", identity.card_hash or "–") for identity in best.oils if identity.name),
+        ("written by", best.writer),
+        ("mixed-ehl", __version__),
+        ("Python", platform.python_version()),
+        *((library, version(library)) for library in _LIBRARIES),
+    ]
+    return Section("Versions and hashes", [Table(("what", "value"), rows, text_columns=2)])

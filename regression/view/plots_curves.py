@@ -1,0 +1,252 @@
+"""Figures of what formulas say: Stribeck and traction curves and maps, with the computed cases near them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ehl.fluid.oil import Oil
+from ehl.state import ContactState
+from ehl.view.plots import GREY
+from regression.data.dataset import Dataset
+from regression.fit.held_out import fitted_rows
+from regression.friction.conditions import Array, Conditions, conditions_of
+from regression.friction.formula import Formula
+from regression.friction.published_registry import PUBLISHED, evaluate_published
+from regression.view.plots_fit import AXES, COLOURS, RASTER_DPI, plain_ticks
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_HELD = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total", "temperature_oil")
+_NEAR = 0.22  # a case is near where no variable is farther than this share of its range
+_POINTS = 121
+_MAP = 41
+COLEMAN = 0.05
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Conditions that curves are drawn for.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Rows of one oil are shown beside the curves.
+    oil : Oil
+        Its card.
+    held : mapping
+        SI value of every variable; curves and maps vary some of them.
+    ranges : mapping
+        Least and greatest value of every variable in the data.
+    """
+
+    dataset: Dataset
+    oil: Oil
+    held: Mapping[str, float]
+    ranges: Mapping[str, tuple[float, float]]
+
+    def at(self, **values: float) -> Scene:
+        """The same with other values held."""
+        return replace(self, held={**self.held, **values})
+
+    def conditions(self, **varied: Array) -> dict[str, Array]:
+        """Local conditions with some variables as arrays; sliding is across the contact line."""
+        values: dict[str, float | Array] = {**self.held, **varied}
+        rough = np.asarray(values["roughness_rms"]) / np.sqrt(2.0)
+        state = ContactState.of(
+            pressure_hertz=values["pressure_hertz"],
+            radius_equivalent=values["radius_equivalent"],
+            effective_modulus=values["effective_modulus"],
+            speed_entrainment=values["speed_entrainment"],
+            slide_to_roll=values["slide_to_roll_total"],
+            temperature_oil=values["temperature_oil"],
+            correlation_length=values["correlation_length"],
+            roughness_rms_1=rough,
+            roughness_rms_2=rough,
+        )
+        return conditions_of(state, self.oil)
+
+    def near(self, *free: str) -> tuple[Array, dict[str, Array]]:
+        """Friction and variables of the computed cases near the held values; those in `free` may be anywhere."""
+        frame = fitted_rows(self.dataset)
+        frame = frame[frame["oil"] == self.oil.name]
+        inside = np.ones(len(frame), dtype=bool)
+        for name in (*_HELD, "roughness_rms"):
+            low, high = self.ranges[name]
+            if name not in free and high > low:
+                values, held = frame[name].to_numpy(dtype=float), self.held[name]
+                if AXES[name][3] and low > 0.0:
+                    values, held, low, high = np.log(values), np.log(held), np.log(low), np.log(high)
+                inside &= np.abs(values - held) <= _NEAR * (high - low)
+        frame = frame[inside]
+        table = {name: frame[name].to_numpy(dtype=float) for name in (*_HELD, "roughness_rms", "film_ratio_formula")}
+        return frame["friction_coefficient"].to_numpy(dtype=float), table
+
+    def said(self, *left_out: str) -> str:
+        """The held values in words."""
+        parts = []
+        for name in (*_HELD, "roughness_rms"):
+            if name not in left_out:
+                label, factor, shift, _ = AXES[name]
+                title, _, unit = label.partition(" [")
+                unit = unit.rstrip("]")
+                parts.append(f"{title} {factor * (self.held[name] + shift):.3g}" + ("" if unit == "-" else f" {unit}"))
+        return ", ".join(parts)
+
+
+def scene_of(dataset: Dataset, oil: str) -> Scene:
+    """The middle of the data of one oil: the median of every variable."""
+    frame = fitted_rows(dataset)
+    frame = frame[frame["oil"] == oil]
+    names = (*_HELD, "roughness_rms", "correlation_length", "effective_modulus")
+    held = {name: float(frame[name].median()) for name in names}
+    ranges = {name: (float(frame[name].min()), float(frame[name].max())) for name in names}
+    return Scene(dataset, Oil.load(oil), held, ranges)
+
+
+def varies(scene: Scene, name: str) -> bool:
+    """Whether the data hold more than one value of a variable."""
+    low, high = scene.ranges[name]
+    return high > low * (1.0 + 1e-6)
+
+
+def plot_stribeck(scene: Scene, formulas: Sequence[Formula]) -> Figure:
+    """Friction over the film ratio at three slide-to-roll ratios, from slow and rough to fast and smooth."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.4, 4.9), layout="constrained", dpi=RASTER_DPI)
+    panels = figure.subplots(1, 3, sharey=True)
+    speed, rough = (np.geomspace(*_ends(scene, name), _POINTS) for name in ("speed_entrainment", "roughness_rms"))
+    for axes, sliding in zip(panels, _spread(scene, "slide_to_roll_total"), strict=True):
+        here = scene.at(slide_to_roll_total=sliding)
+        table = here.conditions(speed_entrainment=speed, roughness_rms=rough[::-1])
+        mu, near = here.near("speed_entrainment", "roughness_rms")
+        axes.plot(near["film_ratio_formula"], mu, ".", color="black", ms=4, alpha=0.6, label="computed, near")
+        _curves(axes, table["film_ratio_formula"], table, formulas, scene.oil.base)
+        ratio = table["film_ratio_formula"]
+        axes.set(xscale="log", xlabel="film ratio λ by formula [-]", xlim=(ratio[0], ratio[-1]))
+        axes.set_title(f"|SR| {sliding:.2g}", fontsize=10)
+        plain_ticks(axes.xaxis, ratio[0], ratio[-1])
+    frame = fitted_rows(scene.dataset)
+    least, most = frame["friction_coefficient"].quantile((0.01, 0.995))
+    for axes in panels:
+        axes.set(yscale="log", ylim=(0.6 * least, 2.0 * most))
+        plain_ticks(axes.yaxis, 0.6 * least, 2.0 * most)
+    _legend(figure, panels)
+    return figure
+
+
+def plot_traction(scene: Scene, formulas: Sequence[Formula]) -> Figure:
+    """Friction over the slide-to-roll ratio at three pressures."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.4, 4.9), layout="constrained", dpi=RASTER_DPI)
+    panels = figure.subplots(1, 3, sharey=True)
+    high = scene.ranges["slide_to_roll_total"][1]
+    sliding = np.linspace(0.0, high, 4 * _POINTS)
+    reach: list[float] = []
+    for axes, pressure in zip(panels, _spread(scene, "pressure_hertz"), strict=True):
+        here = scene.at(pressure_hertz=pressure)
+        table = here.conditions(slide_to_roll_total=sliding)
+        mu, near = here.near("slide_to_roll_total")
+        axes.plot(near["slide_to_roll_total"], mu, ".", color="black", ms=4, alpha=0.6, label="computed, near")
+        _curves(axes, sliding, table, formulas, scene.oil.base)
+        axes.set(xlabel="|SR| [-]", xlim=(0.0, high))
+        axes.set_title(f"Hertz pressure {1e-9 * pressure:.2g} GPa", fontsize=10)
+        reach.append(float(np.quantile(mu, 0.95)) if mu.size else 0.0)
+        reach.append(1.3 * float(np.nanmax(formulas[0].evaluate(table).mu)))
+    # formulas far from these data leave the frame
+    panels[0].set_ylim(0.0, max(1.6 * max(reach), 1.1 * COLEMAN))
+    _legend(figure, panels)
+    return figure
+
+
+def plot_maps(scene: Scene, formula: Formula) -> Figure:
+    """Friction over pressure and speed by a formula, with the computed cases near in the same colours.
+
+    At three roughnesses, or at three slide-to-roll ratios where the roughness does not vary.
+    """
+    from matplotlib.colors import LogNorm
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.4, 3.6), layout="constrained", dpi=RASTER_DPI)
+    panels = figure.subplots(1, 3, sharey=True)
+    pressure = np.linspace(*scene.ranges["pressure_hertz"], _MAP)
+    speed = np.geomspace(*scene.ranges["speed_entrainment"], _MAP)
+    grid = dict(zip(("speed_entrainment", "pressure_hertz"), np.meshgrid(speed, pressure), strict=True))
+    third = "roughness_rms" if varies(scene, "roughness_rms") else "slide_to_roll_total"
+    scenes = [scene.at(**{third: value}) for value in _spread(scene, third)]
+    label, factor, _, _ = AXES[third]
+    maps = [formula.evaluate(here.conditions(**grid)) for here in scenes]
+    every = np.concatenate([value.mu.ravel() for value in maps])
+    levels = np.geomspace(0.98 * np.nanmin(every), 1.02 * np.nanmax(every), 17)
+    norm = LogNorm(levels[0], levels[-1])
+    for axes, here, value in zip(panels, scenes, maps, strict=True):
+        filled = axes.contourf(speed, 1e-9 * pressure, value.mu, levels=levels, cmap="viridis", norm=norm)
+        beside = value.outside | (value.extrapolation > 0)
+        if beside.any():
+            axes.contourf(speed, 1e-9 * pressure, beside, levels=(0.5, 1.5), colors="none", hatches=["///"])
+        mu, near = here.near("pressure_hertz", "speed_entrainment")
+        axes.scatter(
+            near["speed_entrainment"],
+            1e-9 * near["pressure_hertz"],
+            c=mu,
+            cmap="viridis",
+            norm=norm,
+            s=26,
+            edgecolors="white",
+            linewidths=0.8,
+        )
+        axes.set(xscale="log", xlabel=AXES["speed_entrainment"][0])
+        plain_ticks(axes.xaxis, speed[0], speed[-1])
+        axes.set_title(f"{label} {factor * here.held[third]:.2g}", fontsize=10)
+    panels[0].set_ylabel(AXES["pressure_hertz"][0])
+    bar = figure.colorbar(filled, ax=panels, label="friction coefficient µ [-]")
+    bar.set_ticks(levels[::4].tolist(), labels=[f"{level:.2g}" for level in levels[::4]])
+    return figure
+
+
+def _spread(scene: Scene, name: str) -> tuple[float, float, float]:
+    """A low, the middle and a high value of a variable: 15, 50 and 85 % of the cases lie below."""
+    frame = fitted_rows(scene.dataset)
+    values = frame.loc[frame["oil"] == scene.oil.name, name].to_numpy(dtype=float)
+    low, middle, high = (float(value) for value in np.quantile(values, (0.15, 0.5, 0.85)))
+    return low, middle, high
+
+
+def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[Formula], base: str) -> None:
+    from matplotlib import colormaps
+
+    shades = colormaps["tab20"]
+    for number, (name, published) in enumerate(PUBLISHED.items()):
+        mu, _, _ = evaluate_published(published, table, base)
+        dash = ("-", "--", ":")[number % 3]
+        mark = "" if published.certainty == "found" else " (M)"
+        axes.plot(x, mu, color=shades(number / 20.0), ls=dash, lw=1.0, label=f"{name}{mark}")
+    axes.axhline(COLEMAN, color=GREY, lw=1.0, label="constant 0.05 (Coleman)")
+    for number, formula in reversed(list(enumerate(formulas))):
+        value = formula.evaluate(table)
+        colour = COLOURS[number % len(COLOURS)]
+        axes.plot(x, value.mu, color=colour, lw=2.4 if number == 0 else 1.6, label=formula.name)
+        if number == 0:
+            axes.fill_between(x, value.lower, value.upper, color=colour, alpha=0.15, lw=0.0)
+
+
+def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
+    """One legend for all panels, fitted formulas first."""
+    panels[0].set_ylabel("friction coefficient µ [-]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=5, frameon=False, fontsize=8)
+
+
+def _ends(scene: Scene, name: str) -> tuple[float, float]:
+    """Values that 3 and 97 % of the cases lie below."""
+    frame = fitted_rows(scene.dataset)
+    values = frame.loc[frame["oil"] == scene.oil.name, name].to_numpy(dtype=float)
+    low, high = (float(value) for value in np.quantile(values[values > 0.0], (0.03, 0.97)))
+    return low, high

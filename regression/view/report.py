@@ -1,0 +1,308 @@
+"""What the command line shows of a sweep, a fit and a friction value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from regression.data.dataset import RunStatus
+    from regression.friction.formula import Formula
+    from regression.friction.models import FrictionEstimate
+    from regression.plan.operating_range import SeenRange
+    from regression.plan.plan import Plan
+    from regression.sweep.sweep import SweepReport
+
+# how the bands of each variable are shown: factor from SI, shift, unit
+_SHOWN: dict[str, tuple[float, float, str]] = {
+    "film_ratio": (1.0, 0.0, ""),
+    "slide_to_roll_total": (1.0, 0.0, ""),
+    "pressure_hertz": (1e-9, 0.0, "GPa"),
+    "temperature_oil": (1.0, -273.15, "degC"),
+}
+
+_SHORT = {
+    "film_ratio": "lambda",
+    "slide_to_roll_total": "SR",
+    "pressure_hertz": "p_h",
+    "temperature_oil": "T",
+}
+
+
+def _compact(title: str, *names: str, space: int = 1) -> Table:
+    """A table of numbers for 80 columns: the first column says where, the others stand close to each other."""
+    table = Table(title=title, box=SIMPLE, padding=(0, 0, 0, space), pad_edge=False, title_justify="left")
+    for name in names:
+        table.add_column(name, justify="left" if name == names[0] else "right", no_wrap=name == names[0])
+    return table
+
+
+def _reasons(reasons: dict[str, int]) -> str:
+    return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+
+
+def sweep_report(report: SweepReport) -> None:
+    """One paragraph on what a sweep did."""
+    from regression.sweep.progress import duration
+
+    console = Console()
+    console.print(
+        f"{report.path}: {report.total} cases, {report.resumed} found on disk, {report.converged} converged, "
+        + (f"{report.unsettled} unsettled, " if report.unsettled else "")
+        + f"{report.failed} failed, {report.seconds:.1f} s",
+        soft_wrap=True,
+        highlight=False,
+    )
+    if report.occupancy is not None:
+        console.print(
+            f"CPU time of the cases {duration(report.seconds_cpu)}; cases took {100.0 * report.occupancy:.1f} % of the "
+            f"time of {report.workers} {'worker' if report.workers == 1 else 'workers'}",
+            highlight=False,
+            soft_wrap=True,
+        )
+    if report.saved is not None:
+        console.print(
+            f"{report.path.name} was cut short or broken: {report.saved} cases were saved out of it, the rest computed "
+            "again; the damaged file lies beside it",
+            highlight=False,
+        )
+    if report.damaged:
+        console.print(f"{report.damaged} rows on disk did not match their checksum and were computed again")
+    if report.safer:
+        console.print(f"{report.safer} cases have a result with a safer setting only (column setting)")
+    if report.torn:
+        console.print(f"{report.torn} unfinished rows of an interrupted process were cut off and computed again")
+    if report.restarts:
+        console.print(f"workers died and were replaced {report.restarts} times")
+    if report.reasons:
+        console.print(f"not converged: {_reasons(report.reasons)}", highlight=False)
+
+
+def estimate_report(plan: Plan, jobs: int) -> None:
+    """What a plan would cost, before it starts."""
+    from regression.sweep.cost import estimate_cost
+    from regression.sweep.progress import duration
+
+    estimate = estimate_cost(plan)
+    console = Console()
+    rough = f", {estimate.rough} of them with the roughness rolling through" if estimate.rough else ""
+    console.print(
+        f"{plan.name}: {estimate.cases} cases ({plan.model.roughness}, {plan.model.accuracy}){rough}", highlight=False
+    )
+    for name, share in sorted(plan.points.skipped.items(), key=lambda item: -item[1]):
+        console.print(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}", highlight=False)
+    console.print(
+        f"about {duration(estimate.seconds)} of CPU time, {duration(estimate.wall(jobs))} with {jobs} workers, longest "
+        f"case {duration(estimate.longest)}; single cases may take twice or half of it",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+_SEEN: dict[str, tuple[float, float, str]] = {
+    **_SHOWN,
+    "radius_equivalent": (1e3, 0.0, "mm"),
+    "speed_entrainment": (1.0, 0.0, "m/s"),
+    "roughness_rms": (1e6, 0.0, "um"),
+    "pressure_velocity": (1e-9, 0.0, "GW/m2"),
+}
+
+
+def seen_table(ranges: dict[str, SeenRange]) -> None:
+    """What gears see: the ends of each range, its median, and the extremes."""
+    table = Table(title="what the contact points see, weighted with the work lost there")
+    for name in ("variable", "unit", "least", "from", "median", "to", "most"):
+        table.add_column(name, justify="left" if name in ("variable", "unit") else "right")
+    for name, seen in ranges.items():
+        factor, shift, unit = _SEEN.get(name, (1.0, 0.0, ""))
+        figures = (seen.least, seen.low, seen.median, seen.high, seen.most)
+        table.add_row(name, unit, *(f"{factor * (value + shift):.3g}" for value in figures))
+    Console().print(table)
+
+
+def failed_table(status: RunStatus) -> None:
+    """The cases of a run that have no result."""
+    if not status.failed:
+        Console().print("no failed cases")
+        return
+    names = ("reason", "key", "tries", "p_h [GPa]", "R [mm]", "u_r [m/s]", "SR", "T [degC]", "Rq [um]", "s")
+    table = _compact(f"{len(status.failed)} failed cases", *names, space=0)
+    for case in status.failed:
+        c = case.conditions
+        figures = (
+            c["pressure_hertz"] / 1e9,
+            c["radius_equivalent"] * 1e3,
+            c["speed_entrainment"],
+            c["slide_to_roll"],
+            c["temperature_oil"] - 273.15,
+            c["roughness_rms"] * 1e6,
+        )
+        shown = (*(f"{x:.3g}" for x in figures), f"{case.seconds:.1f}")
+        table.add_row(case.reason, case.key[:12], str(case.attempts), *shown)
+    Console().print(table)
+
+
+def status_table(status: RunStatus) -> None:
+    """How far each shard of a run is."""
+    from regression.sweep.progress import duration
+
+    added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
+    title = f"{status.plan_name}: {status.finished} of {status.planned} cases{added}"
+    table = _compact(title, "file", "finished", "converged", "unsettled", "failed", "CPU time")
+    for shard in status.shards:
+        failed = _reasons(shard.failed) or "0"
+        counts = (str(n) for n in (shard.finished, shard.converged, shard.unsettled))
+        table.add_row(shard.path.name, *counts, failed, f"{shard.seconds:.1f} s")
+    console = Console()
+    console.print(table)
+    seconds = sum(shard.seconds for shard in status.shards)
+    console.print(f"CPU time of all cases {duration(seconds)}, the longest {duration(status.longest)}", highlight=False)
+
+
+def _per_cent(share: float | None) -> str:
+    if share is None or not math.isfinite(share):
+        return "-"
+    return f"{100.0 * share:.1f}" if abs(share) < 0.9995 else f"{100.0 * share:.0f}"
+
+
+def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
+    """Held-out errors of all fitted families, best first, and which of those tried could not be fitted."""
+    title = "errors of held-out cases in %, whole (p, R) cells left out at a time"
+    table = _compact(title, "family", "terms", "R2 ln mu", "R2 mu", "MAPE", "95 %", "worst", "bias")
+    for formula in formulas:
+        v = formula.validation
+        terms = str(len(formula.coefficients) - len(formula.dropped))
+        relative = (_per_cent(x) for x in (v.mape, v.p95, v.largest, v.bias))
+        table.add_row(formula.name, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *relative)
+    console = Console()
+    console.print(table)
+    for name in sorted(set(tried) - {formula.family for formula in formulas}):
+        console.print(f"{name} could not be fitted to these data; --family {name} says why", highlight=False)
+
+
+def formula_report(formula: Formula, spread: Sequence[tuple[float, float, float]] = ()) -> None:
+    """Equation, coefficients, errors by region and the worst case.
+
+    `spread` is that of the interval within each band, as of `regression.fit.held_out.process_factors`.
+    """
+    console = Console()
+    console.print(formula.to_text(), highlight=False, soft_wrap=True, markup=False)
+    table = _compact(
+        "held-out errors by region in % (ln mu: RMS, in: in the interval)",
+        *("region", "cases", "R2", "ln mu", "MAPE", "95 %", "worst", "bias", "in", "noise"),
+        space=0,
+    )
+    before = ""
+    for band in formula.bands:
+        if before and band.variable != before:
+            table.add_section()
+        before = band.variable
+        factor, shift, unit = _SHOWN.get(band.variable, (1.0, 0.0, ""))
+        low, high = (f"{factor * (x + shift):.3g}" for x in (band.low, band.high))
+        region = f"{_SHORT.get(band.variable, band.variable)} {low} to {high} {unit}".strip()
+        r2 = "-" if band.r2 is None else f"{band.r2:.3f}"
+        figures = (band.rmse_log, band.mape, band.p95, band.largest, band.bias, band.coverage, band.noise)
+        table.add_row(region, str(band.count), r2, *(_per_cent(x) for x in figures))
+    console.print(table)
+    console.print(_interval_table(formula, spread))
+    worst = formula.validation.worst
+    where = ", ".join(f"{name} {value:.4g}" for name, value in worst.conditions.items())
+    console.print(
+        f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where} (SI)",
+        highlight=False,
+        soft_wrap=True,
+    )
+    for checked, what in ((formula.corners, "corners of the box"), (formula.paths, "contacts along gear meshes")):
+        if checked is not None:
+            console.print(
+                f"{checked.count} {what}, not fitted: MAPE {100.0 * checked.mape:.1f} %, "
+                f"95 % {100.0 * checked.p95:.1f} %, worst {100.0 * checked.largest:.1f} %"
+                + ("" if checked.coverage is None else f", {100.0 * checked.coverage:.0f} % within their interval")
+                + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % beside the data"),
+                highlight=False,
+                soft_wrap=True,
+            )
+    if formula.noise is not None:
+        noise = formula.noise
+        console.print(
+            f"noise floor: {noise.points} points, {noise.realisations:.3g} roughness realisations each: "
+            f"one scatters by {100.0 * noise.single:.2g} %, their mean by {100.0 * noise.mean:.2g} %",
+            highlight=False,
+            soft_wrap=True,
+        )
+    if formula.nested is not None:
+        console.print(
+            f"choice of the family held out too: MAPE {100.0 * formula.nested.mape:.1f} %, "
+            f"95 % {100.0 * formula.nested.p95:.1f} %",
+            highlight=False,
+        )
+    data = formula.data
+    console.print(
+        f"{data.used} of {data.count} cases used, {formula.folds} folds, the solver's own error "
+        f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}",
+        highlight=False,
+    )
+    if data.excluded:
+        console.print(f"left out: {_reasons(data.excluded)}", highlight=False)
+    collinear = {term: value for term, value in formula.variance_inflation.items() if value > 10.0}
+    if collinear:
+        listed = ", ".join(f"{term} {value:.0f}" for term, value in collinear.items())
+        console.print(f"collinear terms (variance inflation above 10): {listed}", highlight=False)
+
+
+def _interval_table(formula: Formula, spread: Sequence[tuple[float, float, float]]) -> Table:
+    interval = formula.interval
+    # of a process: what of them the cases have, as the deviation differs from case to case
+    factors = ("median factor", "90 % of cases") if spread else ("deviations",) if interval.normalised else ("factor",)
+    table = _compact(
+        f"{100.0 * interval.level:.0f} % interval: mu over and times a factor; covered in %",
+        *("film ratio", "held out", *factors, "covered", "two binomial errors"),
+    )
+    for i, band in enumerate(interval.bands):
+        end = "up" if band.high is None else f"{band.high:g}"
+        deviation = math.sqrt(interval.level * (1.0 - interval.level) / band.count)
+        width = f"{band.log_width:.2f}" if interval.normalised else f"{math.exp(band.log_width):.3f}"
+        shown: tuple[str, ...] = (width,)
+        if spread:
+            middle, low, high = spread[i]
+            shown = (f"{middle:.3f}", f"{low:.3f} to {high:.3f}")
+        table.add_row(
+            f"{band.low:g} to {end}", str(band.count), *shown, _per_cent(band.coverage), _per_cent(2.0 * deviation)
+        )
+    return table
+
+
+def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[str, Any]:
+    """One friction value for JSON."""
+    from regression.friction.models import FrictionFlag
+    from regression.friction.published_registry import PUBLISHED
+
+    mu, lower, upper = (float(x) for x in (estimate.mu, estimate.lower, estimate.upper))
+    return {
+        "friction_coefficient": mu if math.isfinite(mu) else None,
+        "friction_lower": lower if math.isfinite(lower) else None,
+        "friction_upper": upper if math.isfinite(upper) else None,
+        "flag": FrictionFlag(int(estimate.flag)).name.lower(),
+        "friction_model": name,
+        "oil": oil,
+        **({"certainty": PUBLISHED[name].certainty} if name in PUBLISHED else {}),
+    }
+
+
+def friction_line(content: dict[str, Any]) -> None:
+    """One friction value as a sentence."""
+    value = content["friction_coefficient"]
+    line = "mu = none" if value is None else f"mu = {value:.5f}"
+    if content["friction_lower"] is not None:
+        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
+    if content.get("in_convex_hull") is not None:
+        line += (
+            "  in the convex hull of its data" if content["in_convex_hull"] else "  outside the convex hull of its data"
+        )
+    marked = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
+    Console().print(f"{line}  {content['friction_model']}{marked}, {content['oil']}", highlight=False, soft_wrap=True)

@@ -1,0 +1,80 @@
+"""Closed-form efficiencies of three ISO 23509 blanks, to the six digits of the project's table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
+from ehl.io.errors import InputError
+
+# a_n, b1, b2, d1, d2 [deg], dm1, dm2, m_mn [mm] of the printed blanks; profile contact ratio of the rating
+# samples
+BLANKS = {
+    "F2_14x39": (20.0, 35.0, 35.0, 19.747, 70.253, 54.918, 152.987, 3.213, 1.165),
+    "F3_13x42": (17.747, 49.998, 38.609, 21.291, 68.321, 53.383, 141.877, 2.640, 1.010),
+    "F4_9x34": (15.868, 44.990, 21.009, 24.765, 63.212, 51.258, 146.7, 4.028, 1.176),
+}
+# a, k, S, C, Coleman-type, Buckingham-type at mu = 0.05
+TABLE = {
+    "F2_14x39": (0.0, 0.309841, 0.154920, 0.0, 0.991757, 0.991757),
+    "F3_13x42": (0.393122, 0.325735, 0.434334, 0.910992, 0.978428, 0.972027),
+    "F4_9x34": (0.615607, 0.476244, 0.672420, 0.920266, 0.966642, 0.957203),
+}
+
+
+def blank(name: str) -> PitchGeometry:
+    angles, lengths, ratio = BLANKS[name][:5], BLANKS[name][5:8], BLANKS[name][8]
+    dm1, dm2, module = (value * 1e-3 for value in lengths)
+    return PitchGeometry(*(math.radians(v) for v in angles), dm1 / 2, dm2 / 2, module, ratio)
+
+
+@pytest.mark.parametrize("name", BLANKS)
+def test_table_to_six_digits(name: str) -> None:
+    pair = blank(name)
+    values = (
+        pair.lengthwise_measure,
+        pair.profile_measure,
+        pair.mean_sliding,
+        pair.mean_lengthwise_share,
+        coleman_type(pair, 0.05),
+        buckingham_type(pair, 0.05),
+    )
+    assert tuple(round(value, 6) for value in values) == TABLE[name]
+
+
+@pytest.mark.parametrize("name", BLANKS)
+def test_no_friction_no_loss(name: str) -> None:
+    assert coleman_type(blank(name), 0.0) == 1.0
+    assert buckingham_type(blank(name), 0.0) == 1.0
+
+
+def test_mean_sliding_is_the_average_over_the_line_of_action() -> None:
+    pair = blank("F4_9x34")
+    steps = (2 * j + 1 for j in range(2000))
+    a, k = pair.lengthwise_measure, pair.profile_measure
+    mean = sum(math.hypot(a, k * step / 4000) for step in steps) / 2000
+    assert pair.mean_sliding == pytest.approx(mean, rel=1e-7)
+
+
+def test_vanishing_offset_is_continuous() -> None:
+    pair = blank("F2_14x39")
+    nearly = replace(pair, spiral_angle_pinion=pair.spiral_angle_pinion + 1e-9)
+    assert coleman_type(nearly) == pytest.approx(coleman_type(pair), abs=1e-9)
+    assert buckingham_type(nearly) == pytest.approx(buckingham_type(pair), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("radius_pinion", -0.01), ("contact_ratio_profile", 0.0), ("pressure_angle", 2.0)]
+)
+def test_impossible_geometry_is_refused(field: str, value: float) -> None:
+    with pytest.raises(InputError, match=field):
+        replace(blank("F2_14x39"), **{field: value})
+
+
+@pytest.mark.parametrize("mu", [-0.01, 1.0, float("nan")])
+def test_impossible_friction_is_refused(mu: float) -> None:
+    with pytest.raises(InputError, match="friction_coefficient"):
+        coleman_type(blank("F2_14x39"), mu)

@@ -1,0 +1,318 @@
+"""Published and independently computed values of gear geometry (data/reference/gear_geometry.json)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import griddata
+
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import turn
+from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.curvature import flank_curvature
+from efficiency.contact.ease_off import conjugate_points, ease_off
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.pair import gear_pair
+from efficiency.contact.thickness import gear_thickness, pinion_thickness
+from efficiency.contact.transmission import contact_path
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.machine import MachineSettings
+from efficiency.design.design import Design, load_design
+from ehl.io.data import data_path
+
+MM, ARCSEC = 1e-3, np.pi / (180.0 * 3600.0)
+REFERENCE: dict[str, Any] = json.loads(data_path("reference", "gear_geometry.json").read_text(encoding="utf-8"))
+SIDES = ("drive", "coast")
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return load_design("fm_spiral_bevel_14x39")
+
+
+@pytest.fixture(scope="module", params=SIDES)
+def surface(request: pytest.FixtureRequest, design: Design) -> tuple[str, MeshSurface]:
+    pinion, gear = design.flanks(request.param)
+    # the reference path runs over the flanks beyond their edges: the blanks are made higher, the flanks stay
+    pinion, gear = (higher(flank, tip, root) for flank, tip, root in ((pinion, 2.8, 0.8), (gear, 1.0, 1.5)))
+    return request.param, mesh_surface(gear, pinion, design.placement())
+
+
+def higher(flank: CutFlank, tip: float, root: float) -> CutFlank:
+    """The same flank on a blank with more addendum and dedendum [mm]."""
+    blank = flank.blank
+    addendum, dedendum = blank.mean_addendum + tip * MM, blank.mean_dedendum + root * MM
+    return replace(flank, blank=replace(blank, mean_addendum=addendum, mean_dedendum=dedendum))
+
+
+def reference(side: str) -> dict[str, Any]:
+    values: dict[str, Any] = REFERENCE["fm_spiral_bevel_14x39"]["pairs"][side]
+    return values
+
+
+def reference_roll(side: str, surface: MeshSurface) -> float:
+    """Roll angle at which the reference starts: its gear rotation at the mean point."""
+    pinion_rotation = reference(side)["mean_rotation_gear_rad"] / surface.assembly.ratio
+    return surface.direction * (pinion_rotation - surface.roll_zero)
+
+
+def test_transmission_error_and_path_against_direct_tca(surface: tuple[str, MeshSurface]) -> None:
+    # allowed by the reference's own print: two of its programs differ by 0.06 arcsec
+    side, mesh = surface
+    tca = {name: np.array(values) for name, values in reference(side)["tca"].items()}
+    angle = reference_roll(side, mesh) + mesh.direction * tca["f1_over_pitch"] * mesh.pitch
+    path = contact_path(mesh, angle)
+    start = int(np.flatnonzero(tca["f1_over_pitch"] == 0.0)[0])
+    # the reference prints the gear rotation about its axis; ours is positive ahead in driving direction
+    ahead = tca["te_arcsec"] * np.sign(mesh.direction * mesh.assembly.ratio)
+    error = (path.transmission_error - path.transmission_error[start]) / ARCSEC
+    assert path.free.all()
+    np.testing.assert_allclose(error, ahead, atol=0.1, rtol=0.0)
+    np.testing.assert_allclose(path.u / MM, tca["gear_dcone_mm"], atol=0.01, rtol=0.0)
+    np.testing.assert_allclose(path.height / MM, tca["gear_h_mm"], atol=0.01, rtol=0.0)
+
+
+def test_transmission_error_per_pitch(surface: tuple[str, MeshSurface]) -> None:
+    side, mesh = surface
+    angle = reference_roll(side, mesh) + np.linspace(-0.5, 0.5, 201) * mesh.pitch
+    error = contact_path(mesh, angle).transmission_error / ARCSEC
+    assert np.ptp(error) == pytest.approx(reference(side)["te_peak_to_peak_one_pitch_arcsec"], abs=0.2)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_ease_off_grid(design: Design, side: str) -> None:
+    # printed to 0.001 um; the blank it was computed on is known to its printed digits only
+    values = reference(side)
+    pinion, gear = design.flanks(side)  # type: ignore[arg-type]
+    assembly = design.placement()
+    u, v = (g.ravel() for g in np.meshgrid(np.array(values["ease_off_u_mm"]) * MM, values["ease_off_v"]))
+    low = gear.blank.root(u) + REFERENCE["fm_spiral_bevel_14x39"]["clearance"] * MM
+    points, found = gear.solve(u, low + v * (gear.blank.tip(u) - low))
+    assert found.all()
+    f1, f2 = values["mean_rotation_pinion_rad"], values["mean_rotation_gear_rad"]
+    relief, _, found = ease_off(conjugate_points(points, assembly), pinion, f1 - f2 / assembly.ratio)
+    assert found.all()
+    lever = points.position[0] * points.normal[1] - points.position[1] * points.normal[0]
+    expected = np.array(values["ease_off_um"]).ravel()
+    rest = expected - relief * 1e6
+    rest -= lever * (lever @ rest) / (lever @ lever)
+    assert np.abs(rest).max() < 0.003
+    # the rotation left free is small itself
+    assert np.abs(expected - relief * 1e6).max() < 0.3
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_mean_point(design: Design, side: str) -> None:
+    values = reference(side)
+    point = values["mean_point"]
+    pinion, gear = design.flanks(side)  # type: ignore[arg-type]
+    assembly = design.placement()
+    scale = np.array([[MM], [1.0], [1.0]])
+    x_pinion = np.array(values["mean_parameters_pinion"])[:, None] * scale
+    x_gear = np.array(values["mean_parameters_gear"])[:, None] * scale
+    on_gear, on_pinion = gear.points(x_gear), pinion.points(x_pinion)
+    np.testing.assert_allclose(on_gear.position[:, 0] / MM, point["gear_frame"], atol=1e-9)
+    np.testing.assert_allclose(on_gear.normal[:, 0], point["gear_normal"], atol=1e-12)
+    np.testing.assert_allclose(on_pinion.position[:, 0] / MM, point["pinion_frame"], atol=1e-9)
+    f1, f2 = values["mean_rotation_pinion_rad"], values["mean_rotation_gear_rad"]
+    in_mesh = assembly.pinion_in_mesh(on_pinion.position, np.array([f1]))
+    np.testing.assert_allclose(in_mesh[:, 0] / MM, point["mesh_frame"], atol=1e-9)
+
+    spiral, pressure = gear.points(gear.solve(np.zeros(1), np.zeros(1))[0].parameters).angles(gear.blank.pitch_angle)
+    assert np.degrees(spiral[0]) == pytest.approx(values["gear_mean_spiral_deg"], abs=1e-3)
+    assert np.degrees(pressure[0]) == pytest.approx(values["gear_mean_pressure_deg"], abs=1e-3)
+
+    shape_gear, shape_pinion = flank_curvature(gear, x_gear), flank_curvature(pinion, x_pinion)
+    # the reference differentiates numerically
+    for shape, name in ((shape_gear, "gear"), (shape_pinion, "pinion")):
+        printed = np.sort(point[f"{name}_principal_curv_1_per_mm"])
+        np.testing.assert_allclose(shape.principal[:, 0] * MM, printed, rtol=5e-5)
+    tangents = [
+        turn(assembly.pinion_frame.T @ turn(t, f2), -(np.pi + f1)) for t in (shape_gear.tangent_1, shape_gear.tangent_2)
+    ]
+    relative = -(shape_gear.matrix + shape_pinion.along(*tangents))[0]
+    size, direction = np.linalg.eigh(relative)
+    np.testing.assert_allclose(size * MM, point["relative_principal_curv_1_per_mm"], rtol=2e-5, atol=3e-7)
+    assert 1.0 / size[1] / MM == pytest.approx(point["equiv_radius_mm"], rel=2e-5)
+    line = shape_gear.tangent_1[:, 0] * direction[0, 0] + shape_gear.tangent_2[:, 0] * direction[1, 0]
+    azimuth, cone = on_gear.azimuth[0], gear.blank.pitch_angle
+    generatrix = np.array([np.sin(cone) * np.cos(azimuth), np.sin(cone) * np.sin(azimuth), np.cos(cone)])
+    around = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    angle = np.degrees(np.arctan(abs(around @ line) / abs(generatrix @ line)))
+    assert angle == pytest.approx(point["contact_line_dir_from_gear_generatrix_deg"], abs=0.02)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_equivalent_radius_of_the_mesh_cycle_at_the_mean_point(design: Design, side: str) -> None:
+    """The radius the load and loss stages get, between its points, against that of both real flanks."""
+    pair = gear_pair(design, side)  # type: ignore[arg-type]
+    cycle = mesh_cycle(pair, positions=12, points_per_line=15)
+    names = ("face_gear", "height_gear", "radius_equivalent")
+    face, height, radius = (np.concatenate([getattr(position, name) for position in cycle]) for name in names)
+    blank = pair.surface.gear.blank
+    at = np.array(reference(side)["mean_point"]["gear_frame"]) * MM
+    u, h = blank.coordinates(np.hypot(at[0], at[1]), at[2])
+    wanted = (float(u) + 0.5 * blank.face_width, float(h - blank.root(u)))
+    found = griddata(np.stack([face, height], axis=1), radius, [wanted], method="cubic")[0]
+    assert found / MM == pytest.approx(reference(side)["mean_point"]["equiv_radius_mm"], rel=1e-3)
+
+
+def generated_gear(
+    blank: Blank, spiral: float, cutter_radius: float, point_width: float, pressure: float, side: str, apex: bool = True
+) -> CutFlank:
+    """Gear flank from classic starting settings: cradle axis through the pitch apex (or, wrongly, the root apex)."""
+    root_angle = blank.pitch_angle - blank.dedendum_angle
+    along = blank.mean_cone_distance * np.cos(blank.dedendum_angle)
+    horizontal = along - cutter_radius * np.sin(spiral)
+    vertical = cutter_radius * np.cos(spiral)
+    depth = blank.mean_cone_distance * np.sin(blank.dedendum_angle)
+    sink = depth - blank.mean_dedendum * np.cos(blank.dedendum_angle)
+    sign = 1.0 if side == "concave" else -1.0
+    machine = MachineSettings(
+        radial_setting=float(np.hypot(horizontal, vertical)),
+        cradle_angle=float(np.arctan2(vertical, horizontal)),
+        machine_root_angle=root_angle,
+        roll_ratio=float(np.cos(blank.dedendum_angle) / np.sin(blank.pitch_angle)),
+        sliding_base=sink,
+    )
+    if not apex:
+        # same ratio, machine centre moved along the work axis to the root apex
+        machine = replace(machine, sliding_base=0.0, machine_centre_to_back=sink / float(np.sin(root_angle)))
+    angle = pressure - sign * blank.dedendum_angle * np.sin(spiral)
+    blade = Blade(cutter_radius + sign * 0.5 * point_width, float(angle), side)  # type: ignore[arg-type]
+    return CutFlank(blade, machine, blank)
+
+
+def agma_blank() -> Blank:
+    i = REFERENCE["agma929_c"]["inputs"]
+    return Blank(
+        teeth=int(i["z2"]),
+        pitch_angle=np.radians(i["delta2"]),
+        mean_cone_distance=i["Rm"] * MM,
+        face_width=i["b2"] * MM,
+        mean_addendum=i["ham2"] * MM,
+        mean_dedendum=i["hfm2"] * MM,
+        addendum_angle=np.radians(2.1342),
+        dedendum_angle=np.radians(i["theta_f2"]),
+    )
+
+
+def agma_gear(side: str, apex: bool = True) -> CutFlank:
+    values = REFERENCE["agma929_c"]
+    return generated_gear(
+        agma_blank(),
+        np.radians(values["inputs"]["beta_m2"]),
+        values["inputs"]["rc0"] * MM,
+        values["outputs"]["W_m2"] * MM,
+        np.radians(values["inputs"]["alpha_cv1"]),
+        side,
+        apex,
+    )
+
+
+def test_agma_929_c_tooth_thickness_and_spiral_angle() -> None:
+    values = REFERENCE["agma929_c"]
+    blank = agma_blank()
+    u = np.array([-0.5, 0.0, 0.5]) * blank.face_width
+    flanks = [agma_gear(side).solve(u, np.zeros(3))[0] for side in ("concave", "convex")]
+    spiral = 0.5 * sum(points.angles(blank.pitch_angle)[0] for points in flanks)
+    expected = [values["outputs"]["beta_i"], values["inputs"]["beta_m2"], values["outputs"]["beta_e"]]
+    np.testing.assert_allclose(np.degrees(spiral), expected, atol=0.1)
+    radius = np.hypot(flanks[0].position[0], flanks[0].position[1])
+    slot = np.abs(flanks[0].azimuth - flanks[1].azimuth)
+    thickness = radius * (2.0 * np.pi / blank.teeth - slot) * np.cos(spiral)
+    names = ("sn2_inner", "sn2_mean", "sn2_outer")
+    np.testing.assert_allclose(thickness / MM, [values["outputs"][n] for n in names], rtol=0.01)
+
+
+def test_shipped_gear_agrees_with_agma_929_c(design: Design) -> None:
+    """The ISO blank is 0.161 mm shallower than the AGMA one: the slot is that much narrower at the pitch cone."""
+    values = REFERENCE["agma929_c"]
+    u = np.array([-0.5, 0.0, 0.5]) * design.gear.blank.face_width
+    blank = design.gear.blank.blank()
+    shallower = (values["inputs"]["hfm2"] * MM - blank.mean_dedendum) / np.cos(blank.dedendum_angle)
+    wider = 2.0 * np.tan(np.radians(20.0)) * shallower
+    names = ("sn2_inner", "sn2_mean", "sn2_outer")
+    thickness = gear_thickness(design, u, np.zeros(3)) - wider
+    np.testing.assert_allclose(thickness / MM, [values["outputs"][n] for n in names], rtol=0.01)
+    spiral = [
+        design.gear.flank(side).solve(u, np.zeros(3))[0].angles(blank.pitch_angle)[0] for side in ("concave", "convex")
+    ]
+    expected = [values["outputs"]["beta_i"], values["inputs"]["beta_m2"], values["outputs"]["beta_e"]]
+    np.testing.assert_allclose(np.degrees(0.5 * (spiral[0] + spiral[1])), expected, atol=0.1)
+
+
+def test_teeth_and_backlash_fill_the_pitch(design: Design) -> None:
+    """At the mean point pinion tooth, gear tooth and backlash add up to the normal pitch of AGMA 929 C."""
+    at = np.zeros(1)
+    total = pinion_thickness(design, at, at) + gear_thickness(design, at, at) + design.assembly.normal_backlash
+    assert total[0] / MM == pytest.approx(REFERENCE["agma929_c"]["outputs"]["p_n"], rel=2e-3)
+
+
+def test_machine_centre_and_roll_ratio_must_agree() -> None:
+    """With the centre at the root apex and the ratio of the pitch apex both pressure angles are about 2.5 deg off."""
+    blank = agma_blank()
+    at = np.zeros(1)
+    for side in ("concave", "convex"):
+        right = agma_gear(side).solve(at, at)[0].angles(blank.pitch_angle)[1]
+        wrong = agma_gear(side, apex=False).solve(at, at)[0].angles(blank.pitch_angle)[1]
+        assert np.degrees(right[0]) == pytest.approx(20.0, abs=0.2)
+        assert np.degrees(right[0] - wrong[0]) == pytest.approx(2.5, abs=0.4)
+
+
+def test_generated_gear_38x51() -> None:
+    values = REFERENCE["generated_gear_38x51"]
+    b, g = values["blank"], values["gear"]
+    pitch_angle = np.arctan2(b["z2"], b["z1"])
+    half = 0.5 * b["face_width"]
+    taper = np.tan(np.radians(b["dedendum_angle"])), np.tan(np.radians(b["addendum_angle"]))
+    blank = Blank(
+        teeth=b["z2"],
+        pitch_angle=float(pitch_angle),
+        mean_cone_distance=b["mean_cone_dist"] * MM,
+        face_width=b["face_width"] * MM,
+        mean_addendum=(b["addendum_outer"] - half * taper[1]) * MM,
+        mean_dedendum=(b["dedendum_outer"] - half * taper[0]) * MM,
+        addendum_angle=np.radians(b["addendum_angle"]),
+        dedendum_angle=np.radians(b["dedendum_angle"]),
+    )
+    machine = MachineSettings(
+        radial_setting=g["Sr"] * MM,
+        cradle_angle=np.radians(g["q_abs"]),
+        machine_root_angle=float(pitch_angle) - blank.dedendum_angle,
+        roll_ratio=1.0 / g["work_to_cradle_inv_ratio_cr2"],
+        sliding_base=g["Xb"] * MM,
+    )
+    u = np.array([0.0, half * MM])
+    points = {}
+    for side, name in (("concave", "OB"), ("convex", "IB")):
+        blade = Blade(g[name]["Rc"] * MM, np.radians(g[name]["alpha"]), side)  # type: ignore[arg-type]
+        points[side], found = CutFlank(blade, machine, blank).solve(u, np.zeros(2))
+        assert found.all()
+    check = values["independent_check"]
+    angles = {side: np.degrees(np.stack(p.angles(blank.pitch_angle)))[:, 0] for side, p in points.items()}
+    assert angles["concave"][0] == pytest.approx(check["spiral_concave"], abs=0.006)
+    assert angles["convex"][0] == pytest.approx(check["spiral_convex"], abs=0.006)
+    np.testing.assert_allclose([angles["concave"][1], angles["convex"][1]], check["normal_pressure"], atol=0.006)
+    slot = np.abs(points["concave"].azimuth - points["convex"].azimuth)
+    radius = np.hypot(points["concave"].position[0], points["concave"].position[1])
+    tooth = radius * (2.0 * np.pi / b["z2"] - slot) / MM
+    np.testing.assert_allclose(tooth, [check["transverse_tooth_mean"], check["transverse_tooth_heel"]], atol=0.002)
+
+
+def test_blank_of_iso_23509_f2(design: Design) -> None:
+    """Depths at toe and heel, tip diameters and crown positions from the cones, to the printed digit."""
+    out = REFERENCE["iso23509_f2"]["outputs"]
+    for member, number in ((design.pinion, 1), (design.gear, 2)):
+        blank = member.blank.blank()
+        ends = np.array([-0.5, 0.5]) * blank.face_width
+        np.testing.assert_allclose(blank.tip(ends) / MM, [out[f"hai{number}"], out[f"hae{number}"]], atol=1.1e-3)
+        np.testing.assert_allclose(-blank.root(ends) / MM, [out[f"hfi{number}"], out[f"hfe{number}"]], atol=1.1e-3)
+        radius, z = blank.axial(ends, blank.tip(ends))
+        assert 2.0 * radius[1] / MM == pytest.approx(out[f"dae{number}"], abs=2.1e-3)
+        np.testing.assert_allclose(z / MM, [out[f"txi{number}"], out[f"txo{number}"]], atol=2.1e-3)

@@ -1,0 +1,53 @@
+"""Film formulas against the reference solutions: a blunder in a coefficient or group would be far outside."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from ehl.fluid.film_formulas import (
+    dowson_higginson_1968,
+    moes_1992,
+    moes_1992_array,
+    pan_hamrock_1989_central,
+    pan_hamrock_1989_minimum,
+)
+from ehl.io.data import data_path
+
+CASES = json.loads(data_path("reference", "ehl_smooth_cases.json").read_text(encoding="utf-8"))["cases"]
+COMPRESSIBLE = [case for case in CASES if case["inputs"]["density"] == "dowson-higginson"]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
+def test_moes_within_its_own_spread(case: dict) -> None:
+    """Moes is an incompressible formula for h where dp/dx = 0, so it is compared with flow/(rho0 u_r): within 7 %."""
+    groups = case["groups"]
+    film = case["outputs"]["q_over_ur"]["value"] / case["inputs"]["R"] / math.sqrt(2.0 * groups["U"])
+    assert moes_1992(groups["M"], groups["L"]) == pytest.approx(film, rel=0.07)
+
+
+@pytest.mark.parametrize("case", COMPRESSIBLE, ids=lambda case: case["name"])
+def test_minimum_and_central_films(case: dict) -> None:
+    """Dowson & Higginson within 12 %, Pan & Hamrock within 12 %: the spread of these fits over M 1.7 to 744."""
+    groups, outputs, radius = case["groups"], case["outputs"], case["inputs"]["R"]
+    numbers = (groups["U"], groups["W"], groups["G"])
+    minimum, central = outputs["h_min"]["value"] / radius, outputs["h_central"]["value"] / radius
+    assert dowson_higginson_1968(*numbers) == pytest.approx(minimum, rel=0.12)
+    assert pan_hamrock_1989_minimum(*numbers) == pytest.approx(minimum, rel=0.12)
+    assert pan_hamrock_1989_central(*numbers) == pytest.approx(central, rel=0.12)
+
+
+def test_moes_reduces_to_its_asymptotes() -> None:
+    # rigid isoviscous (Martin: h0 w'/(eta0 u_r R) = 4.9, so H = 2.45/M; Moes rounds the blend to 3/M) and no kink
+    assert moes_1992(1e-3, 0.0) == pytest.approx(3.0 / 1e-3, rel=1e-3)
+    assert moes_1992(1e5, 0.0) == pytest.approx(2.621 * 1e5**-0.2, rel=1e-3)
+    assert moes_1992(1e8, 1e3) == pytest.approx(1.311 * 1e8**-0.125 * 1e3**0.75, rel=1e-2)
+
+
+def test_moes_for_arrays_is_the_same_formula() -> None:
+    load, lubricant = (grid.ravel() for grid in np.meshgrid(np.geomspace(1e-6, 1e6, 13), np.geomspace(0.1, 100.0, 7)))
+    one_by_one = [moes_1992(m, lu) for m, lu in zip(load.tolist(), lubricant.tolist(), strict=True)]
+    np.testing.assert_allclose(moes_1992_array(load, lubricant), one_by_one, rtol=1e-13)

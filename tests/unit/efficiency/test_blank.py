@@ -1,0 +1,253 @@
+"""Blank files: what is refused and how, recommended values, warnings, the command."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass
+from math import degrees, radians
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from efficiency.blank.checks import KINDS
+from efficiency.blank.inputs import PairBlankInput, load_blank
+from efficiency.blank.pair import pair_blank
+from efficiency.blank.pitch_cones import pitch_cones
+from efficiency.blank.proportions import recommended_addendum_factor, recommended_thickness_factor
+from efficiency.blank.result import MemberBlank, PairBlank
+from efficiency.blank.undercut import UndercutLimit
+from efficiency.blank.virtual_gears import VirtualGears
+from efficiency.design.design import BlankInput
+from ehl.io.data import data_names, data_path
+from ehl.io.errors import InputError
+from ehl.io.validation import read_toml, validate
+
+Cli = Callable[..., Any]
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def content(name: str = "iso23509_f4", **changes: Any) -> dict[str, Any]:
+    """A shipped blank file with keys replaced; a dotted key goes into a table, None removes it."""
+    table = read_toml(data_path("blanks", f"{name}.toml"))
+    for key, value in changes.items():
+        *path, last = key.split("__")
+        place = table
+        for part in path:
+            place = place.setdefault(part, {})
+        if value is None:
+            place.pop(last, None)
+        else:
+            place[last] = value
+    return table
+
+
+def refused(name: str = "iso23509_f4", **changes: Any) -> InputError:
+    with pytest.raises(InputError) as caught:
+        pair_blank(validate(PairBlankInput, content(name, **changes)))
+    return caught.value
+
+
+def made(name: str = "iso23509_f4", **changes: Any) -> PairBlank:
+    return pair_blank(validate(PairBlankInput, content(name, **changes)))
+
+
+def numbers(value: object) -> Iterator[float]:
+    if is_dataclass(value):
+        for field in fields(value):
+            yield from numbers(getattr(value, field.name))
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from numbers(item)
+    elif isinstance(value, float):
+        yield value
+
+
+@pytest.mark.parametrize("name", data_names("blanks"))
+def test_shipped_blanks_give_two_blanks_of_a_design(name: str) -> None:
+    pair = pair_blank(load_blank(name))
+    assert all(math.isfinite(number) for number in numbers(pair))
+    for member in (pair.pinion, pair.gear):
+        design = validate(BlankInput, member.design_table())
+        assert design.blank() == member.cones
+        assert design.hand == member.hand
+    assert not {w.kind for w in pair.warnings} - set(KINDS)
+    if not name.startswith("iso"):
+        assert abs(pair.tangency_error) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("field", "changes"),
+    [
+        ("mean_spiral_angle_gear", {"mean_spiral_angle_gear": "70 deg"}),
+        ("depth.clearance_factor", {"depth__clearance_factor": -0.05}),
+        ("cutter_radius", {"cutter_radius": "20 mm"}),
+        ("cutter_radius", {"cutter_radius": "33 mm"}),
+        ("hand_gear", {"hand_pinion": "right", "hand_gear": "right"}),
+        ("hypoid_offset", {"hypoid_offset": "75 mm"}),
+        ("hypoid_offset", {"hypoid_offset": "-10 mm"}),
+        ("face_width_gear", {"face_width_gear": "170 mm"}),
+        ("teeth_gear", {"teeth_gear": 8}),
+        ("blade_groups", {"blade_groups": None}),
+        ("blade_groups", {"process": "face_milling"}),
+        ("outer_pitch_diameter_gear", {"outer_pitch_diameter_gear": "170 mm"}),
+        ("outer_pitch_diameter_gear", {"mean_pitch_diameter_gear": None}),
+        ("mean_spiral_angle_gear", {"mean_spiral_angle_gear": None}),
+        ("mean_spiral_angle_pinion", {"mean_spiral_angle_pinion": "45 deg"}),
+        ("hypoid_offset", {"method": 0}),
+        ("shaft_angle", {"hypoid_offset": "0 mm", "shaft_angle": "110 deg"}),
+        ("taper.addendum_angle_gear", {"taper__type": "given"}),
+        ("taper.addendum_angle_gear", {"taper__addendum_angle_gear": "1 deg"}),
+        ("backlash.type", {"backlash__type": "none"}),
+        ("pressure_angle.drive", {"pressure_angle__drive": "8.5 deg"}),
+        ("depth", {"depth__thickness_factor": 0.6, "depth__gear_addendum_factor": 0.01}),
+    ],
+)
+def test_impossible_combinations_are_refused_by_name(field: str, changes: dict[str, Any]) -> None:
+    error = refused(**changes)
+    assert error.field == field
+    assert error.allowed
+
+
+def test_refusals_say_what_would_do() -> None:
+    error = refused(cutter_radius="50 mm", hypoid_offset="55 mm")
+    assert error.field == "cutter_radius"
+    found = re.search(r"about ([\d.]+) mm", error.allowed)
+    assert found
+    made(cutter_radius=f"{float(found[1]) * 1.1} mm", hypoid_offset="55 mm")
+    error = refused("iso23509_f2", cutter_radius="44 mm", taper={"type": "duplex"})
+    assert error.field == "cutter_radius"
+    assert "46.62 mm" in error.allowed  # R_m2 sin beta_m2
+    error = refused("iso23509_f5", hypoid_offset="180 mm", pitch_cones="converged")
+    assert error.field == "hypoid_offset"
+
+
+def test_recommended_values_are_those_of_the_printed_sample() -> None:
+    inputs = load_blank("iso23509_f2")
+    assert recommended_addendum_factor(inputs, pitch_cones(inputs)) == pytest.approx(0.24737, abs=5e-6)
+    assert recommended_thickness_factor(inputs) == pytest.approx(0.0915, abs=5e-5)
+    given = made("iso23509_f2")
+    pair = made("iso23509_f2", depth={"data_type": "II"}, taper=None)
+    assert [text.split(" = ")[0] for text in pair.defaults if text.startswith(("depth", "taper"))] == [
+        "depth.clearance_factor",
+        "depth.depth_factor", "depth.gear_addendum_factor", "depth.thickness_factor", "taper.type",
+    ]  # fmt: skip
+    named = made("iso23509_f2", pressure_angle=None, shaft_angle=None, backlash=None).defaults
+    assert {"shaft_angle = 90 deg", "pressure_angle.drive = 20 deg", "backlash.type = none"} <= set(named)
+    # the sample's tapers are those of a constant slot width, Annex C
+    duplex = made("iso23509_f2", taper={"type": "duplex"})
+    assert duplex.gear.dedendum_angle == pytest.approx(given.gear.dedendum_angle, abs=1e-5)
+    assert duplex.gear.addendum_angle == pytest.approx(given.gear.addendum_angle, abs=1e-5)
+    assert pair.gear.mean_addendum == pytest.approx(given.gear.mean_addendum, rel=1e-4)
+
+
+def test_tapers() -> None:
+    uniform = made("iso23509_f2", taper={"type": "uniform"})
+    standard = made("iso23509_f2", taper={"type": "standard"})
+    tilted = made("iso23509_f2", taper={"type": "tilted_root"})
+    duplex = made("iso23509_f2", taper={"type": "duplex"})
+    assert uniform.gear.outer_whole_depth == pytest.approx(uniform.gear.inner_whole_depth)
+    # standard taper: root lines of both members run to the common apex
+    for member in (standard.pinion, standard.gear):
+        # up to the clearance, kept square to the root line and not to the pitch cone
+        assert member.root_apex_beyond_crossing == pytest.approx(0.0, abs=2e-6)
+    sums = [pair.gear.addendum_angle + pair.gear.dedendum_angle for pair in (standard, duplex, tilted)]
+    assert sums[2] == pytest.approx(min(sums[1], 1.3 * sums[0]))
+    # a face mill cuts a slot of constant width; with duplex taper that of the pinion is about constant too
+    assert max(duplex.gear.slot_width) == pytest.approx(min(duplex.gear.slot_width), rel=1e-12)
+    ratio = [max(pair.pinion.slot_width) / min(pair.pinion.slot_width) for pair in (duplex, standard)]
+    assert ratio[0] < 1.06 < ratio[1]
+
+
+def kinds(pair: PairBlank) -> list[str]:
+    return [warning.kind for warning in pair.warnings]
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "changes"),
+    [
+        ("undercut", "iso23509_f4", {}),
+        ("top_land", "fh_hypoid_9x34_offset_10", {}),
+        ("slot_width", "iso23509_f4", {"depth__depth_factor": 2.5, "depth__gear_addendum_factor": 0.2}),
+        ("cutter_radius", "iso23509_f2", {"cutter_radius": "50 mm"}),
+        ("cutter_radius", "iso23509_f2", {"taper": {"type": "uniform"}}),
+        ("face_width", "iso23509_f3", {}),
+        ("spiral_angle", "iso23509_f3", {"mean_spiral_angle_pinion": "56 deg"}),
+        ("spiral_angle", "iso23509_f4", {"mean_spiral_angle_gear": "5 deg"}),
+        ("offset", "iso23509_f4", {"hypoid_offset": "44 mm"}),
+        ("clearance", "iso23509_f4", {"depth__clearance_factor": 0.05}),
+        ("contact_ratio", "iso23509_f4", {"mean_spiral_angle_gear": "0 deg", "hypoid_offset": "1 mm",
+                                          "depth__depth_factor": 1.3, "pressure_angle__drive": "28 deg"}),
+        ("common_factor", "iso23509_f4", {"blade_groups": 17}),
+        ("tangency", "iso23509_f4", {}),
+        ("slot_taper", "iso23509_f2", {"taper": {"type": "standard"}, "cutter_radius": "400 mm",
+                                       "depth__thickness_factor": 0.2}),
+    ],
+)  # fmt: skip
+def test_warnings_carry_number_limit_and_remedy(kind: str, name: str, changes: dict[str, Any]) -> None:
+    found = [warning for warning in made(name, **changes).warnings if warning.kind == kind]
+    assert found
+    for warning in found:
+        wrong = warning.value < warning.limit if warning.side == "at least" else warning.value > warning.limit
+        assert wrong
+        assert warning.remedy.endswith(".")
+        assert f"{warning.limit:.4g}" in str(warning)
+
+
+def test_sound_blank_has_no_warnings() -> None:
+    assert kinds(made("iso23509_f2")) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "offset"), [("iso23509_f3", "40 mm"), ("iso23509_f4", "50 mm"), ("iso23509_f5", "90 mm")]
+)
+def test_iteration_as_printed_reaches_its_tolerance_and_the_other_rounding(name: str, offset: str) -> None:
+    printed = made(name, hypoid_offset=offset)
+    converged = made(name, hypoid_offset=offset, pitch_cones="converged")
+    assert 1e-12 < abs(printed.closure) <= 0.01
+    assert abs(converged.closure) < 1e-12
+    assert degrees(abs(printed.gear.pitch_angle - converged.gear.pitch_angle)) < 0.5
+
+
+def test_outer_diameter_of_method_2() -> None:
+    mean = made()
+    outer = made(mean_pitch_diameter_gear=None, outer_pitch_diameter_gear=f"{mean.gear.outer_diameter * 1e3!r} mm")
+    assert outer.gear.mean_diameter == pytest.approx(mean.gear.mean_diameter, rel=1e-12)
+    assert outer.pinion.pitch_angle == pytest.approx(mean.pinion.pitch_angle, rel=1e-10)
+
+
+def test_command_prints_tables_and_warnings(mixed_ehl: Cli) -> None:
+    outcome = mixed_ehl("blank", "iso23509_f4")
+    assert outcome.code == 0
+    assert re.search(r"pitch_angle .* 24\.7631 .* 63\.2125", outcome.out)
+    assert "undercut" in outcome.out
+    outcome = mixed_ehl("blank", "iso23509_f2", "--json")
+    result = json.loads(outcome.out)
+    assert degrees(result["gear"]["pitch_angle"]) == pytest.approx(70.253, abs=5e-4)
+    assert set(result) == {field.name for field in fields(PairBlank)}
+    assert set(result["pinion"]) == {field.name for field in fields(MemberBlank)}
+
+
+def test_command_refuses_with_exit_code_2(mixed_ehl: Cli, tmp_path: Path) -> None:
+    text = data_path("blanks", "iso23509_f2.toml").read_text(encoding="utf-8")
+    bad = tmp_path / "bad.toml"
+    bad.write_text(text.replace('"35 deg"', '"72 deg"'), encoding="utf-8")
+    outcome = mixed_ehl("blank", bad)
+    assert outcome.code == 2
+    assert "mean_spiral_angle_gear = '72 deg' cannot be used" in outcome.err
+    assert mixed_ehl("blank", "no_such_blank").code == 2
+
+
+def test_every_result_is_in_the_nomenclature() -> None:
+    page = set(re.findall(r"`([A-Za-z_0-9]+)`", (ROOT / "docs" / "nomenclature.md").read_text(encoding="utf-8")))
+    for record in (PairBlank, MemberBlank, VirtualGears, UndercutLimit):
+        assert {field.name for field in fields(record)} <= page
+        documented = record.__doc__ or ""
+        assert all(re.search(rf"\b{field.name}\b", documented) for field in fields(record)) or record is UndercutLimit
+
+
+def test_limits_of_angles_are_in_radians() -> None:
+    assert load_blank("iso23509_f2").mean_spiral_angle_gear == pytest.approx(radians(35.0))

@@ -1,0 +1,114 @@
+"""Misalignment study and contact pattern."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.misalignment import MisalignmentStudy, misalignment_study
+from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.transmission import contact_path
+from efficiency.design.design import load_design
+from ehl.io.errors import InputError
+
+BEVEL = "fm_spiral_bevel_14x39"
+
+
+@pytest.fixture(scope="module")
+def study() -> MisalignmentStudy:
+    return misalignment_study(load_design(BEVEL), E=[-1e-4, 0.0, 2e-4], P=[0.0, 5e-5])
+
+
+@pytest.fixture(scope="module")
+def pair() -> GearPair:
+    return gear_pair(load_design(BEVEL))
+
+
+def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy) -> None:
+    """Reused flank points give what a pair computed alone gives."""
+    assert [(p.E, p.P) for p in study.points] == [(e, p) for e in (-1e-4, 0.0, 2e-4) for p in (0.0, 5e-5)]
+    for point in study.points[::2]:
+        alone = gear_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P))
+        assert point.peak_to_peak == pytest.approx(alone.transmission.peak_to_peak, rel=1e-4)
+        assert point.crest_u == pytest.approx(alone.surface.crest[0], abs=1e-7)
+        assert point.pattern_area == pytest.approx(alone.pattern().area_share, abs=2e-3)
+        assert point.edges == ", ".join(alone.transmission.edges)
+
+
+def test_contact_walks_along_the_face_with_the_offset_error(study: MisalignmentStudy) -> None:
+    table = study.table()
+    assert list(table.columns[:4]) == ["E", "P", "G", "alpha"]
+    along = table[table.P == 0.0].sort_values("E")
+    assert (np.diff(along.crest_u) < 0.0).all()
+    assert (np.diff(along.pattern_u) < 0.0).all()
+    assert along.status.tolist()[1:] == ["converged", "edge contact"]
+    assert along.edges.tolist()[-1] == "gear tip"
+    assert np.isfinite(table[["peak_to_peak", "harmonic_1", "pattern_area", "pattern_length"]].to_numpy()).all()
+
+
+def test_study_as_json(study: MisalignmentStudy) -> None:
+    content = json.loads(json.dumps(study.to_dict(), allow_nan=False))
+    assert content["status"] == "converged"
+    assert len(content["points"]) == 6
+    assert content["E"] == [-1e-4, 0.0, 2e-4]
+
+
+def test_states_that_cannot_mesh_are_a_status() -> None:
+    calls: list[tuple[int, int]] = []
+    study = misalignment_study(
+        load_design("fh_hypoid_9x34"), E=[0.0], P=[0.0, 2e-3], side="coast", report=lambda k, n: calls.append((k, n))
+    )
+    assert calls == [(1, 2), (2, 2)]
+    assert study.points[0].status in ("converged", "edge contact")
+    assert study.points[0].absent > 0.0
+    for point in study.points:
+        assert point.status != "failed" or point.reason
+
+
+@pytest.mark.parametrize(("E", "told"), [([], "at least one value"), ([5e-3], "misalignment")])
+def test_impossible_studies_are_refused(E: list[float], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        misalignment_study(load_design(BEVEL), E=E)
+
+
+def test_pattern_is_where_the_flanks_come_close(pair: GearPair) -> None:
+    """The separation of the pattern against the gaps of the contact lines at their positions."""
+    pattern = pair.pattern(8e-6)
+    assert pattern.marked.any()
+    assert (pattern.separation[pattern.inside] >= 0.0).all()
+    surface = pair.surface
+    for position in mesh_cycle(pair, positions=3, points_per_line=9):
+        u = position.face_gear - 0.5 * surface.gear.blank.face_width
+        v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
+        relief, lever = surface.patch(u, v, ("ease_off", "lever"))
+        turned = pair.transmission.at(np.full(1, position.pinion_angle))[0]
+        # counted from the closest of the points, not from the closest place
+        difference = relief + lever * turned - position.gap
+        assert np.abs(difference).max() < 0.4e-6
+
+
+def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: GearPair) -> None:
+    thin, thick = pair.pattern(2e-6), pair.pattern(12e-6)
+    assert 0.0 < thin.area_share < thick.area_share < 1.0
+    assert thin.length < thick.length
+    assert (thick.marked | ~thin.marked).all()
+    path = contact_path(pair.surface, pair.surface.crest_roll + np.linspace(-0.3, 0.3, 5) * pair.surface.pitch)
+    for u, h in zip(path.u, path.height, strict=True):
+        near = np.argmin((thin.gear_u - u) ** 2 + (thin.gear_height - h) ** 2)
+        assert thin.marked.ravel()[near]
+    # the same points on the pinion: toe to toe, tip to root
+    assert np.corrcoef(thin.gear_u.ravel(), thin.pinion_u.ravel())[0, 1] > 0.9
+    assert np.corrcoef(thin.gear_height.ravel(), thin.pinion_height.ravel())[0, 1] < -0.9
+    nothing = pair.pattern(1e-12)
+    assert nothing.area_share < 1e-3
+
+
+def test_map_fractions_and_shape(pair: GearPair) -> None:
+    pattern = pair.pattern()
+    assert pattern.gear_u.shape == pattern.separation.shape == pattern.marked.shape
+    assert pattern.centre[0] == pytest.approx(pair.surface.crest[0], abs=1.5e-3)
+    assert 0.0 < pattern.length < 1.0
+    assert 0.0 < pattern.width <= 1.0

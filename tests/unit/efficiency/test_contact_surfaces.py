@@ -1,0 +1,280 @@
+"""Flanks without settings: conjugate with an ease-off, grids of points, tables of ease-off; patches on parts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, conjugate_flank
+from efficiency.contact.ease_off_map import read_ease_off_map
+from efficiency.contact.grid_flank import grid_flank, read_point_grid
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.pair import gear_pair
+from efficiency.contact.patch import Patch
+from efficiency.contact.transmission import transmission
+from efficiency.cutting import newton
+from efficiency.design.design import Design, load_design
+from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
+from ehl.io.errors import InputError
+
+ARCSEC = np.pi / (180.0 * 3600.0)
+BEVEL, HYPOID = "fm_spiral_bevel_14x39", "fh_hypoid_9x34"
+PAIRS: tuple[tuple[str, Any], ...] = tuple((name, side) for name in (BEVEL, HYPOID) for side in ("drive", "coast"))
+
+
+def conjugate_pair(name: str, side: Any, target: EaseOffTarget) -> MeshSurface:
+    design = load_design(name)
+    pinion, gear = design.flanks(side)
+    flank = conjugate_flank(gear, pinion.blank, design.placement(), target)
+    return mesh_surface(gear, flank, design.placement())
+
+
+def inside(surface: MeshSurface, count: int = 300) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(5)
+    u = random.uniform(-0.5, 0.5, count) * surface.gear.blank.face_width
+    v = random.uniform(0.0, 1.0, count)
+    some = surface.margin(u, v) > 0.0
+    return u[some], v[some]
+
+
+@pytest.mark.parametrize(("name", "side"), PAIRS)
+def test_conjugate_flank_has_no_ease_off_and_no_transmission_error(name: str, side: Any) -> None:
+    """Asked for: below 1 nm and 1e-4 arcsec. The hypoid's conjugate pinion is undercut at its root, and told so."""
+    surface = conjugate_pair(name, side, EaseOffTarget())
+    u, v = inside(surface)
+    assert np.abs(surface.patch(u, v, ("ease_off",))).max() < 1e-13
+    assert transmission(surface).peak_to_peak / ARCSEC < 1e-4
+    assert (surface.absent is not None) == (name == HYPOID)
+    if surface.absent is not None:
+        assert 0.0 < surface.absent.share < 0.02
+        assert surface.absent.fraction[0] > 0.9
+
+
+@pytest.mark.parametrize(("name", "side"), PAIRS[1:3])
+def test_ease_off_asked_for_is_the_ease_off_measured(name: str, side: Any) -> None:
+    target = EaseOffTarget(40e-6, 12e-6, 0.3, 6e-6, (0.1, -0.05), ((3, 0, 4e-6), (1, 2, -3e-6)))
+    surface = conjugate_pair(name, side, target)
+    u, v = inside(surface)
+    blank, pinion = surface.gear.blank, surface.pinion.blank
+    low, high = -pinion.mean_addendum, blank.mean_addendum
+    length, depth = 2.0 * u / blank.face_width, (surface.height(u, v) - 0.5 * (low + high)) / (0.5 * (high - low))
+    rest = surface.patch(u, v, ("ease_off",))[0] - target(length, depth)
+    # one rotation of the pinion is free
+    lever = surface.patch(u, v, ("lever",))[0]
+    rest -= lever * (lever @ rest) / (lever @ lever)
+    assert np.abs(rest).max() < 1e-9
+
+
+def test_terms_of_the_ease_off() -> None:
+    """Each term by its definition at corners and edges."""
+    length, depth = np.array([-1.0, 0.0, 1.0, 1.0]), np.array([0.0, 1.0, 0.0, 1.0])
+    np.testing.assert_allclose(EaseOffTarget(4.0)(length, depth), [4.0, 0.0, 4.0, 4.0])
+    np.testing.assert_allclose(EaseOffTarget(0.0, 3.0)(length, depth), [0.0, 3.0, 0.0, 3.0])
+    np.testing.assert_allclose(EaseOffTarget(twist=2.0)(length, depth), [0.0, 0.0, 0.0, 2.0])
+    # the crest of the crowning at the tip lies half a face width nearer the heel
+    assert EaseOffTarget(4.0, bias=1.0)(np.array([1.0]), np.array([1.0]))[0] == 0.0
+    assert EaseOffTarget(4.0, centre=(0.5, 0.0))(np.array([0.5]), np.array([0.7]))[0] == 0.0
+    np.testing.assert_allclose(EaseOffTarget(terms=((2, 1, 5.0),))(length, depth), [0.0, 0.0, 0.0, 5.0])
+
+
+def test_normal_of_the_conjugate_flank_with_ease_off() -> None:
+    """Square to the flank's own derivatives along its condition; unit length, out of the tooth."""
+    design = load_design(HYPOID)
+    pinion, gear = design.flanks("coast")
+    flank = conjugate_flank(gear, pinion.blank, design.placement(), EaseOffTarget(60e-6, 20e-6, twist=15e-6))
+    u = np.array([-0.2, 0.0, 0.3]) * pinion.blank.face_width
+    points, found = flank.solve(u, np.array([1e-3, 0.0, 2e-3]))
+    assert found.all()
+    state, slope = flank.linearise(points.parameters)
+    gradient = slope[:, 6]
+    for start in np.eye(3):
+        move = np.cross(gradient, start)
+        step = np.einsum("nij,nj->in", slope[:, :3], move)
+        step /= np.linalg.norm(step, axis=0)
+        assert np.abs((step * points.normal).sum(axis=0)).max() < 1e-9
+    np.testing.assert_allclose(np.linalg.norm(points.normal, axis=0), 1.0, rtol=1e-13)
+    cut, _ = pinion.solve(u, np.array([1e-3, 0.0, 2e-3]))
+    turned = points.azimuth - cut.azimuth
+    c, s = np.cos(turned), np.sin(turned)
+    there = np.stack([c * cut.normal[0] - s * cut.normal[1], s * cut.normal[0] + c * cut.normal[1], cut.normal[2]])
+    assert ((there * points.normal).sum(axis=0) > 0.999).all()
+    assert np.abs(state[6]).max() < 1e-12
+
+
+def grid_file(folder: Path, design: Design, rows: int = 9, columns: int = 13, margin: float = 0.04) -> Path:
+    flank = design.gear.flank("convex")
+    path = folder / "gear.csv"
+    write_inspection_grid(path, design, "gear", "convex", inspection_grid(flank, rows, columns, margin))
+    return path
+
+
+@pytest.mark.parametrize("name", [BEVEL, HYPOID])
+def test_grid_of_a_cut_flank_gives_the_flank_back(tmp_path: Path, name: str) -> None:
+    design = load_design(name)
+    cut = design.gear.flank("convex")
+    path = grid_file(tmp_path, design)
+    flank = grid_flank(read_point_grid(path), "convex", cut.blank, design.gear.blank.hand)
+    assert flank.error < 1e-8
+    u, v = (g.ravel() for g in np.meshgrid(np.linspace(-0.45, 0.45, 7) * cut.blank.face_width, [0.06, 0.5, 0.95]))
+    exact, found = cut.solve(u, cut.blank.height(u, v))
+    fitted, there = flank.solve(u, cut.blank.height(u, v))
+    assert found.all()
+    assert there.all()
+    off = ((fitted.position - exact.position) * exact.normal).sum(axis=0)
+    assert np.abs(off).max() < max(flank.error, 2e-12)
+    assert np.linalg.norm(fitted.normal - exact.normal, axis=0).max() < 1e-6
+    value, jacobian = newton.complex_jacobian(lambda x: np.asarray(flank.sweep(x)[0]), fitted.parameters)
+    np.testing.assert_allclose(value, fitted.position, atol=1e-15)
+    assert np.abs(np.einsum("nij,in->nj", jacobian, fitted.normal)).max() < 1e-14
+
+
+def test_noise_is_smoothed_and_stated(tmp_path: Path) -> None:
+    design = load_design(BEVEL)
+    cut = design.gear.flank("convex")
+    grid = inspection_grid(cut, 9, 13, 0.04)
+    noise = 1e-6 * np.random.default_rng(2).standard_normal(grid.u.shape)
+    path = tmp_path / "noisy.csv"
+    write_inspection_grid(path, design, "gear", "convex", replace(grid, position=grid.position + noise * grid.normal))
+    flank = grid_flank(read_point_grid(path), "convex", cut.blank, "right")
+    assert 2e-6 < flank.error < 6e-6
+    assert flank.rms == pytest.approx(1e-6, rel=0.2)
+    points, _ = flank.solve(grid.u.ravel(), grid.height.ravel())
+    normal = grid.normal.reshape(3, -1)
+    off = ((points.position - grid.position.reshape(3, -1)) * normal).sum(axis=0)
+    # smoother than what went in
+    assert np.sqrt(np.mean(off**2)) < 0.7e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("units=mm", "units=furlong", "units"),
+        ("row,column,x,y,z", "row,column,a,b,c", "line 3"),
+        ("flank=convex", "flank=concave", "flank"),
+        ("units=mm", "units=inch", r"row \d+, column \d+"),
+    ],
+)
+def test_bad_grid_files_are_refused_by_place(tmp_path: Path, old: str, new: str, told: str) -> None:
+    design = load_design(BEVEL)
+    path = grid_file(tmp_path, design)
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=told):
+        grid_flank(read_point_grid(path), "convex", design.gear.blank.blank(), "right")
+
+
+@pytest.mark.parametrize(
+    ("line", "change", "told"),
+    [
+        (20, lambda text: text.replace(",", ",nan,", 1).rsplit(",", 1)[0], "line 20, column column"),
+        (20, lambda text: text.rsplit(",", 1)[0], "line 20 = '7 values'"),
+        (20, lambda text: ",".join([*text.split(",")[:5], "0.1", "0.1", "0.1"]), "row 2, column 4.*length"),
+        (20, lambda text: ",".join([*text.split(",")[:5], *(str(-float(x)) for x in text.split(",")[5:])]), "normal"),
+        (20, lambda text: "1,1," + text.split(",", 2)[2], "row 1, column 1 = '2 points'"),
+    ],
+)
+def test_bad_points_are_refused_by_row_and_column(tmp_path: Path, line: int, change: Any, told: str) -> None:
+    design = load_design(BEVEL)
+    path = grid_file(tmp_path, design)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[line - 1] = change(lines[line - 1])
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InputError, match=told):
+        grid_flank(read_point_grid(path), "convex", design.gear.blank.blank(), "right")
+
+
+def test_points_alone_make_a_flank(tmp_path: Path) -> None:
+    design = load_design(BEVEL)
+    path = grid_file(tmp_path, design)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    kept = [lines[0]] + [",".join(line.split(",")[:5]) for line in lines[2:]]
+    path.write_text("\n".join(kept), encoding="utf-8")
+    flank = grid_flank(read_point_grid(path), "convex", design.gear.blank.blank(), "right")
+    assert flank.error < 1e-7
+    assert flank.normal_error == 0.0
+
+
+def design_file(folder: Path, old: str, new: str) -> Path:
+    from ehl.io.data import data_path
+
+    text = data_path("designs", f"{BEVEL}.toml").read_text(encoding="utf-8")
+    start = text.index(old)
+    path = folder / "design.toml"
+    end = (text + "\n[").index("\n[", text.index(".machine]", start))
+    path.write_text(text[:start] + new + text[end:], encoding="utf-8")
+    return path
+
+
+def test_designs_with_an_ease_off_or_a_grid(tmp_path: Path) -> None:
+    """The pinion of a design file by its ease-off, then the gear by points; both labelled in the notes."""
+    (tmp_path / "map.csv").write_text(
+        "# um\nlength,depth,ease_off\n"
+        + "\n".join(f"{x},{y},{5.0 * x * x + 2.0 * y}" for x in (-1, -0.5, 0, 0.5, 1) for y in (-1, 0, 1)),
+        encoding="utf-8",
+    )
+    new = (
+        '[pinion.concave.ease_off]\nlengthwise_crowning = "35 um"\nprofile_crowning = "12 um"\nmap = "map.csv"\n'
+        '[[pinion.concave.ease_off.terms]]\nlength_power = 3\ndepth_power = 0\nrelief = "2 um"\n'
+    )
+    design = load_design(design_file(tmp_path, "[pinion.concave.cutter]", new))
+    pair = gear_pair(design)
+    assert isinstance(pair.surface.pinion, ConjugateFlank)
+    assert "not cut by settings" in pair.notes[0]
+    assert 10.0 < pair.transmission.peak_to_peak / ARCSEC < 20.0
+    grid_file(tmp_path, load_design(BEVEL), 11, 17, 0.0)
+    by_points = load_design(design_file(tmp_path, "[gear.convex.cutter]", '[gear.convex]\ngrid = "gear.csv"\n'))
+    measured = gear_pair(by_points)
+    cut = gear_pair(load_design(BEVEL))
+    assert measured.transmission.peak_to_peak == pytest.approx(cut.transmission.peak_to_peak, rel=1e-5)
+    assert "gear.csv" in measured.notes[0]
+
+
+def test_table_of_ease_off(tmp_path: Path) -> None:
+    random = np.random.default_rng(3)
+    x, y = random.uniform(-1.0, 1.0, (2, 60))
+    path = tmp_path / "map.csv"
+    rows = "\n".join(f"{a},{b},{30.0 * a * a - 4.0 * a * b + 3.0 * b**3}" for a, b in zip(x, y, strict=True))
+    path.write_text("length,depth,ease_off\n" + rows, encoding="utf-8")
+    given = read_ease_off_map(path)
+    assert given.error < 1e-15
+    assert given(np.array([0.5]), np.array([-1.0]))[0] == pytest.approx((7.5 + 2.0 - 3.0) * 1e-6, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a,b,c\n0,0,0\n", "first line"),
+        ("length,depth,ease_off\n0,0,zero\n", "line 2"),
+        ("length,depth,ease_off\n0,0,nan\n", "line 2"),
+        ("length,depth,ease_off\n12,0,1\n", "line 2"),
+        ("length,depth,ease_off\n0,0,1\n", "1 points"),
+        ("length,depth,ease_off\n" + "0,0,1\n" * 9, "spread"),
+    ],
+)
+def test_bad_tables_of_ease_off(tmp_path: Path, text: str, told: str) -> None:
+    path = tmp_path / "map.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=told):
+        read_ease_off_map(path)
+
+
+def test_patch_over_a_part_of_its_rectangle() -> None:
+    """A corner cut off: inside the rest the fit is as good as an interpolation, with complex derivatives as well."""
+
+    def field(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return np.asarray(np.exp(0.7 * u) / (1.5 + v))
+
+    u, v = Patch.nodes((-1.0, 1.0), (0.0, 1.0), (24, 20))
+    kept = u + 2.0 * v < 1.8
+    patch = Patch.fit_points((-1.0, 1.0), (0.0, 1.0), (14, 12), u[kept], v[kept], {"f": field(u, v)[kept]})
+    random = np.random.default_rng(1)
+    x, y = random.uniform(-1.0, 1.0, 200), random.uniform(0.0, 1.0, 200)
+    some = x + 2.0 * y < 1.8
+    assert np.abs(patch(x, y, ("f",))[0] - field(x, y))[some].max() < 1e-9
+    value, by_u, by_v = patch.slopes(x[some] + 1e-20j, y[some], ("f",))
+    np.testing.assert_allclose(np.imag(value) / 1e-20, np.real(by_u), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(np.real(by_v)[0], (-field(x, y) / (1.5 + y))[some], rtol=1e-5)
+    assert patch.raised((20, 20))(x, y, ("f",)) == pytest.approx(patch(x, y, ("f",)), abs=1e-12)

@@ -1,0 +1,277 @@
+"""Cutters, machines and other ways to give a flank in a design file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from efficiency.contact.conjugate import ConjugateFlank
+from efficiency.contact.grid_flank import GridFlank
+from efficiency.cutting.flank import CutFlank, Flank
+from efficiency.design.design import Design, load_design
+from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
+from ehl.io.data import data_path
+from ehl.io.errors import InputError
+
+SHIPPED = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
+HEAD, _, _GEAR_CUT = SHIPPED.partition("[gear.concave.cutter]")
+# the gear of the shipped pair once more, as a spread-blade cutter in one machine setting, partly in inches
+COMPLETING = (
+    HEAD
+    + """
+[gear.cutter]
+type = "face_milling"
+cutter_radius = "4.5 in"
+point_width = "2.20026 mm"
+edge_radius = "0.04 in"
+
+[gear.machine]
+process = "generated"
+radial_setting = "94.85354936012699 mm"
+cradle_angle = "1.4099427556430841 rad"
+machine_root_angle = "1.1128166950838285 rad"
+roll_ratio = 1.05566307882317
+sliding_base = "3.5883797953689816 mm"
+
+[gear.concave.cutter]
+blade_angle = "0.2840607379613066 rad"
+
+[gear.convex.cutter]
+blade_angle = "0.4140709628364252 rad"
+"""
+)
+HOBBED = (
+    HEAD
+    + """
+[gear.cutter]
+type = "face_hobbing"
+cutter_radius = "3.25 in"
+blade_groups = 13
+blade_offset_angle = "18 deg"
+reference_height = "5.6 mm"
+edge_radius = "0.9 mm"
+
+[gear.machine]
+process = "formate"
+radial_setting = "94 mm"
+cradle_angle = "50 deg"
+machine_root_angle = "70.2532 deg"
+sliding_base = "-5.6 mm"
+
+[gear.concave.cutter]
+blade_angle = "20 deg"
+blade_phase = "9 deg"
+toprem = { height = "1.5 mm", radius = "30 mm", angle = "3 deg" }
+
+[gear.convex.cutter]
+blade_angle = "20 deg"
+blade_phase = "-9 deg"
+rake_angle = "4 deg"
+hook_angle = "6 deg"
+radius_offset = "0.1 mm"
+flankrem = { height = "6 mm", radius = "200 mm" }
+"""
+)
+
+
+def load(folder: Path, text: str, *changes: tuple[str, str]) -> Design:
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = folder / "pair.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_design(path)
+
+
+def cut(flank: Flank) -> CutFlank:
+    assert isinstance(flank, CutFlank)
+    return flank
+
+
+def test_tables_shared_by_both_flanks(tmp_path: Path) -> None:
+    own, shared = load_design("fm_spiral_bevel_14x39"), load(tmp_path, COMPLETING)
+    assert shared.gear.completing
+    assert own.gear.completing
+    assert not own.pinion.completing
+    for side in ("concave", "convex"):
+        one, other = cut(own.gear.flank(side)), cut(shared.gear.flank(side))  # type: ignore[arg-type]
+        assert other.machine == one.machine
+        assert other.blade.point_radius == pytest.approx(one.blade.point_radius, rel=1e-12)
+        assert other.blade.edge_radius == pytest.approx(1.016e-3)
+        at = np.zeros(1)
+        np.testing.assert_allclose(other.solve(at, at)[0].position, one.solve(at, at)[0].position, atol=1e-12)
+    # what a flank says itself overrides
+    text = COMPLETING.replace(
+        "[gear.convex.cutter]", '[gear.convex.machine]\nblank_offset = "1 mm"\n[gear.convex.cutter]'
+    )
+    assert not load(tmp_path, text).gear.completing
+    # a design that was read can be written and read again
+    assert Design.model_validate(shared.model_dump()) == shared
+
+
+def test_face_hobbed_formate_gear(tmp_path: Path) -> None:
+    design = load(tmp_path, HOBBED)
+    concave, convex = cut(design.gear.flank("concave")), cut(design.gear.flank("convex"))
+    assert not concave.machine.generated
+    assert concave.index_ratio == pytest.approx(13.0 / 39.0)
+    assert concave.index_zero == convex.index_zero
+    assert concave.blade.point_radius == pytest.approx(0.08255)
+    assert np.degrees(concave.blade.offset_angle) == pytest.approx(18.0)
+    assert len(concave.blade.profile.breaks) == 2
+    assert (np.degrees(convex.blade.rake), np.degrees(convex.blade.hook)) == pytest.approx((4.0, 6.0))
+    assert np.degrees(convex.blade.phase) == pytest.approx(-9.0)
+
+
+def test_head_of_a_left_hand_member_is_the_mirror_image(tmp_path: Path) -> None:
+    right = load(tmp_path, HOBBED)
+    left = right.gear.convex.cutter.blade("convex", "left")  # type: ignore[union-attr]
+    own = cut(right.gear.flank("convex")).blade
+    assert (left.offset_angle, left.phase, left.rake, left.hook) == (
+        -own.offset_angle,
+        -own.phase,
+        -own.rake,
+        -own.hook,
+    )
+    assert (left.radius_offset, left.point_radius) == (own.radius_offset, own.point_radius)
+
+
+def test_point_radius_belongs_to_the_tip_plane(tmp_path: Path) -> None:
+    """A reference height changes where a curved edge has its angle, not where the tangent meets the tip plane."""
+    text = COMPLETING.replace('edge_radius = "0.04 in"', 'reference_height = "4 mm"')
+    for side, sign in (("concave", 1.0), ("convex", -1.0)):
+        blade = cut(load(tmp_path, text).gear.flank(side)).blade  # type: ignore[arg-type]
+        at_tip = blade.edge(np.zeros(1))[0][:, 0]
+        np.testing.assert_allclose(at_tip, [0.1143 + sign * 0.00110013, 0.0, 0.0], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "field", "allowed"),
+    [
+        (
+            COMPLETING,
+            'point_width = "2.20026 mm"',
+            "",
+            "gear.concave.cutter.point_radius",
+            "cutter_radius and point_width",
+        ),
+        (COMPLETING, 'point_width = "2.20026 mm"', 'point_radius = "1 in"', "cutter.point_radius", "one of both"),
+        (COMPLETING, 'point_width = "2.20026 mm"', 'point_width = "0.5 m"', "point_width", "0.2 m"),
+        (COMPLETING, 'cutter_radius = "4.5 in"', 'cutter_radius = "1 mm"', "point_width", "cutter diameter"),
+        (
+            COMPLETING,
+            '[gear.machine]\nprocess = "generated"',
+            '[gear.machine]\nprocess = "formate"',
+            "roll_ratio",
+            "documented",
+        ),
+        (
+            COMPLETING,
+            'cradle_angle = "1.4099427556430841 rad"',
+            'cradle_angle = "-1.4 rad"',
+            "gear.concave.machine.cradle_angle",
+            "positive for a right-hand",
+        ),
+        (COMPLETING, "[gear.machine]", "[gear.machine]\nspeed = 3", "gear.concave.machine.speed", "documented keys"),
+        (HOBBED, "blade_groups = 13", "blade_groups = 0", "gear.concave.cutter.blade_groups", "at least 1"),
+        (HOBBED, "blade_groups = 13", "", "gear.concave.cutter.blade_groups", "a whole number"),
+        (HOBBED, 'blade_offset_angle = "18 deg"', 'blade_offset_angle = "80 deg"', "blade_offset_angle", "1.2 rad"),
+        (
+            HOBBED,
+            'cradle_angle = "50 deg"',
+            'cradle_angle = "-50 deg"',
+            "gear.concave.machine.cradle_angle",
+            "positive",
+        ),
+        (HOBBED, 'height = "1.5 mm"', 'height = "0.5 mm"', "gear.concave.cutter.edge_radius", "below 0.5 mm"),
+        (
+            HOBBED,
+            'flankrem = { height = "6 mm"',
+            'toprem = { height = "7 mm", radius = "9 mm" }\nflankrem = { height = "6 mm"',
+            "flankrem.height",
+            "above 7 mm",
+        ),
+        (
+            HOBBED,
+            'blade_phase = "9 deg"',
+            'protuberance = { height = "2 mm", amount = "0.1 mm", radius = "1 mm" }',
+            "protuberance",
+            "either toprem or protuberance",
+        ),
+        (HOBBED, "toprem = {", 'protuberance = { amount = "0.1 mm",', "protuberance.angle", "documented keys"),
+        (
+            HOBBED,
+            'toprem = { height = "1.5 mm", radius = "30 mm", angle = "3 deg" }',
+            'protuberance = { height = "1.5 mm", amount = "0.1 mm", radius = "30 mm" }',
+            "protuberance.radius",
+            "so small",
+        ),
+        (
+            HOBBED,
+            'toprem = { height = "1.5 mm", radius = "30 mm", angle = "3 deg" }',
+            'protuberance = { height = "1.5 mm", amount = "0.5 mm", radius = "0.2 mm" }',
+            "protuberance.amount",
+            "twice the radius",
+        ),
+        (
+            HEAD + 'gear.concave.ease_off = { twist = "5 um" }\ngear.convex.ease_off = {}',
+            "[gear.blank]",
+            "[gear.blank]",
+            "gear.concave.ease_off",
+            "belong to the pinion",
+        ),
+    ],
+)
+def test_bad_input_names_field_and_range(
+    tmp_path: Path, text: str, old: str, new: str, field: str, allowed: str
+) -> None:
+    if "gear.concave.ease_off" in text:
+        text = text.replace("gear.concave.ease_off", "[gear.concave]\nease_off", 1)
+        text = text.replace("gear.convex.ease_off", "[gear.convex]\nease_off", 1)
+    with pytest.raises(InputError) as caught:
+        load(tmp_path, text, (old, new))
+    assert field in caught.value.field
+    assert allowed in str(caught.value)
+
+
+def pinion_given(way: dict[str, str]) -> str:
+    """The shipped pair with the pinion flanks given another way."""
+    head, _, rest = SHIPPED.partition("[pinion.concave.cutter]")
+    gear = "[gear]" + rest.partition("[gear]")[2]
+    return head + "".join(f"[pinion.{side}]\n{text}\n\n" for side, text in way.items()) + gear
+
+
+def test_pinion_given_by_points(tmp_path: Path) -> None:
+    """Grids written of the shipped pinion and read again; file names count from the folder of the design file."""
+    design = load_design("fm_spiral_bevel_14x39")
+    (tmp_path / "points").mkdir()
+    for side in ("concave", "convex"):
+        grid = inspection_grid(design.pinion.flank(side), 9, 17)  # type: ignore[arg-type]
+        write_inspection_grid(tmp_path / "points" / f"{side}.csv", design, "pinion", side, grid)  # type: ignore[arg-type]
+    sides = ("concave", "convex")
+    measured = load(tmp_path, pinion_given({side: f'grid = "points/{side}.csv"' for side in sides}))
+    at, up = np.array([-8e-3, 0.0, 9e-3]), np.array([0.0, 1e-3, 3e-3])
+    for side in ("concave", "convex"):
+        flank, own = measured.flank("pinion", side), design.pinion.flank(side)  # type: ignore[arg-type]
+        assert isinstance(flank, GridFlank)
+        np.testing.assert_allclose(flank.solve(at, up)[0].position, own.solve(at, up)[0].position, atol=2e-7)
+    assert not measured.pinion.completing
+    with pytest.raises(InputError, match=r"pinion\.concave\.grid"):
+        load(tmp_path, pinion_given(dict.fromkeys(sides, 'grid = "none.csv"')))
+    with pytest.raises(InputError, match="documented keys"):
+        load(tmp_path, pinion_given({side: f'grid = "points/{side}.csv"\ncutter = {{}}' for side in sides}))
+
+
+def test_pinion_given_by_an_ease_off(tmp_path: Path) -> None:
+    relief = 'ease_off = { lengthwise_crowning = "40 um", profile_crowning = "12 um", bias = 0.1 }'
+    design = load(tmp_path, pinion_given({"concave": relief, "convex": "ease_off = {}"}))
+    pinion, gear = design.flanks("drive")
+    assert isinstance(pinion, ConjugateFlank)
+    assert (pinion.side, gear.side) == ("concave", "convex")
+    # misalignment moves the members, it does not make another pinion
+    moved = design.with_misalignment(E=1e-4)
+    at = np.zeros(1)
+    np.testing.assert_allclose(moved.flanks("drive")[0].solve(at, at)[0].position, pinion.solve(at, at)[0].position)
+    with pytest.raises(InputError, match="flank of a pair"):
+        design.pinion.flank("convex")

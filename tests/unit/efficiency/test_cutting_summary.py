@@ -1,0 +1,155 @@
+"""Machine summaries read into tables of a design file."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from efficiency.cutting.summary import parse_summary, read_summary
+from efficiency.design.design import MemberInput
+from efficiency.design.flank_input import FaceMillingCutter, GeneratedMachine
+from ehl.io.errors import InputError
+
+# gear of the Gleason sheet 74782608 (meshingwithgears.com/cpchyp16.html), typed off as an operator would
+SHEET = """
+# No. 16, spread blade
+units, inch
+member, gear
+teeth, 41
+Hand of spiral, RH
+Pitch angle, 74.8167
+Face angle, 75d59m
+root angle, 69.1167
+Outer cone distance, 4.274
+Face width, 1.25
+Addendum, 0.064
+Whole depth, 0.422
+Pitch apex beyond crossing point, -0.2354
+Cutter type, face milling
+Cutter diameter, 9.0
+Point width, 0.09
+Edge radius, 1.016 mm
+Outside blade angle, 24.5
+Inside blade angle, 18.0
+Process, generated
+Machine root angle, 69.1167
+Machine center to back, -0.24
+Sliding base, with 0.07
+Blank offset, 0.225 down
+Radial distance, 4.108
+Cradle angle, 67.1833
+NC/75, 0.545665
+Gear fixture, 74-12
+"""
+
+
+def test_a_sheet_becomes_a_member(tmp_path: Path) -> None:
+    file = tmp_path / "gear.txt"
+    file.write_text(SHEET, encoding="utf-8")
+    summary = read_summary(file)
+    assert summary.unread == ("Gear fixture, 74-12",)
+    text = summary.toml()
+    assert text.rstrip().endswith("# Gear fixture, 74-12")
+    tables = tomllib.loads(text)
+    assert tables == summary.tables
+    # numbers stay as the sheet has them
+    assert tables["gear"]["machine"]["radial_setting"] == "4.108 in"
+    member = MemberInput.model_validate(tables["gear"])
+    assert member.completing
+    inch = 0.0254
+    cutter, machine = member.concave.cutter, member.concave.machine
+    assert isinstance(cutter, FaceMillingCutter)
+    assert isinstance(machine, GeneratedMachine)
+    assert cutter.blade("concave", "right").point_radius == pytest.approx(4.545 * inch)
+    assert member.convex.cutter.blade("convex", "right").point_radius == pytest.approx(4.455 * inch)  # type: ignore[union-attr]
+    assert (cutter.blade_angle, member.convex.cutter.blade_angle) == pytest.approx((np.radians(24.5), np.radians(18.0)))  # type: ignore[union-attr]
+    assert cutter.edge_radius == pytest.approx(1.016e-3)
+    assert machine.roll_ratio == pytest.approx(75.0 * 0.545665 / 41.0, rel=1e-9)
+    assert machine.blank_offset == pytest.approx(0.225 * inch)
+    assert machine.sliding_base == pytest.approx(0.07 * inch)
+    blank = member.blank
+    assert np.degrees(blank.addendum_angle) == pytest.approx(75.0 + 59.0 / 60.0 - 74.8167, abs=1e-9)
+    assert np.degrees(blank.dedendum_angle) == pytest.approx(5.7, abs=1e-9)
+    assert blank.mean_cone_distance == pytest.approx((4.274 - 0.625) * inch, rel=1e-9)
+    # depths of the sheet at the heel come back
+    heel = np.array([0.5 * blank.face_width])
+    cones = blank.blank()
+    assert cones.tip(heel)[0] == pytest.approx(0.064 * inch, rel=1e-9)
+    assert (cones.tip(heel) - cones.root(heel))[0] == pytest.approx(0.422 * inch, rel=1e-9)
+
+
+def test_formate_member_of_a_left_hand_in_millimetres() -> None:
+    summary = parse_summary(
+        """
+        units: mm
+        member: gear
+        hand: left
+        process: formate
+        horizontal: 30
+        vertical: 40
+        cutter type: face hobbing
+        cutter radius: 76
+        blade groups: 13
+        blade offset angle: 20.1507
+        flank: outside blade
+        blade angle: 24.1269
+        blade radius: 500
+        blade phase: 8.9
+        flank: inside blade
+        blade angle: 15.8731
+        toprem height: 1.2
+        toprem radius: 20
+        """
+    )
+    gear = summary.tables["gear"]
+    assert gear["machine"]["process"] == "formate"
+    assert gear["machine"]["radial_setting"] == "50.0 mm"
+    assert float(gear["machine"]["cradle_angle"].split()[0]) == pytest.approx(-np.degrees(np.arctan2(4.0, 3.0)))
+    assert gear["cutter"]["type"] == "face_hobbing"
+    assert gear["cutter"]["blade_groups"] == 13
+    assert float(gear["concave"]["cutter"]["blade_curvature"].split()[0]) == pytest.approx(2.0)
+    assert gear["convex"]["cutter"]["toprem"] == {"height": "1.2 mm", "radius": "20.0 mm"}
+    assert not summary.unread
+
+
+@pytest.mark.parametrize(
+    ("angle", "hand", "expected"), [(293.0, "left", -67.0), (293.0, "right", 67.0), (67.0, "left", -67.0)]
+)
+def test_cradle_angle_takes_its_sign_from_the_hand(angle: float, hand: str, expected: float) -> None:
+    summary = parse_summary(f"member = pinion\nhand = {hand}\ncradle angle = {angle}")
+    assert summary.tables["pinion"]["machine"]["cradle_angle"] == f"{expected!r} deg"
+
+
+def test_test_rolls_give_the_ratio() -> None:
+    tables = parse_summary("member, gear\ncradle test roll, 30\nwork test roll, 29.95").tables
+    assert tables["gear"]["machine"]["roll_ratio"] == pytest.approx(29.95 / 30.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "allowed"),
+    [
+        ("teeth, 41", "line 1", "member, pinion"),
+        ("member, sun", "line 1", "pinion, gear"),
+        ("member, gear\nradial, 4.1", "line 2 (radial)", "units, inch"),
+        ("units, furlong", "line 1", "inch"),
+        ("member, gear\nradial, 4.1 deg", "line 2 (radial)", "10 mm"),
+        ("member, gear\nradial, long", "line 2 (radial)", "10 mm"),
+        ("member, gear\nteeth, 41.5", "line 2 (teeth)", "whole number"),
+        ("member, gear\nhand, middle", "line 2 (hand)", "left"),
+        ("member, gear\nnc/75, 0.5", "gear: nc/75", "teeth"),
+        ("member, gear\nflank, upper", "line 2", "concave"),
+    ],
+)
+def test_bad_lines_are_named(text: str, field: str, allowed: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_summary(text)
+    assert caught.value.field == field
+    assert allowed in str(caught.value)
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="readable"):
+        read_summary(tmp_path / "none.csv")

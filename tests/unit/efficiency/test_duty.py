@@ -1,0 +1,122 @@
+"""`mixed-ehl plan`: designs and a duty cycle become the plan of a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.contact.pair import Side
+from efficiency.design.design import Design, load_design
+from efficiency.gear_mesh import GearMesh, gear_mesh
+from efficiency.loss import duty as duty_module
+from efficiency.loss.duty import DutyRow, duty_points, read_duty
+from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from regression.friction.models import friction_model
+from regression.plan.plan import load_plan
+
+DESIGN = "fm_spiral_bevel_14x39"
+DUTY = """torque [N m],speed [rpm],temperature [degC],hours [h],# gear
+300,1200,90,100,third
+-80,2000,80,20,coast
+0,500,40,5,idle
+"""
+
+
+@cache
+def coarse_mesh(name: str, side: Side) -> GearMesh:
+    return gear_mesh(load_design(name), side, 4, 9)
+
+
+@pytest.fixture(autouse=True)
+def _one_mesh_per_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every test takes the same coarse mesh."""
+
+    def made(design: Design, side: Side, positions: int, points_per_line: int) -> GearMesh:
+        return coarse_mesh(design.name, side)
+
+    monkeypatch.setattr(duty_module, "gear_mesh", made)
+
+
+@pytest.fixture
+def duty(tmp_path: Path) -> Path:
+    path = tmp_path / "duty.csv"
+    path.write_text(DUTY)
+    return path
+
+
+def test_duty_cycles_are_read(duty: Path) -> None:
+    rows = read_duty(duty)
+    assert [row.side for row in rows] == ["drive", "coast"]
+    assert rows[0].speed == pytest.approx(1200.0 * 2.0 * np.pi / 60.0)
+    assert rows[0].temperature_oil == pytest.approx(363.15)
+    assert [row.hours for row in rows] == [100.0, 20.0]
+    assert [row.driver for row in rows] == ["pinion", "gear"]
+
+
+def test_reverse_is_a_negative_speed() -> None:
+    """Driven backwards the coast flanks carry the torque and the power still comes from the pinion."""
+    assert (DutyRow(-80.0, -100.0, 363.15, 1.0).side, DutyRow(-80.0, -100.0, 363.15, 1.0).driver) == ("coast", "pinion")
+    assert (DutyRow(80.0, -100.0, 363.15, 1.0).side, DutyRow(80.0, -100.0, 363.15, 1.0).driver) == ("drive", "gear")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("torque [N m]", "torque", ["row 2, torque", "'300'", "ambiguous"]),
+        (",hours [h]", ",# hours", ["column hours is missing"]),
+        ("1200", "fast", ["row 2, speed", "fast", "rpm"]),
+        ("1200", "-120000", ["row 2, speed", "rad/s"]),
+        ("100,third", "-1,third", ["row 2, hours", "at least 0"]),
+        (DUTY[DUTY.index("300") :], "0,500,40,5,idle\n", ["1 rows", "torque, speed and hours"]),
+    ],
+)
+def test_bad_duties(duty: Path, old: str, new: str, words: list[str]) -> None:
+    duty.write_text(DUTY.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        read_duty(duty)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_weights_are_the_work_lost() -> None:
+    """With a constant mu, mu times the weights is the energy the efficiency of the same mesh loses."""
+    design = load_design(DESIGN)
+    row = DutyRow(300.0, 125.0, 363.15, 2.0)
+    (part,) = duty_points([design], [row])
+    operation = Operation(row.speed, row.temperature_oil, design.pinion.roughness_rms, design.gear.roughness_rms)
+    loaded = load_mesh(coarse_mesh(DESIGN, "drive").mesh, 300.0)
+    result = mesh_efficiency(loaded, friction_model("constant:0.05"), Oil.load("75w90"), operation)
+    assert 0.05 * part.weight.sum() == pytest.approx(2.0 * result.power_loss, rel=1e-12)
+
+
+def test_designs_and_duty_become_a_plan(mixed_ehl: Callable[..., Any], duty: Path, tmp_path: Path) -> None:
+    target = tmp_path / "seen.toml"
+    outcome = mixed_ehl("plan", DESIGN, "--duty", duty, "-o", target, "--size", "48", "--oil", "fva3")
+    assert outcome.code == 0
+    assert "48 cases" in outcome.out
+    plan = load_plan(target)
+    assert plan.oil == "fva3"
+    assert DESIGN in plan.description
+    pressure, temperature = (plan.variables.axes[name].values for name in ("pressure_hertz", "temperature_oil"))
+    assert 0.1e9 < pressure[0] < 1e9 < pressure[1] < 2.5e9
+    assert temperature[0] < 353.15 < 363.15 < temperature[1]
+    assert mixed_ehl("sweep", target, "--estimate").code == 0
+
+
+def test_refusals_of_the_command(mixed_ehl: Callable[..., Any], duty: Path, tmp_path: Path) -> None:
+    for arguments, words in (
+        (("plan", "nothing", "--duty", duty, "-o", tmp_path / "p.toml"), "nothing"),
+        (("plan", DESIGN, "--duty", tmp_path / "none.csv", "-o", tmp_path / "p.toml"), "existing CSV"),
+        (("plan", DESIGN, "--duty", duty, "-o", tmp_path / "p.toml", "--model", "magic"), "load_sharing"),
+    ):
+        refused = mixed_ehl(*arguments)
+        assert refused.code == 2
+        assert words in refused.err

@@ -1,0 +1,298 @@
+"""The contact solver as a friction model: which points it solves, how it interpolates, what it says of failures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.loss import ehl_friction as module
+from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
+from ehl.contact import LineContact
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.state import ContactState
+from regression.friction.models import FrictionFlag, FrictionModel
+
+OIL = Oil.load("fva3")
+
+
+def states(n: int, seed: int = 1) -> ContactState:
+    """Conditions of a smooth two-parameter family, as over a flank."""
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(-1.0, 1.0, (2, n))
+    return ContactState.of(
+        pressure_hertz=1e9 * np.exp(0.5 * a - 0.2 * b**2),
+        radius_equivalent=0.012 * np.exp(0.2 * b),
+        effective_modulus=226e9,
+        speed_entrainment=3.0 * np.exp(0.1 * a),
+        slide_to_roll=0.5 * b,
+        roughness_rms_1=0.3e-6,
+    )
+
+
+def law(contact: LineContact) -> float:
+    """Smooth in all variables; nearly proportional to small sliding."""
+    sliding = np.tanh(contact.slide_to_roll_total / 0.1)
+    return float(0.04 * sliding * (contact.pressure_hertz / 1e9) ** 0.5 * contact.speed_entrainment**-0.1)
+
+
+class Solver:
+    """Stands in for the contact solver; notes what it is asked."""
+
+    def __init__(self, fails: Any = lambda contact: False) -> None:
+        self.fails, self.asked, self.starts, self.rough = fails, [], [], []
+
+    def __call__(self, contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        self.asked.append(contact)
+        self.starts.append(rest[-1])
+        self.rough.append(surface.roughness_rms_1)
+        if self.fails(contact):
+            return SimpleNamespace(status="failed", reason="film_jump")
+        rough = surface.roughness_rms_1 > 0.0
+        return SimpleNamespace(
+            status="converged",
+            friction_coefficient=law(contact),
+            friction_error=0.01,
+            statistical_error=0.004,
+            film_central=1e-7 * contact.speed_entrainment,
+            film_ratio=contact.speed_entrainment / 3.0 if rough else np.inf,
+            temperature_flash=360.0,
+            rolling_traction=1e-4,
+        )
+
+
+def exact(state: ContactState) -> np.ndarray:
+    sliding = np.tanh(state.slide_to_roll_total / 0.1)
+    return 0.04 * sliding * (state.pressure_hertz / 1e9) ** 0.5 * state.speed_entrainment**-0.1
+
+
+def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = Solver()
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = states(1500)
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
+    assert len(solver.asked) == module.POINTS_DETERMINISTIC
+    assert all(estimate.flag == FrictionFlag.OK)
+    wrong = np.abs(estimate.mu - exact(state))
+    half = 0.5 * (estimate.upper - estimate.lower)
+    power = state.load_per_length * state.speed_sliding
+    assert np.sqrt(np.average(wrong**2, weights=power)) < np.median(half) < 0.15 * exact(state).mean()
+    assert estimate.mu.mean() == pytest.approx(exact(state).mean(), rel=0.01)
+    # the rest of each solution comes along
+    np.testing.assert_allclose(estimate.film_central, 1e-7 * state.speed_entrainment, rtol=0.01)
+    np.testing.assert_allclose(estimate.film_ratio, state.speed_entrainment / 3.0, rtol=0.01)
+    np.testing.assert_allclose(estimate.temperature_flash, 360.0, rtol=1e-9)
+    np.testing.assert_allclose(estimate.rolling_traction, 1e-4, rtol=1e-6)
+
+
+def test_few_points_are_all_solved_once_and_start_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = Solver()
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = states(30)
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
+    np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
+    np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
+    assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
+    assert solver.starts[0] is None
+    assert all(start is not None for start in solver.starts[1:])
+
+
+def test_all_solves_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = Solver()
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = states(150)
+    model = replace(ehl_friction("ehl:all"), jobs=1)
+    np.testing.assert_allclose(model.evaluate(state, OIL).mu, exact(state), rtol=1e-9)
+    assert len(solver.asked) == 150
+
+
+def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    for spec, rough in (("ehl:smooth", 0.0), ("ehl:load_sharing", 0.3e-6), ("ehl", 0.3e-6)):
+        solver = Solver()
+        monkeypatch.setattr(module, "solve_contact", solver)
+        ehl_friction(spec).evaluate(states(5), OIL)  # too few for worker processes
+        assert set(solver.rough) == {rough}
+    assert np.all(np.isinf(ehl_friction("ehl:smooth").evaluate(states(5), OIL).film_ratio))
+
+
+def test_each_contact_has_its_own_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
+    seeds: list[int] = []
+
+    def solver(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        seeds.append(surface.seed)
+        return Solver()(contact, lubricant, surface, *rest)
+
+    monkeypatch.setattr(module, "solve_contact", solver)
+    EhlFriction("ehl", points=40, jobs=1, seed=7).evaluate(states(200), OIL)
+    assert sorted(seeds) == list(range(7, 47))
+    # solved along a path, not in the order of their numbers
+    assert seeds != sorted(seeds)
+
+
+def test_bulk_temperatures_reach_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def solver(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        seen.append((lubricant.temperature, rest[2]))
+        return Solver()(contact, lubricant, surface, *rest)
+
+    monkeypatch.setattr(module, "solve_contact", solver)
+    state = ContactState.of(
+        pressure_hertz=1e9,
+        radius_equivalent=[0.01],
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        temperature_oil=350.0,
+        temperature_bulk_1=370.0,
+        temperature_bulk_2=360.0,
+    )
+    EhlFriction("ehl", jobs=1).evaluate(state, OIL)
+    assert seen == [(350.0, (370.0, 360.0))]
+
+
+def test_failed_contacts_are_predicted_by_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = states(1000)
+    power = state.load_per_length * state.speed_sliding
+    hard = float(np.quantile(state.pressure_hertz, 0.97))
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz > hard))
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
+    guessed = estimate.flag == FrictionFlag.PREDICTED
+    assert set(estimate.failed) == {"film_jump"}
+    assert 0 < estimate.failed["film_jump"] < 10
+    assert 0 < np.count_nonzero(guessed) < 150
+    assert np.all(np.isfinite(estimate.mu))
+    # an extrapolation, and its interval is wide enough for it
+    half = estimate.upper - estimate.mu
+    assert half[guessed].min() > 1.5 * half[~guessed].max()
+    wrong = np.abs(estimate.mu - exact(state))
+    assert np.average((wrong < half)[guessed], weights=power[guessed]) > 0.98
+    monkeypatch.setattr(module, "solve_contact", Solver())
+    sound = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
+    assert sound.failed == {}
+    assert sound.contacts == module.POINTS_DETERMINISTIC
+    assert estimate.mean_error > 1.2 * sound.mean_error
+    mean = np.average(exact(state), weights=power)
+    assert abs(np.average(estimate.mu, weights=power) / mean - 1.0) < estimate.mean_error
+
+
+def test_too_many_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz > 1.4e9))
+    state = states(1000)
+    power = state.load_per_length * state.speed_sliding
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
+    unknown = estimate.flag == FrictionFlag.NOT_CONVERGED
+    assert power[unknown].sum() > module.MOST_FAILED * power.sum()
+    assert np.count_nonzero(unknown) < 250
+    np.testing.assert_array_equal(unknown, np.isnan(estimate.mu))
+    assert state.pressure_hertz[unknown].min() > 1.1e9
+    assert np.isnan(estimate.mean_error)
+
+
+def test_a_failed_contact_among_all_points_is_predicted_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = states(60)
+    failed = int(np.argsort(state.load_per_length * state.speed_sliding)[30])
+    bad = float(state.pressure_hertz[failed])
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz == pytest.approx(bad)))
+    estimate = replace(ehl_friction("ehl:all"), jobs=1).evaluate(state, OIL)
+    np.testing.assert_array_equal(np.flatnonzero(estimate.flag == FrictionFlag.PREDICTED), [failed])
+    others = np.arange(60) != failed
+    np.testing.assert_allclose(estimate.mu[others], exact(state)[others], rtol=1e-9)
+    assert 0.0 < abs(estimate.mu - exact(state))[failed] < estimate.upper[failed] - estimate.mu[failed]
+
+
+def test_error_of_the_mean(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of scattered contacts: the share of runs inside the stated error is near that of two standard deviations."""
+    state = states(500)
+    power = state.load_per_length * state.speed_sliding
+    mean = np.average(exact(state), weights=power)
+    inside, stated = 0, []
+    for seed in range(12):
+        noise = np.random.default_rng(seed)
+
+        def solver(contact: LineContact, *rest: Any, noise: np.random.Generator = noise) -> Any:
+            found = Solver()(contact, *rest)
+            found.friction_coefficient *= 1.0 + 0.1 * noise.standard_normal()
+            found.friction_error = found.statistical_error = 0.1
+            return found
+
+        monkeypatch.setattr(module, "solve_contact", solver)
+        estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
+        stated.append(estimate.mean_error)
+        inside += abs(np.average(estimate.mu, weights=power) / mean - 1.0) < estimate.mean_error
+    assert inside >= 10
+    assert 0.02 < np.median(stated) < 0.06  # 0.2/sqrt(80) is 0.022
+
+
+def test_hopeless_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: True))
+    estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(states(200), OIL)
+    assert np.all(np.isnan(estimate.mu))
+    assert np.all(estimate.flag == FrictionFlag.NOT_CONVERGED)
+
+
+def test_equal_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver())
+    state = ContactState.of(
+        pressure_hertz=np.full(4, 1e9), radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0
+    )
+    estimate = EhlFriction("ehl", jobs=1).evaluate(state, OIL)
+    assert np.ptp(estimate.mu) == 0.0
+
+
+def test_real_solver_at_two_points() -> None:
+    state = ContactState.of(
+        pressure_hertz=[0.8e9, 1.0e9],
+        radius_equivalent=0.012,
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        slide_to_roll=[0.1, 0.2],
+        roughness_rms_1=0.4e-6,
+    )
+    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl:load_sharing"))
+    assert np.all(smooth.flag == FrictionFlag.OK)
+    assert np.all((smooth.lower > 0.0) & (smooth.lower < smooth.mu) & (smooth.mu < smooth.upper))
+    assert np.all(rough.mu > smooth.mu)
+    assert np.all(rough.mu < 0.1)
+
+
+def test_worker_processes_give_the_same_friction() -> None:
+    state = states(2 * module.FEWEST_PER_JOB, 4)
+    one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).evaluate(state, OIL) for jobs in (1, 2))
+    # each chain of neighbours begins anew in its process, so starts differ, and solutions within their own error
+    np.testing.assert_allclose(two.mu, one.mu, atol=float(np.max(one.upper - one.mu)))
+    assert np.all(two.flag == FrictionFlag.OK)
+
+
+def test_deterministic_roughness_at_two_points() -> None:
+    state = ContactState.of(
+        pressure_hertz=[0.8e9, 1.0e9],
+        radius_equivalent=0.012,
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        slide_to_roll=[0.1, 0.2],
+        roughness_rms_1=0.4e-6,
+    )
+    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl"))
+    assert np.all(rough.flag == FrictionFlag.OK)
+    assert np.all((rough.mu > 0.8 * smooth.mu) & (rough.mu < 0.1))
+    assert np.all(rough.upper - rough.mu > smooth.upper - smooth.mu)
+
+
+def test_names() -> None:
+    assert isinstance(ehl_friction("ehl:smooth"), FrictionModel)
+    assert ehl_friction("ehl:smooth:all").points is None
+    assert ehl_friction("ehl:smooth").points == module.POINTS
+    assert ehl_friction("ehl:load_sharing").points == module.POINTS
+    assert ehl_friction("ehl:load_sharing:sampled").points == module.POINTS_DETERMINISTIC
+    assert ehl_friction("ehl:load_sharing").model.roughness == "load_sharing"
+    assert ehl_friction("ehl").points == module.POINTS_DETERMINISTIC
+    assert ehl_friction("ehl:sampled").points == module.POINTS_DETERMINISTIC
+    assert ehl_friction("ehl:all").points is None
+    assert ehl_friction("ehl").model.roughness == "deterministic"
+    for spec in ("ehl:rough", "ehl:", "ehl2", "ehl:smooth:load_sharing", "ehl:all:sampled"):
+        with pytest.raises(InputError, match="friction model"):
+            ehl_friction(spec)

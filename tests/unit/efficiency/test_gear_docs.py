@@ -1,0 +1,53 @@
+"""Every command printed in the pages on gears is one the command line takes, and every option stands in its table."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import typer
+
+from efficiency.cli import app
+
+ROOT = Path(__file__).resolve().parents[3]
+PAGES = ("README.md", "docs/study.md", "docs/gear_output.md")
+COMMAND = typer.main.get_command(app)
+
+
+def printed() -> list[tuple[str, list[str]]]:
+    """(page, words after mixed-ehl) of each line of a code block."""
+    found = []
+    for page in PAGES:
+        for block in re.findall(r"```[a-z]*\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL):
+            for line in block.splitlines():
+                for part in line.split("&&"):
+                    words = shlex.split(part) if part.strip().startswith("mixed-ehl ") else []
+                    if words:
+                        found.append((page, words[1:]))
+    return found
+
+
+@pytest.mark.parametrize(("page", "words"), printed(), ids=lambda value: value if isinstance(value, str) else value[0])
+def test_printed_command_parses(page: str, words: list[str]) -> None:
+    context = COMMAND.make_context("mixed-ehl", words, resilient_parsing=False)
+    name, command, rest = COMMAND.resolve_command(context, words)  # type: ignore[attr-defined]
+    assert name == words[0]
+    inner = command.make_context(name, rest, parent=context)
+    # `sweep` takes words of its own beside a plan
+    assert not inner.args or name == "sweep"
+
+
+def test_pages_show_the_commands_of_this_stage() -> None:
+    shown = {words[0] for page, words in printed()}
+    assert {"gear", "compare", "study", "misalignment", "export", "settings", "blank"} <= shown
+
+
+def test_every_option_of_the_study_is_in_its_table() -> None:
+    page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
+    command = COMMAND.commands["study"]  # type: ignore[attr-defined]
+    for parameter in command.params:
+        for option in parameter.opts:
+            if option.startswith("--") and option not in ("--help", "--output"):
+                assert f"`{option}`" in page, option

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from efficiency.contact.pair import gear_pair
+from efficiency.contact.thickness import tooth_shapes
+from efficiency.design.design import Design, load_design
+from ehl.io.data import data_path
+from ehl.io.errors import ConvergenceError, InputError
+
+TEXT = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
+
+
+def changed(folder: Path, old: str, new: str) -> Path:
+    assert TEXT.count(old) >= 1
+    path = folder / "pair.toml"
+    path.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    return path
+
+
+def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
+    design = load_design("fm_spiral_bevel_14x39")
+    assert design == load_design(changed(tmp_path, "name = ", "name = "))
+    assert design.pinion.blank.teeth == 14
+    assert design.operation.torque == 300.0
+    assert design.operation.temperature_oil == pytest.approx(363.15)
+    assert design.gear.convex.machine.radial_setting == pytest.approx(0.09485354936)  # type: ignore[union-attr]
+    pinion, gear = design.flanks("drive")
+    assert (pinion.blade.side, gear.blade.side) == ("concave", "convex")
+    pinion, gear = design.flanks("coast")
+    assert (pinion.blade.side, gear.blade.side) == ("convex", "concave")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "allowed"),
+    [
+        ('point_radius = "114.47823644967657 mm"', 'point_radius = "-114 mm"', "point_radius", "above 0 m"),
+        ('point_radius = "114.47823644967657 mm"', "point_radius = nan", "point_radius", "finite"),
+        ('point_radius = "114.47823644967657 mm"', 'point_radius = "114 deg"', "point_radius", "10 mm"),
+        ('face_width = "25.4 mm"', 'face_width = "180 mm"', "face_width", "180 mm"),
+        ('face_width = "25.4 mm"', 'face_width = "100 mm"', "pinion.blank.face_width", "falls to 0 at the toe"),
+        ("teeth = 14", "teeth = 1", "teeth", "3"),
+        ("teeth = 14", "teeth = 41", "pinion.blank.teeth", "at most the 39 teeth of the gear"),
+        ('hand = "left"', 'hand = "right"', "cradle_angle", "positive for a right-hand member"),
+        ('hand = "left"', 'hand = "up"', "hand", "'left'"),
+        ('process = "generated"', 'process = "formate"', "pinion.concave.machine.roll_ratio", "documented keys"),
+        ('process = "generated"', 'process = "hand filed"', "pinion.concave.machine.process", "'generated'"),
+        ('type = "face_milling"', 'type = "face_hobbing"', "pinion.concave.cutter.cutter_radius", "above 0 m"),
+        ('type = "face_milling"', "", "pinion.concave.cutter.type", "one of 'face_milling'"),
+        ('type = "face_milling"', 'type = "face_milling"\nradius = 1', "pinion.concave.cutter.radius", "point_radius"),
+        ("teeth = 14", "", "pinion.blank.teeth", "a whole number of at least 3"),
+        ('torque = "300 N m"', 'torque = "-300 N m"', "torque", "above 0 N*m"),
+        ('torque = "300 N m"', 'torque = "300 N"', "torque", "250 N m"),
+        ('oil = "75w90"', 'oil = "olive"', "oil", "75w90"),
+        ('material = "steel"', 'material = "butter"', "material", "steel"),
+        ("[operation]", "[operation]\ncolour = 3", "colour", "documented keys"),
+        ("E = 0.0", 'E = "5 mm"', "E", "at most 0.002 m"),
+        ("alpha = 0.0", "beta = 0.0", "beta", "documented keys"),
+        ('shaft_angle = "90 deg"\n', "", "assembly.shaft_angle", "at least 0.5 rad and at most 2.6 rad"),
+    ],
+)
+def test_bad_input_names_field_value_and_range(tmp_path: Path, old: str, new: str, field: str, allowed: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_design(changed(tmp_path, old, new))
+    assert field in caught.value.field
+    assert allowed in str(caught.value)
+    assert caught.value.exit_code == 2
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="an existing TOML file"):
+        load_design(tmp_path / "missing.toml")
+    with pytest.raises(InputError, match=r"one of .*fm_spiral_bevel_14x39"):
+        load_design("no_such_design")
+    with pytest.raises(InputError, match="readable"):
+        load_design(tmp_path)
+    broken = tmp_path / "broken.toml"
+    broken.write_text("[assembly\n", encoding="utf-8")
+    with pytest.raises(InputError, match="valid TOML"):
+        load_design(broken)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(InputError, match="UTF-8"):
+        load_design(binary)
+
+
+def test_misalignment_is_set_and_leaves_the_rest(tmp_path: Path) -> None:
+    design = load_design("fm_spiral_bevel_14x39")
+    moved = design.with_misalignment(E=1e-4, alpha=1e-3)
+    assert (moved.placement().E, moved.placement().alpha) == (1e-4, 1e-3)
+    assert moved.placement().P == 0.0
+    assert design.placement().E == 0.0
+    assert moved.pinion == design.pinion
+    with pytest.raises(InputError, match="E"):
+        design.with_misalignment(E=0.1)
+
+
+def mirrored(design: Design) -> Design:
+    """The same pair of opposite hands: its mirror image."""
+
+    def member(one: object) -> dict[str, object]:
+        data = one.model_dump()  # type: ignore[attr-defined]
+        data["blank"]["hand"] = "right" if data["blank"]["hand"] == "left" else "left"
+        for side in ("concave", "convex"):
+            machine = data[side]["machine"]
+            machine["cradle_angle"] *= -1.0
+            machine["blank_offset"] *= -1.0
+            # the cradle turns the other way: odd terms of the modified roll keep, even ones change their sign
+            machine["modified_roll_2c"] *= -1.0
+        return data
+
+    data = design.model_dump()
+    data["pinion"], data["gear"] = member(design.pinion), member(design.gear)
+    return Design.model_validate(data)
+
+
+def test_a_pair_of_opposite_hands_is_the_mirror_image() -> None:
+    design = load_design("fm_spiral_bevel_14x39").with_misalignment(E=5e-5, P=-3e-5)
+    left, right = gear_pair(design, "drive"), gear_pair(mirrored(design), "drive")
+    assert left.surface.direction == -right.surface.direction
+    np.testing.assert_allclose(left.path.transmission_error, right.path.transmission_error, atol=1e-12)
+    np.testing.assert_allclose(left.path.u, right.path.u, atol=1e-10)
+    np.testing.assert_allclose(left.shape_pinion.thickness_root, right.shape_pinion.thickness_root, rtol=1e-9)
+
+
+def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) -> None:
+    # a cradle twice as far out leaves the cutter beside the blank
+    path = changed(tmp_path, 'radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"')
+    with pytest.raises(ConvergenceError, match=r"concave|pinion|flank"):
+        gear_pair(load_design(path), "drive")
+
+
+@pytest.mark.parametrize(("old", "new"), [("115.40012999999999 mm", "121 mm"), ("113.19987 mm", "107.5 mm")])
+def test_flanks_that_cross_are_told_by_member_and_place(tmp_path: Path, old: str, new: str) -> None:
+    told = r"(pinion|gear): tooth thickness at the (tip|root) = '-.* mm at .* mm from the toe"
+    with pytest.raises(InputError, match=told) as caught:
+        tooth_shapes(load_design(changed(tmp_path, old, new)))
+    assert "[" not in str(caught.value)

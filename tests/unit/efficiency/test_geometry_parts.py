@@ -1,0 +1,152 @@
+"""The parts of the geometry, each for itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.curvature import flank_curvature
+from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.patch import Patch
+from efficiency.cutting import newton
+from efficiency.design.design import load_design
+from ehl.io.errors import InputError
+
+BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))
+
+
+@pytest.fixture(scope="module")
+def pair() -> GearPair:
+    return gear_pair(load_design("fm_spiral_bevel_14x39"))
+
+
+@given(st.floats(-0.0127, 0.0127), st.floats(-0.006, 0.002), st.floats(-0.02, 0.02))
+def test_blank_coordinates_round_trip(u: float, h: float, apex: float) -> None:
+    blank = replace(BLANK, pitch_apex_beyond_crossing=apex)
+    back = blank.coordinates(*blank.axial(np.array([u]), np.array([h])))
+    np.testing.assert_allclose(np.real(back)[:, 0], [u, h], atol=1e-15)
+
+
+def test_blank_heights() -> None:
+    u = np.array([-0.0127, 0.0, 0.0127])
+    np.testing.assert_allclose(BLANK.height(u, np.zeros(3)), BLANK.root(u))
+    np.testing.assert_allclose(BLANK.height(u, np.ones(3)), BLANK.tip(u))
+    assert (np.diff(BLANK.root(u)) < 0.0).all()
+    assert (np.diff(BLANK.tip(u)) > 0.0).all()
+
+
+def test_flank_points_lie_where_asked_and_satisfy_the_equation_of_meshing() -> None:
+    flank = load_design("fm_spiral_bevel_14x39").gear.flank("convex")
+    u, v = (g.ravel() for g in np.meshgrid(np.linspace(-0.0127, 0.0127, 5), np.linspace(0.1, 1.0, 4)))
+    h = flank.blank.height(u, v)
+    points, found = flank.solve(u, h)
+    assert found.all()
+    back = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
+    np.testing.assert_allclose(np.real(back), [u, h], atol=1e-13)
+    assert np.abs(flank.sweep(points.parameters)[2]).max() < 1e-13
+    # the normal of the envelope is that of the surface: differences of its own points
+    small = 1e-6
+    for du, dh in ((small, 0.0), (0.0, small)):
+        ahead, behind = (flank.solve(u + k * du, h + k * dh)[0].position for k in (1.0, -1.0))
+        tangent = (ahead - behind) / np.linalg.norm(ahead - behind, axis=0)
+        assert np.abs((tangent * points.normal).sum(axis=0)).max() < 1e-9
+
+
+def test_curvature_against_differences_of_the_normal() -> None:
+    flank = load_design("fm_spiral_bevel_14x39").pinion.flank("concave")
+    u, h, small = np.array([0.0, 0.005]), np.array([0.0, 0.001]), 1e-6
+    points, _ = flank.solve(u, h)
+    shape = flank_curvature(flank, points.parameters)
+    for du, dh in ((small, 0.0), (0.0, small)):
+        ahead, behind = (flank.solve(u + k * du, h + k * dh)[0] for k in (1.0, -1.0))
+        step, bend = ahead.position - behind.position, ahead.normal - behind.normal
+        a, b = (step * shape.tangent_1).sum(axis=0), (step * shape.tangent_2).sum(axis=0)
+        along = np.stack([a, b], axis=1)
+        predicted = -np.einsum("ni,nij,nj->n", along, shape.matrix, along)
+        np.testing.assert_allclose((bend * step).sum(axis=0), predicted, rtol=1e-5)
+
+
+def test_newton_reports_points_without_solution() -> None:
+    def squares(x: np.ndarray) -> np.ndarray:
+        return np.stack([x[0] ** 2 - np.array([4.0, -1.0, 0.0])])
+
+    x, ok = newton.solve(squares, np.array([[1.5, 1.5, 0.0]]), np.array([1.0]), np.array([1e-12]))
+    assert ok.tolist() == [True, False, False]
+    assert x[0, 0] == pytest.approx(2.0, rel=1e-15)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2), st.integers(0, 2), st.floats(-0.9, 1.9), st.floats(0.1, 0.9))
+def test_patch_is_exact_for_polynomials_and_their_derivatives(du: int, dv: int, u: float, v: float) -> None:
+    nodes_u, nodes_v = Patch.nodes((-1.0, 2.0), (0.0, 1.0), (6, 5))
+    patch = Patch.fit(
+        (-1.0, 2.0), (0.0, 1.0), (6, 5), {"f": nodes_u**3 * nodes_v**2 + nodes_v, "one": 0.0 * nodes_u + 1.0}
+    )
+    up = [u**3, 3.0 * u**2, 6.0 * u][du]
+    vp = [v**2, 2.0 * v, 2.0][dv]
+    extra = [v, 1.0, 0.0][dv] if du == 0 else 0.0
+    value = patch(np.array([u]), np.array([v]), ("f", "one"), du=du, dv=dv)[:, 0]
+    np.testing.assert_allclose(value, [up * vp + extra, float(du == 0 and dv == 0)], atol=1e-11)
+
+
+def test_patch_tail_tells_resolved_from_unresolved_fields() -> None:
+    u, v = Patch.nodes((0.0, 1.0), (0.0, 1.0), (10, 10))
+    patch = Patch.fit((0.0, 1.0), (0.0, 1.0), (10, 10), {"smooth": np.exp(u * v), "kink": np.abs(u - 0.4) + v})
+    assert patch.tail["smooth"] < 1e-7
+    assert patch.tail["kink"] > 1e-3
+
+
+@given(st.floats(-0.3, 0.3), st.floats(-2e-3, 2e-3), st.floats(-2e-3, 2e-3), st.floats(-1e-2, 1e-2))
+def test_roll_solves_the_equation_of_meshing(azimuth: float, moved: float, along: float, tilted: float) -> None:
+    assembly = Assembly(14, 39, 0.5 * np.pi, offset=0.01, E=moved, P=along, G=-moved, alpha=tilted)
+    radius, z = 0.076, 0.029
+    point = np.array([[radius * np.cos(azimuth)], [radius * np.sin(azimuth)], [z]])
+    normal = turn(np.array([[0.66], [-0.74], [-0.12]]), azimuth)
+    f2, rate = assembly.roll(point, normal)
+    in_mesh, facing = assembly.gear_in_mesh(point, f2), turn(normal, f2)
+    assert abs(float((assembly.sliding(in_mesh) * facing).sum())) < 1e-14
+    # its rate by a small rotation of the pinion
+    small = 1e-6
+    closing = [
+        float(
+            (
+                assembly.sliding(assembly.gear_in_mesh(point, f2 + k * small * assembly.ratio))
+                * turn(normal, f2 + k * small * assembly.ratio)
+            ).sum()
+        )
+        for k in (1.0, -1.0)
+    ]
+    assert float(rate[0]) == pytest.approx((closing[0] - closing[1]) / (2.0 * small), rel=1e-6, abs=1e-9)
+
+
+def test_pinion_frame_and_back() -> None:
+    assembly = Assembly(14, 39, 1.4, offset=0.01, E=1e-3, P=-2e-3, G=5e-4, alpha=3e-3)
+    point, f1 = np.array([[0.05], [0.01], [0.02]]), np.array([0.3])
+    local, _ = assembly.to_pinion(point, point, f1)
+    np.testing.assert_allclose(assembly.pinion_in_mesh(local, f1), point, atol=1e-16)
+    axis = assembly.pinion_axis[:, 0]
+    assert np.arccos(axis[2]) == pytest.approx(1.4 + 3e-3, rel=1e-12)
+    np.testing.assert_allclose(assembly.pinion_origin[:, 0], np.array([0.0, 0.011, 0.0]) - 2e-3 * axis, atol=1e-16)
+
+
+def test_tooth_shapes(pair: GearPair) -> None:
+    for shape, teeth in ((pair.shape_pinion, 14), (pair.shape_gear, 39)):
+        assert shape.teeth == teeth
+        assert shape.face[0] == 0.0
+        assert shape.face[-1] == pytest.approx(0.0254)
+        assert (np.diff(shape.height) > 0.0).all()
+        assert (shape.thickness_root > 2.0 * shape.thickness_tip).all()
+        assert shape.thickness_tip.min() > 1e-3
+
+
+@pytest.mark.parametrize(("positions", "points"), [(0, 9), (4, 1), (2.5, 9)])
+def test_mesh_cycle_refuses_impossible_counts(pair: GearPair, positions: int, points: int) -> None:
+    with pytest.raises(InputError, match="whole number"):
+        mesh_cycle(pair, positions, points)

@@ -1,0 +1,142 @@
+"""Bulk temperatures of the teeth: exact for a linear loss, in balance for a real pair, refused where too hot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.design.cooling_input import CoolingInput, MemberCooling
+from efficiency.design.design import load_design
+from efficiency.gear_mesh import gear_mesh
+from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.heat_balance import balance_heat, wetted_heat_transfer
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.result import EfficiencyResult
+from efficiency.run import Conditions, run_heat_balance, thermal_resistances
+from ehl.fluid.oil import Oil
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.validation import validate
+from ehl.material import load_material
+from ehl.state import ContactState
+from regression.friction.models import friction_model
+
+DESIGN = load_design("fm_spiral_bevel_14x39")
+OIL = Oil.load("75w90")
+OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
+BODIES = (load_material("steel"), load_material("steel"))
+
+
+@cache
+def loaded() -> LoadedMesh:
+    return load_mesh(gear_mesh(DESIGN, "drive", 4, 9).mesh, 200.0)
+
+
+def linear_loss(slope: float, asked: list[Operation]) -> Any:
+    """A loss of 1000 W that changes by a share for each kelvin of the inlet; half of the heat goes each way."""
+
+    def solve(operation: Operation) -> Any:
+        asked.append(operation)
+        power = 1000.0 * (1.0 + slope * (operation.inlet - operation.temperature_oil))
+        state = ContactState.of(
+            pressure_hertz=[1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=2.0
+        )
+        points = SimpleNamespace(state=state, force=np.ones(1), speed_sliding=np.array([power]))
+        return SimpleNamespace(points=points, friction=SimpleNamespace(mu=np.ones(1)), positions=1, status="converged")
+
+    return solve
+
+
+@pytest.mark.parametrize("slope", [-0.02, 0.0, 0.01])
+def test_linear_loss_is_exact(slope: float) -> None:
+    """Rise of both: R Q/2 = R 500 (1 + slope (r1 + r2)/2), so the mean rise m = 500 R/(1 - 500 R slope), R the mean."""
+    asked: list[Operation] = []
+    found = balance_heat(linear_loss(slope, asked), OPERATION, (0.05, 0.03), BODIES)
+    mean = 500.0 * 0.04 / (1.0 - 500.0 * 0.04 * slope)
+    last = asked[-1]
+    assert last.inlet - 363.15 == pytest.approx(mean, abs=0.02)
+    rises = np.array(last.bulk) - 363.15
+    assert rises[0] / rises[1] == pytest.approx(5.0 / 3.0, rel=1e-3)
+    assert found.rounds == len(asked) <= 6
+    assert found.residual < 0.01
+
+
+def test_oil_may_enter_as_it_is() -> None:
+    asked: list[Operation] = []
+    balance_heat(linear_loss(-0.02, asked), OPERATION, (0.05, 0.03), BODIES, warm_inlet=False)
+    assert all(operation.inlet == 363.15 for operation in asked)
+    assert asked[-1].bulk[0] - 363.15 == pytest.approx(25.0, abs=0.02)
+
+
+def test_runaway_is_said() -> None:
+    """A loss that grows faster than the cooling."""
+    with pytest.raises(ConvergenceError, match=r"bulk_too_hot.*200 degC \(pinion\)"):
+        balance_heat(linear_loss(0.1, []), OPERATION, (0.05, 0.05), BODIES)
+
+
+def test_real_pair_is_in_balance() -> None:
+    model = friction_model("75w90_load_share")
+
+    def solve(operation: Operation) -> EfficiencyResult:
+        return mesh_efficiency(loaded(), model, OIL, operation)
+
+    cold = solve(OPERATION)
+    found = balance_heat(solve, OPERATION, (0.1, 0.06), BODIES)
+    result = found.result
+    assert sum(found.heat) == pytest.approx(result.power_loss, rel=1e-12)
+    for bulk, resistance, heat in zip(
+        (result.temperature_bulk_1, result.temperature_bulk_2), found.thermal_resistance, found.heat, strict=True
+    ):
+        assert bulk - 363.15 == pytest.approx(resistance * heat, abs=0.01)
+    assert result.temperature_inlet == pytest.approx(0.5 * (result.temperature_bulk_1 + result.temperature_bulk_2))
+    # thinner films
+    assert result.power_loss > cold.power_loss
+    assert result.lubrication.film_ratio.min() < cold.lubrication.film_ratio.min()
+    # flash on top of the bulk
+    hotter = min(result.temperature_bulk_1, result.temperature_bulk_2)
+    assert result.lubrication.temperature_flash.min() >= hotter
+
+
+def test_what_is_given_comes_before_the_defaults() -> None:
+    pinion = MemberCooling(thermal_resistance=0.2)
+    gear = MemberCooling(heat_transfer_coefficient=500.0, cooled_area=0.01)
+    angles = (math.radians(35.0), math.radians(35.0))
+    given = thermal_resistances(DESIGN, CoolingInput(pinion=pinion, gear=gear), OPERATION, OIL, angles)
+    assert given == pytest.approx((0.2, 0.2))
+    default = thermal_resistances(DESIGN, CoolingInput(), OPERATION, OIL, angles)
+    blank = DESIGN.pinion.blank
+    area = 2.0 * 14 * blank.face_width / math.cos(angles[0]) * (blank.mean_addendum + blank.mean_dedendum)
+    assert default[0] == pytest.approx(1.0 / (area * wetted_heat_transfer(OIL.at(363.15), 125.0)))
+
+
+def test_default_heat_transfer_is_that_of_penetrating_heat() -> None:
+    """Mean over a turn of the flux sqrt(k rho c/(pi t)) by quadrature, half of it."""
+    oil = OIL.at(363.15)
+    turn = 2.0 * math.pi / 150.0
+    # t = s^2 removes the root from the integral
+    s = (np.arange(1000) + 0.5) / 1000.0 * math.sqrt(turn)
+    flux = math.sqrt(oil.thermal_conductivity * oil.density * oil.heat_capacity / math.pi) / s
+    mean = float(np.mean(flux * 2.0 * s)) * math.sqrt(turn) / turn
+    assert wetted_heat_transfer(oil, 150.0) == pytest.approx(0.5 * mean, rel=1e-9)
+
+
+def test_cooling_is_read_and_refused() -> None:
+    cooling = validate(CoolingInput, {"pinion": {"thermal_resistance": "0.1 K/W"}, "oil_inlet": "oil"})
+    assert cooling.pinion.thermal_resistance == 0.1
+    with pytest.raises(InputError, match="either thermal_resistance or"):
+        validate(CoolingInput, {"gear": {"thermal_resistance": "0.1 K/W", "cooled_area": "0.1 m^2"}})
+    with pytest.raises(InputError, match="driver"):
+        replace(OPERATION, driver="both")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="temperature_bulk_gear"):
+        replace(OPERATION, temperature_bulk_gear=800.0)
+
+
+def test_run_of_a_design() -> None:
+    found = run_heat_balance(DESIGN, "constant:0.05", Conditions(torque=100.0), positions=4, points_per_line=9)
+    assert found.result.status == "converged"
+    assert found.result.temperature_bulk_1 > found.result.temperature_oil

@@ -1,0 +1,162 @@
+"""Load distributions in and out as CSV: round trip, other ways to give the same, files that cannot be used."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from efficiency.design.design import load_design
+from efficiency.gear_mesh import GearMesh, gear_mesh
+from efficiency.load.foreign import read_load, write_load
+from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from regression.friction.models import ConstantFriction
+
+OIL, OPERATION = Oil.load("75w90"), Operation(125.0, 363.15)
+
+
+@pytest.fixture(scope="module")
+def geared() -> GearMesh:
+    return gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 9)
+
+
+@pytest.fixture(scope="module")
+def loaded(geared: GearMesh) -> LoadedMesh:
+    return load_mesh(geared.mesh, 300.0)
+
+
+@pytest.fixture(scope="module")
+def lines(loaded: LoadedMesh, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    path = tmp_path_factory.mktemp("load") / "load.csv"
+    write_load(loaded.fine, path)
+    return path.read_text(encoding="utf-8").splitlines()
+
+
+def read(lines: list[str], folder: Path, geared: GearMesh, torque: float | None = None) -> LoadedMesh:
+    path = folder / "load.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return read_load(path, geared.pair, geared.mesh.teeth, torque)
+
+
+def columns(lines: list[str]) -> dict[str, list[str]]:
+    names = [name.split(" [")[0] for name in lines[1].split(",")]
+    return dict(zip(names, map(list, zip(*(line.split(",") for line in lines[2:]), strict=True)), strict=True))
+
+
+def rewritten(head: str, names: list[str], values: list[list[object]]) -> list[str]:
+    return [head, ",".join(names), *(",".join(map(str, row)) for row in zip(*values, strict=True))]
+
+
+def test_round_trip(lines: list[str], loaded: LoadedMesh, geared: GearMesh, tmp_path: Path) -> None:
+    foreign = read(lines, tmp_path, geared)
+    own, again = (mesh_efficiency(mesh, ConstantFriction(0.05), OIL, OPERATION) for mesh in (loaded, foreign))
+    assert foreign.fine.torque_residual < 1e-12
+    assert again.efficiency == pytest.approx(own.efficiency, rel=1e-12)
+    assert again.pressure_max == pytest.approx(own.pressure_max, rel=1e-9)
+    for p, q in zip(loaded.fine.positions, foreign.fine.positions, strict=True):
+        assert q.share.keys() == {pair for pair, share in p.share.items() if share > 0.0}
+        assert q.force.sum() == pytest.approx(p.force.sum(), rel=1e-13)
+    assert again.status == "converged"
+    content = again.to_dict()
+    assert content["transmission_error_loaded"] is None
+    assert content["compatibility_residual"] is None
+    assert any("load.csv" in note and "1.0000 of the torque" in note for note in again.notes)
+
+
+def test_other_units_and_load_per_length(
+    lines: list[str], loaded: LoadedMesh, geared: GearMesh, tmp_path: Path
+) -> None:
+    old = columns(lines)
+    per_length = [float(f) / float(s) for f, s in zip(old["force"], old["length"], strict=True)]
+    degrees = [math.degrees(float(angle)) for angle in old["pinion_angle"]]
+    micrometres = [1e3 * float(x) for x in old["face_gear"]]
+    names = ["pinion_angle [deg]", "face_gear [um]", "height_gear [mm]", "load_per_length [N/mm]", "length [mm]"]
+    values: list[list[object]] = [degrees, micrometres, old["height_gear"], per_length, old["length"]]  # type: ignore[list-item]
+    foreign = read(rewritten("# torque = 0.3 kN m", names, values), tmp_path, geared)
+    for p, q in zip(loaded.fine.positions, foreign.fine.positions, strict=True):
+        assert q.force.sum() == pytest.approx(p.force.sum(), rel=1e-9)
+        # the tooth pair follows from the place
+        assert q.share.keys() == {pair for pair, share in p.share.items() if share > 0.0}
+
+
+def test_points_in_space_without_lengths(
+    lines: list[str], loaded: LoadedMesh, geared: GearMesh, tmp_path: Path
+) -> None:
+    """Points of contact lines in the mesh frame, at the place of their own moment of contact."""
+    names = ["pinion_angle [rad]", "x [m]", "y [m]", "z [m]", "force [N]"]
+    rows = []
+    for p in loaded.fine.positions:
+        for k in np.flatnonzero(p.force > 0.0):
+            rows.append([repr(float(v)) for v in (p.position.pinion_angle, *p.position.position[k], p.force[k])])
+    foreign = read(["# torque = 300 N m", ",".join(names), *map(",".join, rows)], tmp_path, geared)
+    own, again = (mesh_efficiency(mesh, ConstantFriction(0.05), OIL, OPERATION) for mesh in (loaded, foreign))
+    assert again.efficiency == pytest.approx(own.efficiency, rel=1e-9)
+    # lengths come from the spacing of the points: pressures agree but for the ends of the loaded parts
+    assert np.median([p.pressure_hertz.max() for p in foreign.fine.positions]) == pytest.approx(
+        float(np.median([p.pressure_hertz.max() for p in loaded.fine.positions])), rel=0.1
+    )
+
+
+def change(number: int, name: str, value: str) -> Callable[[list[str]], list[str]]:
+    """A file with one other entry in the row of that line of the file."""
+
+    def changed(lines: list[str]) -> list[str]:
+        index = [entry.split(" [")[0] for entry in lines[1].split(",")].index(name)
+        row = lines[number - 1].split(",")
+        row[index] = value
+        return [*lines[: number - 1], ",".join(row), *lines[number:]]
+
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (change(5, "face_gear", "27.4"), ["load.csv line 5", "27.4 mm from the toe", "outside"]),
+        (change(7, "height_gear", "-3"), ["load.csv line 7", "over the root of the gear"]),
+        (change(4, "force", "much"), ["load.csv line 4: force", "'much'", "finite"]),
+        (change(4, "force", "nan"), ["load.csv line 4: force", "finite"]),
+        (change(6, "force", "-1"), ["load.csv line 6: force", "only push"]),
+        (lambda lines: ["# torque = 0 N m", *lines[1:]], ["torque", "above 0 N m"]),
+        (lambda lines: ["# torque = 300", *lines[1:]], ["line 1: torque", "unit"]),
+        (lambda lines: ["# torque = 400 N m", *lines[1:]], ["about the pinion axis", "400 N m stated", "rows 3 to"]),
+        (lambda lines: lines[1:], ["torque is missing", "# torque = 300 N m"]),
+        (lambda lines: lines[:2], ["no rows"]),
+        (lambda lines: [lines[0], lines[1].replace("face_gear [mm]", "face_gear"), *lines[2:]], ["unit in the header"]),
+        (lambda lines: [lines[0], lines[1].replace("[N]", "[kg]"), *lines[2:]], ["force", "1 kg"]),
+        (lambda lines: [lines[0], lines[1].replace("force", "strength"), *lines[2:]], ["strength", "load_per_length"]),
+        (lambda lines: [lines[0], lines[1].replace("pair []", "x [mm]"), lines[2] + ",1", *lines[3:]], ["line 3"]),
+        (lambda lines: [*lines[:2], *lines[-3:]], ["about the pinion axis"]),
+    ],
+)
+def test_bad_files_are_refused_by_row(
+    lines: list[str], geared: GearMesh, tmp_path: Path, damage: Callable[[list[str]], list[str]], words: list[str]
+) -> None:
+    with pytest.raises(InputError) as caught:
+        read(damage(lines), tmp_path, geared)
+    assert caught.value.exit_code == 2
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_another_torque_than_that_of_the_file(lines: list[str], geared: GearMesh, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"torque = '250 N m'.*300 N m, the torque of load.csv"):
+        read(lines, tmp_path, geared, 250.0)
+
+
+def test_uneven_positions(lines: list[str], geared: GearMesh, tmp_path: Path) -> None:
+    first = lines[2].split(",")[0]
+    kept = [line for line in lines[2:] if line.split(",")[0] != first]
+    with pytest.raises(InputError, match="divide one pitch"):
+        read([*lines[:2], *kept], tmp_path, geared)
+
+
+def test_missing_file(geared: GearMesh, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not readable"):
+        read_load(tmp_path / "absent.csv", geared.pair, geared.mesh.teeth)

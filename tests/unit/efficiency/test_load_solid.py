@@ -1,0 +1,198 @@
+"""Parts of the solid tooth: polynomials, a cell, the ring of cells, the body of a member."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.design.body_input import BACKUP_RATIO, BodyInput
+from efficiency.design.design import Design, load_design
+from efficiency.load.load_distribution import TeethElasticity
+from efficiency.load.ring import ring_response
+from efficiency.load.ritz_solid import Orders, RitzSolid, ritz_solid
+from efficiency.load.shape_functions import hierarchic_functions, lagrange_polynomials, lobatto_nodes
+from efficiency.load.solid_tooth import solid_tooth
+from efficiency.load.teeth import elastic_teeth, loaded_flank
+from efficiency.load.tooth_cell import tooth_cell
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.material import load_material
+
+STEEL = load_material("steel")
+RIM = 8e-3
+LOW = Orders(tooth=(3, 4, 6), body=(3, 3, 5))
+MODULI = dict.fromkeys(("foot", "slot", "tooth"), STEEL.youngs_modulus)
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return load_design("fm_spiral_bevel_14x39")
+
+
+@pytest.fixture(scope="module")
+def grid(design: Design) -> ToothGrid:
+    return tooth_grid(design, "gear", 15, 7)
+
+
+def cell_solid(grid: ToothGrid, held: frozenset[str], orders: Orders = LOW) -> RitzSolid:
+    return ritz_solid(tooth_cell(grid, RIM), MODULI, STEEL.poisson_ratio, held, orders)
+
+
+def test_hierarchic_functions() -> None:
+    x, step = np.linspace(0.0, 1.0, 11), 1e-6
+    values, slopes = hierarchic_functions(6, x)
+    ahead, behind = (hierarchic_functions(6, x + s)[0] for s in (step, -step))
+    np.testing.assert_allclose(slopes, (ahead - behind) / (2.0 * step), atol=1e-8)
+    np.testing.assert_allclose(values[[0, -1], 2:], 0.0, atol=1e-15)
+    np.testing.assert_allclose(values[:, :2].sum(axis=1), 1.0)
+
+
+def test_lagrange_polynomials_reproduce_a_polynomial() -> None:
+    nodes, x = lobatto_nodes(6), np.linspace(0.0, 1.0, 9)
+    values, slopes = lagrange_polynomials(nodes, x)
+    np.testing.assert_allclose(values @ nodes**5, x**5, atol=1e-14)
+    np.testing.assert_allclose(slopes @ nodes**5, 5.0 * x**4, atol=1e-13)
+
+
+def test_cell_follows_the_flanks(grid: ToothGrid) -> None:
+    """Stations and levels of the grid, between the nodes of the blocks: 14 um beside the fillets, at the toe."""
+    cell = tooth_cell(grid, RIM)
+    face = np.broadcast_to(grid.u - grid.u[0, 0], grid.height.shape)[5:, 1:-1].ravel()
+    over = (grid.height - grid.blank.root(grid.u[0]))[5:, 1:-1].ravel()
+    b, c = cell.on_flank(face, over)
+    for side, azimuth in ((0.0, grid.lower), (1.0, grid.upper)):
+        points, _ = cell.tooth.place(np.full_like(b, side), b, c)
+        expected = grid.point(azimuth, grid.u, grid.height)[5:, 1:-1].reshape(-1, 3)
+        np.testing.assert_allclose(points, expected, atol=2e-5)
+
+
+def test_sides_of_the_cell_fit_together(grid: ToothGrid) -> None:
+    cell = tooth_cell(grid, RIM)
+    deep, along = (x.ravel() for x in np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 7), indexing="ij"))
+    left, _ = cell.foot.place(np.zeros_like(deep), deep, along)
+    right, _ = cell.slot.place(np.ones_like(deep), deep, along)
+    c, s = np.cos(cell.pitch), np.sin(cell.pitch)
+    np.testing.assert_allclose(right, left @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]), atol=1e-9)
+
+
+def test_free_cell_can_be_shifted_without_force(grid: ToothGrid) -> None:
+    solid = cell_solid(grid, frozenset())
+    shift = np.zeros((3, solid.count))
+    for functions in solid.functions.values():
+        shift[1, functions.number[(functions.degrees[:, :2] < 2).all(axis=1) & (functions.degrees[:, 2] == 0)]] = 1.0
+    force = solid.stiffness @ shift.ravel()
+    assert np.abs(force).max() < 1e-9 * np.abs(solid.stiffness).max()
+    assert np.linalg.eigvalsh(solid.stiffness)[0] > -1e-9 * np.abs(solid.stiffness).max()
+
+
+def test_ring_is_the_assembly_of_its_cells(grid: ToothGrid) -> None:
+    """Three cells closed by a turn of three pitches, assembled and solved as one system."""
+    solid, pitch, cells = cell_solid(grid, frozenset({"base"})), grid.pitch, 3
+    count, rng = solid.count, np.random.default_rng(3)
+    reading = rng.standard_normal((6, 3, count))
+    reading[..., np.concatenate([solid.left, solid.right])] = 0.0
+    reading = reading.reshape(6, -1)
+    loading = reading[:2]
+    response = ring_response(solid, pitch, cells, reading, 2)
+
+    kept = np.setdiff1d(np.arange(count), solid.right)
+    place = {int(number): k for k, number in enumerate(kept)}
+    c, s = np.cos(pitch), np.sin(pitch)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    total = np.zeros((cells * 3 * kept.size,) * 2)
+    expands = []
+    for cell in range(cells):
+        expand = np.zeros((3, count, cells, 3, kept.size))
+        for i in range(3):
+            expand[i, kept, cell, i, np.arange(kept.size)] = 1.0
+            for j in range(3):
+                to = [place[int(number)] for number in solid.left]
+                expand[i, solid.right, (cell + 1) % cells, j, to] = turn[i, j]
+        expands.append(expand.reshape(3 * count, -1))
+        total += expands[-1].T @ solid.stiffness @ expands[-1]
+    moved = np.linalg.solve(total, expands[0].T @ loading.T)
+    scale = np.abs(response.own).max()
+    np.testing.assert_allclose(response.own, reading @ expands[0] @ moved, atol=1e-8 * scale)
+    np.testing.assert_allclose(response.ahead[0], reading @ expands[1] @ moved, atol=1e-8 * scale)
+    np.testing.assert_allclose(response.ahead[1], reading @ expands[2] @ moved, atol=1e-8 * scale)
+
+
+def flank_points() -> tuple[np.ndarray, np.ndarray]:
+    face, share = np.meshgrid(np.linspace(0.1, 0.9, 5) * 25.4e-3, np.linspace(0.2, 0.95, 4), indexing="ij")
+    return face.ravel(), share.ravel()
+
+
+def test_compliance_is_symmetric_and_positive(grid: ToothGrid) -> None:
+    tooth = solid_tooth(grid, "convex", STEEL, RIM)
+    face, share = flank_points()
+    matrix = tooth.influence(face, share * tooth.whole_depth(face))
+    np.testing.assert_array_equal(tooth.own, tooth.own.T)
+    assert np.linalg.eigvalsh(tooth.own)[0] > -1e-12 * np.linalg.norm(tooth.own)
+    assert np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0] > 0.0
+    assert tooth.discarded < 0.05
+    assert np.all(np.diff([np.abs(ahead).max() for ahead in tooth.ahead]) < 0.0)
+    thickest = float(tooth.depth([12e-3], [1e-3])[0])
+    assert 1.5e-3 < float(tooth.depth([12e-3], [6e-3])[0]) < thickest < 4e-3
+
+
+def mean_compliance(grid: ToothGrid, rim: float = RIM, **given: object) -> float:
+    tooth = solid_tooth(grid, "convex", STEEL, rim, **given, orders=LOW)  # type: ignore[arg-type]
+    face, share = flank_points()
+    return float(tooth.influence(face, share * tooth.whole_depth(face)).mean())
+
+
+def test_body_and_how_it_is_held(grid: ToothGrid) -> None:
+    base = mean_compliance(grid)
+    rigid = mean_compliance(grid, body_modulus=1e15)
+    assert rigid < 0.9 * base
+    assert mean_compliance(grid, body_modulus=1e16) == pytest.approx(rigid, rel=1e-4)
+    assert mean_compliance(grid, 0.5 * RIM) < base < mean_compliance(grid, 2.0 * RIM)
+    held_twice = mean_compliance(grid, held=frozenset({"base", "heel"}))
+    # held at the heel alone the whole rim turns
+    assert held_twice < base < mean_compliance(grid, held=frozenset({"heel"}))
+
+
+def test_member_that_nothing_holds_is_refused(grid: ToothGrid) -> None:
+    with pytest.raises(ConvergenceError, match="is held"):
+        solid_tooth(grid, "convex", STEEL, RIM, frozenset(), orders=LOW)
+
+
+def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
+    blank = design.gear.blank.blank()
+    assert BodyInput().thickness(blank) == pytest.approx(BACKUP_RATIO * (blank.mean_addendum + blank.mean_dedendum))
+    slender = load_design("fh_hypoid_9x34").pinion.blank.blank()
+    assert BodyInput().thickness(slender) < BACKUP_RATIO * (slender.mean_addendum + slender.mean_dedendum)
+    text = Path("data/designs/fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
+    file = tmp_path / "design.toml"
+    file.write_text(text + '\n[pinion.body]\nrim_thickness = "12 mm"\nheld = ["base", "heel"]\n', encoding="utf-8")
+    body = load_design(file).pinion.body
+    assert body.rim_thickness == pytest.approx(0.012)
+    assert body.held == ("base", "heel")
+    file.write_text(text + '\n[pinion.body]\nrim_thickness = "60 mm"\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"rim_thickness.*at most"):
+        load_design(file)
+
+
+def test_loaded_flanks(design: Design) -> None:
+    flanks = {(m, s): loaded_flank(design, m, s) for m in ("pinion", "gear") for s in ("drive", "coast")}
+    for side in ("drive", "coast"):
+        pinion, gear = design.flanks(side)
+        assert (flanks["pinion", side], flanks["gear", side]) == (pinion.side, gear.side)
+
+
+def test_plate_for_comparison(design: Design) -> None:
+    """The plane root of the plate is softer than the body, and its teeth do not feel each other."""
+    solid, plate = (elastic_teeth(design, "drive", model)[1] for model in ("solid", "plate"))
+    assert plate.face_width == pytest.approx(solid.face_width)
+    face, share = flank_points()
+    height = share * solid.whole_depth(face)
+    np.testing.assert_allclose(plate.whole_depth(face), solid.whole_depth(face), rtol=1e-3)
+    assert 0.6 < plate.influence(face, height).mean() / solid.influence(face, height).mean() < 1.6
+    assert not plate.influence(np.tile(face, 2), np.tile(height, 2), np.repeat([0, 1], face.size))[
+        face.size :, : face.size
+    ].any()
+    teeth = TeethElasticity(plate, plate, STEEL, STEEL)
+    assert replace(teeth, neighbours=False).neighbours is False

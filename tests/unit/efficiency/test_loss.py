@@ -1,0 +1,316 @@
+"""Loss, result, map and what they refuse, on a small real mesh."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from efficiency.design.design import Design, load_design
+from efficiency.gear_mesh import gear_mesh
+from efficiency.load.limits import limit_notes, pressure_peak
+from efficiency.load.load_distribution import distribute_load
+from efficiency.loss import efficiency as stage
+from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
+from efficiency.loss.map import efficiency_map
+from efficiency.loss.power_loss import efficiency_of, position_losses
+from efficiency.output.plots_load import (
+    plot_comparison,
+    plot_friction_and_loss,
+    plot_load_sharing,
+    plot_map,
+    plot_transmission_error,
+)
+from efficiency.run import Conditions, run_compare, run_gear, run_map
+from ehl.fluid.oil import Oil
+from ehl.io.data import data_path
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.state import ContactState
+from regression.friction.formula_file import load_formula
+from regression.friction.models import ConstantFriction, FormulaFriction, FrictionEstimate, FrictionFlag
+
+DESIGN = load_design("fm_spiral_bevel_14x39")
+OIL = Oil.load("75w90")
+OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
+
+
+@dataclass(frozen=True)
+class FromPressure:
+    """mu proportional to pressure, with an interval of 10 % and flags above a pressure."""
+
+    name: str = "test"
+    limit: float = 1e9
+    worse: FrictionFlag = FrictionFlag.OUTSIDE_RANGE
+
+    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+        mu = 0.05 * state.pressure_hertz / 1e9
+        beyond = state.pressure_hertz > self.limit
+        if self.worse >= FrictionFlag.NOT_CONVERGED:
+            mu = np.where(beyond, np.nan, mu)
+        return FrictionEstimate(mu, 0.9 * mu, 1.1 * mu, np.where(beyond, self.worse, 0).astype(np.int8))
+
+
+@pytest.fixture(scope="module")
+def mesh() -> Mesh:
+    return gear_mesh(DESIGN, "drive", 4, 9).mesh
+
+
+@pytest.fixture(scope="module")
+def loaded(mesh: Mesh) -> LoadedMesh:
+    return load_mesh(mesh, 200.0)
+
+
+def test_power_is_friction_force_times_sliding_speed() -> None:
+    state = ContactState.of(
+        pressure_hertz=[1e9, 1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=2.0
+    )
+    points = LoadedPoints(
+        state, np.array([100.0, 50.0, 10.0]), np.array([1.0, 2.0, 3.0]), np.array([0, 0, 2]), np.array([0, 1, 0])
+    )
+    np.testing.assert_allclose(position_losses(points, np.array([0.1, 0.05, 0.2]), 3), [15.0, 0.0, 6.0])
+    assert efficiency_of(7.0, 10.0, 7.0) == pytest.approx(0.9)
+
+
+def test_interval_of_the_friction_model_becomes_one_of_the_efficiency(loaded: LoadedMesh) -> None:
+    result = mesh_efficiency(loaded, FromPressure(), OIL, OPERATION)
+    loss = 1.0 - result.efficiency
+    assert 1.0 - result.efficiency_lower == pytest.approx(1.1 * loss, rel=1e-12)
+    assert 1.0 - result.efficiency_upper == pytest.approx(0.9 * loss, rel=1e-12)
+
+
+def test_points_outside_the_range_are_told(loaded: LoadedMesh) -> None:
+    result = mesh_efficiency(loaded, FromPressure(), OIL, OPERATION)
+    pressure = result.points.state.pressure_hertz
+    power = result.points.force * result.points.speed_sliding
+    assert result.outside_range_share == pytest.approx(power[pressure > 1e9].sum() / power.sum())
+    assert result.flags["outside_range"] == np.count_nonzero(pressure > 1e9) > 0
+    lost = result.friction.mu * power
+    assert result.flag_shares["outside_range"] == pytest.approx(lost[pressure > 1e9].sum() / lost.sum())
+    assert sum(result.flag_shares.values()) == pytest.approx(1.0)
+    assert result.status == "converged"
+
+
+@pytest.mark.parametrize(
+    ("flag", "reason"),
+    [
+        (FrictionFlag.NOT_CONVERGED, "friction_not_converged"),
+        (FrictionFlag.UNDEFINED, "friction_undefined"),
+    ],
+)
+def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedMesh, flag: FrictionFlag, reason: str) -> None:
+    result = mesh_efficiency(loaded, FromPressure(worse=flag), OIL, OPERATION)
+    assert (result.status, result.reason) == ("failed", reason)
+    assert math.isnan(result.efficiency)
+    assert result.to_dict()["efficiency"] is None
+    beyond = np.count_nonzero(result.points.state.pressure_hertz > 1e9)
+    assert f"friction model test has no value at {beyond} of {result.points_loaded} loaded points" in result.notes
+    assert plot_friction_and_loss(result).axes[0].get_title().endswith(f"failed ({reason})")
+
+
+def test_a_formula_without_a_value_fails_the_run() -> None:
+    formula = load_formula(data_path("formulas", "75w90_load_share.json"))
+    huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
+    result = run_gear(DESIGN, FormulaFriction(huge, "huge"), positions=4, points_per_line=9)
+    assert (result.status, result.reason) == ("failed", "friction_undefined")
+    assert result.flags["undefined"] == result.points_loaded
+
+
+def test_pressure_above_the_hardness_fails_and_says_where(mesh: Mesh) -> None:
+    soft = mesh.teeth.material_gear.model_copy(update={"hardness": 1.2e9})
+    weak = replace(mesh, teeth=replace(mesh.teeth, material_gear=soft))
+    result = mesh_efficiency(load_mesh(weak, 200.0), ConstantFriction(0.05), OIL, OPERATION)
+    pressure = result.points.state.pressure_hertz
+    above = np.count_nonzero(pressure > 1.2e9)
+    assert 0 < above < pressure.size
+    assert (result.status, result.reason) == ("failed", "pressure_above_hardness")
+    assert f"above the 1.2 GPa hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
+    assert f"up to {pressure.max() / 1e9:.4g} GPa" in result.notes[0]
+    assert "mm from the toe" in result.notes[0]
+    assert result.to_dict()["notes"] == list(result.notes)
+    # a torque at which no point reaches it
+    light = mesh_efficiency(load_mesh(weak, 5.0), ConstantFriction(0.05), OIL, OPERATION)
+    assert light.status == "converged"
+    assert not any("hardness" in note for note in light.notes)
+
+
+def test_load_at_the_edges_is_told(loaded: LoadedMesh) -> None:
+    peak = pressure_peak(loaded.fine, loaded.mesh.teeth)
+    assert peak.pressure == loaded.fine.pressure_max
+    (note,) = limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
+    assert "gear tip" in note
+    assert "before and after the path of the smooth flanks" in note
+    result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
+    assert 0.0 < result.edge_load_share < result.edge_loss_share < 0.5
+    assert result.pressure_max < result.pressure_edge_lower < result.pressure_edge < result.pressure_edge_upper
+
+
+def with_offset(offset: float) -> Design:
+    """The shipped bevel pair with the axes moved apart as if it were a hypoid pair."""
+    return DESIGN.model_copy(update={"assembly": DESIGN.assembly.model_copy(update={"hypoid_offset": offset})})
+
+
+def test_flanks_that_do_not_match_are_told() -> None:
+    result = run_gear(with_offset(0.003), positions=4, points_per_line=9)
+    arcsec = math.degrees(result.transmission_error_unloaded) * 3600.0
+    assert arcsec > 100.0
+    assert f"transmission error, {arcsec:.0f} arcsec peak to peak" in result.notes[-1]
+
+
+def test_flanks_that_do_not_match_at_all_are_refused() -> None:
+    with pytest.raises(ConvergenceError, match="check machine settings, hypoid offset"):
+        run_gear(with_offset(0.01), positions=4, points_per_line=9)
+
+
+def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
+    positions = tuple(replace(p, at_edge=np.zeros_like(p.at_edge)) for p in loaded.fine.positions)
+    inner = replace(loaded.fine, positions=positions)
+    assert pressure_peak(inner, loaded.mesh.teeth).edge == ""
+    assert limit_notes(inner, loaded.mesh.teeth, loaded.mesh.unloaded_error) == ()
+
+
+def test_failed_load_is_a_failure(mesh: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("efficiency.load.equilibrium.NEWTON_LIMIT", 1)
+    result = mesh_efficiency(load_mesh(mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION)
+    assert (result.status, result.reason) == ("failed", "load_newton_limit")
+
+
+def test_result_is_json(loaded: LoadedMesh) -> None:
+    content = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION).to_dict()
+    assert json.loads(json.dumps(content)) == content
+    assert content["speed_pinion"] == 125.0
+    assert len(content["power_loss_positions"]) == content["positions"] == 4
+    assert content["power_loss"] == pytest.approx((1.0 - content["efficiency"]) * content["power_input"])
+    assert set(content["ranges"]) == set(stage.RANGES)
+
+
+def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedMesh) -> None:
+    slow, fast = (
+        mesh_efficiency(loaded, ConstantFriction(0.05), OIL, Operation(speed, 363.15)) for speed in (10.0, 400.0)
+    )
+    assert fast.efficiency == pytest.approx(slow.efficiency, rel=1e-13)
+    assert fast.power_loss == pytest.approx(40.0 * slow.power_loss, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "allowed"),
+    [
+        ({"torque": 1e300}, r"torque = 1e\+300 .*at most 1e\+06 N\*m"),
+        ({"torque": -250.0}, r"torque = -250\.0 .*above 0 N\*m"),
+        ({"speed": 5001.0}, r"speed = 5001\.0 .*at most 5000 rad/s"),
+        ({"temperature_oil": 80.0}, r"temperature_oil = 80\.0 .*80 degC"),
+    ],
+)
+def test_operating_points_are_held_to_the_ranges_of_the_design_file(changes: dict[str, float], allowed: str) -> None:
+    with pytest.raises(InputError, match=allowed):
+        run_gear(DESIGN, conditions=Conditions(**changes))
+    names = ("torque", "speed", "temperature_oil")
+    with pytest.raises(InputError, match=allowed):
+        run_map(DESIGN, "constant:0.05", *([changes[name]] if name in changes else [] for name in names))
+
+
+@pytest.mark.parametrize("torque", [0.0, -300.0, float("nan"), float("inf")])
+def test_impossible_torque_is_refused(mesh: Mesh, torque: float) -> None:
+    with pytest.raises(InputError, match=r"torque = .* above 0 N m"):
+        distribute_load(mesh.fine, mesh.teeth, torque)
+    with pytest.raises(InputError, match="torque"):
+        run_gear(DESIGN, conditions=Conditions(torque=torque))
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
+def test_impossible_speed_is_refused(speed: float) -> None:
+    with pytest.raises(InputError, match="speed"):
+        run_gear(DESIGN, conditions=Conditions(speed=speed))
+
+
+@pytest.mark.parametrize("temperature", [90.0, 600.0, float("nan")])
+def test_impossible_temperature_is_refused(temperature: float) -> None:
+    with pytest.raises(InputError, match=r"temperature.*K"):
+        run_gear(DESIGN, conditions=Conditions(temperature_oil=temperature))
+
+
+def test_impossible_roughness_is_refused() -> None:
+    with pytest.raises(InputError, match="roughness_rms_gear"):
+        Operation(100.0, 363.15, 0.0, -1e-7)
+    # the design file allows 20 um
+    assert Operation(100.0, 363.15, 2e-5, 2e-5).roughness_rms_pinion == 2e-5
+    with pytest.raises(InputError, match=r"roughness_rms_pinion.* 20 um"):
+        Operation(100.0, 363.15, 2.1e-5)
+
+
+@pytest.mark.parametrize(("positions", "points"), [(5, 9), (2, 9), (4, 3)])
+def test_impossible_resolution_is_refused(positions: int, points: int) -> None:
+    with pytest.raises(InputError, match=r"positions|points_per_line"):
+        run_gear(DESIGN, positions=positions, points_per_line=points)
+
+
+def test_names_are_checked_before_anything_is_computed() -> None:
+    with pytest.raises(InputError, match="friction model"):
+        run_gear(DESIGN, "coulomb")
+    with pytest.raises(InputError, match="friction model"):
+        run_gear(DESIGN, "ehl:rough")
+    with pytest.raises(InputError, match="oil"):
+        run_gear(DESIGN, conditions=Conditions(oil="butter"))
+    with pytest.raises(InputError, match="design"):
+        run_gear("no_such_design")
+
+
+def test_join_states_keeps_order() -> None:
+    one = ContactState.of(
+        pressure_hertz=[1e9, 2e9], radius_equivalent=0.01, effective_modulus=2e11, speed_entrainment=1.0
+    )
+    other = ContactState.of(pressure_hertz=[3e9], radius_equivalent=0.02, effective_modulus=2e11, speed_entrainment=1.0)
+    both = join_states(one, other)
+    np.testing.assert_array_equal(both.pressure_hertz, [1e9, 2e9, 3e9])
+    np.testing.assert_array_equal(both.radius_equivalent, [0.01, 0.01, 0.02])
+
+
+def test_run_functions_agree_and_figures_show_the_result(mesh: Mesh) -> None:
+    result = run_gear(DESIGN, "xu_kahraman_2007", positions=4, points_per_line=9)
+    assert result.torque_pinion == DESIGN.operation.torque
+    comparison = run_compare(DESIGN, ("xu_kahraman_2007",), positions=4, points_per_line=9)
+    assert comparison.rows[0].efficiency == result.efficiency
+    assert comparison.reference == "xu_kahraman_2007"
+    fitted = comparison.rows[1]
+    assert fitted.name.endswith("fitted to xu_kahraman_2007")
+    assert fitted.power_loss == pytest.approx(result.power_loss, rel=1e-12)
+    # Coleman's constant and the fitted one in both closed forms
+    assert [row.kind for row in comparison.rows] == ["mesh"] * 2 + ["closed form"] * 4
+    regions = np.array(comparison.rows[0].loss_regions)
+    assert regions.shape == (3, 3)
+    assert regions.sum() == pytest.approx(1.0, rel=1e-12)
+    assert regions.min() >= 0.0
+    map_ = run_map(DESIGN, "xu_kahraman_2007", [300.0, 100.0], [], [333.15, 363.15], positions=4, points_per_line=9)
+    assert map_.shape == (2, 1, 2)
+    assert map_.values()[0, 0, 1] == result.efficiency
+    assert json.dumps(map_.to_dict())
+
+    sharing = plot_load_sharing(result).axes[0].lines[0].get_ydata()
+    assert np.max(sharing) == pytest.approx(max(max(p.share.values()) for p in result.load.positions))
+    assert len(plot_transmission_error(result).axes[0].lines) == 2
+    loss = plot_friction_and_loss(result).axes[1].lines[0].get_ydata()
+    np.testing.assert_array_equal(loss, result.power_loss_positions)
+    assert len(plot_comparison(comparison).axes[0].patches) == len(comparison.rows)
+    assert [len(axes.lines) for axes in plot_map(map_).axes] == [2, 2]
+
+
+def test_map_refuses_an_empty_list_and_reports_progress(mesh: Mesh) -> None:
+    seen: list[tuple[int, int]] = []
+    arguments = (mesh, ConstantFriction(0.05), OIL, [100.0, 200.0], lambda s, t: Operation(s, t))
+    efficiency_map(*arguments, [100.0], [363.15], lambda done, total: seen.append((done, total)))
+    assert seen == [(1, 2), (2, 2)]
+    with pytest.raises(InputError, match="speed"):
+        efficiency_map(*arguments, [], [363.15])
+
+
+def test_points_without_friction_have_their_share_of_the_loss() -> None:
+    points = SimpleNamespace(force=np.ones(4), speed_sliding=np.array([1.0, 1.0, 1.0, 2.0]))
+    flag = np.array([FrictionFlag.OK] * 3 + [FrictionFlag.NOT_CONVERGED])
+    for mu, share in ((np.array([0.05, 0.05, 0.05, np.nan]), 0.4), (np.full(4, np.nan), 0.4)):
+        shares = stage._flag_shares(cast(Any, points), FrictionEstimate(mu, mu, mu, flag))
+        assert shares["not_converged"] == pytest.approx(share)

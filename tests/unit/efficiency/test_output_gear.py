@@ -1,0 +1,282 @@
+"""What a gear run leaves behind: fields over the flank, figures, page, workbook, CSV, each against the result."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from openpyxl import load_workbook
+
+from efficiency.design.design import Design, load_design
+from efficiency.gear_mesh import gear_mesh
+from efficiency.load.loaded_mesh import load_mesh
+from efficiency.loss.compare import Comparison, compare_models
+from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.map import EfficiencyMap, efficiency_map
+from efficiency.loss.result import EfficiencyResult
+from efficiency.output.data_tables import comparison_tables, map_tables, result_tables
+from efficiency.output.flank_map import FlankMap
+from efficiency.output.gear_files import OutputFiles, write_comparison, write_map, write_result
+from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures, nearest_point
+from efficiency.output.plots_comparison import (
+    plot_friction_along_mesh,
+    plot_loss_along_mesh,
+    plot_loss_by_region,
+    plot_run_time,
+)
+from efficiency.output.plots_map import contour_figure, map_figures
+from efficiency.output.tables import comparison_rows, position_rows, range_rows
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from regression.friction.models import friction_model
+
+OIL = Oil.load("75w90")
+TORQUES, SPEEDS, TEMPERATURES = (60.0, 150.0, 300.0), (60.0, 120.0, 240.0), (333.15, 363.15)
+Meshed = tuple[Design, Any]
+
+
+def operation(speed: float = 125.0, temperature: float = 363.15) -> Operation:
+    return Operation(speed, temperature, 0.4e-6, 0.3e-6)
+
+
+@pytest.fixture(scope="module")
+def geared() -> Meshed:
+    design = load_design("fm_spiral_bevel_14x39")
+    return design, gear_mesh(design, "drive", 6, 9)
+
+
+@pytest.fixture(scope="module")
+def result(geared: Meshed) -> EfficiencyResult:
+    return mesh_efficiency(load_mesh(geared[1].mesh, 300.0), friction_model("xu_kahraman_2007"), OIL, operation())
+
+
+@pytest.fixture(scope="module")
+def flank(geared: Meshed, result: EfficiencyResult) -> FlankMap:
+    return FlankMap.of(geared[0], result)
+
+
+@pytest.fixture(scope="module")
+def grid(geared: Meshed) -> EfficiencyMap:
+    model = friction_model("xu_kahraman_2007")
+    return efficiency_map(geared[1].mesh, model, OIL, TORQUES, operation, SPEEDS, TEMPERATURES)
+
+
+@pytest.fixture(scope="module")
+def comparison(geared: Meshed) -> Comparison:
+    models = [friction_model("constant:0.05"), friction_model("xu_kahraman_2007")]
+    return compare_models(load_mesh(geared[1].mesh, 300.0), models, OIL, operation(), geared[1].pitch)
+
+
+def require_units(figure: Figure) -> None:
+    """Every axis names its quantity and unit; so do colour bars."""
+    labels = 0
+    for axes in figure.axes:
+        if not axes.axison:
+            continue
+        shared = bool(axes.get_shared_y_axes().get_siblings(axes)[1:]) or bool(axes.get_ylabel())
+        assert shared
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            if label:
+                labels += 1
+                assert re.search(r"\[[^\]]+\]", label), label
+    assert labels >= 2
+
+
+def require_self_contained(path: Path) -> str:
+    text = path.read_text(encoding="utf-8")
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!#|data:)""", text)
+    assert not re.findall(r"url\((?!#)", text)
+    assert "@import" not in text
+    assert "<script" not in text
+    return text
+
+
+def test_loss_density_integrates_to_the_loss(flank: FlankMap, result: EfficiencyResult) -> None:
+    lost = 0.0
+    power = result.friction.mu * result.points.force * result.points.speed_sliding
+    for value, k, i in zip(power, result.points.position, result.points.index, strict=True):
+        edge = result.load.positions[k].position.edge
+        if edge is None or not edge.touching[i]:
+            lost += value / result.positions
+    assert np.nansum(flank.loss_density * flank.area) == pytest.approx(lost, rel=1e-12)
+    assert 0.5 * result.power_loss < lost <= result.power_loss * (1.0 + 1e-12)
+
+
+def test_sliding_in_the_projection_is_the_rate_of_the_blank_coordinates(
+    flank: FlankMap, result: EfficiencyResult
+) -> None:
+    blank, step = flank.design.gear.blank.blank(), 1e-7
+    along, up = flank.sliding
+    places = np.concatenate([load.position.position for load in result.load.positions])
+    vectors = np.concatenate(
+        [
+            p.sliding_along[:, None] * p.along + p.sliding_across[:, None] * p.across
+            for p in (load.position for load in result.load.positions)
+        ]
+    )
+    ends = [places + sign * step * vectors for sign in (-1.0, 1.0)]
+    (u0, h0), (u1, h1) = (blank.coordinates(np.hypot(e[:, 0], e[:, 1]), e[:, 2]) for e in ends)
+    at = np.concatenate(flank.lines)
+    speed = result.speed_pinion / (2.0 * step)
+    np.testing.assert_allclose(along.ravel(), (u1 - u0)[at] * speed, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(up.ravel(), (h1 - h0)[at] * speed, rtol=1e-5, atol=1e-6)
+
+
+def test_lines_follow_each_other_over_the_flank(flank: FlankMap) -> None:
+    assert np.all(np.diff(flank.roll) > 0.0)
+    u, h = flank.place("gear")
+    blank = flank.design.gear.blank.blank()
+    assert np.all(np.abs(u) <= 0.5 * blank.face_width * (1.0 + 1e-9))
+    assert np.all(h >= blank.root(u) - 1e-9)
+    assert np.all(h <= blank.tip(u) + 1e-9)
+    assert np.nanmax(flank.local("temperature_flash")) == np.max(flank.result.lubrication.temperature_flash)
+
+
+def test_every_axis_has_its_unit(
+    flank: FlankMap, result: EfficiencyResult, grid: EfficiencyMap, comparison: Comparison
+) -> None:
+    names = []
+    for name, figure, caption in chain(
+        load_figures(flank), loss_figures(flank), mesh_figures(result), map_figures(grid)
+    ):
+        require_units(figure)
+        assert caption.endswith(".")
+        names.append(name)
+    assert len(set(names)) == len(names)
+    for figure in (
+        plot_friction_along_mesh(comparison),
+        plot_loss_along_mesh(comparison),
+    ):
+        require_units(figure)
+    assert plot_run_time(comparison).axes[0].get_xlabel().endswith("[s]")
+    shown = plot_loss_by_region(comparison).axes[0].images[0].get_array()
+    assert shown is not None
+    np.testing.assert_allclose(np.asarray(shown).sum(), 100.0)
+
+
+def test_contours_hold_the_map(grid: EfficiencyMap) -> None:
+    figure = contour_figure(grid, "power_loss", "power loss [W]", 1.0)
+    low, high = figure.axes[0].collections[0].get_clim()
+    assert low <= grid.values("power_loss").min()
+    assert high >= grid.values("power_loss").max()
+
+
+def sheet_rows(path: Path, name: str) -> list[tuple[Any, ...]]:
+    book = load_workbook(path, read_only=True)
+    rows = list(book[name].iter_rows(values_only=True))
+    book.close()
+    return rows
+
+
+def test_workbook_and_csv_hold_the_result(geared: Meshed, result: EfficiencyResult, tmp_path: Path) -> None:
+    files = OutputFiles(tmp_path / "figures", tmp_path / "r.html", tmp_path / "r.xlsx", tmp_path / "csv")
+    write_result(geared[0], result, files)
+    single = {row[0]: row[1] for row in sheet_rows(tmp_path / "r.xlsx", "result")}
+    assert single["efficiency"] == pytest.approx(result.efficiency, rel=1e-14)
+    assert single["friction_model"] == "xu_kahraman_2007"
+    assert single["pressure_hertz (greatest)"] == pytest.approx(result.ranges["pressure_hertz"][1], rel=1e-14)
+    header, *points = sheet_rows(tmp_path / "r.xlsx", "points")
+    assert len(points) == result.points_loaded
+    column = {name: np.array([row[k] for row in points]) for k, name in enumerate(header)}
+    for name in ("pressure_hertz [Pa]", "radius_equivalent [m]", "temperature_bulk_1 [K]", "film_central [m]"):
+        assert name in column
+    np.testing.assert_allclose(column["friction_coefficient"], result.friction.mu, rtol=1e-14)
+    assert column["power_loss [W]"].sum() / result.positions == pytest.approx(result.power_loss, rel=1e-12)
+    position, *rows = sheet_rows(tmp_path / "r.xlsx", "positions")
+    lost = [row[position.index("power_loss [W]")] for row in rows]
+    np.testing.assert_allclose(lost, result.power_loss_positions, rtol=1e-14)
+    shares = [k for k, name in enumerate(position) if name.startswith("share of pair")]
+    np.testing.assert_allclose([sum(row[k] for k in shares) for row in rows], 1.0)
+    with (tmp_path / "csv" / "points.csv").open(encoding="utf-8", newline="") as file:
+        table = list(csv.reader(file))
+    assert tuple(table[0]) == header
+    at = table[0].index("force [N]")
+    np.testing.assert_allclose([float(row[at]) for row in table[1:]], result.points.force, rtol=1e-14)
+    assert {path.stem for path in (tmp_path / "csv").iterdir()} == {"result", "remarks", "positions", "points"}
+    assert len(list((tmp_path / "figures").glob("*.png"))) == 14
+
+
+def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: EfficiencyMap, tmp_path: Path) -> None:
+    write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html", xlsx=tmp_path / "map.xlsx"))
+    text = require_self_contained(tmp_path / "map.html")
+    assert text.count("<svg") == 4 + 14 + 1
+    chosen = nearest_point(geared[0], grid)
+    assert (chosen.torque_pinion, chosen.speed_pinion, chosen.temperature_oil) == (300.0, 120.0, 363.15)
+    assert f"{100.0 * chosen.efficiency:.2f} %" in text
+    for text_of_point in (f"{100.0 * r.efficiency:.3f}" for r in grid.results):
+        assert text_of_point in text
+    for note in chosen.notes:
+        assert note.split("(")[0].strip() in text
+    header, *rows = sheet_rows(tmp_path / "map.xlsx", "map")
+    losses = [row[header.index("power_loss [W]")] for row in rows]
+    np.testing.assert_allclose(losses, grid.values("power_loss").ravel(), rtol=1e-14)
+    cells = sheet_rows(tmp_path / "map.xlsx", "efficiency at 363.15 K")
+    np.testing.assert_allclose([row[1:] for row in cells[1:]], grid.values()[:, :, 1], rtol=1e-14)
+
+
+def test_comparison_as_page_and_tables(comparison: Comparison, tmp_path: Path) -> None:
+    write_comparison(comparison, OutputFiles(tmp_path / "c.svg", tmp_path / "c.html", tmp_path / "c.xlsx"))
+    text = require_self_contained(tmp_path / "c.html")
+    for row in comparison.rows:
+        assert row.name in text
+    header, *rows = sheet_rows(tmp_path / "c.xlsx", "models")
+    assert [row[header.index("efficiency")] for row in rows] == pytest.approx([r.efficiency for r in comparison.rows])
+    header, *rows = sheet_rows(tmp_path / "c.xlsx", "friction along the mesh")
+    at = header.index("constant:0.05")
+    np.testing.assert_allclose([row[at] for row in rows], 0.05, rtol=1e-12)
+    header, *rows = sheet_rows(tmp_path / "c.xlsx", "share of loss by region")
+    np.testing.assert_allclose([sum(row[1:]) for row in rows], 1.0, rtol=1e-12)
+    assert len(comparison_rows(comparison)) == len(comparison.rows)
+
+
+def test_tables_for_the_page(result: EfficiencyResult) -> None:
+    ranges = {row[0]: row[1:] for row in range_rows(result)}
+    assert float(ranges["Hertz pressure"][1]) == pytest.approx(result.pressure_max / 1e9, rel=1e-3)
+    header, rows = position_rows(result)
+    assert all("[" in name or name == "pairs loaded" for name in header)
+    assert [float(row[-1]) for row in rows] == pytest.approx(list(result.power_loss_positions), abs=0.06)
+
+
+def test_tables_have_units_in_their_heads(
+    result: EfficiencyResult, grid: EfficiencyMap, comparison: Comparison
+) -> None:
+    plain = re.compile(r"(angle|_gear|_pinion|_oil|_hertz|_loss|_max|force|length|speed|torque|radius|film_central)$")
+    for table in chain(result_tables(result), map_tables(grid), comparison_tables(comparison)):
+        assert table.rows
+        assert all(len(row) == len(table.header) for row in table.rows)
+        assert [name for name in table.header if plain.search(name)] == []
+
+
+@pytest.mark.parametrize(("name", "path"), [("report", "page.pdf"), ("xlsx", "table.csv")])
+def test_wrong_suffix_is_refused_before_anything_is_computed(name: str, path: str) -> None:
+    with pytest.raises(InputError, match=path):
+        OutputFiles(**{name: Path(path)})
+
+
+def test_a_path_that_cannot_be_written(result: EfficiencyResult, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for files in (OutputFiles(xlsx=tmp_path / "file" / "t.xlsx"), OutputFiles(csv=tmp_path / "file")):
+        with pytest.raises(InputError, match="folder that can be written"):
+            files.write_tables(result_tables(result), "x")
+
+
+def test_options_that_do_not_go_together(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    pair = "fm_spiral_bevel_14x39"
+    for arguments, words in (
+        (["--geometry", "--xlsx", "t.xlsx"], "--xlsx"),
+        (["--duty", "d.csv", "--torque", "10 N m"], "--torque"),
+        (["--torque", "10, 20 N m", "--uncertainty"], "--uncertainty"),
+        (["--report", "page.pdf"], ".html"),
+        (["--driver", "both"], "pinion or gear"),
+    ):
+        outcome = mixed_ehl("gear", pair, *arguments)
+        assert outcome.code == 2
+        assert words in outcome.err

@@ -1,0 +1,113 @@
+"""Misalignment study on the command line, as table, CSV and figures."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from efficiency.contact.misalignment import MisalignmentStudy, misalignment_study
+from efficiency.contact.pair import gear_pair
+from efficiency.design.design import Design, load_design
+from efficiency.output.misalignment_table import study_rows, varied, write_study
+from efficiency.output.plots_misalignment import map_figure, section_contacts, section_figure, sections
+
+PAIR = "fm_spiral_bevel_14x39"
+Cli = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return load_design(PAIR)
+
+
+@pytest.fixture(scope="module")
+def study(design: Design) -> MisalignmentStudy:
+    return misalignment_study(design, E=(-1e-4, 0.0, 1e-4), alpha=(0.0, 5e-4))
+
+
+def test_rows_show_what_varies(study: MisalignmentStudy) -> None:
+    assert varied(study) == ["E", "alpha"]
+    rows = study_rows(study)
+    assert len(rows) == 6
+    assert rows[0][:2] == ("-0.1", "+0")
+    assert float(rows[3][1]) == pytest.approx(np.degrees(5e-4) * 60.0, rel=1e-3)
+    for row, point in zip(rows, study.points, strict=True):
+        assert float(row[2]) == pytest.approx(np.degrees(point.peak_to_peak) * 3600.0, abs=6e-4)
+
+
+def test_csv_holds_the_study(study: MisalignmentStudy, tmp_path: Path) -> None:
+    path = tmp_path / "study.csv"
+    write_study(path, [study])
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith(f"# mixed-ehl misalignment study v1; design={PAIR}")
+    table = pd.read_csv(io.StringIO(text), comment="#")
+    assert set(table["side"]) == {"drive"}
+    np.testing.assert_allclose(table["peak_to_peak"], [point.peak_to_peak for point in study.points], rtol=1e-12)
+    np.testing.assert_allclose(table["E"], [point.E for point in study.points], rtol=1e-15)
+
+
+def test_sections_pass_through_the_aligned_pair(study: MisalignmentStudy) -> None:
+    values, points = sections(study, "E")
+    np.testing.assert_allclose(values, [-0.1, 0.0, 0.1], atol=1e-12)
+    assert all(point.alpha == 0.0 for point in points)
+    assert [point.alpha for point in sections(study, "alpha")[1]] == [0.0, 5e-4]
+
+
+def test_figures_show_the_points(study: MisalignmentStudy, design: Design) -> None:
+    figure = section_figure([study])
+    line = figure.axes[0].get_lines()[0]
+    expected = np.degrees([point.peak_to_peak for point in sections(study, "E")[1]]) * 3600.0
+    np.testing.assert_allclose(np.asarray(line.get_ydata(), dtype=float), expected)
+    maps = map_figure(study)
+    assert maps is not None
+    shown = np.asarray(maps.axes[0].collections[0].get_array()).reshape(2, 3)
+    assert shown[0, 1] == pytest.approx(np.degrees(study.points[2].peak_to_peak) * 3600.0)
+    assert map_figure(misalignment_study(design, E=(0.0,))) is None
+
+
+def test_patterns_of_a_section_are_those_of_the_study(study: MisalignmentStudy, design: Design) -> None:
+    contacts = section_contacts(design, study, "E")
+    assert [value for value, _, _ in contacts] == [-1e-4, 0.0, 1e-4]
+    for (_, _, pattern), point in zip(contacts, sections(study, "E")[1], strict=True):
+        assert pattern.area_share == pytest.approx(point.pattern_area, rel=1e-9)
+    aligned = gear_pair(design).pattern(study.marking)
+    # counted on samples of maps that differ a little in extent
+    assert contacts[1][2].area_share == pytest.approx(aligned.area_share, abs=2e-3)
+
+
+def test_study_on_the_command_line(mixed_ehl: Cli) -> None:
+    outcome = mixed_ehl("misalignment", PAIR, "--G", "-0.05:0.05:3 mm", "--side", "coast", "--json")
+    assert outcome.code == 0
+    (study,) = json.loads(outcome.out)["studies"]
+    assert study["side"] == "coast"
+    assert study["G"] == pytest.approx([-5e-5, 0.0, 5e-5], abs=1e-18)
+    assert len(study["points"]) == 3
+    table = mixed_ehl("misalignment", PAIR, "--G", "0, 0.05 mm")
+    for words in ("TE p-p", "[arcsec]", "2 states", "+0.05"):
+        assert words in table.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), ["--E, --P, --G, --alpha", "at least one"]),
+        (("--E", "0, 0.1"), ["--E", "unit"]),
+        (("--E", "0, 5 mm"), ["--E", "0.002"]),
+        (("--E", "-0.1:0.1:1 mm"), ["--E", "from:to:number", "at least 2"]),
+        (("--alpha", "0:1:2:3 arcmin"), ["--alpha", "from:to:number"]),
+        (("--E", "-1:1:500 mm", "--P", "-1:1:500 mm"), ["250000 states", "10000"]),
+        (("--G", "0, 0.1 mm", "--marking", "6"), ["--marking", "unit"]),
+    ],
+)
+def test_bad_study_is_a_sentence(mixed_ehl: Cli, arguments: tuple[str, ...], words: list[str]) -> None:
+    outcome = mixed_ehl("misalignment", PAIR, *arguments)
+    assert outcome.code == 2
+    for word in words:
+        assert word in outcome.err

@@ -1,0 +1,104 @@
+"""Setting sheets: what is written is read back, and a sheet becomes a design."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from efficiency.contact.grid_flank import grid_flank, read_point_grid
+from efficiency.cutting.summary import read_summary
+from efficiency.design.design import load_design
+from efficiency.output.design_import import design_from_sheet
+from efficiency.output.files import export_grids
+from efficiency.output.setting_sheet import sheet_text, write_sheet
+from ehl.io.data import data_names
+
+PAIR = "fm_spiral_bevel_14x39"
+Cli = Callable[..., Any]
+
+
+def numbers(model: BaseModel, path: str = "") -> Iterator[tuple[str, object]]:
+    for name in type(model).model_fields:
+        value = getattr(model, name)
+        if isinstance(value, BaseModel):
+            yield from numbers(value, f"{path}.{name}")
+        else:
+            yield f"{path}.{name}", value
+
+
+@pytest.mark.parametrize("units", ["metric", "inch"])
+@pytest.mark.parametrize("name", data_names("designs"))
+def test_sheet_of_every_shipped_design_is_read_back(name: str, units: Any, tmp_path: Path) -> None:
+    design = load_design(name)
+    sheet = tmp_path / "sheet.csv"
+    write_sheet(sheet, design, units)
+    assert read_summary(sheet).unread == ()
+    text, notes = design_from_sheet(sheet, name)
+    assert notes == []
+    path = tmp_path / "again.toml"
+    path.write_text(text, encoding="utf-8")
+    again = load_design(path)
+    for member in ("pinion", "gear"):
+        first, second = (dict(numbers(getattr(d, member))) for d in (design, again))
+        assert first.keys() == second.keys()
+        for key, value in first.items():
+            # angles pass through degrees with twelve digits
+            assert second[key] == (pytest.approx(value, rel=2e-11, abs=1e-15) if isinstance(value, float) else value), (
+                key
+            )
+    assert again.operation == design.operation
+    assert again.assembly == design.assembly
+
+
+def test_sheet_in_inch() -> None:
+    text = sheet_text(load_design(PAIR), "inch")
+    assert "units,                             inch" in text
+    # the face width of 25.4 mm
+    assert "face width,                        1\n" in text
+
+
+def test_import_on_the_command_line(mixed_ehl: Cli, tmp_path: Path) -> None:
+    assert mixed_ehl("export", PAIR, "-o", tmp_path, "--what", "summary", "--units", "inch").code == 0
+    sheet, output = tmp_path / "setting_sheet.csv", tmp_path / "again.toml"
+    outcome = mixed_ehl("import", sheet, "-o", output, "--like", PAIR)
+    assert outcome.code == 0
+    assert "can be computed" in outcome.out
+    assert mixed_ehl("gear", output, "--geometry", "--side", "drive").code == 0
+    alone = mixed_ehl("import", sheet, "-o", tmp_path / "tables.toml")
+    assert alone.code == 0
+    assert "operation are missing" in alone.out
+
+
+def test_lines_not_known_are_told(mixed_ehl: Cli, tmp_path: Path) -> None:
+    sheet = tmp_path / "sheet.txt"
+    sheet.write_text(sheet_text(load_design(PAIR)) + "grinding wheel, 3\n", encoding="utf-8")
+    outcome = mixed_ehl("import", sheet, "-o", tmp_path / "again.toml", "--like", PAIR)
+    assert outcome.code == 0
+    assert "not read: grinding wheel, 3" in outcome.out
+
+
+def test_sheet_that_cannot_be_used_is_a_sentence(mixed_ehl: Cli, tmp_path: Path) -> None:
+    sheet = tmp_path / "sheet.txt"
+    sheet.write_text("member, pinion\nradial setting, 4.1\n", encoding="utf-8")
+    outcome = mixed_ehl("import", sheet, "-o", tmp_path / "again.toml")
+    assert outcome.code == 2
+    assert "line 2 (radial setting)" in outcome.err
+    missing = mixed_ehl("import", tmp_path / "none.txt", "-o", tmp_path / "again.toml")
+    assert missing.code == 2
+
+
+def test_grid_file_is_read_back_as_a_flank(tmp_path: Path) -> None:
+    design = load_design(PAIR)
+    export_grids(design, "gear", tmp_path, 9, 15)
+    exact = design.gear.flank("convex")
+    flank = grid_flank(read_point_grid(tmp_path / "gear_convex.csv"), "convex", exact.blank, "right")
+
+    u, h = np.linspace(-0.011, 0.011, 7), np.linspace(-0.003, 0.001, 7)
+    one, other = exact.solve(u, h)[0], flank.solve(u, h)[0]
+    assert np.abs(one.position - other.position).max() < 1e-8
+    assert np.abs(one.normal - other.normal).max() < 1e-5

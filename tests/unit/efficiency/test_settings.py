@@ -1,0 +1,136 @@
+"""Targets files, wanted ease-off, the command `settings`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.design.design import load_design
+from efficiency.settings.ease_off_target import wanted_relief
+from efficiency.settings.inputs import FlankTarget, SettingsInput, load_targets
+from efficiency.settings.solve import machine_settings
+from ehl.io.data import data_path
+from ehl.io.errors import InputError
+
+TEXT = data_path("targets", "fh_hypoid_9x34.toml").read_text(encoding="utf-8")
+
+
+def changed(**cutting: Any) -> SettingsInput:
+    given = load_targets("fh_hypoid_9x34")
+    return given.model_copy(update={"cutting": given.cutting.model_copy(update=cutting)})
+
+
+def test_relief_has_the_amounts_of_the_targets() -> None:
+    target = FlankTarget(crowning_toe=30e-6, crowning_heel=50e-6, relief_root=8e-6, relief_tip=20e-6)
+    x, y = np.array([-1.0, 1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0, 1.0, 0.0])
+    np.testing.assert_allclose(wanted_relief(target, x, y), [30e-6, 50e-6, 8e-6, 20e-6, 0.0], atol=1e-18)
+
+
+def test_bias_leans_the_crest_and_twist_lifts_corners() -> None:
+    leaning = FlankTarget(bias=0.4, relief_root=0.0, relief_tip=0.0)
+    assert wanted_relief(leaning, np.array([0.4]), np.array([1.0]))[0] == pytest.approx(0.0, abs=1e-18)
+    twisted = FlankTarget(crowning_toe=0.0, crowning_heel=0.0, relief_root=0.0, relief_tip=0.0, twist=5e-6)
+    x, y = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0, 1.0])
+    np.testing.assert_allclose(wanted_relief(twisted, x, y), [5e-6, 5e-6, -5e-6, -5e-6], atol=1e-18)
+
+
+def test_contact_position_is_without_relief() -> None:
+    target = FlankTarget(contact_face=0.3, contact_depth=-0.2, bias=0.5, twist=4e-6)
+    assert wanted_relief(target, np.array([0.3]), np.array([-0.2]))[0] == pytest.approx(0.0, abs=1e-18)
+
+
+def test_conjugate_flanks_need_even_targets() -> None:
+    content = load_targets("fh_hypoid_9x34").model_dump()
+    content["cutting"]["pinion"] = "conjugate"
+    content["targets"]["drive"]["crowning_heel"] = 20e-6
+    with pytest.raises(ValueError, match="crowning_heel"):
+        SettingsInput.model_validate(content)
+
+
+def test_pinion_without_settings_is_labelled() -> None:
+    result = machine_settings(changed(pinion="conjugate"), transmission=False)
+    assert "not cut by settings" in result.warnings[0]
+    assert "no settings" in result.text
+    given = result.design.pinion.concave.model_dump()
+    assert given["ease_off"]["lengthwise_crowning"] == pytest.approx(40e-6)
+    assert result.rms < 1e-12
+
+
+def test_blades_can_stay_at_the_radius_of_their_head() -> None:
+    result = machine_settings(changed(radius_offsets="none"), transmission=False)
+    for side in ("concave", "convex"):
+        cutter = getattr(result.design.pinion, side).cutter
+        assert cutter.radius_offset == 0.0
+        assert cutter.cutter_radius == pytest.approx(0.076)
+    assert result.rms < 3e-6
+
+
+def test_cradle_machine_keeps_root_angle_and_tilt() -> None:
+    limit = np.radians(7.0)
+    result = machine_settings(changed(pinion="each_flank", machine="cradle", tilt_limit=limit), transmission=False)
+    blank = result.design.pinion.blank
+    for side in ("concave", "convex"):
+        machine = getattr(result.design.pinion, side).machine
+        assert machine.machine_root_angle == pytest.approx(blank.pitch_angle - blank.dedendum_angle, abs=1e-8)
+        assert abs(machine.tilt) <= limit + 1e-9
+    assert result.rms < 6e-6
+
+
+def test_wanted_transmission_error_is_reached() -> None:
+    given = load_targets("fh_spiral_bevel_12x37")
+    wish = given.targets.drive.model_copy(update={"transmission_error": np.radians(25.0 / 3600.0)})
+    targets = given.targets.model_copy(update={"drive": wish})
+    result = machine_settings(given.model_copy(update={"targets": targets}), transmission=False)
+    assert result.concave.transmission_error == pytest.approx(wish.transmission_error, rel=0.011)
+    assert result.convex.transmission is None
+
+
+def test_command_writes_a_design_that_loads(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    targets, design = tmp_path / "targets.toml", tmp_path / "made" / "design.toml"
+    targets.write_text(TEXT.replace('pinion = "both_flanks"', 'pinion = "each_flank"'), encoding="utf-8")
+    outcome = mixed_ehl("settings", targets, "-o", design, "--json")
+    assert outcome.code == 0
+    content = json.loads(outcome.out)
+    assert content["status"] == "converged"
+    assert content["concave"]["residual_rms"] < 1e-6
+    assert len(content["convex"]["residual_map"]) == 135
+    assert load_design(design).name == "fh_hypoid_9x34"
+    assert design.read_text(encoding="utf-8").startswith("# fh_hypoid_9x34: made by")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ('gear = "formate"', 'gear = "cast"', "cutting.gear"),
+        ('blank = "fh_hypoid_9x34"', 'blank = "fh_hypoid_9x43"', "blank"),
+        ('crowning_toe = "40 um"', 'crowning_toe = "-4 um"', "targets.drive.crowning_toe"),
+        ('crowning_toe = "40 um"', 'transmission_error = "2 mm"', "targets.drive.transmission_error"),
+        ('oil = "75w90"', 'oil = "olive"', "operation.oil"),
+    ],
+)
+def test_bad_targets_are_refused(mixed_ehl: Callable[..., Any], tmp_path: Path, old: str, new: str, field: str) -> None:
+    targets = tmp_path / "targets.toml"
+    assert old in TEXT
+    targets.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    outcome = mixed_ehl("settings", targets)
+    assert outcome.code == 2
+    assert field in outcome.err
+
+
+def test_unknown_targets_name_the_shipped_ones() -> None:
+    with pytest.raises(InputError, match="fm_hypoid_13x42"):
+        load_targets("nothing")
+
+
+def test_residual_above_the_limit_is_exit_code_1(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    # so much crowning is beyond one setting for both flanks
+    targets = tmp_path / "targets.toml"
+    targets.write_text(TEXT.replace('"40 um"', '"400 um"'), encoding="utf-8")
+    outcome = mixed_ehl("settings", targets)
+    assert outcome.code == 1
+    assert "um rms, above 3" in outcome.err

@@ -1,0 +1,229 @@
+"""Efficiency with solved contacts of which some fail, and the texture of the flanks on its way to the contacts."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from efficiency.design.design import Design, load_design
+from efficiency.gear_mesh import gear_mesh
+from efficiency.loss import ehl_friction as module
+from efficiency.loss.duty import DutyRow, duty_points
+from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
+from efficiency.loss.kinematics import Operation
+from efficiency.loss.regions import friction_along_mesh, loss_by_region
+from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
+from efficiency.output.data_tables import result_table
+from efficiency.output.tables import efficiency_rows
+from efficiency.run import run_duty, run_gear, run_map, run_parameter_map
+from efficiency.study.levels import Levels
+from efficiency.study.solve import run_study
+from ehl.contact import LineContact
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from ehl.state import ContactState
+from regression.friction.models import ConstantFriction, FrictionEstimate, friction_model
+
+DESIGN = load_design("fm_spiral_bevel_14x39")
+TEXTURED = DESIGN.model_copy(
+    update={"surface": DESIGN.surface.model_copy(update={"correlation_length": 60e-6, "peklenik_number": 4.0})}
+)
+OIL = Oil.load("75w90")
+OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
+GRID = {"positions": 4, "points_per_line": 9}
+
+
+@pytest.fixture(scope="module")
+def loaded() -> LoadedMesh:
+    return load_mesh(gear_mesh(DESIGN, "drive", 6, 15).mesh, 200.0)
+
+
+def solver(fails: Any) -> Any:
+    """Friction falling with pressure; contacts that `fails` names fail."""
+
+    def solve(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        if fails(contact):
+            return SimpleNamespace(status="failed", reason="film_jump")
+        return SimpleNamespace(
+            status="converged",
+            friction_coefficient=0.06 - 0.02 * contact.pressure_hertz / 1e9,
+            friction_error=0.03,
+            statistical_error=0.02,
+            film_central=1e-7,
+            film_ratio=0.5,
+            temperature_flash=380.0,
+            rolling_traction=1e-4,
+        )
+
+    return solve
+
+
+def model(**changes: Any) -> EhlFriction:
+    return replace(ehl_friction("ehl"), points=60, jobs=1, **changes)
+
+
+def test_failed_contacts_are_counted_named_and_carried_as_error(
+    loaded: LoadedMesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "solve_contact", solver(lambda contact: False))
+    sound = mesh_efficiency(loaded, model(), OIL, OPERATION)
+    pressure = np.sort(sound.points.state.pressure_hertz)
+    hard = float(pressure[-8])
+    monkeypatch.setattr(module, "solve_contact", solver(lambda contact: contact.pressure_hertz >= hard))
+    result = mesh_efficiency(loaded, model(), OIL, OPERATION)
+    assert (sound.contacts, sound.contacts_failed) == (60, {})
+    assert result.status == "converged"
+    assert result.contacts == 60
+    failed = result.contacts_failed["film_jump"]
+    assert 0 < failed < 6
+    assert result.flags["predicted"] > 0
+    assert result.flags["not_converged"] == 0
+    assert result.outside_range_share == 0.0
+    share = result.flag_shares["predicted"]
+    assert 0.0 < share < 0.1
+    assert (
+        f"{failed} of 60 contacts not solved (film_jump {failed}): predicted by the others, {100 * share:.2g} % of"
+        in (" ".join(result.notes))
+    )
+    assert result.efficiency == pytest.approx(sound.efficiency, abs=2e-5)
+    assert result.efficiency_lower < sound.efficiency < result.efficiency_upper
+    assert result.efficiency_upper - result.efficiency_lower > sound.efficiency_upper - sound.efficiency_lower
+    # every share is of all the loss
+    assert sum(result.flag_shares.values()) == pytest.approx(1.0)
+    assert loss_by_region(result).sum() == pytest.approx(1.0)
+    assert np.all(np.isfinite(friction_along_mesh(result)))
+    assert 0.0 < result.edge_loss_share < 1.0
+    rows = {row[0]: row[1] for row in result_table(result).rows}
+    assert rows["contacts"] == 60
+    assert rows["contacts failed film_jump"] == failed
+    assert rows["points flagged predicted"] == result.flags["predicted"]
+    assert json.loads(json.dumps(result.to_dict()))["contacts_failed"] == {"film_jump": failed}
+    shown = {row[0]: row[1] for row in efficiency_rows(result)}
+    assert shown["contacts solved"] == f"{60 - failed} of 60"
+    assert float(shown["share of the loss next to failed contacts"]) == pytest.approx(100.0 * share, abs=0.01)
+    assert "contacts solved" not in dict(
+        row[:2] for row in efficiency_rows(mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION))
+    )
+
+
+def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
+    loaded: LoadedMesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "solve_contact", solver(lambda contact: contact.pressure_hertz > 0.9e9))
+    result = mesh_efficiency(loaded, model(), OIL, OPERATION)
+    assert (result.status, result.reason) == ("failed", "friction_not_converged")
+    assert math.isnan(result.efficiency)
+    assert math.isnan(result.efficiency_lower)
+    assert math.isnan(result.edge_loss_share)
+    assert np.all(np.isnan(loss_by_region(result)))
+    assert sum(result.flag_shares.values()) == pytest.approx(1.0)
+    assert result.flag_shares["not_converged"] > module.MOST_FAILED
+    assert any("contacts not solved" in note and note.endswith("left out") for note in result.notes)
+    assert any("has no value at" in note for note in result.notes)
+    monkeypatch.setattr(module, "solve_contact", solver(lambda contact: True))
+    hopeless = mesh_efficiency(loaded, model(), OIL, OPERATION)
+    assert hopeless.reason == "friction_not_converged"
+    shown = {row[0]: row[1] for row in efficiency_rows(hopeless)}
+    assert (shown["contacts solved"], shown["film ratio"]) == ("0 of 60", "–")
+
+
+def test_interval_of_solved_contacts_is_that_of_their_mean(loaded: LoadedMesh, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", solver(lambda contact: False))
+    result = mesh_efficiency(loaded, model(), OIL, OPERATION)
+    half = 0.5 * (result.efficiency_upper - result.efficiency_lower)
+    assert half == pytest.approx((1.0 - result.efficiency) * result.friction.mean_error)  # type: ignore[attr-defined]
+    # 1 % that is no chance, of every contact; what is chance is averaged
+    assert 0.01 < result.friction.mean_error < 0.02  # type: ignore[attr-defined]
+    spread = efficiency_uncertainty(
+        lambda friction, operation: mesh_efficiency(loaded, friction, OIL, operation),
+        model(),
+        OPERATION,
+        UncertainInputs(),
+    )
+    assert spread.sources[0].sigma_efficiency == pytest.approx(0.5 * half, rel=1e-3)
+
+
+def test_the_peklenik_number_is_told_where_friction_does_not_know_it(loaded: LoadedMesh) -> None:
+    ground = replace(OPERATION, peklenik_number=5.0)
+    for name in ("xu_kahraman_2007", "75w90"):
+        notes = mesh_efficiency(loaded, friction_model(name), OIL, ground).notes
+        assert any("Peklenik number has no effect" in note for note in notes)
+        assert not any(
+            "Peklenik" in note for note in mesh_efficiency(loaded, friction_model(name), OIL, OPERATION).notes
+        )
+    assert ehl_friction("ehl").knows_lay
+    assert not ehl_friction("ehl:smooth").knows_lay
+    assert not ehl_friction("ehl:load_sharing").knows_lay
+
+
+def test_texture_in_the_design_file_and_its_limits() -> None:
+    assert (DESIGN.surface.correlation_length, DESIGN.surface.peklenik_number) == (30e-6, 1.0)
+    content = DESIGN.model_dump(exclude_none=True)
+    given = content | tomllib.loads('[surface]\ncorrelation_length = "45 um"\npeklenik_number = 3')
+    assert validate(Design, given).surface.correlation_length == pytest.approx(45e-6)
+    for wrong in ({"correlation_length": "0.1 um"}, {"peklenik_number": 0.1}, {"rq": 1}):
+        with pytest.raises(InputError, match=r"surface\."):
+            validate(Design, content | {"surface": wrong})
+    with pytest.raises(InputError, match="correlation_length"):
+        Operation(100.0, 363.15, correlation_length=1e-9)
+    with pytest.raises(InputError, match="peklenik_number"):
+        Operation(100.0, 363.15, peklenik_number=0.0)
+
+
+class Witness(ConstantFriction):
+    """Notes the texture it is asked with."""
+
+    seen: ClassVar[list[tuple[float, float]]] = []
+
+    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+        self.seen.append((np.unique(state.correlation_length).item(), np.unique(state.peklenik_number).item()))
+        return super().evaluate(state, oil)
+
+
+def test_texture_reaches_points_maps_duty_and_study() -> None:
+    witness = Witness(0.05)
+    witness.seen.clear()
+    rows = [DutyRow(200.0, 125.0, 363.15, 1.0)]
+    result = run_gear(TEXTURED, witness, **GRID)
+    assert (result.correlation_length, result.peklenik_number) == (60e-6, 4.0)
+    run_map(TEXTURED, witness, [200.0], [100.0], [], **GRID)
+    run_duty(TEXTURED, witness, rows, **GRID)
+    levels = Levels((200.0,), (125.0,), (363.15,), (2e-7,), E=(), P=(), G=(), alpha=())
+    assert run_study([TEXTURED], witness, levels, **GRID).points[0].reason == ""
+    assert set(witness.seen) == {(60e-6, 4.0)}
+    assert len(witness.seen) == 4
+    state = duty_points([TEXTURED], rows, **GRID)[0].state
+    assert np.all(state.correlation_length == 60e-6)
+    found = run_parameter_map(TEXTURED, witness, {"correlation_length": [2e-5, 1e-4]}, **GRID)
+    assert found.shape == (2,)
+    assert witness.seen[-2:] == [(2e-5, 4.0), (1e-4, 4.0)]
+
+
+def test_texture_changes_a_formula_that_knows_it() -> None:
+    smooth, long = (
+        run_parameter_map(DESIGN, "75w90", {"correlation_length": [2e-5, 1e-4]}, **GRID).results[k] for k in (0, 1)
+    )
+    assert smooth is not None
+    assert long is not None
+    assert smooth.efficiency != long.efficiency
+
+
+def test_texture_reaches_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = set()
+
+    def solve(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+        seen.add((surface.correlation_length, surface.peklenik_number))
+        return solver(lambda contact: False)(contact, lubricant, surface, *rest)
+
+    monkeypatch.setattr(module, "solve_contact", solve)
+    run_gear(TEXTURED, model(), **GRID)
+    assert seen == {(60e-6, 4.0)}

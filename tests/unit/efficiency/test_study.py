@@ -1,0 +1,238 @@
+"""Parameter study: points against single computations, resuming, failures by name, files, command."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from openpyxl import load_workbook
+
+import efficiency.study.solve
+from efficiency.design.design import Design, load_design
+from efficiency.gear_mesh import gear_mesh
+from efficiency.load.loaded_mesh import load_mesh
+from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.kinematics import Operation
+from efficiency.output.plots_study import axis_label, designs_figure, influence_figure, shown, study_figures
+from efficiency.output.study_report import influence_rows, section_rows, write_study
+from efficiency.study.levels import Levels
+from efficiency.study.points import Study
+from efficiency.study.solve import run_study
+from ehl.fluid.oil import Oil
+from ehl.io.errors import ConvergenceError, InputError
+from regression.friction.models import friction_model
+
+MODEL = "xu_kahraman_2007"
+GRID = {"positions": 4, "points_per_line": 7}
+LEVELS = Levels(
+    torque=(100.0, 250.0),
+    speed=(100.0, 400.0),
+    temperature_oil=(333.15, 363.15),
+    roughness_rms=(2e-7, 4e-7),
+    E=(5e-5,),
+    P=(),
+    G=(),
+    alpha=(),
+)
+
+
+@pytest.fixture(scope="module")
+def designs() -> list[Design]:
+    return [load_design(name) for name in ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")]
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("study") / "points.jsonl"
+
+
+@pytest.fixture(scope="module")
+def study(designs: list[Design], store: Path) -> Study:
+    return run_study(designs, MODEL, LEVELS, store=store, **GRID)
+
+
+def test_default_levels_go_round_the_design(designs: list[Design]) -> None:
+    levels = Levels.around(designs[0], speed=(3.0, 1.0, 2.0))
+    reference = levels.reference(designs[0])
+    assert levels.speed == (1.0, 2.0, 3.0)
+    assert reference["torque"] == designs[0].operation.torque
+    assert reference["speed"] == 3.0
+    assert reference["temperature_oil"] == 363.15
+    assert reference["roughness_rms"] == designs[0].pinion.roughness_rms
+    assert len(levels.shifts()) == 16
+    with pytest.raises(InputError, match="torque"):
+        replace(levels, torque=())
+
+
+def test_points_are_those_of_single_computations(study: Study, designs: list[Design]) -> None:
+    assert len(study.points) == 2 * (2**4 + 1)
+    assert study.status == "converged"
+    moved = designs[1].with_misalignment(E=5e-5)
+    for design, shift, torque, speed, temperature, rough in (
+        (designs[0], 0.0, 100.0, 400.0, 333.15, 2e-7),
+        (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
+    ):
+        loaded = load_mesh(gear_mesh(design, "drive", *GRID.values()).mesh, torque)
+        alone = mesh_efficiency(
+            loaded, friction_model(MODEL), Oil.load("75w90"), Operation(speed, temperature, rough, rough)
+        )
+        found = [
+            point
+            for point in study.points
+            if (point.design, point.E, point.torque, point.speed, point.temperature_oil, point.roughness_rms)
+            == (design.name, shift, torque, speed, temperature, rough)
+            and point.alpha == 0.0
+        ]
+        assert len(found) == 1
+        for name in ("efficiency", "power_loss", "pressure_max", "friction_coefficient_mean", "efficiency_error"):
+            assert getattr(found[0], name) == pytest.approx(getattr(alone, name), rel=1e-12)
+        ratio, weight = alone.lubrication.film_ratio, alone.points.force * alone.points.speed_sliding
+        assert found[0].film_ratio == pytest.approx(np.average(ratio, weights=weight), rel=1e-12)
+
+
+def test_sections_hold_all_else_at_the_reference(study: Study) -> None:
+    assert study.reference == {"torque": 250.0, "speed": 400.0, "temperature_oil": 363.15, "roughness_rms": 4e-7}
+    for name, expected in (("speed", [100.0, 400.0]), ("E", [0.0, 5e-5])):
+        points = study.section("fh_hypoid_9x34", name)
+        assert [getattr(point, name) for point in points] == expected
+        for other in ("torque", "speed", "temperature_oil", "roughness_rms", "E", "alpha"):
+            if other != name:
+                assert {getattr(point, other) for point in points} == {study.reference.get(other, 0.0)}
+    assert [p.speed for p in study.section("fh_hypoid_9x34", "speed", torque=100.0)] == [100.0, 400.0]
+    low, high = study.influence("fh_hypoid_9x34", "speed")
+    assert (low, high) == tuple(sorted(p.efficiency for p in study.section("fh_hypoid_9x34", "speed")))
+    assert study.varied == ["torque", "speed", "temperature_oil", "roughness_rms", "E"]
+
+
+def test_a_killed_study_goes_on(study: Study, designs: list[Design], store: Path) -> None:
+    lines = [line for line in store.read_text(encoding="utf-8").splitlines(keepends=True) if line.strip()]
+    assert len(lines) == 2 * (2 + 1)
+    store.write_text("".join(lines[:-1]) + lines[-1][:40], encoding="utf-8")
+    cut = json.loads(lines[-1])
+    again = run_study(designs, MODEL, LEVELS, store=store, **GRID)
+    assert again.reused == len(study.points) - len(cut["points"])
+
+    def numbers(one: Study) -> list[str]:
+        return [repr(replace(point, seconds=0.0)) for point in one.points]
+
+    assert numbers(again) == numbers(study)
+    assert again.notes == study.notes
+    # what was cut off stays there and does no harm
+    assert run_study(designs, MODEL, LEVELS, store=store, **GRID).reused == len(study.points)
+    other = run_study(designs[:1], "constant:0.05", replace(LEVELS, E=()), store=store, **GRID)
+    assert other.reused == 0
+
+
+def test_constant_friction_does_not_care_for_the_oil(designs: list[Design]) -> None:
+    study = run_study(designs[:1], "constant:0.05", replace(LEVELS, torque=(250.0,), E=()), **GRID)
+    values = {round(point.efficiency, 13) for point in study.points}
+    assert len(study.points) == 8
+    assert len(values) == 1
+
+
+def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
+    written = write_study(study, tmp_path)
+    assert {path.name for path in written} == {"study.html", "study.csv", "study.xlsx"}
+    with (tmp_path / "study.csv").open(encoding="utf-8", newline="") as file:
+        header, *rows = list(csv.reader(file))
+    assert len(rows) == len(study.points)
+    for name in ("torque [N m]", "speed [rad/s]", "temperature_oil [K]", "roughness_rms [m]", "hypoid_offset [m]"):
+        assert name in header
+    at = header.index("efficiency")
+    assert [float(row[at]) for row in rows] == [point.efficiency for point in study.points]
+    book = load_workbook(tmp_path / "study.xlsx", read_only=True)
+    assert book.sheetnames == ["about", "study", "levels", "notes"]
+    losses = [row[header.index("power_loss [W]")] for row in book["study"].iter_rows(min_row=2, values_only=True)]
+    book.close()
+    np.testing.assert_allclose(losses, [point.power_loss for point in study.points], rtol=1e-14)
+    page = (tmp_path / "study.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == len(list(study_figures(study))) == 8
+    assert "<script" not in page
+    assert 'src="http' not in page
+    for design in study.designs:
+        assert f"{100.0 * study.reference_point(design).efficiency:.2f} %" in page
+
+
+def test_figures_show_the_sections(study: Study) -> None:
+    axes = designs_figure(study).axes[1]
+    assert axes.get_xlabel() == "pinion speed [rpm]"
+    points = study.section("fh_hypoid_9x34", "speed")
+    np.testing.assert_allclose(np.asarray(axes.lines[0].get_ydata()), [100.0 * p.efficiency for p in points])
+    np.testing.assert_allclose(np.asarray(axes.lines[0].get_xdata()), [p.speed * 30.0 / math.pi for p in points])
+    for name, figure, caption in study_figures(study):
+        labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
+        assert labels, name
+        assert all("[" in label and "]" in label for label in labels), name
+        assert caption.endswith(".")
+    bars = influence_figure(study).axes[0].patches
+    low, high = study.influence("fh_hypoid_9x34", "torque")
+    assert bars[0].get_x() == pytest.approx(100.0 * low)  # type: ignore[attr-defined]
+    assert bars[0].get_width() == pytest.approx(100.0 * (high - low))  # type: ignore[attr-defined]
+    assert axis_label("alpha").endswith("[arcmin]")
+    assert shown("alpha", math.radians(0.5)) == pytest.approx(30.0)
+
+
+def test_a_point_that_fails_is_named_and_the_rest_goes_on(
+    designs: list[Design], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    true = efficiency.study.solve.gear_mesh
+
+    def refuses(design: Design, *arguments: Any) -> Any:
+        if design.assembly.misalignment.alpha != 0.0:
+            raise ConvergenceError("no_contact", "for the test")
+        return true(design, *arguments)
+
+    monkeypatch.setattr(efficiency.study.solve, "gear_mesh", refuses)
+    levels = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature_oil=(363.15,), E=(), alpha=(1e-3,))
+    study = run_study(designs[:1], MODEL, levels, **GRID)
+    assert study.status == "failed"
+    assert [(point.alpha, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
+    assert study.failed[0].label.endswith("Rq 0.4 um, alpha +0.001 rad")
+    assert study.reason == "1 of 3 points no_contact"
+    assert study.notes["no_contact: for the test"] == 1
+    assert section_rows(study, "fh_hypoid_9x34", "alpha")[1][1] == "failed: no_contact"
+    assert len(influence_rows(study)) == 2
+    point = json.loads(json.dumps(study.to_dict(), allow_nan=False))["points"][-1]
+    assert point["efficiency"] is None
+
+
+def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    # a coarse mesh is enough here; the arguments are those of a user
+    monkeypatch.setattr(efficiency.study.solve, "run_study", partial(run_study, **GRID))
+    call = [
+        "study",
+        "fh_hypoid_9x34",
+        "--friction",
+        "constant:0.05",
+        "--torque",
+        "100:200:2 N m",
+        "--speed",
+        "1000 rpm",
+    ]
+    call += ["--temperature", "80 degC", "--roughness", "0.4 um", "--jobs", "1"]
+    call += ["--E", "0 mm", "--P", "0 mm", "--G", "0 mm", "--alpha", "0 arcmin"]
+    outcome = mixed_ehl(*call)
+    assert outcome.code == 0, outcome.err
+    assert "2 points" in outcome.out
+    assert (tmp_path / "mixed-ehl-study" / "over_torque.png").stat().st_size > 10_000
+    content = json.loads(mixed_ehl(*call, "--json").out)
+    assert [point["torque"] for point in content["points"]] == [100.0, 200.0]
+    for arguments, words in (
+        (["study", "no_such_pair"], "no_such_pair"),
+        (["study", "--torque", "100"], "--torque"),
+        (["study", "--roughness", "1 mm"], "--roughness"),
+        (["study", "--side", "left"], "--side"),
+        (["study", "fh_hypoid_9x34", "fh_hypoid_9x34"], "each once"),
+    ):
+        refused = mixed_ehl(*arguments)
+        assert refused.code == 2
+        assert words in refused.err

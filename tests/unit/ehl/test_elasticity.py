@@ -1,0 +1,86 @@
+"""Influence coefficients of the line contact and their FFT operator."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+
+from ehl.elasticity import DeflectionOperator, influence_coefficients
+from ehl.io.errors import InputError
+
+E, STEP = 228e9, 1.3e-6
+
+
+@pytest.mark.parametrize("element", ["constant", "linear"])
+@pytest.mark.parametrize("distance", [0, 1, 2, 7, 400])
+def test_coefficients_against_quadrature(element, distance):
+    shape = (lambda s: 1.0) if element == "constant" else (lambda s: 1.0 - abs(s))
+    half = 0.5 if element == "constant" else 1.0
+    kinks = [point for point in (0.0, float(distance)) if -half < point < half]
+    value, _ = quad(
+        lambda s: shape(s) * math.log(abs(distance - s) * STEP),
+        -half,
+        half,
+        points=kinks or None,
+        epsrel=1e-11,
+        limit=200,
+    )
+    expected = -4.0 / (math.pi * E) * STEP * value
+    assert influence_coefficients(401, STEP, E, element)[distance] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("element", ["constant", "linear"])
+def test_far_coefficients_join_the_near_ones(element):
+    values = influence_coefficients(120, STEP, E, element)[50:70]
+    # fourth differences of ln d at 60 are 3e-5 of the first; a step where the expansion sets in would stand out
+    assert np.abs(np.diff(values, 4)).max() < 6e-5 * np.abs(np.diff(values)).max()
+
+
+@pytest.mark.parametrize("element", ["constant", "linear"])
+@pytest.mark.parametrize("count", [2, 17, 256])
+def test_fft_is_the_dense_matrix(element, count):
+    operator = DeflectionOperator(count, STEP, E, element)
+    pressure = np.random.default_rng(count).standard_normal(count)
+    expected = operator.dense() @ pressure
+    assert_allclose(operator(pressure), expected, atol=1e-13 * np.abs(expected).max() * count)
+
+
+@pytest.mark.parametrize(("element", "order"), [("constant", 2.0), ("linear", 2.0)])
+def test_hertz_pressure_flattens_the_parabola(element, order):
+    radius, pressure_hertz = 15e-3, 1e9
+    b = 4.0 * radius * pressure_hertz / E
+    errors = []
+    for count in (129, 257, 513, 1025):
+        x = np.linspace(-1.25, 1.25, count) * b
+        operator = DeflectionOperator(count, x[1] - x[0], E, element)
+        gap = x**2 / (2 * radius) + operator(pressure_hertz * np.sqrt(np.maximum(1 - (x / b) ** 2, 0)))
+        inside = np.abs(x) < 0.9 * b
+        errors.append(np.ptp(gap[inside]) / (b**2 / radius))
+    assert math.log2(errors[0] / errors[-1]) / 3.0 == pytest.approx(order, abs=0.6)
+    assert errors[-1] < 2e-5
+
+
+def test_uniform_pressure_on_a_band_closed_form():
+    count = 201
+    operator = DeflectionOperator(count, STEP, E)
+    x = STEP * (np.arange(count) - 100)
+    a = 100.5 * STEP  # edges of the outermost cells
+    v = operator(np.ones(count))
+    exact = -4.0 / (math.pi * E) * ((a - x) * np.log(a - x) + (a + x) * np.log(a + x) - 2.0 * a)
+    assert_allclose(v, exact, rtol=1e-11)
+
+
+def test_superposition_is_symmetric():
+    operator = DeflectionOperator(50, STEP, E, "linear")
+    first, second = np.random.default_rng(0).standard_normal((2, 50))
+    assert first @ operator(second) == pytest.approx(second @ operator(first), rel=1e-12)
+
+
+@pytest.mark.parametrize("arguments", [(1, STEP, E), (10, 0.0, E), (10, STEP, -1.0)])
+def test_bad_arguments(arguments):
+    with pytest.raises(InputError):
+        DeflectionOperator(*arguments)

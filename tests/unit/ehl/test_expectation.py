@@ -1,0 +1,54 @@
+"""Places in the input models: paths as a user wrote them, and what belongs there in words."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import BaseModel
+
+from efficiency.design.design import OPERATION_LIMITS, Design
+from ehl.case import Case, ContactInput, DirectLubricant, OilLubricant
+from ehl.io.expectation import expectation, find_place, quantity_of
+from ehl.material import Material
+from regression.friction.formula import Formula
+
+
+@pytest.mark.parametrize(
+    ("model", "loc", "path", "words"),
+    [
+        (Case, ("lubricant", "card", "temperature_oil"), "lubricant.temperature_oil", "233.15 K"),
+        (Case, ("lubricant", "direct", "density"), "lubricant.density", "at least 500 kg/m^3"),
+        (Case, ("contact", "effective_modulus"), "contact.effective_modulus", "at most 2e+12 Pa"),
+        (
+            Design,
+            ("pinion", "concave", "cut", "cutter", "face_milling", "type"),
+            "pinion.concave.cutter.type",
+            "face_milling",
+        ),
+        (Material, ("E",), "E", "at least 1e+06 Pa"),
+        (Formula, ("schema",), "schema", "a whole number"),
+        (Formula, ("ranges", "pressure_hertz", 1), "ranges.pressure_hertz.1", "a number without unit"),
+        (Formula, ("bands", 3, "count"), "bands.3.count", "a whole number"),
+        (Formula, ("bands",), "bands", "a list"),
+        (Formula, ("corners",), "corners", "a table [corners] with count"),
+        (Formula, ("units",), "units", "a table [units]"),
+    ],
+)
+def test_place_and_words(model: type[BaseModel], loc: tuple[str | int, ...], path: str, words: str) -> None:
+    place = find_place(model, loc)
+    assert ".".join(place.path) == path
+    assert words in expectation(place, path)
+
+
+def test_owner_is_the_member_of_the_union_in_use() -> None:
+    assert find_place(Case, ("lubricant", "card", "colour")).owner is OilLubricant
+    assert find_place(Case, ("lubricant", "direct", "colour")).owner is DirectLubricant
+    assert expectation(find_place(Case, ("lubricant", "direct", "colour")), "") == ""
+
+
+def test_limits_are_those_of_the_design_file() -> None:
+    assert quantity_of(ContactInput, "radius_equivalent").le == 10.0
+    assert {name: limit.unit for name, limit in OPERATION_LIMITS.items()} == {
+        "torque": "N*m",
+        "speed": "rad/s",
+        "temperature_oil": "K",
+    }

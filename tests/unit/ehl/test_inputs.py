@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ehl.case import Case, DirectLubricant, OilLubricant, load_case
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+
+BASE: dict[str, Any] = {
+    "contact": {
+        "radius_equivalent": "10 mm",
+        "effective_modulus": "226.4 GPa",
+        "pressure_hertz": "1.0 GPa",
+        "speed_entrainment": 5.0,
+        "slide_to_roll": 0.3,
+    },
+    "lubricant": {"viscosity_inlet": 0.04, "pressure_viscosity": "18 1/GPa", "eyring_stress": "5 MPa"},
+}
+
+
+def changed(change: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+    content = copy.deepcopy(BASE)
+    change(content)
+    return content
+
+
+def test_the_documented_file_is_read(tmp_path: Path) -> None:
+    """The input file printed in the README, key for key."""
+    path = tmp_path / "case.toml"
+    path.write_text(
+        """
+        [contact]
+        radius_equivalent = "10 mm"
+        effective_modulus = "226.4 GPa"
+        pressure_hertz = "1.0 GPa"
+        speed_entrainment = 5.0
+        slide_to_roll = 0.3
+        speed_sliding_lengthwise = 0.0
+        [lubricant]
+        viscosity_inlet = 0.04
+        pressure_viscosity = "18 1/GPa"
+        viscosity_law = "roelands"
+        density_law = "dowson_higginson"
+        rheology = "eyring"
+        eyring_stress = "5 MPa"
+        [surface]
+        roughness_rms_1 = 0.0
+        roughness_rms_2 = 0.0
+        correlation_length = "30 um"
+        [model]
+        thermal = "off"
+        accuracy = "standard"
+        """
+    )
+    case = load_case(path)
+    contact = case.line_contact()
+    assert contact.pressure_hertz == pytest.approx(1e9)
+    assert contact.load_per_length == pytest.approx(277525.85279061773)
+    assert isinstance(case.lubricant, DirectLubricant)
+    assert case.lubricant.lubricant().eyring_stress == 5e6
+
+
+def test_oil_and_solids() -> None:
+    content = changed(
+        lambda c: (
+            c["contact"].pop("effective_modulus"),
+            c.update(
+                lubricant={"oil": "fva3", "temperature_oil": "80 degC"},
+                solid_1={"E": "210 GPa", "nu": 0.3, "temperature_bulk": "95 degC"},
+                solid_2={"material": "steel"},
+            ),
+        )
+    )
+    case = validate(Case, content)
+    assert isinstance(case.lubricant, OilLubricant)
+    assert case.modulus == pytest.approx(2.0 / ((1 - 0.09) / 210e9 + (1 - 0.09) / 206e9))
+    assert case.bulk_temperatures() == (pytest.approx(368.15), pytest.approx(353.15))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            lambda c: c["contact"].pop("radius_equivalent"),
+            ["contact.radius_equivalent is missing", "at least 0.0001 m and at most 10 m", "'10 mm'"],
+        ),
+        (lambda c: c["contact"].update(radius_equivalent=-1), ["contact.radius_equivalent", "-1", "at least 0.0001 m"]),
+        (lambda c: c["contact"].update(radius_equivalent="10 s"), ["contact.radius_equivalent", "10 s", "10 mm"]),
+        (lambda c: c["contact"].update(radius_equivalent=float("nan")), ["contact.radius_equivalent", "nan", "finite"]),
+        (lambda c: c["contact"].update(radius=1), ["contact.radius", "radius_equivalent"]),
+        (lambda c: c["contact"].update(load_per_length=1e5), ["contact.pressure_hertz", "exactly one"]),
+        (lambda c: c["contact"].pop("pressure_hertz"), ["contact.pressure_hertz", "exactly one"]),
+        (lambda c: c["contact"].update(speed_entrainment=0), ["contact.speed_entrainment", "0", "m/s"]),
+        (lambda c: c["lubricant"].update(rheology="maxwell"), ["lubricant.rheology", "maxwell", "eyring"]),
+        (lambda c: c["lubricant"].update(viscosity_inlet="5 MPa"), ["lubricant.viscosity_inlet", "5 MPa", "mPa s"]),
+        (lambda c: c.update(lubricant={"oil": "fva9", "temperature_oil": 353}), ["lubricant.oil", "fva9", "fva3"]),
+        (lambda c: c.update(lubricant={"oil": "fva3", "temperature_oil": 80}), ["temperature_oil", "80", "degC"]),
+        (lambda c: c.update(lubricant={"oil": "fva3"}), ["lubricant.temperature_oil", "missing"]),
+        (lambda c: c.update(solid_1={"material": "wood"}), ["solid_1.material", "wood", "steel"]),
+        (lambda c: c.update(solid_1={"E": 2e11}), ["contact.effective_modulus", "either"]),
+        (lambda c: c.update(surface={"seed": 1.5}), ["surface.seed", "1.5"]),
+        (lambda c: c.update(surface={"peklenik_number": 0.1}), ["surface.peklenik_number", "0.1", "0.333333"]),
+        (lambda c: c.update(contact=3), ["contact = 3", "a table [contact] with radius_equivalent"]),
+        (lambda c: c.pop("lubricant"), ["lubricant is missing", "a table [lubricant] with oil, temperature_oil or"]),
+        (lambda c: c["lubricant"].pop("pressure_viscosity"), ["lubricant.pressure_viscosity is missing", "18 1/GPa"]),
+        (lambda c: c["lubricant"].update(foo=1), ["lubricant.foo", "Known keys: carreau_exponent,", "viscosity_inlet"]),
+        (
+            lambda c: c.update(lubricant={"oil": "fva3", "temperature_oil": "80 degC", "foo": 1}),
+            ["lubricant.foo", "Known keys:", "oil, rheology"],
+        ),
+        (lambda c: c["lubricant"].update(density_coefficients=[1]), ["density_coefficients.1 is missing", "a number"]),
+        (lambda c: c.update(surface={"seed": -1}), ["surface.seed = -1", "a whole number of at least 0"]),
+        (lambda c: c.update(surface={"profile_1": 3}), ["surface.profile_1 = 3", "a text in quotes"]),
+        (lambda c: c.update(surface="rough"), ["surface = 'rough'", "a table [surface]"]),
+        (lambda c: c["contact"].update(effective_modulus=[]), ["contact.effective_modulus", "1.2 GPa"]),
+    ],
+)
+def test_bad_input_names_field_value_and_range(change: Callable[[dict[str, Any]], object], words: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        validate(Case, changed(change))
+    sentence = str(caught.value)
+    for word in words:
+        assert word in sentence
+    for foreign in ("Input should", "instance of", "Input tag", ".card", ".direct"):
+        assert foreign not in sentence
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"[contact", b"contact = 1\ncontact = 2"])
+def test_unreadable_files(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "case.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"case\.toml"):
+        load_case(path)
+
+
+def test_missing_file_and_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="existing"):
+        load_case(tmp_path / "none.toml")
+    with pytest.raises(InputError, match="readable"):
+        load_case(tmp_path)
+
+
+def test_oil_card_takes_figures_of_its_own() -> None:
+    oil = {"oil": "fva3", "temperature_oil": "80 degC", "thermal_conductivity": 0.2, "limiting_shear_coefficient": 0.06}
+    lubricant = validate(Case, changed(lambda c: c.update(lubricant=oil))).lubricant.lubricant()
+    assert (lubricant.thermal_conductivity, lubricant.limiting_shear_coefficient) == (0.2, 0.06)
+    assert lubricant.heat_capacity == 2000.0

@@ -1,0 +1,150 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import KELVIN, Lubricant, walther_1931
+from ehl.fluid.oil import Oil
+from ehl.io.data import data_names
+from ehl.io.errors import InputError
+from ehl.material import effective_modulus, load_material
+
+LAWS = {
+    "barus": Lubricant(0.02, 18e-9, viscosity_law="barus"),
+    "roelands": Lubricant(0.02, 18e-9, viscosity_law="roelands"),
+    "modulus": Oil.load("fva3").at(353.15),
+}
+PRESSURE = np.linspace(0.0, 2e9, 41)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_slope_at_zero_pressure_is_alpha(law: str) -> None:
+    lubricant = LAWS[law]
+    assert lubricant.log_viscosity_ratio(np.zeros(1))[0] == 0.0
+    assert lubricant.dlog_viscosity_dp(np.zeros(1))[0] == pytest.approx(lubricant.pressure_viscosity, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_derivatives_agree_with_differences(law: str) -> None:
+    lubricant, step = LAWS[law], 1e3
+    for value, slope in (
+        (lubricant.log_viscosity_ratio, lubricant.dlog_viscosity_dp),
+        (lubricant.density_ratio, lubricant.ddensity_ratio_dp),
+    ):
+        difference = (value(PRESSURE + step) - value(PRESSURE)) / step
+        np.testing.assert_allclose(slope(PRESSURE + step / 2), difference, rtol=2e-5)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_temperature_form_reduces_to_the_inlet_temperature(law: str) -> None:
+    lubricant = LAWS[law]
+    at_inlet = lubricant.log_viscosity(PRESSURE, np.full_like(PRESSURE, lubricant.temperature))
+    np.testing.assert_allclose(at_inlet, np.log(lubricant.viscosity(PRESSURE)), rtol=1e-12)
+    warmer = lubricant.log_viscosity(PRESSURE, np.full_like(PRESSURE, lubricant.temperature + 20.0))
+    assert np.all(warmer < at_inlet)
+
+
+def test_roelands_slope_with_temperature_at_ambient_pressure_is_beta() -> None:
+    lubricant = LAWS["roelands"]
+    up = lubricant.log_viscosity(np.zeros(1), np.array([lubricant.temperature + 0.01]))[0]
+    down = lubricant.log_viscosity(np.zeros(1), np.array([lubricant.temperature - 0.01]))[0]
+    assert (down - up) / 0.02 == pytest.approx(lubricant.temperature_viscosity, rel=1e-6)
+
+
+def test_fva3_modulus_law_agrees_with_its_tabulated_values() -> None:
+    """nu 96.9 and 11.8 cSt, alpha 22.4/17.6/16.0 1/GPa at 40/80/100 degC: printed digits of the source."""
+    oil = Oil.load("fva3")
+    for celsius, alpha in ((40.0, 22.4), (80.0, 17.6), (100.0, 16.0)):
+        assert oil.at(celsius + KELVIN).pressure_viscosity * 1e9 == pytest.approx(alpha, abs=0.06)
+    for celsius, viscosity in ((40.0, 96.9), (100.0, 11.8)):
+        kelvin = celsius + KELVIN
+        assert oil.viscosity_dynamic(kelvin) / oil.density(kelvin) * 1e6 == pytest.approx(viscosity, rel=2e-3)
+
+
+def test_75w90_has_the_published_figures_at_100_degc() -> None:
+    lubricant = Oil.load("75w90").at(373.15)
+    assert lubricant.viscosity_inlet == pytest.approx(0.0106, rel=2e-3)
+    assert lubricant.pressure_viscosity == pytest.approx(9.68e-9, rel=1e-9)
+    assert lubricant.density == pytest.approx(799.3, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", data_names("oils"))
+def test_every_card_thins_with_temperature(name: str) -> None:
+    oil = Oil.load(name)
+    values = [oil.at(KELVIN + celsius) for celsius in (40.0, 60.0, 80.0, 100.0, 120.0)]
+    viscosity = [lubricant.viscosity_inlet for lubricant in values]
+    alpha = [lubricant.pressure_viscosity for lubricant in values]
+    assert viscosity == sorted(viscosity, reverse=True)
+    assert alpha == sorted(alpha, reverse=True)
+    assert all(1e6 < lubricant.eyring_stress < 2e7 for lubricant in values)
+    assert not values[2].extrapolated
+    assert oil.at(KELVIN - 30.0).extrapolated
+
+
+def test_walther_passes_through_its_two_points() -> None:
+    assert walther_1931(313.15, 96.9e-6, 11.8e-6) == pytest.approx(96.9e-6, rel=1e-9)
+    assert walther_1931(373.15, 96.9e-6, 11.8e-6) == pytest.approx(11.8e-6, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", data_names("oils"))
+def test_temperature_slope_of_every_oil_is_that_of_its_viscosity(name: str) -> None:
+    oil, step = Oil.load(name), 0.1
+    for temperature in (-40.0, 0.0, 40.0, 80.0, 130.0, 200.0):
+        log_eta = [math.log(oil.viscosity_dynamic(temperature + KELVIN + i * step)) for i in (-2, -1, 1, 2)]
+        # five points: wrong by the fourth power of the step
+        slope = (log_eta[0] - 8.0 * log_eta[1] + 8.0 * log_eta[2] - log_eta[3]) / (12.0 * step)
+        assert oil.temperature_viscosity(temperature + KELVIN) == pytest.approx(-slope, rel=1e-10)
+
+
+def test_unknown_oil_and_temperature_out_of_range() -> None:
+    with pytest.raises(InputError, match="fva3"):
+        Oil.load("snake_oil")
+    with pytest.raises(InputError, match="degC"):
+        Oil.load("fva3").at(80.0)
+
+
+@given(ratio=st.floats(-30.0, 60.0))
+def test_eyring_shear_in_logarithms_is_asinh(ratio: float) -> None:
+    """tau = tau0 asinh(eta u_s/(tau0 h)), whatever the size of the argument."""
+    lubricant = Lubricant(0.02, 1e-9, viscosity_law="barus", rheology="eyring", eyring_stress=5e6)
+    film = 0.02 / (5e6 * math.exp(ratio))
+    expected = 5e6 * math.asinh(math.exp(ratio))
+    assert lubricant.shear_stress(np.zeros(1), np.array([film]), 1.0)[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_limiting_stress_caps_and_zero_sliding_is_zero() -> None:
+    lubricant = Lubricant(0.02, 18e-9, rheology="eyring", eyring_stress=5e7, limiting_shear_coefficient=0.04)
+    film = np.full_like(PRESSURE, 1e-7)
+    stress = lubricant.shear_stress(PRESSURE, film, 10.0)
+    assert np.all(stress <= 0.04 * PRESSURE)
+    assert np.any(stress == 0.04 * PRESSURE)
+    assert np.all(lubricant.shear_stress(PRESSURE, film, 0.0) < 1e-200)
+
+
+def test_contact_groups_and_hertz() -> None:
+    steel = load_material("steel")
+    modulus = effective_modulus(steel, steel)
+    assert modulus == pytest.approx(206e9 / (1 - 0.09), rel=1e-12)
+    contact = LineContact.from_pressure(
+        radius_equivalent=0.01,
+        effective_modulus=modulus,
+        pressure_hertz=1e9,
+        speed_entrainment=5.0,
+        slide_to_roll=-0.4,
+        speed_sliding_lengthwise=1.5,
+    )
+    assert contact.pressure_hertz == pytest.approx(1e9, rel=1e-12)
+    assert contact.load_per_length == pytest.approx(math.pi / 2 * contact.half_width * 1e9, rel=1e-12)
+    assert contact.speed_1 - contact.speed_2 == pytest.approx(-2.0)
+    assert contact.speed_sliding == pytest.approx(2.5)
+    assert contact.slide_to_roll_total == pytest.approx(0.5)
+    assert contact.sliding_cosine == pytest.approx(0.8)
+    speed, load, material = contact.dowson_groups(LAWS["roelands"])
+    moes_load, moes_lubricant = contact.moes_groups(LAWS["roelands"])
+    assert moes_load == pytest.approx(load / math.sqrt(2 * speed))
+    assert moes_lubricant == pytest.approx(material * (2 * speed) ** 0.25)

@@ -1,0 +1,116 @@
+"""Shear laws in the input file: what each asks for, and what it makes of the lubricant."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ehl.case import Case
+from ehl.fluid.oil import Oil
+from ehl.fluid.rheology import RisingStress
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+
+CONTACT = {"radius_equivalent": 0.01, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}
+NUMBERS = {"viscosity_inlet": 0.01, "pressure_viscosity": 1.5e-8}
+CARD = {"oil": "fva3", "temperature_oil": "100 degC"}
+TABLE = {"stress_low": "5 MPa", "stress_slope": 0.035, "pressure_start": "0.5 GPa", "pressure_end": "3.5 GPa"}
+CARREAU = {"rheology": "carreau", "carreau_stress": "4 MPa", "carreau_exponent": 0.5}
+SMOOTH = {"limiting_shear": "smooth", "limiting_shear_ambient": "2 MPa"}
+
+
+def case(lubricant: dict[str, Any], **model: object) -> Case:
+    return validate(Case, {"contact": CONTACT, "lubricant": lubricant, "model": model})
+
+
+@pytest.mark.parametrize("base", [NUMBERS, CARD])
+def test_laws_and_their_figures(base: dict[str, Any]) -> None:
+    carreau = case(base | CARREAU).lubricant.lubricant()
+    assert (carreau.rheology, carreau.shear_law.stress, carreau.shear_law.exponent) == ("carreau", 4e6, 0.5)
+    rising = case(base | {"eyring_stress_law": "pressure", "eyring_stress_pressure": TABLE}).lubricant.lubricant()
+    assert rising.shear_law.stress == RisingStress(5e6, 0.035, 0.5e9, 3.5e9)
+    limited = case(base | SMOOTH | {"limiting_shear_coefficient": 0.06}).lubricant.lubricant()
+    assert (limited.shear_law.limit, limited.shear_law.limit_slope, limited.shear_law.limit_ambient) == (
+        "smooth",
+        0.06,
+        2e6,
+    )
+    assert not limited.shear_law.plain
+    assert case(base).lubricant.lubricant().shear_law.plain
+
+
+def test_card_of_the_axle_oil_carries_its_published_law() -> None:
+    axle = {"oil": "75w90", "temperature_oil": "100 degC"}
+    constant, rising = (
+        case(axle | {"eyring_stress_law": law}).lubricant.lubricant() for law in ("constant", "pressure")
+    )
+    assert constant.eyring_stress == 5e6
+    assert isinstance(rising.eyring_stress, RisingStress)
+    assert rising.shear_law.scale(np.array([2e9]))[0] == pytest.approx(60e6, rel=1e-6)
+    own = case(axle | {"eyring_stress_law": "pressure", "eyring_stress_pressure": TABLE | {"stress_slope": 0.02}})
+    assert own.lubricant.lubricant().shear_law.scale(np.array([2e9]))[0] == pytest.approx(37.5e6, rel=1e-6)
+    # the law in the card leaves the card's identity alone: nothing uses it unless asked to
+    assert "eyring_stress_pressure" not in Oil.load("75w90").model_dump()
+
+
+@pytest.mark.parametrize(
+    ("lubricant", "words"),
+    [
+        (NUMBERS | {"rheology": "carreau"}, ["lubricant.carreau_stress is missing", "G such as '5 MPa'"]),
+        (NUMBERS | CARREAU | {"carreau_exponent": None}, ["lubricant.carreau_exponent is missing", "exponent n"]),
+        (NUMBERS | CARREAU | {"carreau_exponent": 0.05}, ["lubricant.carreau_exponent", "0.05", "at least 0.1"]),
+        (NUMBERS | CARREAU | {"carreau_stress": "4 mm"}, ["lubricant.carreau_stress", "4 mm", "Pa"]),
+        (NUMBERS | {"eyring_stress_law": "pressure"}, ["lubricant.eyring_stress_pressure is missing", "stress_slope"]),
+        (CARD | {"eyring_stress_law": "pressure"}, ["lubricant.eyring_stress_pressure is missing", "fva3 has none"]),
+        (
+            NUMBERS | {"eyring_stress_pressure": TABLE | {"pressure_end": "0.1 GPa"}},
+            ["eyring_stress_pressure.pressure_end", "above pressure_start"],
+        ),
+        (
+            NUMBERS | {"limiting_shear": "smooth", "limiting_shear_coefficient": 0.05},
+            ["lubricant.limiting_shear_ambient is missing", "above 0 Pa"],
+        ),
+        (NUMBERS | SMOOTH, ["lubricant.limiting_shear_coefficient is missing", "Lambda"]),
+        (CARD | {"limiting_shear": "sharp"}, ["lubricant.limiting_shear", "sharp", "cut"]),
+    ],
+)
+def test_a_law_asks_for_its_figures(lubricant: dict[str, Any], words: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        case(lubricant)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lubricant", "names"),
+    [
+        (NUMBERS | CARREAU | {"eyring_stress": 5e6}, {"lubricant.eyring_stress"}),
+        (NUMBERS | {"carreau_stress": 5e6}, {"lubricant.carreau_stress"}),
+        (NUMBERS | {"eyring_stress_pressure": TABLE}, {"lubricant.eyring_stress_pressure"}),
+        (
+            NUMBERS | {"eyring_stress_law": "pressure", "eyring_stress_pressure": TABLE, "eyring_stress": 5e6},
+            {"lubricant.eyring_stress"},
+        ),
+        (NUMBERS, set()),
+    ],
+)
+def test_figures_without_effect_are_named(lubricant: dict[str, Any], names: set[str]) -> None:
+    assert {text.partition(" ")[0] for text in case(lubricant).without_effect()} == names
+
+
+def test_elastic_kernel() -> None:
+    assert case(NUMBERS).model.elasticity == "soe"
+    shared = case(NUMBERS, elasticity="fft", roughness="load_sharing")
+    assert any("model.elasticity" in text for text in shared.without_effect())
+    assert case(NUMBERS, elasticity="fft").without_effect() == ()
+    with pytest.raises(InputError, match=r"model\.elasticity"):
+        case(NUMBERS, elasticity="exact")
+
+
+def test_limit_switched_off_is_infinite() -> None:
+    law = case(NUMBERS).lubricant.lubricant().shear_law
+    assert not law.limited
+    assert math.isinf(law.limiting_stress(np.array([1e9]))[0])

@@ -1,0 +1,170 @@
+"""Many neighbouring contacts: order, warm starts, failures that stay alone."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ehl
+from ehl import path as module
+from ehl.case import ModelInput, SurfaceInput
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.path import solve_path
+from ehl.smooth import SteadyResult
+from ehl.solve import ContactResult
+from ehl.state import ContactState
+
+OIL = Oil.load("fva3")
+ISOTHERMAL = ModelInput(thermal="off", roughness="load_sharing")
+
+
+def states(count: int) -> ContactState:
+    """Conditions of a smooth two-parameter family, as over a flank."""
+    rng = np.random.default_rng(4)
+    a, b = rng.uniform(-1.0, 1.0, (2, count))
+    return ContactState.of(
+        pressure_hertz=1e9 * np.exp(0.5 * a - 0.2 * b**2),
+        radius_equivalent=0.012 * np.exp(0.2 * b),
+        effective_modulus=226e9,
+        speed_entrainment=3.0 * np.exp(0.5 * a),
+        slide_to_roll=0.5 * b,
+        temperature_oil=360.0 + 10.0 * a,
+        roughness_rms_1=0.3e-6,
+    )
+
+
+def line(pressure: float = 1e9, **changes: Any) -> LineContact:
+    values = {"radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 3.0, "slide_to_roll": 0.1}
+    return LineContact.from_pressure(pressure_hertz=pressure, **(values | changes))
+
+
+@pytest.mark.parametrize(("accuracy", "allowed"), [("reference", 1e-6), ("standard", 5e-5)])
+def test_warm_equals_cold(accuracy: Any, allowed: float) -> None:
+    # the mesh is graded by the way the solution came about; its error, not the start, sets the difference
+    model = ModelInput(thermal="off", accuracy=accuracy, roughness="load_sharing")
+    state = states(5)
+    cold, warm = solve_path(state, OIL, model=model, warm=False), solve_path(state, OIL, model=model)
+    assert (cold.warm, warm.warm, warm.fallbacks) == (0, 4, 0)
+    for name in ("friction_coefficient", "film_central", "film_min"):
+        difference = np.abs(warm.values(name) / cold.values(name) - 1.0)
+        assert np.all(difference < allowed)
+        assert np.all(difference < 0.5 * warm.values("film_error"))
+    assert sum(r.iterations for r in warm.results) < sum(r.iterations for r in cold.results)
+
+
+def test_results_are_in_the_order_of_the_input() -> None:
+    state = states(5)
+    path = solve_path(state, OIL, model=ISOTHERMAL)
+    assert path.status == ("converged",) * 5
+    assert sorted(path.order) == [0, 1, 2, 3, 4]
+    ratio = path.values("film_central") / path.values("film_ratio")
+    assert ratio == pytest.approx(state.roughness_rms)
+    pressures = [result.film.pressure.max() for result in path.results if result.film is not None]
+    assert np.argsort(pressures).tolist() == np.argsort(state.pressure_hertz).tolist()
+
+
+def film(*fallbacks: str) -> SteadyResult:
+    numbers = (1.0,) * 6 + (1e-3,) * 4
+    nothing = np.zeros(0)
+    return SteadyResult("converged", "", *(nothing,) * 4, *numbers, 1, 1, 0.0, 0.0, 0.0, 0.0, fallbacks)
+
+
+class Solver:
+    """Stands in for the contact solver; notes which contacts start which."""
+
+    def __init__(self, answer: Any) -> None:
+        self.answer, self.calls = answer, []
+
+    def __call__(self, contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> ContactResult:
+        self.calls.append((contact, rest[-1]))
+        result = self.answer(contact, rest[-1])
+        assert isinstance(result, ContactResult)
+        return result
+
+
+def solved(contact: LineContact, *fallbacks: str) -> ContactResult:
+    return ContactResult(
+        "converged", "", friction_coefficient=contact.pressure_hertz / 1e10, isothermal=film(*fallbacks)
+    )
+
+
+def test_each_starts_from_its_nearest_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact, start: solved(contact)))
+    pressures = [0.5e9, 1.6e9, 0.8e9, 1.0e9, 1.25e9]
+    path = solve_path([line(p) for p in pressures], Lubricant(0.02, 16e-9))
+    assert path.values("friction_coefficient") == pytest.approx([p / 1e10 for p in pressures])
+    assert path.order[0] == 3
+    assert path.origin.tolist() == [2, 4, 3, -1, 3]
+
+
+def test_a_start_that_leads_nowhere_is_counted_and_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def answer(contact: LineContact, start: ContactResult | None) -> ContactResult:
+        if start is None or contact.pressure_hertz < 0.7e9:
+            return solved(contact)
+        return solved(contact, "neighbour_too_far") if contact.pressure_hertz < 0.9e9 else ContactResult("failed", "x")
+
+    solver = Solver(answer)
+    monkeypatch.setattr(module, "solve_contact", solver)
+    path = solve_path([line(p) for p in (0.6e9, 0.85e9, 1.0e9, 1.2e9, 1.25e9)], Lubricant(0.02, 16e-9))
+    assert path.status == ("converged",) * 5
+    assert path.warm == 1
+    assert path.fallbacks == 3
+    # only what failed altogether is solved a second time: 0.85 GPa went back to a cold start by itself
+    assert len(solver.calls) == 7
+
+
+def test_failures_stay_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    def answer(contact: LineContact, start: ContactResult | None) -> ContactResult:
+        return ContactResult("failed", "path_stalled") if contact.pressure_hertz > 2e9 else solved(contact)
+
+    monkeypatch.setattr(module, "solve_contact", Solver(answer))
+    contacts = [line(0.9e9), line(2.1e9), line(speed_entrainment=-1.0), line(1.1e9), line(1.2e9, slide_to_roll=np.nan)]
+    path = solve_path(contacts, Lubricant(0.02, 16e-9))
+    assert path.status == ("converged", "failed", "failed", "converged", "failed")
+    assert [result.reason for result in path.results] == ["", "path_stalled", "refused", "", "refused"]
+    assert "speed_entrainment" in path.messages[2]
+    assert "slide_to_roll" in path.messages[4]
+    assert np.isnan(path.values("friction_coefficient")).tolist() == [False, True, True, False, True]
+
+
+def test_bad_state_values_are_refused_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "solve_contact", Solver(lambda contact, start: solved(contact)))
+    state = ContactState.of(
+        pressure_hertz=1e9,
+        radius_equivalent=0.01,
+        effective_modulus=226e9,
+        speed_entrainment=3.0,
+        temperature_oil=[350.0, 900.0, 360.0],
+        roughness_rms_1=[1e-7, 1e-7, 1.0],
+    )
+    path = solve_path(state, OIL, surface=SurfaceInput(boundary_friction=0.08), model=ISOTHERMAL)
+    assert path.status == ("converged", "failed", "failed")
+    assert "temperature_oil" in path.messages[1]
+    assert "roughness_rms_1" in path.messages[2]
+
+
+def test_nothing_to_solve_gives_nothing() -> None:
+    assert solve_path([], Lubricant(0.02, 16e-9)).results == ()
+
+
+def test_lubricants_must_match() -> None:
+    with pytest.raises(InputError, match="one for each of the 2"):
+        solve_path([line(), line()], [Lubricant(0.02, 16e-9)])
+    with pytest.raises(InputError, match="temperatures"):
+        solve_path([line()], OIL)
+
+
+def test_the_package_loads_it_only_when_asked() -> None:
+    code = "import sys, ehl; print('numba' in sys.modules, 'numpy' in sys.modules)"
+    run = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["False", "False"]
+    assert ehl.solve_path is solve_path
+    with pytest.raises(AttributeError):
+        _ = ehl.solve_paths  # type: ignore[attr-defined]

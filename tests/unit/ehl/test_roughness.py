@@ -1,0 +1,156 @@
+"""Generated profiles: statistics, independence of the spacing, translation of heights, boundary film."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ehl.io.errors import InputError
+from ehl.surface.height_translation import lognormal_kurtosis, translation
+from ehl.surface.roughness import (
+    RoughProfile,
+    autocorrelation,
+    boundary_film,
+    generate_profile,
+    measured_correlation_length,
+    moments,
+)
+
+LC, LENGTH = 20e-6, 6.4e-3
+
+
+def test_rms_mean_and_period_are_exact():
+    profile = generate_profile(0.3e-6, LC, LENGTH, 1e-6, 7)
+    assert_allclose(np.sqrt(np.mean(profile.heights**2)), 0.3e-6, rtol=1e-12)
+    assert abs(np.mean(profile.heights)) < 1e-18
+    assert profile.length == pytest.approx(LENGTH)
+    assert not profile.heights.flags.writeable
+
+
+@pytest.mark.parametrize(("skewness", "kurtosis"), [(0.0, 3.0), (-1.0, 5.0), (0.0, 1.9)])
+def test_spacing_samples_one_physical_profile(skewness, kurtosis):
+    fine = generate_profile(0.3e-6, LC, LENGTH, 1e-6, 7, skewness=skewness, kurtosis=kurtosis)
+    coarse = generate_profile(0.3e-6, LC, LENGTH, 4e-6, 7, skewness=skewness, kurtosis=kurtosis)
+    assert_allclose(fine.heights[::4], coarse.heights, atol=1e-18)
+    assert (fine.skewness, fine.correlation_length) == (coarse.skewness, coarse.correlation_length)
+
+
+def test_seed_decides_and_repeats():
+    first, again = (generate_profile(1e-7, LC, LENGTH, 2e-6, 5).heights for _ in range(2))
+    other = generate_profile(1e-7, LC, LENGTH, 2e-6, 6).heights
+    assert np.array_equal(first, again)
+    assert abs(np.corrcoef(first, other)[0, 1]) < 0.3
+
+
+def test_mean_autocorrelation_is_the_gaussian_one():
+    # the band limit (1.3 % of the variance) and the finite length shift the mean curve by up to 0.02
+    lags = np.arange(0, 40, 4)
+    curves = [autocorrelation(generate_profile(1.0, LC, LENGTH, 1e-6, s).heights)[lags] for s in range(40)]
+    assert_allclose(np.mean(curves, axis=0), np.exp(-((lags * 1e-6 / LC) ** 2)), atol=0.03)
+
+
+def test_no_wavelength_below_the_cutoff():
+    profile = generate_profile(1.0, LC, LENGTH, 1e-6, 1, cutoff=80e-6)
+    power = np.abs(np.fft.rfft(profile.heights)) ** 2
+    wavelength = LENGTH / np.arange(1, len(power))
+    assert power[1:][wavelength < 80e-6 * (1 - 1e-9)].max() < 1e-20 * power.max()
+    assert profile.cutoff == 80e-6
+
+
+def test_correlation_length_of_an_exact_gaussian_acf():
+    x = 1e-6 * np.arange(4000)
+    spectrum = np.fft.rfft(np.exp(-((np.minimum(x, 4000e-6 - x) / LC) ** 2)))
+    heights = np.fft.irfft(np.sqrt(np.maximum(spectrum.real, 0.0)), 4000)
+    assert measured_correlation_length(heights - heights.mean(), 1e-6) == pytest.approx(LC, rel=2e-2)
+
+
+def test_correlation_length_of_white_noise_is_below_one_sample():
+    assert measured_correlation_length(np.random.default_rng(0).standard_normal(4096), 1e-6) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("skewness", "kurtosis"),
+    [(0.0, 1.9), (0.0, 6.0), (-1.2, 6.0), (0.5, 2.2), (-0.6, 2.4), (2.0, 12.0), (-3.0, 25.0)],
+)
+def test_translation_has_the_moments_and_rises(skewness, kurtosis):
+    curve = translation(skewness, kurtosis)
+    node = np.linspace(-9.0, 9.0, 40001)
+    height = curve(node)
+    weight = np.exp(-0.5 * node**2)
+    weight /= weight.sum()
+    assert_allclose([weight @ height, weight @ height**2], [0.0, 1.0], atol=1e-9)
+    assert_allclose([weight @ height**3, weight @ height**4], [skewness, kurtosis], rtol=1e-5, atol=1e-6)
+    # strictly rising until the bounded family saturates in double precision
+    assert np.all(np.diff(height) >= 0.0)
+    assert np.all(np.diff(curve(np.linspace(-4, 4, 801))) > 0.0)
+
+
+def test_translated_profiles_have_the_moments_on_average():
+    profiles = [generate_profile(1e-7, LC, 4e-2, 4e-6, s, skewness=-1.0, kurtosis=5.0) for s in range(10)]
+    assert np.mean([p.skewness for p in profiles]) == pytest.approx(-1.0, abs=0.08)
+    assert np.mean([p.kurtosis for p in profiles]) == pytest.approx(5.0, abs=0.4)
+    assert np.mean([p.correlation_length for p in profiles]) == pytest.approx(LC, rel=0.05)
+    assert all(p.rms == 1e-7 for p in profiles)
+
+
+def test_lognormal_border():
+    w = math.exp(0.3**2)
+    skewness = (w + 2) * math.sqrt(w - 1)
+    assert lognormal_kurtosis(skewness) == pytest.approx(w**4 + 2 * w**3 + 3 * w**2 - 3)
+
+
+def test_resampling_a_band_limited_profile_is_exact():
+    coarse = generate_profile(0.3e-6, LC, LENGTH, 8e-6, 7)
+    fine = generate_profile(0.3e-6, LC, LENGTH, 2e-6, 7)
+    assert_allclose(coarse.resampled(2e-6).heights, fine.heights, atol=1e-18)
+
+
+def test_scaling_and_flat_profile():
+    profile = generate_profile(0.3e-6, LC, LENGTH, 2e-6, 7).scaled(0.1e-6)
+    assert moments(profile.heights)[0] == pytest.approx(0.1e-6)
+    flat = generate_profile(0.0, LC, LENGTH, 2e-6, 7)
+    assert np.all(flat.heights == 0.0)
+    assert flat.rms == 0.0
+    with pytest.raises(InputError, match="flat"):
+        RoughProfile.of(np.zeros(8), 1e-6, cutoff=1e-5).scaled(1e-7)
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"rms": -1e-7}, "rms"),
+        ({"rms": math.nan}, "rms"),
+        ({"correlation_length": 0.0}, "correlation_length"),
+        ({"length": 5e-5}, "length"),
+        ({"spacing": 3e-5}, "spacing"),
+        ({"seed": -1}, "seed"),
+        ({"cutoff": 1.0}, "cutoff"),
+        ({"kurtosis": 1.0}, "kurtosis"),
+        ({"skewness": 3.0}, "kurtosis"),
+        ({"kurtosis": 100.0}, "kurtosis"),
+    ],
+)
+def test_bad_input_names_the_field(change, field):
+    arguments = {"rms": 1e-7, "correlation_length": LC, "length": LENGTH, "spacing": 1e-6, "seed": 1} | change
+    with pytest.raises(InputError) as error:
+        generate_profile(**arguments)
+    assert error.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("rms", "below", "thickness", "bounded", "unresolved"),
+    [
+        (0.2e-6, None, 27e-9, False, False),
+        (0.2e-6, math.nan, 27e-9, False, False),
+        (0.2e-6, 2e-9, 7e-9, False, True),
+        (0.0, None, 5e-9, True, True),
+        (2e-6, None, 100e-9, True, False),
+    ],
+)
+def test_boundary_film_rule(rms, below, thickness, bounded, unresolved):
+    film = boundary_film(rms, below)
+    assert film.thickness == pytest.approx(thickness)
+    assert (film.bounded, film.unresolved) == (bounded, unresolved)

@@ -1,0 +1,233 @@
+"""Measured profiles: reading with units, what is refused and how, filters, ends, what falls below the cut-off."""
+
+from __future__ import annotations
+
+import math
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ehl.io.errors import InputError
+from ehl.surface.measured_profile import (
+    detrended,
+    gaussian_mean_line,
+    joined_ends,
+    load_profile,
+    prepared_profile,
+    read_profile,
+    read_topography,
+)
+from ehl.surface.roughness import boundary_film, generate_profile
+
+STEP = 1e-6
+
+
+def wave(length: float, n: int = 4000) -> np.ndarray:
+    return np.sin(2.0 * np.pi * np.arange(n) * STEP / length)
+
+
+def write(path, lines) -> str:
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def rows(n: int = 100, template: str = "{x},{z}") -> list[str]:
+    return [template.format(x=0.001 * i, z=0.1 * math.sin(0.3 * i)) for i in range(n)]
+
+
+@pytest.mark.parametrize(
+    ("header", "lines"),
+    [
+        ("x [mm], height [um]", rows()),
+        ("# stylus\n# x (mm); z (µm)", [line.replace(",", ";").replace(".", ",") for line in rows()]),
+        ("x[mm]\tz[um]", rows(template="{x}\t{z}")),
+        ("# x [mm] z [um]\n", rows(template="  {x}   {z}")),
+    ],
+)
+def test_columns_and_units_of_the_header(tmp_path, header, lines):
+    x, heights, notes = read_profile(write(tmp_path / "p.csv", [header, *lines]))
+    assert_allclose(x, 1e-6 * np.arange(100), atol=1e-15)
+    assert_allclose(heights, 1e-7 * np.sin(0.3 * np.arange(100)), atol=1e-18)
+    assert notes == ()
+
+
+def test_given_units_win_over_the_header(tmp_path):
+    path = write(tmp_path / "p.csv", ["x [mm], height [um]", *rows()])
+    x, heights, _ = read_profile(path, unit_x="um", unit_height="nm")
+    assert x[1] == pytest.approx(1e-9)
+    assert heights.max() == pytest.approx(1e-10, rel=0.01)
+
+
+def test_reversed_profile_is_turned(tmp_path):
+    path = write(tmp_path / "p.csv", ["x [mm], z [um]", *reversed(rows())])
+    x, heights, _ = read_profile(path)
+    assert np.all(np.diff(x) > 0.0)
+    assert heights[5] == pytest.approx(1e-7 * math.sin(1.5))
+
+
+def test_uneven_steps_are_resampled_and_noted(tmp_path):
+    positions = np.cumsum(1e-3 * (1.0 + 0.3 * np.sin(np.arange(200))))
+    lines = [f"{x:.9f},{2.0 * x:.9f}" for x in positions]
+    x, heights, notes = read_profile(write(tmp_path / "p.csv", ["x [mm], z [mm]", *lines]))
+    assert_allclose(np.diff(x), np.diff(x)[0], rtol=1e-9)
+    assert_allclose(heights, 2.0 * x, rtol=1e-6)
+    assert notes[0].startswith("resampled")
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        (["x [mm], z [um]", *rows(50)], "at least 64 points"),
+        (["x [mm], z [um]", *rows(99), "0.099,nan"], "1 of 100 points"),
+        (["x [mm], z [um]", *rows(99), "0.099,"], "1 of 100 points"),
+        (["x [mm], z [um]", *rows(99), "0.099,bad"], "Line 101"),
+        (["x [mm], z [um]", *rows(99), "0.099,1,2"], "Line 101 has 3"),
+        (["x [mm], z [um]", *rows(99), "0.050,0.1"], "Point 100"),
+        (["x [mm], z [um]", *rows(99), "9.0,0.1"], "Points are missing"),
+        (["x [mm], z [kg]", *rows()], "unit_height"),
+        (["x, z", *rows()], "length unit"),
+        ([], "at least 64 points"),
+    ],
+)
+def test_what_is_refused_and_how(tmp_path, lines, says):
+    with pytest.raises(InputError, match=says):
+        read_profile(write(tmp_path / "p.csv", lines))
+
+
+def test_missing_and_binary_files(tmp_path):
+    with pytest.raises(InputError, match="existing file"):
+        read_profile(tmp_path / "none.csv")
+    (tmp_path / "b.csv").write_bytes(bytes(range(256)))
+    with pytest.raises(InputError, match="could not be read"):
+        read_profile(tmp_path / "b.csv")
+
+
+def test_detrending_leaves_no_polynomial():
+    x = np.linspace(0.0, 1.0, 500)
+    assert_allclose(detrended(3.0 + 2.0 * x, 1), 0.0, atol=1e-13)
+    assert_allclose(detrended(3.0 + 2.0 * x - 7.0 * x**2, 2), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize(("ratio", "passes"), [(1.0, 0.5), (2.0, 2.0**-0.25), (0.5, 2.0**-4.0), (10.0, 2.0**-0.01)])
+def test_gaussian_filter_transmission(periodic, ratio, passes):
+    # ISO 16610-21: 2^-(cutoff/wavelength)^2
+    cutoff = 200e-6 / ratio
+    smooth = gaussian_mean_line(wave(200e-6), STEP, cutoff, periodic=periodic)
+    middle = slice(1000, 3000)
+    assert np.std(smooth[middle]) / np.std(wave(200e-6)[middle]) == pytest.approx(passes, rel=2e-3)
+
+
+def test_mean_line_of_a_constant_is_the_constant_to_the_ends():
+    assert_allclose(gaussian_mean_line(np.full(300, 2.5), STEP, 80e-6), 2.5)
+
+
+def test_joined_ends_are_periodic_and_keep_the_rms():
+    heights = np.random.default_rng(3).standard_normal(20000)
+    smooth = gaussian_mean_line(heights, 1.0, 40.0)
+    joined = joined_ends(smooth, 4000)
+    assert len(joined) == 16000
+    step = abs(joined[0] - joined[-1])
+    assert step < 3.0 * np.abs(np.diff(smooth)).max()
+    assert np.std(joined[:4000]) == pytest.approx(np.std(smooth), rel=0.1)
+
+
+def test_preparation_recovers_a_generated_profile():
+    truth = generate_profile(0.4e-6, 30e-6, 8e-3, STEP, 4)
+    x = truth.x
+    heights = truth.heights + 5e-6 + 2e-3 * x  # mounted with a tilt
+    heights = heights + 20e-9 * np.random.default_rng(0).standard_normal(len(x))
+    profile = prepared_profile(x, heights, cutoff_long=None, cutoff_short=15e-6, spacing=2e-6)
+    assert profile.rms == pytest.approx(truth.rms, rel=0.08)
+    assert profile.correlation_length == pytest.approx(truth.correlation_length, rel=0.1)
+    # white noise of 20 nm and what little of the profile lies there
+    assert 18e-9 < profile.rms_below_cutoff < 30e-9
+    assert boundary_film(profile.rms, profile.rms_below_cutoff).thickness == pytest.approx(
+        2e-9 + 2.5 * profile.rms_below_cutoff
+    )
+    assert profile.periodic
+    assert profile.cutoff == 15e-6
+    assert [note.split(" ")[0] for note in profile.notes] == ["detrended", "Gaussian", "resampled", "ends"]
+
+
+def test_long_cutoff_takes_the_waviness_out():
+    x = STEP * np.arange(8000)
+    heights = 1e-6 * np.sin(2 * np.pi * x / 4e-3) + 0.1e-6 * np.sin(2 * np.pi * x / 50e-6)
+    profile = prepared_profile(x, heights, cutoff_long=0.8e-3, cutoff_short=5e-6, periodic=False)
+    middle = profile.heights[len(profile.heights) // 4 : -len(profile.heights) // 4]
+    assert np.std(middle) == pytest.approx(0.1e-6 / math.sqrt(2), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"cutoff_short": 1e-6}, "cutoff_short"),
+        ({"cutoff_short": 2e-3}, "cutoff_short"),
+        ({"cutoff_long": 11e-6}, "cutoff_long"),
+        ({"spacing": 8e-6}, "spacing"),
+    ],
+)
+def test_cutoffs_out_of_range(change, field):
+    x = STEP * np.arange(4000)
+    with pytest.raises(InputError) as error:
+        prepared_profile(x, wave(100e-6), **({"cutoff_long": None, "cutoff_short": 10e-6} | change))
+    assert error.value.field == field
+
+
+def test_file_to_profile(tmp_path):
+    truth = generate_profile(0.4e-6, 30e-6, 4e-3, STEP, 4)
+    lines = [f"{1e3 * a:.6f},{1e6 * b:.6f}" for a, b in zip(truth.x, truth.heights, strict=True)]
+    path = write(tmp_path / "flank.csv", ["x [mm], z [um]", *lines])
+    profile = load_profile(path, cutoff_long=None, cutoff_short=10e-6, spacing=2e-6)
+    assert profile.source == "measured: flank.csv"
+    assert profile.rms == pytest.approx(0.4e-6, rel=0.1)
+
+
+def test_missing_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    with pytest.raises(InputError, match=r"mixed-ehl\[roughness\]"):
+        load_profile(tmp_path / "scan.opd", cutoff_long=None, cutoff_short=10e-6)
+
+
+class FakeTopography:
+    """The few attributes of a SurfaceTopography object that are used."""
+
+    def __init__(self, dim: int, heights: np.ndarray, unit: str | None = "um") -> None:
+        self.dim, self.unit, self._heights = dim, unit, heights
+        self.physical_sizes = (float(len(heights)), 5.0)
+
+    def positions_and_heights(self):
+        return np.arange(len(self._heights), dtype=float), self._heights
+
+    def heights(self):
+        return self._heights
+
+
+def test_profilometer_line_and_map(tmp_path, monkeypatch):
+    path = tmp_path / "scan.opd"
+    path.write_bytes(b"")
+    line = np.sin(0.1 * np.arange(200))
+
+    def provide(topography):
+        module = SimpleNamespace(read_topography=lambda name: topography)
+        monkeypatch.setitem(sys.modules, "SurfaceTopography", module)
+
+    provide(FakeTopography(1, line))
+    x, heights, notes = read_topography(path)
+    assert_allclose([x[1] - x[0], heights[10]], [1e-6, 1e-6 * line[10]])
+    assert notes == ()
+    provide(FakeTopography(2, np.stack([0.0 * line, line, 0.0 * line], axis=1)))
+    _, heights, notes = read_topography(path)
+    assert heights[10] == pytest.approx(1e-6 * line[10])
+    assert notes == ("middle line of a map",)
+    provide(FakeTopography(1, line, unit=None))
+    with pytest.raises(InputError, match="unit"):
+        read_topography(path)
+    provide(FakeTopography(1, np.ma.masked_greater(line, 0.99)))
+    with pytest.raises(InputError, match="missing points"):
+        read_topography(path)
+    with pytest.raises(InputError, match="existing file"):
+        read_topography(tmp_path / "none.opd")

@@ -1,0 +1,214 @@
+"""The deterministic rough contact as a user meets it: results, seeds, measured profiles, and its shortcuts."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ehl.case import Case, SurfaceInput, load_case
+from ehl.io.validation import validate
+from ehl.solve import solve_case
+
+EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "contact_rough.toml"
+Cli = Callable[..., Any]
+
+
+def case(seed: int = 1, rms: float = 0.133e-6, slide_to_roll: float = 0.05, **model: Any) -> Case:
+    """A thick film over slight roughness; film ratio 4 where nothing else is said."""
+    return validate(
+        Case,
+        {
+            "contact": {
+                "radius_equivalent": 0.01,
+                "pressure_hertz": 0.8e9,
+                "speed_entrainment": 3.0,
+                "slide_to_roll": slide_to_roll,
+            },
+            "lubricant": {"viscosity_inlet": 0.04, "pressure_viscosity": 16e-9},
+            "surface": {"roughness_rms_1": rms, "correlation_length": 60e-6, "seed": seed},
+            "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": "off"} | model,
+        },
+    )
+
+
+def test_example_gives_all_figures_and_the_same_ones_again(mixed_ehl: Cli) -> None:
+    first = json.loads(mixed_ehl("solve", EXAMPLE, "--json").out)
+    assert first["status"] == "converged"
+    for name in (
+        "friction_coefficient", "friction_fluid", "friction_asperity", "asperity_load_share", "roughness_load_share",
+        "film_ratio", "mesh_error", "statistical_error", "friction_error", "friction_boundary_half",
+        "friction_boundary_double",
+    ):  # fmt: skip
+        assert first[name] > 0.0
+    assert first["friction_error"] == pytest.approx(first["mesh_error"] + first["statistical_error"])
+    assert first["statistical_error"] <= 0.035
+    assert first["asperity_load_share"] < first["roughness_load_share"]
+    # a thicker boundary film touches sooner
+    assert first["friction_boundary_half"] < first["friction_coefficient"] < first["friction_boundary_double"]
+    again = json.loads(mixed_ehl("solve", EXAMPLE, "--json").out)
+    assert first | {"seconds": 0.0} == again | {"seconds": 0.0}
+
+
+def test_fast_gives_null_where_nothing_was_computed(mixed_ehl: Cli, tmp_path: Path) -> None:
+    text = EXAMPLE.read_text(encoding="utf-8").replace("friction_tolerance = 0.035", "friction_tolerance = 0.1")
+    path = tmp_path / "fast.toml"
+    path.write_text(text, encoding="utf-8")
+    result = json.loads(mixed_ehl("solve", path, "--json").out)
+    assert result["friction_boundary_half"] is None
+    assert result["friction_boundary_double"] is None
+    assert "Infinity" not in json.dumps(result)
+
+
+def test_seed_makes_the_surface() -> None:
+    friction = [
+        solve_case(case(seed, shortcuts="off", friction_tolerance=0.5)).friction_coefficient for seed in (1, 1, 2)
+    ]
+    assert friction[0] == friction[1]
+    assert friction[0] != friction[2]
+
+
+def test_roughness_left_out_of_a_thick_film_changes_no_more_than_said() -> None:
+    change, unsure = [], []
+    skipped = solve_case(case())
+    assert skipped.film_ratio == pytest.approx(4.0, rel=0.02)
+    assert skipped.transient is None
+    assert any("roughness and time: estimated change" in text for text in skipped.skipped)
+    for seed in (1, 2, 3):
+        full = solve_case(case(seed, shortcuts="off"))
+        assert full.transient is not None
+        change.append(full.friction_coefficient / skipped.friction_coefficient - 1.0)
+        unsure.append(full.friction_error)
+        assert abs(change[-1]) < skipped.friction_error + full.friction_error
+    assert abs(np.mean(change)) < skipped.friction_error + np.mean(unsure) / math.sqrt(3.0)
+    # the estimate is no blank cheque either
+    assert skipped.friction_error < 0.02
+
+
+def test_roughness_left_out_of_a_viscous_film_counts_for_more() -> None:
+    viscous = {"slide_to_roll": 1e-3, "friction_tolerance": 0.5}
+    skipped = solve_case(case(**viscous))
+    assert skipped.transient is None
+    eyring = solve_case(case(friction_tolerance=0.5))
+    assert skipped.friction_error > 3.0 * eyring.friction_error
+    changes = []
+    for seed in (1, 2):
+        full = solve_case(case(seed, **viscous, shortcuts="off"))
+        changes.append(full.friction_coefficient / skipped.friction_coefficient - 1.0)
+        assert abs(changes[-1]) < skipped.friction_error + full.friction_error
+    # what is said holds without the error of the run, and what is said of other films would not
+    assert eyring.friction_error < np.mean(changes) < skipped.friction_error
+    assert solve_case(case(slide_to_roll=1e-3)).transient is not None
+    assert solve_case(case(slide_to_roll=0.0)).transient is None
+
+
+@pytest.mark.parametrize("kind", ["waves", "scratch"])
+def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_path: Path) -> None:
+    x = np.arange(0.0, 1.2e-3, 1e-6)
+    heights = np.sin(2.0 * np.pi * x / 60e-6) if kind == "waves" else -4.2 * np.exp(-(((x - 0.6e-3) / 10e-6) ** 2))
+    path = tmp_path / "profile.csv"
+    rows = "\n".join(f"{a:.9g},{b:.9g}" for a, b in zip(x * 1e6, heights * 0.188, strict=True))
+    path.write_text("x [um], height [um]\n" + rows + "\n", encoding="utf-8")
+    surface = {"profile_1": str(path), "cutoff_short": "4 um", "cutoff_long": None}
+    measured = case().model_copy(update={"surface": validate(SurfaceInput, surface)})
+    skipped = solve_case(measured)
+    full = solve_case(measured.model_copy(update={"model": measured.model.model_copy(update={"shortcuts": "off"})}))
+    assert skipped.transient is None
+    assert full.transient is not None
+    assert skipped.film_ratio == pytest.approx(full.film_ratio, rel=1e-6)
+    change = abs(full.friction_coefficient / skipped.friction_coefficient - 1.0)
+    assert change < skipped.friction_error + full.friction_error
+    assert skipped.friction_error < 0.025
+
+
+@pytest.mark.parametrize(("slide_to_roll", "speed"), [(0.003, 1.0), (0.001, 0.1)])
+def test_heat_left_out_changes_no_more_than_said(slide_to_roll: float, speed: float) -> None:
+    def friction(thermal: str) -> Any:
+        base = case(rms=0.0, slide_to_roll=slide_to_roll, thermal=thermal)
+        contact = base.contact.model_copy(update={"speed_entrainment": speed})
+        return solve_case(base.model_copy(update={"contact": contact}))
+
+    auto, full = friction("auto"), friction("on")
+    estimate = next(text for text in auto.skipped if "estimated change of ln(viscosity)" in text).split()[-1]
+    assert auto.heat is None
+    assert full.heat is not None
+    change = abs(auto.friction_coefficient / full.friction_coefficient - 1.0)
+    assert change <= auto.friction_error + full.friction_error + float(estimate)
+    assert float(estimate) < 0.02
+
+
+def test_heat_is_computed_where_it_matters() -> None:
+    assert solve_case(case(rms=0.0, slide_to_roll=0.3, thermal="auto")).heat is not None
+
+
+# ---- measured profiles -------------------------------------------------------------------------------------------
+
+
+def measured(tmp_path: Path, rows: list[str]) -> Path:
+    """The example with a measured surface 1, and its file."""
+    profile = tmp_path / "flank.csv"
+    profile.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    text = EXAMPLE.read_text(encoding="utf-8")
+    text = text.replace('roughness_rms_1 = "0.35 um"', f'profile_1 = "{profile.as_posix()}"\ncutoff_short = "25 um"')
+    text = text.replace("friction_tolerance = 0.035", "friction_tolerance = 0.2")
+    path = tmp_path / "measured.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def rows(count: int = 1500, unit: str = "um") -> list[str]:
+    """Two waves and a little noise over a tilt; x [mm] every 2 um."""
+    x = 2e-3 * np.arange(count)
+    noise = np.random.default_rng(3).standard_normal(count)
+    z = 0.3 * np.sin(2 * np.pi * x / 0.09) + 0.3 * np.sin(2 * np.pi * x / 0.06 + 1.0) + 0.02 * noise + 0.5 * x
+    return [f"x [mm], height [{unit}]", *(f"{a:.4f}, {b:.5f}" for a, b in zip(x, z, strict=True))]
+
+
+def test_measured_profile_is_used(mixed_ehl: Cli, tmp_path: Path) -> None:
+    path = measured(tmp_path, rows())
+    outcome = mixed_ehl("solve", path, "--json")
+    assert outcome.code == 0
+    result = json.loads(outcome.out)
+    assert result["roughness_load_share"] > 0.0
+    # Rq of two waves of 0.3 um and of the generated surface 2
+    smooth = solve_case(load_case(path).model_copy(update={"surface": case(rms=0.0).surface}))
+    assert smooth.film_central / result["film_ratio"] == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
+
+
+def with_gap(lines: list[str]) -> list[str]:
+    lines[700] = lines[700].split(",")[0] + ", nan"
+    return lines
+
+
+@pytest.mark.parametrize(
+    ("lines", "word"),
+    [
+        (with_gap(rows()), "1 of 1500 points are missing or not finite"),
+        (rows(40), "at least 64 points"),
+        (rows(unit="kg"), "kg"),
+        (rows()[1:], "Give it, or write it in the header"),
+    ],
+)
+def test_bad_profile_is_one_sentence(mixed_ehl: Cli, tmp_path: Path, lines: list[str], word: str) -> None:
+    outcome = mixed_ehl("solve", measured(tmp_path, lines), "--json")
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert word in outcome.err
+    assert outcome.err.startswith("mixed-ehl: ")
+    assert outcome.err.count("\n") == 1
+
+
+def test_missing_profile_and_wrong_model_are_one_sentence(mixed_ehl: Cli, tmp_path: Path) -> None:
+    path = measured(tmp_path, rows())
+    shared = tmp_path / "shared.toml"
+    shared.write_text(path.read_text(encoding="utf-8").replace('"deterministic"', '"load_sharing"'), encoding="utf-8")
+    (tmp_path / "flank.csv").unlink()
+    for file, word in ((path, "existing file"), (shared, "deterministic")):
+        outcome = mixed_ehl("solve", file)
+        assert outcome.code == 2
+        assert word in outcome.err

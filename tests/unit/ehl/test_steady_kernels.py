@@ -1,0 +1,165 @@
+"""Compiled loops of the smooth solver against plain NumPy twins."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ehl.smooth import _kernels
+from ehl.smooth.mesh import Features, grade
+from ehl.smooth.newton import Grid, LinearSystem, Unknowns, evaluate
+from ehl.smooth.scaling import Scene
+
+FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
+CONSTANTS = {
+    0: np.array([1.5e-8, 0.0, 0.0]),
+    1: np.array([6.0, 1.96e8, 0.5]),
+    2: np.array([5e7, 0.03, 0.0]),
+}
+
+
+def scene(law=1, gamma=0.3, cross=0.6, offset=None):
+    fluid = np.array([1e9, 0.6, 1.7, gamma, cross])
+    return Scene(0.02, law, CONSTANTS[law], fluid, 10.0, offset)
+
+
+@pytest.fixture(scope="module")
+def grid():
+    grading = grade(FEATURES)
+    return Grid.of(grading, grading.points(2 * 49 - 1))
+
+
+def unknowns(grid, seed=0):
+    rng = np.random.default_rng(seed)
+    pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None)) + 0.02 * rng.random(grid.nodes.size)
+    pressure[-1] = 0.0
+    return Unknowns(pressure, 0.4, 0.1, 1.01)
+
+
+def twin_log_kernel(s):
+    """Integral of ln|s_i - t| times the hat functions, from the twice integrated logarithm, all pairs at once."""
+    r = s[:, None] - s[None, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        second = np.where(r == 0.0, 0.0, 0.5 * r * r * np.log(np.abs(r)) - 0.75 * r * r)
+        first = np.where(r == 0.0, 0.0, r * np.log(np.abs(r)) - r)
+    slope = np.diff(second, axis=1) / np.diff(s)
+    kernel = np.zeros_like(r)
+    kernel[:, :-1] += slope
+    kernel[:, 1:] -= slope
+    kernel[:, 0] += first[:, 0]
+    kernel[:, -1] -= first[:, -1]
+    return kernel
+
+
+def test_log_kernel(grid):
+    twin = twin_log_kernel(grid.nodes)
+    np.testing.assert_allclose(_kernels.log_kernel(grid.nodes), twin, rtol=1e-9, atol=1e-10)
+
+
+def test_log_kernel_of_a_constant_pressure(grid):
+    s = grid.nodes[1:-1]
+    left, right = s - grid.nodes[0], grid.nodes[-1] - s
+    exact = left * (np.log(left) - 1.0) + right * (np.log(right) - 1.0)
+    np.testing.assert_allclose(_kernels.log_kernel(grid.nodes).sum(axis=1)[1:-1], exact, rtol=1e-9, atol=1e-9)
+
+
+def twin_nodal_state(case, p, h, offset):
+    c, (scale, a, b, gamma, cross) = case.constants, case.fluid
+    q = np.maximum(p, 0.0) * scale
+    log_eta = [c[0] * q, c[0] * ((1.0 + q / (c[1] or 1.0)) ** c[2] - 1.0), q / (c[0] + c[1] * q)][case.law] + offset
+    rho = 1.0 + a * p / (1.0 + b * np.maximum(p, 0.0))
+    ratio = gamma / h * np.exp(log_eta)
+    angle = np.arcsinh(ratio)
+    across = np.sinh(angle) / angle if gamma > 0.0 else 1.0
+    return rho, log_eta, np.exp(-log_eta) * (cross * np.cosh(angle) + (1.0 - cross) * across)
+
+
+@pytest.mark.parametrize("law", [0, 1, 2])
+@pytest.mark.parametrize(("gamma", "cross"), [(0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (1e-3, 0.4), (20.0, 0.4)])
+def test_nodal_state(law, gamma, cross):
+    case = scene(law, gamma, cross)
+    p, h, offset = np.linspace(0.0, 1.3, 40), np.linspace(3.0, 0.05, 40), np.linspace(-0.5, 0.2, 40)
+
+    def state(p, h, offset):
+        return _kernels.nodal_state(case.law, case.constants, case.fluid, case.shear, p, h, offset)
+
+    values = state(p, h, offset)
+    for mine, twin in zip((values[0], values[2], values[3]), twin_nodal_state(case, p, h, offset), strict=True):
+        np.testing.assert_allclose(mine, twin, rtol=1e-10)
+    step = 1e-6
+    centre = p + 1e-3, h, offset
+    slopes = [state(*centre)[i] for i in (1, 4, 5, 6)]
+    for slope, place, output in zip(slopes, (0, 0, 1, 2), (0, 3, 3, 3), strict=True):
+        up, down = list(centre), list(centre)
+        up[place], down[place] = up[place] + step, down[place] - step
+        twin = (state(*up)[output] - state(*down)[output]) / (2.0 * step)
+        np.testing.assert_allclose(slope, twin, rtol=2e-6, atol=1e-9 * np.abs(twin).max() + 1e-15)
+
+
+def test_nodal_state_below_zero_pressure_continues_the_tangent():
+    case = scene()
+    near = _kernels.nodal_state(
+        case.law, case.constants, case.fluid, case.shear, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2)
+    )
+    for values in near:
+        assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
+
+
+def test_open_inlet():
+    x = np.linspace(-40.0, 1.2, 300)
+    size = 1.3
+    u = np.maximum(-x / size - 1.5, 0.0)
+    value, slope = _kernels.open_inlet(x, size)
+    np.testing.assert_allclose(value, 0.5 * x**2 * u**4 / (1.0 + u**4), rtol=1e-13)
+    up, down = (_kernels.open_inlet(x + d, size)[0] for d in (1e-6, -1e-6))
+    np.testing.assert_allclose(slope, (up - down) / 2e-6, rtol=1e-6, atol=1e-7)
+
+
+def twin_residual(x, x_face, size, lam, p, h, flow, rho, f):
+    base, base_face = (_kernels.open_inlet(v, size)[0] for v in (x, x_face))
+    g = rho * h - base
+    face = np.empty(x.size - 1)
+    face[0] = 0.5 * (g[0] + g[1])
+    face[1:] = 0.375 * g[2:] + 0.75 * g[1:-1] - 0.125 * g[:-2]
+    mass = face + base_face
+    mean = np.where(np.isclose(f[1:], f[:-1], rtol=1e-6), f[1:], np.diff(f) / np.log(f[1:] / f[:-1]))
+    eps = mass**3 * mean / (lam * (0.5 * (rho[1:] + rho[:-1])) ** 2)
+    return np.append(eps * np.diff(p) / np.diff(x) - (mass - flow), rho[-1] * h[-1] - flow)
+
+
+def test_residual(grid):
+    case, u = scene(), unknowns(grid)
+    e = evaluate(grid, case, u)
+    assert e is not None
+    twin = twin_residual(e.x, e.x_face, grid.grading.size, case.lam, u.pressure, e.film, u.flow, e.rho, e.mobility)
+    np.testing.assert_allclose(e.residual[:-1], twin, rtol=1e-5, atol=1e-8 * np.abs(twin).max())
+    film = u.h00 + 0.5 * e.x**2 - u.stretch / np.pi * (twin_log_kernel(grid.nodes) @ u.pressure)
+    np.testing.assert_allclose(e.film, film, rtol=1e-8)
+
+
+def test_residual_refuses_a_closed_film(grid):
+    u = unknowns(grid)
+    u.h00 = -5.0
+    assert evaluate(grid, scene(), u) is None
+
+
+@pytest.mark.parametrize("law", [0, 1, 2])
+@pytest.mark.parametrize("offset", [None, lambda x: -0.4 * np.exp(-(x**2))])
+def test_jacobian_is_the_derivative_of_the_residual(grid, law, offset):
+    case, u = scene(law, offset=offset), unknowns(grid, law)
+    e = evaluate(grid, case, u)
+    assert e is not None
+    n = grid.nodes.size
+    work = np.empty((n + 1, n + 1))
+    system = LinearSystem(grid, case, e, work)
+    for column in [0, 1, 7, n // 2, n - 4, n - 3, n - 2, n - 1, n]:
+        direction = np.zeros(n + 1)
+        direction[column] = 1.0
+        step = 1e-6
+        ahead, behind = (evaluate(grid, case, u.moved(direction, s)) for s in (step, -step))
+        assert ahead is not None
+        assert behind is not None
+        slope = (ahead.residual - behind.residual) / (2.0 * step)
+        # J applied to its own direction: solving for the slope returns the unit vector
+        back = system.step(-slope)
+        np.testing.assert_allclose(back, direction, atol=2e-5)

@@ -1,0 +1,99 @@
+"""Graded mesh, outputs and extrapolation of the smooth solver."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ehl.fluid.rheology import ShearLaw
+from ehl.smooth.estimate import FLOOR, extrapolate
+from ehl.smooth.mesh import Features, features_of, grade
+from ehl.smooth.outputs import FilmShear, _interpolate, _peak
+
+positive = st.floats(1e-4, 1e3)
+
+
+@settings(max_examples=40, deadline=None)
+@given(flow=positive, inlet_width=st.floats(1e-3, 1.0), spike=st.floats(0.3, 1.0), spike_width=st.floats(1e-3, 0.3))
+def test_points_increase_and_nest(flow, inlet_width, spike, spike_width):
+    features = Features(flow, 1.0 + 0.4 * features_size(flow), -1.0, inlet_width, spike, spike_width)
+    grading = grade(features)
+    fine, coarse = grading.points(193), grading.points(97)
+    assert fine[0] == grading.x_in
+    assert fine[-1] == grading.x_exit
+    assert np.all(np.diff(fine) > 0.0)
+    np.testing.assert_allclose(fine[::2], coarse, rtol=1e-9, atol=1e-9)
+
+
+def features_size(flow):
+    return np.sqrt(1.0 + 2.0 * flow)
+
+
+def test_spike_draws_nodes():
+    plain = grade(Features(0.1, 1.05, -1.0, 0.2, 0.9, 0.3)).points(193)
+    sharp = grade(Features(0.1, 1.05, -1.0, 0.2, 0.9, 0.003)).points(193)
+    near = lambda x: np.min(np.diff(x)[np.abs(x[1:] - 0.9) < 0.05])  # noqa: E731
+    assert near(sharp) < 0.1 * near(plain)
+
+
+def test_features_find_spike_and_inlet():
+    x = np.linspace(-5.0, 1.05, 2001)
+    pressure = 1.0 / (1.0 + np.exp(-(x + 1.0) / 0.1)) * (1.05 - x) + 0.5 * np.exp(-(((x - 0.8) / 0.01) ** 2))
+    features = features_of(x, pressure, 0.05)
+    assert features.spike == pytest.approx(0.8, abs=0.01)
+    assert 1e-3 < features.spike_width < 0.02
+    assert features.exit == x[-1]
+    assert features.inlet < -0.5
+
+
+def test_features_close_to():
+    base = Features(0.1, 1.05, -1.0, 0.2, 0.9, 0.03)
+    assert base.close_to(base)
+    assert not Features(0.1, 1.05, -1.0, 0.2, 0.9, 0.01).close_to(base)
+    assert not Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03).close_to(base)
+
+
+def test_peak_of_a_smooth_maximum_between_nodes():
+    for shift in (0.0, 0.2, 0.45, -0.3):
+        values = np.cos((np.arange(21) - 10.0 - shift) / 8.0)
+        assert _peak(values) == pytest.approx(1.0, abs=1e-7)
+    assert _peak(np.array([3.0, 2.0, 1.0, 0.5, 0.2, 0.1])) == 3.0
+
+
+def test_interpolation_is_exact_for_quintics():
+    x = np.sort(np.random.default_rng(1).uniform(-1.0, 1.0, 12))
+    poly = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0, -1.0, 0.7])
+    assert _interpolate(x, poly(x), 0.0) == pytest.approx(1.0, rel=1e-10)
+
+
+def test_shear_law_limits():
+    film, pressure = np.array([0.1, 0.1, 0.1]), np.array([0.1, 1.0, 1.0])
+    log_eta = np.array([0.0, 5.0, 800.0])
+    newton = FilmShear(ShearLaw("newtonian"), 1e9, 1e-6)
+    eyring = FilmShear(ShearLaw("eyring", 5e6), 1e9, 1e-6)
+    capped = FilmShear(ShearLaw("eyring", 5e6, limit_slope=0.04), 1e9, 1e-6)
+    # slow shear: both laws agree; fast shear: the Eyring stress grows like a logarithm; the limit cuts it
+    assert newton.stress_at(log_eta, film, pressure)[0] == pytest.approx(1e-5)
+    assert eyring.stress_at(log_eta, film, pressure)[0] == pytest.approx(1e-5, rel=1e-4)
+    stress = eyring.stress_at(log_eta, film, pressure)[2]
+    assert stress == pytest.approx(0.005 * (np.log(2.0 * 2e-3) + 800.0), rel=1e-12)
+    assert capped.stress_at(log_eta, film, pressure)[2] == pytest.approx(0.04, rel=1e-14)
+    assert np.all(FilmShear(eyring.law, 1e9, 0.0).stress_at(log_eta, film, pressure) == 0.0)
+
+
+@given(value=st.floats(0.1, 10.0), second=st.floats(-1.0, 1.0), third=st.floats(-1.0, 1.0))
+def test_extrapolation_bounds_the_error_of_second_and_third_order_terms(value, second, third):
+    h = np.array([1.0, 0.5, 0.25]) * 0.05
+    levels = [np.array([value + second * s**2 + third * s**3]) for s in h]
+    limit = extrapolate(levels, 49)
+    assert abs(limit.values[0] - value) <= limit.errors[0]
+    expected = 2.5 * abs(third) * h[1] ** 3 + 0.03 * abs(second) * h[1] ** 2 + FLOOR * limit.values[0]
+    assert limit.errors[0] <= 1.001 * expected + 1e-12
+
+
+def test_extrapolation_of_equal_levels_is_their_value():
+    limit = extrapolate([np.array([2.0, 0.0])] * 3, 49)
+    assert limit.values.tolist() == [2.0, 0.0]
+    assert limit.relative().tolist() == [FLOOR, 0.0]

@@ -1,0 +1,235 @@
+"""Kernels of the transient solver against plain NumPy twins."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.rough._kernels.elasticity import exponential_product
+from ehl.rough._kernels.elementary import exp, log
+from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, thermal_factor
+from ehl.rough._kernels.motion import sample_profile
+from ehl.rough._kernels.quasi_separable import MODES, factor_and_solve
+from ehl.rough._kernels.records import FluidityRows, HeatRows
+from ehl.rough.scaling import Units, scaled_fluid
+from ehl.rough.soe import (
+    LogConvolution,
+    fit_log_kernel,
+    fit_root_kernel,
+    kernel_constant,
+    log_coefficients,
+    log_kernel,
+    range_of,
+)
+
+MODULUS = (3.4e7, 5.0e5, 3.4e-2, 3.0e-5)
+
+
+def distances(n: int) -> np.ndarray:
+    return np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+
+
+def test_log_coefficients_are_the_integral_of_the_logarithm() -> None:
+    # cell around 0: 1 + ln 2; cell around 1 by exact integration of -ln s over [0.5, 1.5]
+    exact = -(1.5 * math.log(1.5) - 1.5 - 0.5 * math.log(0.5) + 0.5)
+    np.testing.assert_allclose(log_coefficients(3)[:2], [1.0 + math.log(2.0), exact], rtol=1e-14)
+
+
+@pytest.mark.parametrize(("n", "modes", "bound"), [(256, 10, 1e-4), (1024, 10, 2e-4), (1024, 14, 2e-5)])
+def test_fitted_log_kernel_states_its_error(n: int, modes: int, bound: float) -> None:
+    fit = fit_log_kernel(n, modes)
+    kernel = log_coefficients(n) + kernel_constant(n)
+    deviation = np.abs(fit.evaluate(np.arange(n, dtype=float)) - kernel)
+    assert deviation.max() == pytest.approx(fit.error)
+    assert fit.error < bound  # the kernel spans ln n = 5.5 to 7
+    assert deviation[0] < 1e-12
+    assert fit.ratios[-1] == 0.0
+
+
+@pytest.mark.parametrize("modes", [MODES, 10])
+@pytest.mark.parametrize("n", [64, 512, 4096, 32768])
+def test_tabulated_kernel_is_the_fit(n: int, modes: int) -> None:
+    table, fit = log_kernel(n, modes), fit_log_kernel(n, modes)
+    d = np.arange(n, dtype=float)
+    kernel = log_coefficients(n) + kernel_constant(n)
+    assert np.abs(table.evaluate(d) - kernel).max() == pytest.approx(table.error)
+    assert table.error == pytest.approx(fit.error, rel=1e-3)
+    assert log_kernel(n, modes) is table
+
+
+def test_a_kernel_out_of_the_table_is_fitted() -> None:
+    assert log_kernel(128, 7).weights.size == 7
+
+
+def test_fitted_root_kernel_against_the_integral() -> None:
+    fit = fit_root_kernel(4096)
+    j = np.arange(4096, dtype=float)
+    exact = 2.0 * (np.sqrt(j + 1.0) - np.sqrt(j))
+    assert np.abs(fit.evaluate(j) / exact - 1.0).max() < 5e-3
+    # the temperature under a constant flux, which is what the memory computes
+    np.testing.assert_allclose(np.cumsum(fit.evaluate(j)), 2.0 * np.sqrt(j + 1.0), rtol=1e-3)
+
+
+def test_recursion_matches_dense_and_fft_products() -> None:
+    n = 200
+    fit = fit_log_kernel(range_of(n), 10)
+    q = np.random.default_rng(1).random(n)
+    out = np.zeros(n)
+    exponential_product(q, fit.weights, fit.ratios, out)
+    np.testing.assert_allclose(out, fit.evaluate(np.arange(n, dtype=float))[distances(n)] @ q, rtol=1e-12)
+    reference = LogConvolution(n).apply(q)
+    np.testing.assert_allclose(reference, (log_coefficients(n) + kernel_constant(256))[distances(n)] @ q, rtol=1e-12)
+    np.testing.assert_allclose(out, reference, rtol=2e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_quasi_separable_solution_matches_dense(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 50
+    fit = fit_log_kernel(64, MODES)
+    weights, ratios = 0.02 * fit.weights, fit.ratios
+    kind = rng.integers(0, 4, n)
+    kind[rng.integers(0, n)] = 4  # at the cap: no unknown
+    band = np.zeros((6, n))
+    band[0], band[2] = -rng.random((2, n))
+    band[1], band[4] = 2.0 + rng.random(n), 1.0 + rng.random(n)
+    band[3], band[5] = 0.3 * rng.standard_normal((2, n))
+    band[3, 0] = band[5, -1] = 0.0
+    kernel = (ratios[:, None, None] ** distances(n) * weights[:, None, None]).sum(axis=0)
+    film = band[4][:, None] * kernel
+    film[1:] += band[3, 1:, None] * kernel[:-1]
+    film[:-1] += band[5, :-1, None] * kernel[1:]
+    pressure = np.diag(band[1]) + np.diag(band[0, 1:], -1) + np.diag(band[2, :-1], 1)
+    f, c = np.flatnonzero(kind & 1), np.flatnonzero(kind & 2)
+    matrix = np.block(
+        [[(pressure + film)[np.ix_(f, f)], film[np.ix_(f, c)]], [kernel[np.ix_(c, f)], kernel[np.ix_(c, c)]]]
+    )
+    rhs_f, rhs_c, unit = rng.standard_normal((3, n))
+    expected = np.linalg.solve(matrix, np.column_stack([np.r_[rhs_f[f], rhs_c[c]], np.r_[unit[f], np.ones(c.size)]]))
+    solution = np.zeros((4, n))
+    factor_and_solve(0, n, kind, band, weights, ratios, rhs_f, rhs_c, unit, solution, np.zeros((n, 4 + 2 * MODES)))
+    for column, rows in ((0, (0, 1)), (1, (2, 3))):
+        got = np.r_[solution[rows[0], f], solution[rows[1], c]]
+        assert np.abs(got - expected[:, column]).max() < 1e-12 * np.abs(expected[:, column]).max()
+
+
+def test_elementary_functions_match_the_library() -> None:
+    x = np.linspace(-690.0, 690.0, 20001)
+    np.testing.assert_allclose([exp(v) for v in x[::50]], np.exp(x[::50]), rtol=5e-13)
+    y = np.exp(np.linspace(-300.0, 300.0, 601))
+    np.testing.assert_allclose([log(v) for v in y], np.log(y), atol=2e-13, rtol=1e-13)
+    assert exp(-1e9) == pytest.approx(0.0, abs=1e-300)
+
+
+def lubricant(law: str, rheology: str, **extra: object) -> Lubricant:
+    constants = MODULUS if law == "modulus" else ()
+    return Lubricant(
+        0.02, 15e-9, viscosity_law=law, modulus_constants=constants, rheology=rheology, eyring_stress=5e6, **extra
+    )  # type: ignore[arg-type]
+
+
+def scaled(law: str, rheology: str, lengthwise: float = 0.0, **extra: object):
+    contact = LineContact.from_pressure(
+        radius_equivalent=0.015,
+        effective_modulus=228e9,
+        pressure_hertz=1e9,
+        speed_entrainment=5.0,
+        slide_to_roll=0.4,
+        speed_sliding_lengthwise=lengthwise,
+    )
+    oil = lubricant(law, rheology, **extra)
+    units = Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7)
+    return contact, oil, scaled_fluid(contact, oil, units, 20e-6)
+
+
+def rows_of(film: np.ndarray, pressure: np.ndarray, thermal: float) -> FluidityRows:
+    n = film.size
+    rows = FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields))
+    rows.film[:], rows.pressure[:], rows.thermal[:] = film, pressure, thermal
+    return rows
+
+
+@pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
+@pytest.mark.parametrize(("rheology", "lengthwise"), [("newtonian", 0.0), ("eyring", 0.0), ("eyring", 3.0)])
+def test_fluidity_matches_its_formula_and_its_derivatives(law: str, rheology: str, lengthwise: float) -> None:
+    contact, oil, fluid = scaled(law, rheology, lengthwise)
+    rng = np.random.default_rng(3)
+    film, pressure = 0.02 + rng.random(40), 1.6 * rng.random(40)
+    neutral = thermal_factor(oil.temperature, fluid)
+    assert neutral == pytest.approx(1.0 if law == "roelands" else 0.0, abs=1e-12)
+    rows = rows_of(film, pressure, neutral)
+    boundary, scale = 0.05, 2.0
+    fluidity_rows(rows, boundary, fluid, fluid.along, scale)
+    h = np.maximum(film, boundary)
+    eta = oil.viscosity(pressure * 1e9)
+    if rheology == "newtonian":
+        factor = np.ones(40)
+    else:
+        s = np.arcsinh(eta * contact.speed_sliding / (oil.eyring_stress * h * 1e-6))
+        cos2 = contact.sliding_cosine**2
+        factor = cos2 * np.cosh(s) + (1.0 - cos2) * np.sinh(s) / s
+    expected = scale * oil.density_ratio(pressure * 1e9) * h**3 * factor * oil.viscosity_inlet / eta
+    np.testing.assert_allclose(rows.f, expected, rtol=1e-9)
+
+    step = 1e-6
+    up, down = (rows_of(film + d, pressure, neutral) for d in (step, -step))
+    right, left = (rows_of(film, pressure + d, neutral) for d in (step, -step))
+    for other in (up, down, right, left):
+        fluidity_rows(other, boundary, fluid, fluid.along, scale)
+    free = film > boundary + 2.0 * step
+    by_film = (up.f - down.f) / (2.0 * step)
+    np.testing.assert_allclose(rows.by_film[free], by_film[free], rtol=1e-6, atol=1e-9 * expected.max())
+    assert np.all(rows.by_film[film < boundary] == 0.0)
+    # density is left out of the pressure derivative: it changes f by less than 1e-3 of what viscosity does
+    log_density = np.log(oil.density_ratio((pressure + step) * 1e9) / oil.density_ratio((pressure - step) * 1e9))
+    by_pressure = (right.f - left.f) / (2.0 * step) - rows.f * log_density / (2.0 * step)
+    np.testing.assert_allclose(rows.by_pressure, by_pressure, rtol=1e-5, atol=1e-8 * expected.max())
+
+
+@pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
+@pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
+def test_shear_row_matches_the_lubricant(law: str, rheology: str) -> None:
+    contact, oil, fluid = scaled(law, rheology, 2.0, limiting_shear_coefficient=0.06)
+    film, pressure = np.linspace(0.01, 2.0, 30), np.linspace(0.0, 1.8, 30)
+    tau = np.zeros(30)
+    isothermal_shear_row(film, pressure, 0.1, fluid, tau)
+    expected = oil.shear_stress(pressure * 1e9, np.maximum(film, 0.1) * 1e-6, contact.speed_sliding) / 1e9
+    expected[pressure == 0.0] = 0.0
+    np.testing.assert_allclose(tau, expected, rtol=1e-8)
+
+
+@pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
+@pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
+def test_heated_shear_stress_balances(law: str, rheology: str) -> None:
+    vogel = {"temperature_constants": (800.0, 95.0)} if law == "modulus" else {}
+    contact, oil, fluid = scaled(law, rheology, limiting_shear_coefficient=0.08, **vogel)
+    n = 40
+    rng = np.random.default_rng(5)
+    pressure, film = 1.5 * rng.random(n), 0.1 + rng.random(n)
+    pressure[:4] = 0.0
+    rows = HeatRows(*(np.zeros(n) for _ in HeatRows._fields))
+    rows.base[:] = oil.temperature + 5.0 * rng.random(n)
+    rows.resistance[:] = np.where(pressure > 0.0, 10.0 ** rng.uniform(2.5, 4.0, n), 0.0)
+    tau, temperature = np.zeros(n), np.zeros(n)
+    balanced_shear_row(rows, film, pressure, 0.05, fluid, temperature, tau)
+    np.testing.assert_allclose(temperature, rows.base + rows.resistance * tau, atol=0.1)
+    eta = np.exp(oil.log_viscosity(pressure * 1e9, temperature))
+    stress = eta * contact.speed_sliding / (film * 1e-6)
+    if rheology == "eyring":
+        stress = oil.eyring_stress * np.arcsinh(stress / oil.eyring_stress)
+    np.testing.assert_allclose(tau * 1e9, np.minimum(stress, 0.08 * pressure * 1e9), rtol=5e-3)
+
+
+def test_profile_moves_by_the_shift() -> None:
+    size = 400
+    phase = 2.0 * np.pi * np.arange(size) / size
+    profile = np.sin(3.0 * phase)
+    for shift in (0.0, 7.0, -3.25, 1234.6):
+        out = np.zeros(150)
+        sample_profile(profile, shift, -1.0, out)
+        expected = -np.sin(3.0 * 2.0 * np.pi * (2.0 * np.arange(150) - shift) / size)
+        np.testing.assert_allclose(out, expected, atol=2e-6)

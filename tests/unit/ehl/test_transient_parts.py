@@ -1,0 +1,138 @@
+"""Batch means, closed profiles and the change of mesh of the transient solver."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.io.errors import InputError
+from ehl.io.kernel_cache import drop_outdated_cache
+from ehl.material import load_material
+from ehl.rough import RoughSurfaces
+from ehl.rough.batches import batch_means, neighbour_correlation
+from ehl.rough.run import Run
+from ehl.rough.scaling import Settings, build_problem
+from ehl.rough.surfaces import ring, sample_ring
+from ehl.surface.roughness import RoughProfile, generate_profile
+
+
+def correlated_series(rng: np.random.Generator, size: int, memory: float) -> np.ndarray:
+    noise = rng.standard_normal(size)
+    out = np.empty(size)
+    value = rng.standard_normal() / math.sqrt(1.0 - memory**2)
+    for i in range(size):
+        value = memory * value + noise[i]
+        out[i] = value
+    return out
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9])
+def test_intervals_cover_the_true_mean(memory: float) -> None:
+    rng = np.random.default_rng(4)
+    hits = 0
+    for _ in range(300):
+        mean, half_width = batch_means(3.0 + correlated_series(rng, 1200, memory), 60)
+        hits += abs(mean - 3.0) <= half_width
+    assert 0.84 <= hits / 300 <= 0.95
+
+
+def test_slowly_varying_series_merge_their_batches() -> None:
+    rng = np.random.default_rng(2)
+    series = correlated_series(rng, 4000, 0.995)
+    _, wide = batch_means(series, 20)
+    naive = 1.65 * float(np.std(series.reshape(200, 20).mean(axis=1), ddof=1)) / math.sqrt(200.0)
+    assert wide > 2.0 * naive
+
+
+def test_too_short_a_series_gives_no_interval() -> None:
+    mean, half_width = batch_means(np.arange(40.0), 10)
+    assert mean == pytest.approx(19.5)
+    assert math.isnan(half_width)
+    assert neighbour_correlation(np.ones(8)) == 0.0
+
+
+def test_open_profile_is_closed_without_a_jump() -> None:
+    source = generate_profile(0.4e-6, 20e-6, 4e-3, 2e-6, 5)
+    cut = RoughProfile.of(source.heights[100:1500], source.spacing, cutoff=source.cutoff, periodic=False)
+    heights, period = ring(cut)
+    steps = np.abs(np.diff(np.append(heights, heights[0])))
+    assert steps[-1] <= steps.max()
+    assert float(np.std(heights)) == pytest.approx(cut.rms, rel=0.1)
+    assert period == pytest.approx(heights.size * cut.spacing)
+
+
+def test_sampling_keeps_the_profile_on_every_mesh() -> None:
+    profile = generate_profile(0.4e-6, 20e-6, 4e-3, 4e-6, 5)
+    fine, coarse = sample_ring(profile, 1e-6), sample_ring(profile, 4e-6)
+    np.testing.assert_allclose(fine[::4], coarse, atol=1e-15)
+    np.testing.assert_allclose(coarse, profile.heights, atol=1e-15)
+    with pytest.raises(InputError, match="nodes"):
+        sample_ring(profile, 30e-6)
+
+
+def test_statistics_of_both_surfaces() -> None:
+    one, two = (generate_profile(r, lc, 4e-3, 2e-6, 1) for r, lc in ((0.3e-6, 20e-6), (0.4e-6, 40e-6)))
+    both = RoughSurfaces(one, two)
+    assert both.rms == pytest.approx(0.5e-6, rel=1e-6)
+    assert one.correlation_length < both.correlation_length < two.correlation_length
+    assert RoughSurfaces().correlation_length == math.inf
+    assert 5e-9 <= both.default_boundary_film <= 100e-9
+
+
+def test_finer_run_takes_over_the_coarse_state() -> None:
+    line = LineContact.from_pressure(
+        radius_equivalent=0.015, effective_modulus=228e9, pressure_hertz=1e9, speed_entrainment=5.0, slide_to_roll=0.5
+    )
+    oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
+    steel = load_material("steel")
+    surfaces = RoughSurfaces(generate_profile(0.2e-6, 30e-6, 16.0 * line.half_width, 3e-6, 1), None)
+    settings = Settings(120, 20e-9, 0.1, 1.0, False, 8e9)
+    coarse = Run(build_problem(line, oil, surfaces, (steel, steel), settings))
+    coarse.advance(round(6.0 * coarse.problem.units.steps_per_half_width))
+    finer = replace(settings, nodes=240, start_travel=coarse.travel)
+    fine = Run(build_problem(line, oil, surfaces, (steel, steel), finer))
+    fine.start_from(coarse)
+    assert fine.travel == pytest.approx(coarse.travel, abs=fine.problem.model.surfaces.spacing)
+    means = []
+    for run in (coarse, fine):
+        per_width = run.problem.units.steps_per_half_width
+        run.advance(round(0.5 * per_width))
+        means.append(float(run.advance(round(1.0 * per_width))[0][:, 0].mean()))
+    assert means[1] == pytest.approx(means[0], rel=0.02)
+
+
+def aged(*files: tuple[Path, float]) -> None:
+    for path, age in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("")
+        os.utime(path, (age, age))
+
+
+def test_compiled_kernels_older_than_a_source_are_dropped(tmp_path: Path) -> None:
+    cache = tmp_path / "__pycache__"
+    aged((tmp_path / "one.py", 100.0), (cache / "one.old.nbi", 50.0), (cache / "one.new.nbi", 200.0))
+    assert drop_outdated_cache(tmp_path) == 1
+    assert [p.name for p in cache.iterdir()] == ["one.new.nbi"]
+
+
+def test_kernels_in_a_cache_of_their_own_are_dropped_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the compiler puts them itself: compile a function, then age what it left."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    folder = tmp_path / "kernels"
+    aged((folder / "__init__.py", 100.0))
+    text = "from numba import njit\n@njit(cache=True)\ndef twice(x):\n    return 2 * x\ntwice(1)\n"
+    (folder / "one.py").write_text(text)
+    subprocess.run([sys.executable, str(folder / "one.py")], check=True)
+    indices = list((tmp_path / "cache").rglob("*.nbi"))
+    assert len(indices) == 1
+    os.utime(indices[0], (50.0, 50.0))
+    assert drop_outdated_cache(folder) == 1

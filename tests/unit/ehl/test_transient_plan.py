@@ -1,0 +1,163 @@
+"""Mesh, window and interval of a transient run: what is planned, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ehl.case import Case
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.validation import validate
+from ehl.material import load_material
+from ehl.rough import RoughSurfaces, solve_transient
+from ehl.rough._kernels.march import COLUMNS, FILM_MEAN
+from ehl.rough.accuracy import BATCH, BUDGET, make_plan, with_overrides
+from ehl.rough.run import Run
+from ehl.rough.scaling import Settings, build_problem
+from ehl.rough.window import film_jumped
+from ehl.solve import solve_case
+from ehl.surface.roughness import RoughProfile, generate_profile
+
+LENGTH = 4.0  # of the mesh [b]
+
+
+def contact(pressure: float = 1e9, radius: float = 0.015) -> LineContact:
+    return LineContact.from_pressure(
+        radius_equivalent=radius,
+        effective_modulus=228e9,
+        pressure_hertz=pressure,
+        speed_entrainment=5.0,
+        slide_to_roll=0.5,
+    )
+
+
+def plan_of(line: LineContact, profile: RoughProfile, accuracy: str = "fast"):  # type: ignore[no-untyped-def]
+    surfaces = RoughSurfaces(profile)
+    return make_plan(accuracy, line, surfaces, 1e-6, drained=True, thermal=False)  # type: ignore[arg-type]
+
+
+def test_mesh_carries_the_short_cutoff_of_a_measured_profile() -> None:
+    x = np.arange(4000) * 1e-6
+    profile = RoughProfile.of(1e-7 * np.sin(x / 2e-5), 1e-6, cutoff=2.5e-6, periodic=False)
+    plan = plan_of(contact(), profile)
+    companion = 2.0 * plan.spacing * contact().half_width
+    assert companion <= profile.cutoff
+    assert plan.coarsest == pytest.approx(2.5e-6 / 2.2 / contact().half_width)
+
+
+def test_profile_without_correlation_length_is_planned_for() -> None:
+    trend = RoughProfile.of(np.linspace(-1e-7, 1e-7, 64), 1e-6, cutoff=2e-5, periodic=False)
+    profile = replace(trend, correlation_length=math.nan)
+    assert RoughSurfaces(profile).correlation_length == pytest.approx(0.5 * profile.length)
+    assert math.isfinite(plan_of(contact(), profile).spacing)
+
+
+@pytest.mark.parametrize(("accuracy", "nodes"), [("fast", 2048), ("standard", 4096), ("reference", 8192)])
+def test_budget_of_nodes(accuracy: str, nodes: int) -> None:
+    line = contact()
+    fine = generate_profile(1e-7, LENGTH * line.half_width / nodes * 4.0, 1e-3, 1e-7, 1)
+    plan = with_overrides(plan_of(line, fine, accuracy), None, 20.0, LENGTH)
+    assert LENGTH / plan.spacing == pytest.approx(nodes)
+    finer = generate_profile(1e-7, LENGTH * line.half_width / nodes * 2.0, 1e-3, 1e-7, 1)
+    with pytest.raises(ConvergenceError, match="mesh_budget"):
+        with_overrides(plan_of(line, finer, accuracy), None, None, LENGTH)
+
+
+def test_window_follows_roughness_longer_than_the_contact() -> None:
+    line = contact()
+    short = plan_of(line, generate_profile(1e-7, 0.2 * line.half_width, 1e-2, 1e-6, 1))
+    waves = generate_profile(1e-7, 4.0 * line.half_width, 1e-2, 1e-5, 1)
+    long = plan_of(line, waves)
+    assert short.batch == BATCH
+    assert long.batch == pytest.approx(3.0 * waves.correlation_length / line.half_width)
+    assert long.window_max / short.window_max == pytest.approx(long.batch / short.batch)
+
+
+def test_window_too_short_for_batches_has_a_finite_and_wide_interval() -> None:
+    line = contact()
+    rough = RoughSurfaces(generate_profile(3e-7, 2e-5, 16.0 * line.half_width, 2e-6, 1))
+    oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
+    run = solve_transient(line, oil, rough, nodes=160, travel=2.0, accuracy="reference", boundary_study=False)
+    spread = np.std(run.history_friction) / run.friction_coefficient
+    assert run.statistical_error == pytest.approx(1.645 * spread)
+    assert (run.status, run.reason) == ("unsettled", "statistical_interval")
+
+
+def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
+    line = contact(pressure=1.7e8, radius=0.0015)
+    rough = RoughSurfaces(generate_profile(6e-7, 5e-6, 3e-4, 2.5e-7, 1))
+    oil = Lubricant(0.003, 15e-9)
+    steel = load_material("steel")
+    for nodes in (97, 98):  # ends of both meshes apart
+        settings = Settings(nodes, 20e-9, 0.1, 1.0, False, 8e9)
+        coarse = Run(build_problem(line, oil, rough, (steel, steel), settings))
+        coarse.advance(8)
+        fine = Run(build_problem(line, oil, rough, (steel, steel), replace(settings, nodes=2 * nodes)))
+        fine.start_from(coarse)
+        model = fine.problem.model
+        exchanging = slice(model.drainage.first, model.contact.outlet)
+        assert np.all(fine.macroscopic.typical[exchanging] > 0.0)
+        assert np.all(fine.macroscopic.conductance[exchanging] > 0.0)
+
+
+def case(**surface: object) -> Case:
+    return validate(
+        Case,
+        {
+            "contact": {
+                "radius_equivalent": 0.5, "pressure_hertz": 2e9, "speed_entrainment": 0.5, "slide_to_roll": 0.5
+            },
+            "lubricant": {"viscosity_inlet": 0.01, "pressure_viscosity": 15e-9},
+            "surface": surface,
+            "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": "off"},
+        },
+    )  # fmt: skip
+
+
+def test_roughness_no_mesh_in_budget_can_show_gives_a_coarser_answer_that_says_so(monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    monkeypatch.setitem(BUDGET, "fast", (300, 300))
+    result = solve_case(case(roughness_rms_1=1e-6, correlation_length=1e-5))
+    assert (result.status, result.reason) == ("unsettled", "mesh_budget")
+    low, high = result.friction_boundary_half, result.friction_boundary_double
+    assert 0.0 < low < high
+    distance = max(abs(result.friction_coefficient - low), abs(high - result.friction_coefficient))
+    assert result.friction_error >= distance / result.friction_coefficient
+    assert any("finer than the mesh" in note for note in result.notes)
+
+
+def test_too_short_profile_names_the_cutoff(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = tmp_path / "short.csv"
+    path.write_text("x [um], height [um]\n" + "\n".join(f"{i},{0.1 * (i % 3)}" for i in range(100)), encoding="utf-8")
+    with pytest.raises(InputError, match="cutoff_long"):
+        solve_case(case(profile_1=str(path), cutoff_long="800 um"))
+
+
+@pytest.mark.parametrize(("ratio", "nodes"), [(0.3, 168), (0.15, 292), (0.05, 340)])
+def test_spots_of_thin_films_set_the_mesh_however_long_the_waves(ratio: float, nodes: float) -> None:
+    """Nodes per b that kept mu within 1.5 % of 600 per b for correlation lengths of 0.2 and 0.4 b."""
+    line = contact(pressure=1.5e9)
+    wave = generate_profile(0.4e-6, 0.4 * line.half_width, 32.0 * line.half_width, 0.02 * line.half_width, 1)
+    plans = {
+        level: make_plan(level, line, RoughSurfaces(wave), ratio * wave.rms, drained=False, thermal=False)
+        for level in ("fast", "standard", "reference")
+    }
+    assert 1.0 / plans["standard"].spacing == pytest.approx(nodes, rel=0.01)
+    assert plans["standard"].spacing == pytest.approx(2.0 * plans["reference"].spacing)
+    assert plans["fast"].spacing <= 2.5 * plans["standard"].spacing * (1.0 + 1e-12)
+    thick = make_plan("standard", line, RoughSurfaces(wave), 0.5 * wave.rms, drained=False, thermal=False)
+    assert thick.spacing > plans["standard"].spacing
+
+
+@pytest.mark.parametrize(("films", "jumped"), [
+    ([0.8, 1.1, 0.9, 1.0], False), ([0.8, 1.1, 7.0, 1.0], True), ([1e9, 2e9, 1.5e9, 1e9], True),
+    ([0.8, math.nan, 0.9, 1.0], True),
+])  # fmt: skip
+def test_a_film_that_flew_apart_is_seen_even_where_all_steps_did(films: list[float], jumped: bool) -> None:
+    records = np.zeros((len(films), COLUMNS))
+    records[:, FILM_MEAN] = films
+    assert film_jumped(records, records) is jumped

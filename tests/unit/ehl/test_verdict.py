@@ -1,0 +1,172 @@
+"""What may not pass as converged, and what is said beside the numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from ehl.acceptance import disbelief
+from ehl.case import Case
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat import carried_shear_heat
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from ehl.rough import TransientResult
+from ehl.smooth import solve_steady
+from ehl.solve import ContactResult, solve_case
+
+CONTACT = {
+    "radius_equivalent": 0.015,
+    "pressure_hertz": 1e9,
+    "speed_entrainment": 5.0,
+    "slide_to_roll": 0.3,
+}
+OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
+SHARED = {"roughness": "load_sharing"}
+
+
+def case(**tables: object) -> Case:
+    return validate(Case, {"contact": CONTACT, "lubricant": OIL, **tables})
+
+
+@pytest.fixture(scope="module")
+def good() -> ContactResult:
+    return solve_case(case(model={"thermal": "off"}))
+
+
+def test_a_good_result_stands(good: ContactResult) -> None:
+    assert disbelief(good) == ""
+    assert good.status == "converged"
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"friction_coefficient": math.nan}, "not_finite"),
+        ({"friction_error": math.inf}, "not_finite"),
+        ({"film_min": -1e-9}, "negative"),
+        ({"asperity_load_share": 1.5}, "negative"),
+        ({"mesh_error": 0.5}, "inaccurate"),
+        ({"film_error": 0.5}, "inaccurate"),
+    ],
+)
+def test_what_cannot_stand(good: ContactResult, change: dict[str, float], reason: str) -> None:
+    assert disbelief(replace(good, **change)) == reason
+
+
+def test_rough_film_beyond_any_shear_strength_in_the_mean_fails(good: ContactResult) -> None:
+    """The last step of a rough run may be a calm one: the mean friction must be possible too."""
+    run = SimpleNamespace(
+        state=SimpleNamespace(shear=np.array([0.1])),
+        problem=SimpleNamespace(units=SimpleNamespace(pressure=0.7e9)),
+    )
+    rough = replace(good, transient=cast("TransientResult", SimpleNamespace(run=run)))
+    assert disbelief(rough) == ""
+    assert disbelief(replace(rough, friction_coefficient=5e6, friction_fluid=5e6)) == "shear_strength"
+
+
+def test_newtonian_film_beyond_any_shear_strength_fails() -> None:
+    """A Newtonian law without limit gives any stress; a friction coefficient above one is no answer."""
+    stiff = {**OIL, "viscosity_inlet": 0.1, "pressure_viscosity": 25e-9, "rheology": "newtonian"}
+    result = solve_case(case(lubricant=stiff, model={"thermal": "off"}))
+    assert (result.status, result.reason) == ("failed", "shear_strength")
+    assert math.isnan(result.friction_coefficient)
+
+
+@pytest.mark.parametrize("pressure", [0.837e9, 1.0e9, 1.3e9])
+def test_limiting_stress_far_below_the_newtonian_stress(pressure: float) -> None:
+    """mu is the integral of the limited stress, to the accuracy of the trapezoid, however large the free stress."""
+    lubricant = Lubricant(
+        0.02344, 25e-9, density_law="incompressible", rheology="newtonian", limiting_shear_coefficient=0.08
+    )
+    contact = LineContact.from_pressure(
+        radius_equivalent=0.08,
+        effective_modulus=226.4e9,
+        pressure_hertz=pressure,
+        speed_entrainment=1.54,
+        slide_to_roll=0.0196,
+    )
+    for accuracy in ("standard", "reference"):
+        result = solve_steady(contact, lubricant, accuracy=accuracy)
+        limited = np.trapezoid(result.shear_stress, result.x) / contact.load_per_length
+        assert 0.0 < result.friction_fluid <= 0.08
+        assert result.friction_fluid == pytest.approx(limited, rel=5e-3)
+
+
+def test_heat_left_out_is_counted_in_the_errors() -> None:
+    slow = {**CONTACT, "speed_entrainment": 0.3, "slide_to_roll": 0.02, "pressure_hertz": 6e8}
+    left_out = solve_case(case(contact=slow, model={"thermal": "auto"}))
+    assert sum(text.startswith("heat") for text in left_out.skipped) == 1
+    computed = solve_case(case(contact=slow, model={"thermal": "on"}))
+    change = abs(left_out.friction_coefficient / computed.friction_coefficient - 1.0)
+    assert change <= left_out.friction_error
+    assert abs(left_out.film_central / computed.film_central - 1.0) <= left_out.film_error
+
+
+def test_inputs_without_effect_are_named() -> None:
+    result = solve_case(
+        case(
+            lubricant={**OIL, "rheology": "newtonian", "eyring_stress": 5e6},
+            contact={**CONTACT, "slide_to_roll": 0.0},
+            solid_1={"temperature_bulk": 363.15},
+            surface={"roughness_rms_1": 1e-7, "skewness": 1.0},
+            model={"thermal": "off", "roughness": "load_sharing"},
+        )
+    )
+    text = " ".join(result.notes)
+    for name in ("eyring_stress", "solid_1.temperature_bulk", "skewness"):
+        assert name in text
+    assert result.temperature_flash == 353.15
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"effective_modulus": 1e9, "pressure_hertz": 2e9}, "half-spaces"),
+        ({"speed_entrainment": 100.0, "slide_to_roll": 150.0}, "sliding speed"),
+    ],
+)
+def test_outside_the_theory(change: dict[str, float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        case(contact={**CONTACT, **change})
+
+
+def test_no_friction_of_asperities_without_sliding() -> None:
+    rough = {"roughness_rms_1": 3e-7, "roughness_rms_2": 3e-7}
+    rolling = solve_case(case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough, model=SHARED))
+    assert rolling.asperity_load_share > 0.01
+    assert rolling.friction_coefficient == 0.0
+    lengthwise = {**CONTACT, "slide_to_roll": 0.0, "speed_sliding_lengthwise": 1.0}
+    assert solve_case(case(contact=lengthwise, surface=rough, model=SHARED)).friction_asperity > 0.0
+
+
+def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
+    """A slow film gets the floor of the estimate; beyond 2 % of friction a note names it and the Peclet number."""
+    oil = {"oil": "fva3", "temperature_oil": 303.15}
+    fast = {"radius_equivalent": 0.02, "pressure_hertz": 8e8, "speed_entrainment": 14.0, "slide_to_roll": 1.0}
+
+    def told(**change: float) -> list[str]:
+        result = solve_case(case(contact={**fast, **change}, lubricant=oil, model={"accuracy": "fast"}))
+        assert result.status == "converged"
+        assert result.heat is not None
+        return [note for note in result.notes if "shear heat" in note]
+
+    (note,) = told()
+    assert note.startswith("film Peclet number 0.")
+    assert told(speed_entrainment=2.0, slide_to_roll=0.1) == []
+    contact, lubricant = LineContact.from_pressure(**fast, effective_modulus=226.4e9), Lubricant(0.02, 18e-9)
+    nil = carried_shear_heat(contact, lubricant, 1e-9, 1.0)
+    assert (nil.friction_change, nil.film_change) == pytest.approx((0.002, 0.002), rel=1e-3)
+    thick = carried_shear_heat(contact, lubricant, 1e-6, 0.5)
+    # k grows to 1.88 of its ambient value at 0.8 GPa
+    growth = 1.0 + 1.12 / 1.272
+    diffusivity = growth * lubricant.thermal_conductivity / (lubricant.density * lubricant.heat_capacity)
+    assert thick.peclet_film == pytest.approx(14.0e-12 / (diffusivity * contact.half_width), rel=1e-9)
+    assert carried_shear_heat(contact, lubricant, 1e-6, 0.3).friction_change > thick.friction_change
+    assert carried_shear_heat(contact, lubricant, 1e-6, 0.3).film_change > thick.film_change

@@ -1,0 +1,145 @@
+"""Calibration: measured tables, setups, and sentences with exit code 2 where they cannot be used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ehl.io.errors import InputError
+from regression.calibration.measurement import read_measurement
+from regression.calibration.setup import load_setup
+
+SETUP = """
+oil = "fva3"
+parameters = ["eyring_stress", "boundary_friction"]
+model.roughness = "load_sharing"
+[conditions]
+radius_equivalent = "9.525 mm"
+temperature_oil = "80 degC"
+roughness_rms = "80 nm"
+[specimens]
+geometry = "point"
+"""
+TABLE = """load [N],speed_entrainment [mm/s],slide_to_roll [%],friction_coefficient,curve
+36,2500,5,0.030,a
+36,2500,50,0.040,a
+36,100,50,0.080,b
+36,0,50,0.080,b
+"""
+GOOD = TABLE.replace("36,0,", "36,50,")
+UNITS_BELOW = "load,speed_entrainment,slide_to_roll,friction_coefficient,curve\nN,mm/s,%,1,\n" + GOOD.partition("\n")[2]
+
+
+def files(folder: Path, table: str = GOOD, setup: str = SETUP) -> tuple[Path, Path]:
+    measured, given = folder / "measured.csv", folder / "setup.toml"
+    measured.write_text(table, encoding="utf-8")
+    given.write_text(setup, encoding="utf-8")
+    return measured, given
+
+
+def test_units_of_the_header_and_common_conditions(tmp_path: Path) -> None:
+    measured, given = files(tmp_path)
+    measurement = read_measurement(measured, load_setup(given, {}).conditions.given())
+    assert measurement.load == "load"
+    assert measurement.curve == ("a", "a", "b", "b")
+    np.testing.assert_allclose(measurement.columns["speed_entrainment"], [2.5, 2.5, 0.1, 0.05])
+    np.testing.assert_allclose(measurement.columns["slide_to_roll"], [0.05, 0.5, 0.5, 0.5])
+    np.testing.assert_allclose(measurement.columns["temperature_oil"], 353.15)
+    np.testing.assert_allclose(measurement.columns["roughness_rms"], 80e-9)
+    assert np.isnan(measurement.uncertainty).all()
+    assert len(measurement.file_hash) == 64
+
+
+def test_spreadsheet_reads_like_its_text(tmp_path: Path) -> None:
+    from openpyxl import Workbook
+
+    measured, given = files(tmp_path)
+    book = Workbook()
+    for line in GOOD.splitlines():
+        cells = line.split(",")
+        book.worksheets[0].append([float(c) if c.replace(".", "").isdigit() else c for c in cells])
+    book.save(tmp_path / "measured.xlsx")
+    fixed = load_setup(given, {}).conditions.given()
+    text, sheet = read_measurement(measured, fixed), read_measurement(tmp_path / "measured.xlsx", fixed)
+    for name, column in text.columns.items():
+        np.testing.assert_allclose(sheet.columns[name], column)
+    np.testing.assert_allclose(sheet.friction, text.friction)
+
+
+@pytest.mark.parametrize(
+    ("table", "setup", "words"),
+    [
+        (TABLE, SETUP, ["measured.csv, row 5, speed_entrainment", "at least 0.0001 m/s"]),
+        (GOOD.replace("36,2500,50", "36,fast,50"), SETUP, ["row 3, speed_entrainment", "fast"]),
+        (GOOD.replace("0.030", ""), SETUP, ["row 2, friction_coefficient", "empty"]),
+        (GOOD.replace("load [N]", "force [N]"), SETUP, ["force", "load_per_length"]),
+        (GOOD.replace("load [N]", "load [mm]"), SETUP, ["row 2, load", "36.0 mm", "another dimension"]),
+        (GOOD.replace("load [N]", "#load"), SETUP, ["pressure_hertz, load, load_per_length", "[conditions]"]),
+        (GOOD, SETUP.replace('temperature_oil = "80 degC"\n', ""), ["column temperature_oil", "80 degC"]),
+        (GOOD, SETUP.replace('radius_equivalent = "9.525 mm"', 'load = "3 N"'), ["conditions.load", "either"]),
+        (GOOD, SETUP.replace('"boundary_friction"', '"tau0"'), ["tau0", "stress_low"]),
+        (GOOD, SETUP.replace('"boundary_friction"', '"stress_slope"'), ["stress_slope", "one law"]),
+        (GOOD, SETUP.replace('"boundary_friction"', '"boundary_film"'), ["boundary_film", "deterministic"]),
+        (GOOD, SETUP.replace('"boundary_friction"', '"eyring_stress"'), ["eyring_stress", "once"]),
+        (GOOD, SETUP.replace('["eyring_stress", "boundary_friction"]', "[]"), ["at least one"]),
+        (
+            GOOD,
+            SETUP.replace('"boundary_friction"', '"load_sharing_scale"').replace('"load_sharing"', '"deterministic"'),
+            ["load_sharing_scale", "boundary_film"],
+        ),
+        (GOOD, SETUP.replace('roughness_rms = "80 nm"\n', ""), ["boundary_friction", "roughness_rms"]),
+        (GOOD, SETUP.replace('geometry = "point"', 'geometry = "line"'), ["specimens.length", "10 mm"]),
+        (GOOD, SETUP + "length = 0.01\n", ["length", "geometry = 'line'"]),
+        (GOOD.replace("load [N]", "load [kN]"), SETUP, ["row 2", "Hertz pressure"]),
+        (UNITS_BELOW.replace("N,", "kN,"), SETUP, ["row 3", "Hertz pressure"]),
+        (GOOD.replace("load [N]", "load_per_length [N/m]"), SETUP, ["specimens.geometry", "load"]),
+        (GOOD, SETUP + "[noise]\nabsolute = 0.0\n", ["noise", "above 0"]),
+        (GOOD.replace("50,0.0", "0,0.0").replace("5,0.03", "0,0.03"), SETUP, ["slide_to_roll", "sliding"]),
+        ("\n".join(GOOD.splitlines()[:3]), SETUP, ["2 rows", "more than 2"]),
+        (GOOD, SETUP.replace('oil = "fva3"', 'oil = "missing.toml"'), ["oil", "missing.toml"]),
+        (GOOD, SETUP + '[surface]\nroughness_rms_1 = "1 um"\n', ["surface.roughness_rms_1", "[conditions]"]),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_used_is_a_sentence(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, table: str, setup: str, words: list[str]
+) -> None:
+    measured, given = files(tmp_path, table, setup)
+    outcome = mixed_ehl("calibrate", measured, "--setup", given, "--jobs", "1")
+    assert outcome.code == 2
+    assert "Traceback" not in outcome.err
+    for word in words:
+        assert word in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        (["--true", "tau0=3"], ["--true", "eyring_stress"]),
+        (["--true", "eyring_stress=3"], ["eyring_stress", "unit"]),
+        (["--true", "stress_low=3 MPa", "--true", "stress_slope=0.02"], ["stress_low", "boundary_friction"]),
+        ([], ["noise", "standard deviation"]),
+    ],
+)
+def test_synthetic_friction_asks_for_what_it_needs(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, option: list[str], words: list[str]
+) -> None:
+    setup = SETUP if not option else SETUP + "[noise]\nabsolute = 0.001\n"
+    measured, given = files(tmp_path, GOOD, setup)
+    outcome = mixed_ehl("calibrate", measured, "--setup", given, "--synthetic", tmp_path / "out.csv", *option)
+    assert outcome.code == 2
+    for word in words:
+        assert word in outcome.err
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_one_pressure_cannot_tell_a_slope_with_pressure(tmp_path: Path) -> None:
+    from regression.calibration.calibrate import check_information
+
+    measured, given = files(tmp_path, GOOD, SETUP.replace('["eyring_stress", ', '["stress_low", "stress_slope", '))
+    setup = load_setup(given, {})
+    with pytest.raises(InputError, match="second pressure"):
+        check_information(read_measurement(measured, setup.conditions.given()), setup)

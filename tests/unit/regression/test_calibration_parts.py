@@ -1,0 +1,264 @@
+"""Parts of the calibration: point contacts, parameters on cards, robust noise, the card that is written."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calibration_stub import OneLineSolver
+
+from ehl.case import OilLubricant
+from ehl.fluid.oil import Oil
+from regression.calibration import robust
+from regression.calibration.calibrate import CalibrationResult, ParameterEstimate, solver_of
+from regression.calibration.card import calibrated_card, use_words, write_card
+from regression.calibration.hertz import hertz_point_pressure
+from regression.calibration.measurement import Measurement
+from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of, start_values
+from regression.calibration.scenes import groups_of, line_pressure
+from regression.calibration.search import surrogate_at
+from regression.calibration.setup import CalibrationSetup
+
+STEEL = 206e9 / (1.0 - 0.3**2)  # E' of the shipped steel on itself
+WARM = 353.15
+
+
+def setup_of(**changes: object) -> CalibrationSetup:
+    content: dict[str, object] = {
+        "oil": "fva3",
+        "parameters": ["eyring_stress", "boundary_friction"],
+        "specimens": {"geometry": "point"},
+        "model": {"roughness": "load_sharing", "accuracy": "fast"},
+        **changes,
+    }
+    return CalibrationSetup.model_validate(content)
+
+
+def measurement_of(load: str, values: list[float], friction: float = 0.05) -> Measurement:
+    n = len(values)
+    columns = {
+        load: np.array(values),
+        "radius_equivalent": np.full(n, 9.525e-3),
+        "speed_entrainment": np.linspace(0.5, 2.0, n),
+        "slide_to_roll": np.full(n, 0.3),
+        "temperature_oil": np.full(n, WARM),
+        "roughness_rms": np.full(n, 1e-7),
+    }
+    nothing = np.full(n, math.nan)
+    return Measurement("made.csv", "0" * 64, columns, load, np.full(n, friction), nothing, ("a",) * n)
+
+
+def test_pressure_of_a_ball_is_hertz() -> None:
+    # p0 = (6 W E*^2/(pi^3 R^2))^(1/3), E* = E'/2 (Johnson 1985, eq. 3.39 to 3.41)
+    by_hand = (6.0 * 36.0 * (0.5 * STEEL) ** 2 / (math.pi**3 * 9.525e-3**2)) ** (1.0 / 3.0)
+    assert hertz_point_pressure(36.0, 9.525e-3, 9.525e-3, STEEL) == pytest.approx(by_hand, rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [1.001, 1.5, 4.0, 30.0])
+def test_pressure_of_an_ellipse_is_in_equilibrium_with_its_displacements(ratio: float) -> None:
+    """Independent of the formulas: pressure p0 sqrt(1 - ..) over the ellipse deforms to the gap of both radii.
+
+    Curvatures of the displacement under an ellipsoidal pressure are integrals over the potential (Johnson 1985,
+    eq. 3.34), taken by quadrature here.
+    """
+    from scipy.integrate import quad
+
+    larger, smaller, load = 0.02 * ratio, 0.02, 500.0
+    peak = hertz_point_pressure(load, larger, smaller, STEEL)
+    area = 1.5 * load / peak  # pi a b
+
+    def curvature(own: float, other: float) -> float:
+        # u'' = (p0 a b/E*) int_0^inf dw/((own^2 + w) sqrt((own^2 + w)(other^2 + w) w)); w = t^2
+        value, _ = quad(
+            lambda t: 2.0 / ((own**2 + t * t) ** 1.5 * math.sqrt(other**2 + t * t)), 0.0, math.inf, epsabs=0, limit=200
+        )
+        return peak * own * other / (0.5 * STEEL) * value
+
+    from scipy.optimize import brentq
+
+    def mismatch(log_ratio: float) -> float:
+        short = math.sqrt(area / math.pi * math.exp(-log_ratio))
+        return curvature(short * math.exp(log_ratio), short) * larger - 1.0
+
+    axes = math.exp(brentq(mismatch, 1e-6, 8.0))
+    short = math.sqrt(area / math.pi / axes)
+    assert curvature(short, short * axes) * smaller == pytest.approx(1.0, rel=1e-6)
+
+
+def test_line_in_place_of_a_point() -> None:
+    balls = measurement_of("pressure_hertz", [1e9, 1.2e9])
+    np.testing.assert_allclose(line_pressure(balls, setup_of()), [1e9, 1.2e9])
+    mean = line_pressure(balls, setup_of(specimens={"geometry": "point", "match": "mean_pressure"}))
+    # 2/3 p0 of the ball is pi/4 p0 of the line
+    np.testing.assert_allclose(mean * math.pi / 4.0, [2e9 / 3.0, 2.4e9 / 3.0])
+    rollers = measurement_of("load", [1000.0, 2000.0])
+    pressure = line_pressure(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))
+    contact = groups_of(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))[0].contacts[1]
+    assert contact.load_per_length == pytest.approx(2e5, rel=1e-12)
+    assert contact.pressure_hertz == pytest.approx(pressure[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["fva3", "75w90", "m100", "pao100", "estr"])
+def test_pressure_viscosity_is_scaled_at_all_temperatures(name: str) -> None:
+    card = Oil.load(name)
+    other = card_with(card, {"pressure_viscosity": 1.25 * card.alpha(WARM)}, WARM)
+    for temperature in (313.15, WARM, 373.15):
+        assert other.alpha(temperature) == pytest.approx(1.25 * card.alpha(temperature), rel=1e-12)
+        assert other.viscosity_dynamic(temperature) == card.viscosity_dynamic(temperature)
+        assert other.at(temperature).pressure_viscosity == pytest.approx(other.alpha(temperature), rel=1e-12)
+
+
+def test_modulus_law_keeps_its_shape_when_scaled() -> None:
+    card = Oil.load("fva3")
+    other = card_with(card, {"pressure_viscosity": 0.8 * card.alpha(WARM)}, WARM)
+    pressure = np.array([1e8, 5e8, 1.5e9])
+    ratio = other.at(WARM).log_viscosity_ratio(pressure) / card.at(WARM).log_viscosity_ratio(pressure)
+    np.testing.assert_allclose(ratio, 0.8, rtol=1e-12)
+
+
+def test_the_cards_own_values_change_nothing() -> None:
+    for name, rising in (("fva3", False), ("75w90", True), ("m100", False)):
+        card = Oil.load(name)
+        again = card_with(card, start_values(card, WARM, rising=rising), WARM)
+        assert lubricant_of(again, WARM, rising=rising) == lubricant_of(card, WARM, rising=rising)
+
+
+def test_rising_stress_takes_both_figures() -> None:
+    card = card_with(Oil.load("75w90"), {"stress_low": 3e6, "stress_slope": 0.05}, WARM)
+    law = lubricant_of(card, WARM, rising=True).eyring_stress
+    assert not isinstance(law, float)
+    assert (law.low, law.slope, law.start, law.end) == (3e6, 0.05, 0.5e9, 3.5e9)
+
+
+def test_huber_constants_are_gaussian_integrals() -> None:
+    grid = np.linspace(-12.0, 12.0, 400_001)
+    density = np.exp(-0.5 * grid**2) / math.sqrt(2.0 * math.pi)
+    psi = np.clip(grid, -robust.TUNING, robust.TUNING)
+    squared = np.trapezoid(psi**2 * density, grid)
+    inside = np.trapezoid((np.abs(grid) < robust.TUNING) * density, grid)
+    assert squared == pytest.approx(robust.PSI_SQUARED, rel=1e-6)
+    assert inside == pytest.approx(robust.PSI_SLOPE, rel=1e-4)
+    # the textbook efficiency of Huber's estimate at c = 1.5
+    assert pytest.approx(0.964, abs=0.001) == robust.INEFFICIENCY**-2
+
+
+def test_noise_is_found_among_outliers_and_stated_noise_is_checked() -> None:
+    residuals = np.random.default_rng(1).standard_normal(4000)
+    spoiled = residuals.copy()
+    spoiled[:80] = 40.0
+    clean = robust.noise_of(residuals, 3, stated=False, tuned_to=robust.spread(residuals, 3))
+    dirty = robust.noise_of(spoiled, 3, stated=False, tuned_to=robust.spread(spoiled, 3))
+    # standard error of a scale from 4000 values is 1.2 %; 2 % of outliers bias Huber's by a few per cent, not by 5.6
+    assert clean.scale == pytest.approx(1.0, abs=0.04)
+    assert dirty.scale == pytest.approx(1.0, abs=0.1)
+    true = robust.noise_of(residuals, 3, stated=True, tuned_to=1.0)
+    assert (true.scale, true.larger_than_stated) == (1.0, False)
+    small = robust.noise_of(2.0 * residuals, 3, stated=True, tuned_to=1.0)
+    assert small.larger_than_stated
+    assert small.chi_square > 1.5
+
+
+def test_neighbours_that_go_together_are_found() -> None:
+    noise = np.random.default_rng(2).standard_normal(400)
+    together = np.convolve(noise, np.ones(4), mode="same")
+    labels = tuple("ab"[i >= 200] for i in range(400))
+    alone, chance = robust.serial_correlation(noise, labels)
+    moving, _ = robust.serial_correlation(together, labels)
+    assert abs(alone) < chance
+    # a running mean of four has the correlation 3/4 between neighbours
+    assert moving == pytest.approx(0.75, abs=0.1)
+
+
+def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
+    setup = setup_of(parameters=["eyring_stress", "boundary_friction", "load_sharing_scale"])
+    plain = solver_of(measurement_of("pressure_hertz", [0.8e9, 1e9, 1.2e9, 1e9]), setup, 1)
+    solver = OneLineSolver(plain.setup, plain.groups, plain.roughness, plain.temperature)
+    values = {"eyring_stress": 5e6, "boundary_friction": 0.1, "load_sharing_scale": 1.2}
+    values |= {"limiting_shear_coefficient": 0.05, "pressure_viscosity": 1.7e-8}
+    rows = np.ones(4, dtype=bool)
+    surrogate = surrogate_at(solver, values, setup.parameters, rows)
+
+    def friction(changes: dict[str, float]) -> np.ndarray:
+        there = {**values, **changes}
+        return solver.friction(solver.transformed(solver.parts([there])[0]), there)
+
+    np.testing.assert_allclose(surrogate.at(surrogate.log_values), friction({}), rtol=1e-12)
+    # boundary friction and scale are exact at any distance
+    far = {"boundary_friction": 0.3, "load_sharing_scale": 0.4}
+    np.testing.assert_allclose(surrogate.at(np.log([5e6, 0.3, 0.4])), friction(far), rtol=1e-12)
+    np.testing.assert_allclose(
+        surrogate.at(np.log([5e6 * 1.05, 0.1, 1.2])), friction({"eyring_stress": 5e6 * 1.05}), rtol=2e-3
+    )
+
+
+def result_with(values: dict[str, float], fitted: tuple[str, ...], untold: tuple[str, ...] = ()) -> CalibrationResult:
+    nan = math.nan
+    told = [
+        ParameterEstimate(n, PARAMETERS[n].unit, "determined", values[n], 0.02, 0.96 * values[n], 1.04 * values[n], nan,
+                          1.0, "")
+        for n in fitted
+    ]  # fmt: skip
+    rest = [ParameterEstimate(n, "", "undetermined", nan, nan, nan, nan, values[n], 1.0, "") for n in untold]
+    return CalibrationResult(
+        (*told, *rest),
+        ((1.0,),),
+        fitted,
+        1e-3,
+        nan,
+        nan,
+        1e-3,
+        (2,),
+        (),
+        (0.05, 0.05),
+        1e-4,
+        True,
+        values,
+        (),
+        5,
+        99,
+        1.0,
+    )
+
+
+def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    setup = setup_of(parameters=["stress_low", "stress_slope", "pressure_viscosity", "boundary_friction"])
+    measurement = measurement_of("pressure_hertz", [1e9, 1.2e9])
+    values = {"stress_low": 4e6, "stress_slope": 0.03, "pressure_viscosity": 2e-8, "boundary_friction": 0.12}
+    values |= {"limiting_shear_coefficient": 0.047, "load_sharing_scale": 1.0}
+    result = result_with(values, ("stress_slope", "pressure_viscosity", "boundary_friction"), ("stress_low",))
+    card = calibrated_card("mine", measurement, setup, result, datetime.date(2026, 1, 31))
+    write_card(card, Path("mine.toml"))
+    again = Oil.load("mine.toml")
+    assert again == card
+    assert again.alpha(WARM) == pytest.approx(2e-8, rel=1e-12)
+    record = again.calibration
+    assert record is not None
+    assert (record.file, record.file_hash, record.date, record.rows_used) == ("made.csv", "0" * 64, "2026-01-31", 2)
+    assert record.undetermined == ("stress_low",)
+    assert record.fitted["stress_slope"].interval_high == pytest.approx(1.04 * 0.03)
+    assert record.conditions["pressure_hertz"] == (1e9, 1.2e9)
+    assert record.surface["boundary_friction"] == 0.12
+    # the card by its path in an input file
+    oil = OilLubricant(oil="mine.toml", temperature_oil=WARM, eyring_stress_law="pressure").lubricant()
+    assert not isinstance(oil.eyring_stress, float)
+    assert oil.eyring_stress.slope == 0.03
+    words = "\n".join(use_words(Path("mine.toml"), setup, result))
+    assert 'oil = "mine.toml"' in words
+    assert 'eyring_stress_law = "pressure"' in words
+    assert "boundary_friction = 0.12" in words
+
+
+def test_a_card_written_anew_is_read_anew(tmp_path: Path) -> None:
+    import os
+
+    path = tmp_path / "mine.toml"
+    text = (Path(__file__).resolve().parents[3] / "data" / "oils" / "m100.toml").read_text(encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
+    assert Oil.load(str(path)).density_15 == 880.0
+    path.write_text(text.replace("880.0", "890.0"), encoding="utf-8")
+    os.utime(path, ns=(1, 10**18))
+    assert Oil.load(str(path)).density_15 == 890.0

@@ -1,0 +1,218 @@
+"""Recording: operations, names and refusals; laws of all oil cards; every family can be exported."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import erfc, expit
+
+from ehl.fluid.oil import Oil
+from ehl.io.data import data_names
+from ehl.state import ContactState
+from regression.export import record
+from regression.export.oil_laws import oil_columns
+from regression.export.printer import Printer
+from regression.export.program import program_of
+from regression.export.python_text import PythonPrinter, python_text
+from regression.export.record import NotRecordable, Value
+from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
+from regression.friction.families import FAMILIES
+from regression.friction.formula import Formula
+from regression.friction.models import formula_friction
+
+
+def text_of(value: Any) -> str:
+    return Printer().expression(record.value_of(value))
+
+
+def test_operations_keep_their_order_and_brackets() -> None:
+    x, y = record.argument("x"), record.argument("y")
+    assert text_of((x + y) * (x - (y - 1.0)) / (x / y)) == "(x + y) * (x - (y - 1.0)) / (x / y)"
+    assert text_of(-((x**2.0) ** y)) == "(-((x ** 2.0) ** y))"
+    assert text_of(np.float64(2.0) * np.exp(x)) == "2.0 * exp(x)"
+    assert text_of(np.exp(np.log(x))) == "x"
+    assert text_of(1.0 * x + 0.0) == "x"
+
+
+# functions a family may use, and arguments where their rewriting could lose digits
+FUNCTIONS: list[tuple[Callable[[Any, Any], Any], list[float], list[float]]] = [
+    (lambda x, y: np.hypot(x, y), [3.0, 1e-9], [4.0, 1e-3]),
+    (lambda x, y: np.log1p(x) + np.expm1(y), [1e-12, 3.0], [1e-12, 5.0]),
+    (lambda x, y: np.expm1(x) / np.log1p(y), [40.0, 1e-9], [1e3, 1e-9]),
+    (lambda x, y: expit(x) + np.logaddexp(x, y), [-30.0, 2.0], [30.0, 2.5]),
+    (
+        lambda x, y: np.where((x > 1.0) & ~(y > 2.0) | (x == x), x, y) if False else np.where(x > y, x, y),
+        [1.0, 3.0],
+        [2.0, 2.0],
+    ),
+    (lambda x, y: np.clip(x, 0.0, 1.0) + np.square(y) + np.cbrt(y) + np.reciprocal(y), [-1.0, 0.5], [2.0, 3.0]),
+    (lambda x, y: erfc(x) * np.tanh(y) * np.arctan(y) + np.abs(-x), [0.3, 2.0], [0.1, 4.0]),
+    (lambda x, y: np.divide(x, y, out=np.full_like(x, np.inf), where=y > 0.0), [1.0, 2.0], [0.0, 4.0]),
+    (lambda x, y: np.column_stack([np.ones_like(x), x, y]) @ np.array([1.0, 2.0, 3.0]), [1.0, 2.0], [3.0, 4.0]),
+]
+
+
+@pytest.mark.parametrize(("function", "x", "y"), FUNCTIONS)
+def test_recorded_functions_compute_the_same(
+    function: Callable[[Any, Any], Any], x: list[float], y: list[float]
+) -> None:
+    value = record.value_of(function(record.argument("x"), record.argument("y")))
+    given = {"x": np.array(x), "y": np.array(y)}
+    text = PythonPrinter().expression(value)
+    with np.errstate(all="ignore"):
+        found = eval(text, {"np": np, "erfc": np.vectorize(math.erfc), **given})
+        wanted = function(given["x"], given["y"])
+    np.testing.assert_allclose(found, wanted, rtol=2e-14)
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x: math.exp(x),
+        lambda x: x if x > 0.0 else -x,
+        lambda x: np.sum(x),
+        lambda x: x * np.array([1.0, 2.0]),
+        lambda x: np.add.reduce(x),
+        lambda x: np.heaviside(x, 0.5),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused(function: Callable[[Any], Any]) -> None:
+    with pytest.raises(NotRecordable):
+        function(record.argument("x"))
+
+
+def test_values_are_named_after_the_variables_that_hold_them() -> None:
+    namespace: dict[str, Any] = {"__name__": "somewhere.module"}
+    exec("def f(x):\n    square = x * x\n    return square + 1.0\n", namespace)
+    with record.local_names(("somewhere.",)):
+        result = record.value_of(namespace["f"](record.argument("x")))
+    assert result.operands[0].name == "square"
+    assert result.name == ""
+
+
+@pytest.mark.parametrize("name", data_names("oils"))
+def test_laws_of_the_oil_cards(name: str) -> None:
+    oil = Oil.load(name)
+    temperature = np.array([-30.0, 15.0, 40.0, 65.0, 80.0, 100.0, 121.0, 190.0]) + 273.15
+    pressure = np.geomspace(1e8, 4e9, temperature.size)
+    state = ContactState.of(
+        pressure_hertz=pressure,
+        radius_equivalent=0.01,
+        effective_modulus=2.2e11,
+        speed_entrainment=1.0,
+        temperature_oil=temperature,
+    )
+    wanted, found = conditions_of(state, oil), oil_columns(oil, temperature, pressure)
+    for variable in LUBRICANT_UNITS:
+        np.testing.assert_allclose(found[variable], wanted[variable], rtol=1e-12, err_msg=variable)
+
+
+def start_coefficients(family: str) -> Mapping[str, float]:
+    terms, start = FAMILIES[family].terms, FAMILIES[family].start
+    return dict(zip(terms, start or np.linspace(-0.3, 0.2, len(terms)).tolist(), strict=True))
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_can_be_exported(family: str) -> None:
+    shipped = formula_friction("fva3_load_share").formula
+    formula = Formula.model_validate(
+        {
+            **shipped.model_dump(by_alias=True),
+            "family": family,
+            "equation": FAMILIES[family].equation,
+            "coefficients": start_coefficients(family),
+        }
+    )
+    program = program_of(formula)
+    namespace: dict[str, Any] = {}
+    exec(python_text(program, "friction"), namespace)
+    rng = np.random.default_rng(3)
+    ranges = formula.ranges
+    table = {name: rng.uniform(*ranges[name], 50) for name in ranges}
+    state = ContactState.of(
+        pressure_hertz=table["pressure_hertz"],
+        radius_equivalent=table["radius_equivalent"],
+        effective_modulus=2.26e11,
+        speed_entrainment=table["speed_entrainment"],
+        slide_to_roll=table["slide_to_roll_total"],
+        temperature_oil=table["temperature_oil"],
+        roughness_rms_1=table["roughness_rms"],
+    )
+    wanted = formula.evaluate(conditions_of(state, Oil.load("fva3")))
+    given = [np.asarray(getattr(state, argument.name)) for argument in program.arguments]
+    mu, lower, upper, flag = namespace["friction"](*given)
+    for found, value in ((mu, wanted.mu), (lower, wanted.lower), (upper, wanted.upper)):
+        np.testing.assert_allclose(found, value, rtol=1e-11)
+    assert not np.any(flag)
+
+
+def test_command_writes_by_suffix_and_language(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    target = tmp_path / "friction.c"
+    assert mixed_ehl("export", "fva3_load_share", "-o", target).code == 0
+    assert "friction_result friction(" in target.read_text()
+    copied = tmp_path / "mine.json"
+    formula_friction("75w90_load_share").formula.save(copied)
+    outcome = mixed_ehl("export", copied, "--language", "fortran", "-o", tmp_path / "mu.for", "--oil-arguments")
+    assert outcome.code == 0
+    assert "oil properties as arguments" in outcome.out
+    assert "elemental subroutine mu(" in (tmp_path / "mu.for").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["-o", "friction.zip"], "--language is missing"),
+        (["-o", "friction.c", "--language", "cobol"], "one of python, c, fortran"),
+        (["-o", "my-friction.c"], "letters, digits and _"),
+        (["-o", "friction.c", "--oil", "m100"], "fitted to no other oil"),
+        (["-o", "no/such/folder/friction.c"], "writable file"),
+        (["-o", "no/such/folder/friction.xlsx"], "writable file"),
+    ],
+)
+def test_bad_requests_are_named(mixed_ehl: Callable[..., Any], arguments: list[str], message: str) -> None:
+    outcome = mixed_ehl("export", "fva3_load_share", *arguments)
+    assert outcome.code == 2
+    assert message in outcome.err
+
+
+def test_branches_are_named_in_the_error() -> None:
+    value = record.argument("x")
+    assert isinstance(value, Value)
+    with pytest.raises(NotRecordable, match=r"np\.where"):
+        bool(value > 0.0)
+
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "formula_code.md").read_text(encoding="utf-8")
+
+
+def test_example_of_the_page(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    """The C program of docs/formula_code.md gives what `mixed-ehl mu` gives; its call fits the exported function."""
+    assert mixed_ehl("export", "fva3_load_share", "-o", tmp_path / "friction.c").code == 0
+    example = re.search(r"```c\n(.*?)```", PAGE, flags=re.DOTALL)
+    assert example is not None
+    call = re.search(r"= friction\((.*?)\);", example.group(1))
+    assert call is not None
+    given = [float(number) for number in call.group(1).split(",")]
+    program = program_of(formula_friction("fva3_load_share").formula)
+    assert len(given) == len(program.arguments)
+    namespace: dict[str, Any] = {}
+    exec(python_text(program, "friction"), namespace)
+    mu, lower, upper, flag = namespace["friction"](*given)
+    point = ("--pressure", "1.2 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
+    shown = mixed_ehl("mu", "fva3_load_share", *point, "--temperature", "80 degC", "--roughness", "0.4 um", "--json")
+    # the command takes E' of the steel card, the page a rounded one
+    assert mu == pytest.approx(json.loads(shown.out)["friction_coefficient"], rel=1e-3)
+    if shutil.which("gcc") is not None:
+        (tmp_path / "main.c").write_text(example.group(1))
+        subprocess.run(["gcc", "-O2", "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True, timeout=60)
+        printed = subprocess.run([str(tmp_path / "main")], capture_output=True, text=True, check=True, timeout=60)
+        assert printed.stdout == f"mu = {mu:.5f} ({lower:.5f} to {upper:.5f}), flag {flag}\n"

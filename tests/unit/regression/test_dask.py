@@ -1,0 +1,121 @@
+"""A sweep on a real dask cluster of processes: the same data, deadly cases found, time caps kept, clear words."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+from small_plans import sweep_plan
+
+from ehl.case import Case
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from regression.data.dataset import load_dataset
+from regression.plan.plan import Plan
+from regression.sweep import dask_workers
+from regression.sweep.dask_workers import ClusterLost, DaskCluster, dask_executor
+from regression.sweep.evaluators import Outputs, published_outputs
+from regression.sweep.executors import Executor
+from regression.sweep.sweep import sweep
+from regression.sweep.workers import Task, Work
+
+XU = partial(published_outputs, name="xu_kahraman_2007")
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Executor]:
+    with dask_executor("local:2") as executor:
+        yield executor
+
+
+@pytest.fixture
+def plan() -> Plan:
+    return validate(Plan, sweep_plan("dask"))
+
+
+def test_a_cluster_gives_the_data_of_one_process_and_resumes(plan: Plan, tmp_path: Path, cluster: Executor) -> None:
+    report = sweep(plan, tmp_path / "dask", evaluate=XU, executor=cluster)
+    assert (report.converged, report.restarts) == (16, 0)
+    sweep(plan, tmp_path / "one", evaluate=XU)
+    assert load_dataset(tmp_path / "dask").data_hash == load_dataset(tmp_path / "one").data_hash
+    assert sweep(plan, tmp_path / "dask", evaluate=XU, executor=cluster).resumed == 16
+
+
+def test_a_case_that_always_kills_its_worker_is_the_only_one_lost(
+    plan: Plan, tmp_path: Path, cluster: Executor
+) -> None:
+    deadly = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-1]
+    slow = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-2]
+
+    # a local function: workers get it by value, they cannot import this module
+    def evaluate(case: Case) -> Outputs:
+        if case.contact.slide_to_roll == deadly:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if case.contact.slide_to_roll == slow:
+            end = time.monotonic() + 60.0
+            while time.monotonic() < end:
+                pass
+        return XU(case)
+
+    report = sweep(plan, tmp_path, evaluate=evaluate, executor=cluster, time_cap=0.3)
+    frame = load_dataset(tmp_path).frame.set_index("slide_to_roll")
+    assert report.reasons == {"worker_lost": 1, "time_cap": 1}
+    assert frame.loc[deadly, "reason"] == "worker_lost"
+    # in the thread of a worker no alarm clock rings, and the cap holds all the same
+    assert frame.loc[slow, "reason"] == "time_cap"
+    assert frame.loc[slow, "seconds"] < 30.0
+    assert report.converged == 14
+
+
+def test_a_worker_of_another_version_is_refused(
+    plan: Plan, tmp_path: Path, cluster: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_workers, "__version__", "9.9")
+    with pytest.raises(InputError, match=r"--dask.*worker with mixed-ehl.*workers with mixed-ehl 9\.9"):
+        sweep(plan, tmp_path, evaluate=XU, executor=cluster)
+
+
+class _Silent:
+    """A client whose cluster has no workers, or no scheduler any more."""
+
+    def __init__(self, status: str) -> None:
+        self.status = status
+
+    def nthreads(self) -> dict[str, int]:
+        return {}
+
+
+@pytest.mark.parametrize(("status", "words"), [("running", "no worker for 0 s"), ("closed", "the scheduler is gone")])
+def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str, words: str) -> None:
+    _, case = next(plan.cases())
+    rows = DaskCluster(_Silent(status), patience=0.0).rows(iter([Task("k", "sobol", case)]), Work(XU), {})
+    with pytest.raises(ClusterLost, match=f"{words}.*start scheduler and workers"):
+        next(iter(rows))
+
+
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [
+        ("local:none", r"local:N with N worker processes"),
+        ("local:0", r"local:N with N"),
+        ("tcp://127.0.0.1:1", r"--dask.*dask scheduler.*running"),
+        ("nofile.json", r"--dask.*dask scheduler --scheduler-file"),
+        ("nonsense://x", r"--dask.*tcp://HOST:PORT"),
+    ],
+)
+def test_bad_addresses(address: str, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_workers, "CONNECT", 1)
+    with pytest.raises(InputError, match=words), dask_executor(address):
+        pass
+
+
+def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"mixed-ehl\[dask\]"), dask_executor("local:2"):
+        pass

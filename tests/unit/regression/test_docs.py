@@ -1,0 +1,76 @@
+"""The pages docs/friction_formula.md and docs/sweep.md: their plans and their commands work as printed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+
+from regression.friction.families import FAMILIES
+from regression.plan.constraints import Constraints
+from regression.plan.plan import Adaptive
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "friction_formula.md").read_text(encoding="utf-8")
+
+
+def block(language: str) -> str:
+    found = re.search(rf"```{language}\n(.*?)```", PAGE, flags=re.DOTALL)
+    assert found is not None
+    return found.group(1)
+
+
+def test_plan_and_commands_of_the_page(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("plan.toml").write_text(block("toml"))
+    commands = [shlex.split(line)[1:] for line in block("sh").splitlines()]
+    assert [command[0] for command in commands] == ["sweep", "sweep", "sweep", "fit", "mu"]
+    # 96 cases of the solver would take too long here; the arguments are those of the page
+    commands[0] += ["--with", "arana_2019", "--jobs", "1"]
+    outcomes = [mixed_ehl(*command) for command in commands]
+    assert [outcome.code for outcome in outcomes] == [0] * 5
+    assert "96 of 96 cases" in outcomes[1].out
+    assert outcomes[4].out.startswith("mu = 0.0")
+
+
+def test_every_family_is_described() -> None:
+    for name in FAMILIES:
+        assert f"| `{name}` |" in PAGE
+
+
+SWEEP_PAGE = (Path(__file__).resolve().parents[3] / "docs" / "sweep.md").read_text(encoding="utf-8")
+
+
+def test_plan_and_commands_of_the_page_on_sweeps(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    plan, adaptive = re.findall(r"```toml\n(.*?)```", SWEEP_PAGE, flags=re.DOTALL)
+    Path("plan.toml").write_text(plan)
+    found = re.search(r"```sh\n(.*?)```", SWEEP_PAGE, flags=re.DOTALL)
+    assert found is not None
+    commands = [shlex.split(line)[1:] for line in found.group(1).splitlines()]
+    commands[1] += ["--with", "xu_kahraman_2007", "--jobs", "1"]
+    outcomes = [mixed_ehl(*command) for command in commands]
+    assert [outcome.code for outcome in outcomes] == [0] * 4
+    assert "2048 cases (deterministic, fast)" in outcomes[0].out
+    # two oils, two levels, 48 points and the corners inside
+    finished = re.search(r"(\d+) of (\d+) cases", outcomes[2].out)
+    assert finished is not None
+    assert 4 * 48 < int(finished[1]) == int(finished[2]) <= 4 * (48 + 8)
+    Path("more.toml").write_text(plan + adaptive)
+    assert mixed_ehl("sweep", "more.toml", "--estimate").code == 0
+
+
+def test_every_constraint_and_weight_is_described() -> None:
+    for name in (
+        *Constraints.model_fields,
+        *get_args(Adaptive.model_fields["weight"].annotation),
+        *Adaptive.model_fields,
+    ):
+        assert f"`{name}`" in SWEEP_PAGE or f"{name} =" in SWEEP_PAGE or name in SWEEP_PAGE.split("## Adaptive")[1]

@@ -1,0 +1,262 @@
+"""Lost workers, safer settings, time caps in threads, order of work and progress of a sweep."""
+
+from __future__ import annotations
+
+import io
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_plans import sweep_plan
+
+from ehl.case import Case
+from ehl.io.errors import ConvergenceError
+from ehl.io.validation import validate
+from regression.data.dataset import load_dataset, run_status
+from regression.plan.plan import Plan, load_plan
+from regression.sweep import progress as progress_module
+from regression.sweep.cost import case_seconds, estimate_cost
+from regression.sweep.evaluators import Outputs, published_outputs
+from regression.sweep.executors import MOST_LOST, Row, WorkersDie, WorkersLost
+from regression.sweep.progress import duration, show_progress
+from regression.sweep.retry import safer_setting
+from regression.sweep.sweep import Progress, sweep
+from regression.sweep.workers import Task, Work
+
+XU = partial(published_outputs, name="xu_kahraman_2007")
+
+
+def make_plan(**model: Any) -> Plan:
+    return validate(Plan, sweep_plan("executors", **model))
+
+
+@dataclass
+class Fragile:
+    """Workers that die at some cases, and take all that is in flight with them."""
+
+    deadly: set[float]
+    depth: int = 4
+    handed_out: list[str] = field(default_factory=list)
+
+    def rows(self, tasks: Iterator[Task], work: Work, in_flight: dict[str, Task]) -> Iterator[Row]:
+        waiting: list[Task] = []
+        for task in tasks:
+            in_flight[task.key] = task
+            waiting.append(task)
+            if len(waiting) == self.depth:
+                yield self._work(waiting.pop(0), work, in_flight)
+        for task in waiting:
+            yield self._work(task, work, in_flight)
+
+    def _work(self, task: Task, work: Work, in_flight: dict[str, Task]) -> Row:
+        self.handed_out.append(task.key)
+        if task.case.contact.slide_to_roll in self.deadly:
+            raise WorkersLost
+        del in_flight[task.key]
+        return work(task)
+
+
+def ratios(plan: Plan) -> list[float]:
+    return [case.contact.slide_to_roll for _, case in plan.cases()]
+
+
+@pytest.mark.parametrize("count", [1, 3, MOST_LOST + 2])
+def test_only_the_cases_that_kill_are_lost(tmp_path: Path, count: int) -> None:
+    plan = make_plan()
+    deadly = set(ratios(plan)[1 : 2 * count : 2])
+    report = sweep(plan, tmp_path, evaluate=XU, executor=Fragile(deadly))
+    frame = load_dataset(tmp_path).frame
+    assert set(frame[frame["reason"] == "worker_lost"]["slide_to_roll"]) == deadly
+    assert report.reasons == {"worker_lost": len(deadly)}
+    assert report.converged == 16 - len(deadly)
+
+
+def test_workers_that_always_die_end_the_sweep_and_blame_no_case(tmp_path: Path) -> None:
+    plan = make_plan()
+    executor = Fragile(set(ratios(plan)))
+    with pytest.raises(WorkersDie, match=r"workers die: the last 5 cases.*memory.*same command goes on") as caught:
+        sweep(plan, tmp_path, evaluate=XU, executor=executor)
+    assert caught.value.exit_code == 1
+    assert len(executor.handed_out) < 16
+    assert sweep(plan, tmp_path, evaluate=XU).converged == 16
+
+
+def test_a_few_cases_that_all_kill_are_recorded(tmp_path: Path) -> None:
+    plan = make_plan()
+    sweep(plan, tmp_path, evaluate=XU, shard=(1, 8))
+    report = sweep(plan, tmp_path, evaluate=XU, executor=Fragile(set(ratios(plan))), shard=(2, 8))
+    assert (report.failed, report.reasons) == (2, {"worker_lost": 2})
+
+
+def needs(accuracy: str, seen: list[str] | None = None) -> Any:
+    def evaluate(case: Case) -> Outputs:
+        if seen is not None:
+            seen.append(case.model.accuracy)
+        if case.model.accuracy != accuracy:
+            raise ConvergenceError("diverged")
+        return XU(case)
+
+    return evaluate
+
+
+def test_the_ladder_of_safer_settings() -> None:
+    case = make_plan(accuracy="fast").case_at(0)
+    steps = []
+    for step in range(6):
+        safer = safer_setting(case, step)
+        if safer is not None:
+            steps.append((safer[0].model.accuracy, safer[0].model.shortcuts, safer[1]))
+    assert steps == [
+        ("fast", "auto", ""),
+        ("standard", "auto", "accuracy=standard"),
+        ("reference", "auto", "accuracy=reference"),
+        ("reference", "off", "accuracy=reference shortcuts=off"),
+    ]
+    safest = make_plan(accuracy="reference", shortcuts="off").case_at(0)
+    assert safer_setting(safest, 0) == (safest, "")
+    assert safer_setting(safest, 1) is None
+
+
+def test_a_failed_case_gets_the_next_safer_setting_and_says_so(tmp_path: Path) -> None:
+    plan = make_plan(accuracy="fast")
+    report = sweep(plan, tmp_path, evaluate=needs("standard"))
+    assert (report.converged, report.safer) == (16, 16)
+    frame = load_dataset(tmp_path).frame
+    assert set(frame["setting"]) == {"accuracy=standard"}
+    assert set(frame["attempts"]) == {2.0}
+    unchanged = sweep(plan, tmp_path / "plain", evaluate=XU)
+    assert unchanged.safer == 0
+    assert set(load_dataset(tmp_path / "plain").frame["setting"]) == {""}
+
+
+def test_retrying_failed_cases_goes_on_where_the_ladder_ended(tmp_path: Path) -> None:
+    plan = make_plan(accuracy="fast")
+    assert sweep(plan, tmp_path, evaluate=needs("reference"), retries=1).failed == 16
+    assert set(load_dataset(tmp_path).frame["reason"]) == {"diverged"}
+    seen: list[str] = []
+    again = sweep(plan, tmp_path, evaluate=needs("reference", seen), retries=1, retry_failed=True)
+    assert (again.converged, again.failed) == (16, 0)
+    assert set(seen) == {"reference"}
+    frame = load_dataset(tmp_path).frame
+    assert set(frame["attempts"]) == {3.0}
+    assert run_status(tmp_path).failed == ()
+
+
+def test_a_case_with_nothing_left_to_try_keeps_its_reason(tmp_path: Path) -> None:
+    plan = make_plan(accuracy="reference", shortcuts="off")
+    assert sweep(plan, tmp_path, evaluate=needs("fast"), retries=3).reasons == {"diverged": 16}
+    again = sweep(plan, tmp_path, evaluate=XU, retry_failed=True)
+    assert (again.resumed, again.converged) == (16, 0)
+    failed = run_status(tmp_path).failed
+    assert {(case.reason, case.attempts) for case in failed} == {("diverged", 1)}
+    assert failed[0].conditions["roughness_rms"] == pytest.approx(0.4e-6)
+
+
+def test_physical_failures_are_not_tried_again() -> None:
+    tried = []
+
+    def hot(case: Case) -> Outputs:
+        tried.append(case.model.accuracy)
+        raise ConvergenceError("too_hot")
+
+    row = Work(hot, None, 3)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
+    assert (row["reason"], row["attempts"], tried) == ("too_hot", 1, ["fast"])
+
+
+def test_the_cap_holds_in_a_thread_and_ends_with_the_case() -> None:
+    case = make_plan().case_at(0)
+    rows: list[dict[str, Any]] = []
+
+    def hang(case: Case) -> Outputs:
+        end = time.monotonic() + 30.0
+        while time.monotonic() < end:
+            pass
+        return XU(case)
+
+    def worker() -> None:
+        rows.append(Work(hang, 0.1)(Task("a", "sobol", case)))
+        # nothing of the first cap reaches the next case
+        rows.extend(Work(XU, 10.0)(Task("b", "sobol", case)) for _ in range(50))
+        time.sleep(1.2)
+
+    thread = threading.Thread(target=worker)
+    thread.start()
+    thread.join()
+    assert [row["reason"] for row in rows] == ["time_cap"] + [""] * 50
+
+
+def test_a_retry_out_of_time_leaves_the_reason_of_the_solver() -> None:
+    def slow_retry(case: Case) -> Outputs:
+        if case.model.accuracy == "fast":
+            raise ConvergenceError("mesh_budget")
+        time.sleep(30.0)
+        return XU(case)
+
+    row = Work(slow_retry, 0.1, 1)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
+    assert (row["status"], row["reason"], row["attempts"]) == ("failed", "mesh_budget", 2)
+
+
+def test_long_cases_come_first_and_the_rest_of_the_time_follows_their_cost(tmp_path: Path) -> None:
+    changes = ["sampling.size=32", "sampling.corners=false", "constraints.film_ratio.high=2"]
+    plan = load_plan("gear_default", changes)
+    cost = dict(zip(plan.points.columns["pressure_hertz"], case_seconds(plan), strict=True))
+    order: list[float] = []
+
+    def evaluate(case: Case) -> Outputs:
+        order.append(cost[case.contact.pressure_hertz or 0.0])
+        return XU(case)
+
+    seen: list[Progress] = []
+    sweep(plan, tmp_path, evaluate=evaluate, progress=seen.append)
+    assert order == sorted(order, reverse=True)
+    assert max(order) > 3.0 * min(order)
+    assert seen[0].remaining is None
+    assert seen[-1].remaining == pytest.approx(0.0, abs=1e-12)
+    assert all(p.remaining > 0.0 for p in seen[1:-1] if p.remaining is not None)
+
+
+def test_estimate_of_a_plan() -> None:
+    plan = load_plan("gear_default")
+    fast, standard = estimate_cost(plan), estimate_cost(load_plan("gear_default", ["model.accuracy=standard"]))
+    assert fast.cases == 2048
+    assert 1000 < fast.rough < 2048
+    assert standard.seconds > 2.0 * fast.seconds
+    assert fast.wall(2) == fast.seconds / 2.0
+    assert fast.wall(10**6) == fast.longest
+    sharing = estimate_cost(load_plan("gear_default", ["model.roughness=load_sharing"]))
+    assert sharing.rough == 0
+    assert sharing.seconds < 0.5 * fast.seconds
+    # more correlation lengths in the contact take more nodes and more steps
+    short = load_plan("gear_default", ['variables.correlation_length="20 um"'])
+    long = load_plan("gear_default", ['variables.correlation_length="100 um"'])
+    assert case_seconds(short).sum() > 2.0 * case_seconds(long).sum()
+
+
+def test_plain_lines_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress_module, "LINE_EVERY", 0.0)
+    stream = io.StringIO()
+    with show_progress("name", stream) as show:
+        show(Progress(0, 8, 0))
+        show(Progress(3, 8, 1, 4000.0))
+        show(Progress(8, 8, 1, 0.0))
+    assert stream.getvalue().splitlines() == [
+        "name: 0 of 8 cases",
+        "name: 3 of 8 cases, about 1 h 6 min left, 1 failed",
+        "name: 8 of 8 cases, 1 failed",
+    ]
+    assert [duration(s) for s in (0.4, 59.0, 61.0, 7325.0)] == ["0 s", "59 s", "1 min 1 s", "2 h 2 min"]
+
+
+def test_a_bar_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    stream = io.StringIO()
+    with show_progress("name", stream) as show:
+        show(Progress(3, 8, 1, 90.0))
+        time.sleep(0.15)
+    assert "3/8" in stream.getvalue()
+    assert "about 1 min 30 s left" in stream.getvalue()

@@ -1,0 +1,205 @@
+"""The fit's bookkeeping: rows left out, folds, bands, intervals, refusals."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from small_plans import gear_plan
+
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from regression.data.dataset import Dataset, export_table, load_dataset
+from regression.fit.coefficients import linear_fit
+from regression.fit.cross_validation import cell_groups, fold_numbers
+from regression.fit.fit import fit_families, fit_formula, usable_rows
+from regression.fit.scores import bands, conformal_width, interval_of, noise_floor, scores
+from regression.plan.plan import Plan
+from regression.sweep.evaluators import published_outputs
+from regression.sweep.sweep import sweep
+
+PLAN = gear_plan(
+    "fit",
+    {"size": 64, "corners": True},
+    temperature_oil="80 degC",
+    roughness_rms={"low": "0.2 um", "high": "0.6 um"},
+)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    run = tmp_path_factory.mktemp("fit")
+    evaluate = partial(published_outputs, name="arana_2019")
+    sweep(validate(Plan, PLAN), run, evaluate=evaluate, version="arana_2019")
+    return load_dataset(run)
+
+
+def changed(dataset: Dataset, rows: list[int], **values: object) -> Dataset:
+    frame = dataset.frame.copy()
+    for name, value in values.items():
+        frame.loc[rows, name] = value
+    return Dataset(frame, *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+
+
+def test_rows_that_cannot_be_fitted_are_left_out_and_counted(dataset: Dataset) -> None:
+    sobol = list(np.flatnonzero(dataset.frame["origin"] == "sobol"))
+    worse = changed(dataset, sobol[:3], friction_coefficient=0.0)
+    worse = changed(worse, sobol[3:5], friction_coefficient=-0.01)
+    worse = changed(worse, sobol[5:6], status="failed", reason="time_cap")
+    worse = changed(worse, sobol[6:8], status="unsettled", friction_error=[0.9, 1.1])
+    frame, excluded = usable_rows(worse, corners=False)
+    assert excluded == {
+        "corner kept for checking": 32,
+        "failed: time_cap": 1,
+        "friction error above 100 %": 1,
+        "friction not positive": 5,
+    }
+    assert len(frame) == 57
+    assert (frame["friction_coefficient"] > 0.0).all()
+    assert len(usable_rows(worse, corners=True)[0]) == 89
+    formula = fit_formula(worse, "power_law")
+    assert formula.data.excluded == excluded
+    assert (formula.data.count, formula.data.used) == (96, 57)
+
+
+def test_terms_that_do_not_vary_are_dropped_with_their_reason(dataset: Dataset) -> None:
+    # one oil temperature: the viscosity is a constant
+    formula = fit_formula(dataset, "power_law")
+    assert formula.dropped == {"viscosity": "does not vary in the data"}
+    assert formula.coefficients["viscosity"] == 0.0
+    assert "viscosity" not in formula.standard_errors
+    assert "does not vary" in formula.to_text()
+
+
+def test_formula_states_ranges_identity_and_errors(dataset: Dataset) -> None:
+    formula = fit_formula(dataset, "power_law")
+    fitted, _ = usable_rows(dataset, corners=False)
+    low, high = formula.ranges["pressure_hertz"]
+    assert (low, high) == (fitted["pressure_hertz"].min(), fitted["pressure_hertz"].max())
+    assert formula.data.hash == dataset.data_hash
+    assert formula.oil.name == "fva3"
+    assert formula.oil.card_hash == dataset.oil_hash
+    assert formula.validation.mape >= formula.fit.mape > 0.0
+    assert formula.fit.worst.key in set(fitted["key"])
+    assert formula.fit.largest == abs(formula.fit.worst.relative_error)
+    assert formula.interval.log_width <= formula.interval.largest
+
+
+def test_corners_are_checked_where_they_were_not_fitted(dataset: Dataset) -> None:
+    checked = fit_formula(dataset, "load_share").corners
+    assert checked is not None
+    corner = dataset.frame["origin"] == "corner"
+    assert checked.count == corner.sum() == 32
+    assert checked.worst.key in set(dataset.frame[corner]["key"])
+    assert fit_formula(dataset, "load_share", corners=True).corners is None
+
+
+def test_families_come_best_first(dataset: Dataset) -> None:
+    formulas = list(fit_families(dataset).values())
+    assert formulas[0].family in ("load_share", "rough_share")
+    held_out = [f.validation.r2_log for f in formulas]
+    assert held_out == sorted(held_out, reverse=True)
+
+
+def test_a_family_the_data_cannot_fit_is_left_out(dataset: Dataset) -> None:
+    rows = dataset.frame[dataset.frame["origin"] == "sobol"].index
+    # 15 cases: enough for the seven terms of the power law alone
+    few = Dataset(dataset.frame.loc[rows[:15]], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+    assert list(fit_families(few)) == ["power_law"]
+    none = Dataset(dataset.frame.loc[rows[:5]], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+    with pytest.raises(InputError, match=r"5 usable cases.*at least 14 usable cases for family power_law"):
+        fit_families(none)
+
+
+def test_whole_cells_are_held_out(dataset: Dataset) -> None:
+    groups, folds = cell_groups(dataset.frame), fold_numbers(dataset.frame)
+    for group in np.unique(groups):
+        assert np.unique(folds[groups == group]).size == 1
+    assert np.unique(folds).size == 10
+    # cells are a grid of 4 x 4 over the ranges
+    low = dataset.frame["pressure_hertz"] < 0.7e9
+    assert set(groups[low] // 4) == {0}
+    assert groups.max() == 15
+
+
+def test_one_cell_falls_back_to_rows() -> None:
+    frame = pd.DataFrame({"pressure_hertz": np.full(25, 1e9), "radius_equivalent": np.full(25, 0.01)})
+    np.testing.assert_array_equal(fold_numbers(frame), np.arange(25) % 10)
+
+
+def test_scores_of_a_known_error(dataset: Dataset) -> None:
+    frame = dataset.frame
+    predicted = frame["friction_coefficient"].to_numpy() * 1.02
+    predicted[7] *= 1.5
+    result = scores(frame, predicted)
+    assert result.largest == pytest.approx(0.53, rel=1e-9)
+    assert result.worst.key == frame["key"][7]
+    assert result.p95 == pytest.approx(0.02, rel=1e-9)
+    assert result.bias == pytest.approx(result.mape, rel=1e-12)
+
+
+def test_bands_cover_every_row_once(dataset: Dataset) -> None:
+    frame = dataset.frame
+    result = bands(frame, frame["friction_coefficient"].to_numpy() * 1.1)
+    for variable in {band.variable for band in result}:
+        assert sum(band.count for band in result if band.variable == variable) == len(frame)
+    assert all(band.mape == pytest.approx(0.1, rel=1e-9) for band in result)
+
+
+def test_conformal_width_covers_new_errors() -> None:
+    random = np.random.default_rng(5)
+    covered = [
+        np.mean(np.abs(random.standard_normal(200)) <= conformal_width(np.abs(random.standard_normal(40)), 0.9))
+        for _ in range(300)
+    ]
+    # split conformal: at least 0.9 in the mean, at most 0.9 + 1/41; three standard errors of 300 trials
+    assert 0.9 - 0.009 <= np.mean(covered) <= 0.9 + 1 / 41 + 0.009
+
+
+def test_noise_floor_is_the_rms_of_the_stated_errors(dataset: Dataset) -> None:
+    assert noise_floor(dataset.frame) == 0.0
+    stated = changed(dataset, [0, 1], friction_error=[3e-3, 4e-3])
+    assert noise_floor(stated.frame) == pytest.approx(np.sqrt(12.5e-6), rel=1e-12)
+
+
+def test_refusals(dataset: Dataset) -> None:
+    with pytest.raises(InputError, match="one of xu, power_law, regimes, load_share"):
+        fit_formula(dataset, "spline")
+    few = Dataset(dataset.frame.iloc[:10], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
+    with pytest.raises(InputError, match=r"usable cases.*at least 18.*corner"):
+        fit_formula(few, "xu")
+    with pytest.raises(InputError, match="one value"):
+        fit_formula(changed(dataset, list(range(96)), boundary_friction=np.linspace(0.08, 0.1, 96)), "xu")
+    x = np.linspace(1.0, 2.0, 30)
+    with pytest.raises(InputError, match="vary every variable"):
+        linear_fit(("c", "a", "b"), np.column_stack([np.ones(30), x, 2.0 * x]), x)
+
+
+def test_data_hash_ignores_wall_time_and_nothing_else(dataset: Dataset) -> None:
+    assert changed(dataset, [0], seconds=99.0).data_hash == dataset.data_hash
+    assert changed(dataset, [0], friction_coefficient=0.0123).data_hash != dataset.data_hash
+    assert changed(dataset, [0], reason="x").data_hash != dataset.data_hash
+
+
+def test_export_as_csv(dataset: Dataset, tmp_path: Path) -> None:
+    target = tmp_path / "data.csv"
+    export_table(dataset, target)
+    frame = pd.read_csv(target, skiprows=[1])
+    units = pd.read_csv(target, nrows=1).iloc[0]
+    assert units["pressure_hertz"] == "Pa"
+    np.testing.assert_array_equal(frame["friction_coefficient"], dataset.frame["friction_coefficient"])
+    with pytest.raises(InputError, match="writable"):
+        export_table(dataset, tmp_path)
+
+
+def test_bands_with_too_few_cases_have_no_interval_of_their_own(dataset: Dataset) -> None:
+    frame = dataset.frame
+    ratio = frame["film_ratio_formula"].to_numpy()
+    result = interval_of(frame, np.where(ratio < 0.5, 0.01, 0.1))
+    counts = [int(((ratio >= low) & (ratio < high)).sum()) for low, high in ((0, 0.5), (0.5, 1), (1, 2), (2, np.inf))]
+    assert [band.count for band in result.bands] == [count for count in counts if count >= 20]
+    assert min(counts) < 20 <= max(counts)
+    assert result.bands[0].log_width == (0.01 if counts[0] >= 20 else 0.1)

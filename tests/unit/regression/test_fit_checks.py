@@ -1,0 +1,266 @@
+"""What a fit is checked with: gear paths, repeated realisations, several oils and boundary frictions, the process."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from small_plans import gear_plan
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from ehl.state import ContactState
+from regression.data.dataset import Dataset, columns, load_dataset
+from regression.fit.cross_validation import fold_numbers, nested_cross_validate
+from regression.fit.fit import fit_families, fit_formula, usable_rows
+from regression.fit.scores import computed_friction
+from regression.friction.conditions import conditions_of
+from regression.friction.data_cloud import Extrapolation
+from regression.friction.families import FAMILIES
+from regression.friction.formula import Formula
+from regression.friction.formula_file import load_formula
+from regression.friction.models import FormulaFriction, FrictionFlag
+from regression.friction.oil_cards import hashes_of_cards
+from regression.plan.plan import Plan
+from regression.sweep.evaluators import published_outputs
+from regression.sweep.sweep import oil_hash, sweep
+
+PLAN = gear_plan("checks", {"size": 128, "corners": 16})
+
+
+LINEAR = {name: FAMILIES[name] for name in ("power_law", "xu")}
+
+
+def swept(folder: Path, name: str, **changes: Any) -> Dataset:
+    plan = validate(Plan, {**PLAN, **changes})
+    sweep(plan, folder, evaluate=partial(published_outputs, name=name), version=name, jobs=1)
+    return load_dataset(folder)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return swept(tmp_path_factory.mktemp("one"), "arana_2019")
+
+
+@pytest.fixture(scope="module")
+def two_oils(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return swept(tmp_path_factory.mktemp("two"), "arana_2019", lubricant={"oil": ["fva3", "75w90"]})
+
+
+@pytest.fixture(scope="module")
+def with_process(dataset: Dataset) -> Formula:
+    return fit_formula(dataset, "power_law", gaussian_process=True)
+
+
+def state(**changes: Any) -> ContactState:
+    values: dict[str, Any] = {
+        "pressure_hertz": 1.0e9,
+        "radius_equivalent": 0.018,
+        "effective_modulus": 226e9,
+        "speed_entrainment": 4.0,
+        "slide_to_roll": 0.2,
+        "temperature_oil": 363.15,
+        "roughness_rms_1": 0.25e-6,
+        "roughness_rms_2": 0.25e-6,
+    }
+    return ContactState.of(**{**values, **changes})
+
+
+def test_process_halves_the_held_out_error_and_survives_the_file(
+    dataset: Dataset, with_process: Formula, tmp_path: Path
+) -> None:
+    plain = fit_formula(dataset, "power_law")
+    assert with_process.validation.mape < 0.5 * plain.validation.mape
+    assert with_process.interval.normalised
+    assert with_process.name == "power_law + GP"
+    with_process.save(tmp_path / "f.json")
+    again = load_formula(tmp_path / "f.json")
+    conditions = columns(dataset.frame)
+    np.testing.assert_allclose(again.evaluate(conditions).upper, with_process.evaluate(conditions).upper, rtol=1e-9)
+
+
+def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: Formula) -> None:
+    assert fit_formula(dataset, "power_law", gaussian_process=True).to_json() == with_process.to_json()
+
+
+def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
+    formula = fit_formula(dataset, "load_share", gaussian_process=True)
+    bare = formula.model_copy(update={"residual": None})
+    oil = Oil.load("fva3")
+    far = conditions_of(
+        state(
+            speed_entrainment=np.array([1e-5, 1e-3, 300.0]),
+            roughness_rms_1=np.array([2e-6, 2e-6, 0.0]),
+            roughness_rms_2=np.array([2e-6, 2e-6, 0.0]),
+        ),
+        oil,
+    )
+    np.testing.assert_array_equal(formula.evaluate(far).mu, bare.evaluate(far).mu)
+    assert formula.evaluate(far).mu[0] == pytest.approx(formula.boundary_friction, rel=0.02)
+    mu = formula.evaluate(columns(dataset.frame)).mu
+    assert (mu <= max(formula.boundary_friction, oil.limiting_shear_coefficient) + 1e-12).all()
+    none = formula.evaluate(conditions_of(state(slide_to_roll=np.array([0.0, 1e-6, -1e-6])), oil)).mu
+    assert none[0] == 0.0
+    assert none[1] == none[2]
+
+
+def test_families_with_process_come_in_order(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("regression.fit.fit.FAMILIES", LINEAR)
+    formulas = fit_families(dataset, gaussian_process=True, nested=True)
+    assert [formula.residual is None for formula in formulas.values()] == [False, True, True]
+    held_out = [formula.validation.r2_log for formula in formulas.values()]
+    assert held_out == sorted(held_out, reverse=True)
+    best = list(formulas.values())[1]
+    assert best.nested is not None
+    # the choice of the family among these two is not always the same, and costs something
+    assert best.validation.mape <= best.nested.mape < 1.3 * best.validation.mape
+
+
+def test_nested_choice_never_sees_its_fold(dataset: Dataset) -> None:
+    frame, _ = usable_rows(dataset, corners=False)
+    mu, chosen = nested_cross_validate(list(LINEAR.values()), frame)
+    assert sum(chosen.values()) == 10
+    changed, first = frame.copy(), fold_numbers(frame) == 0
+    changed.loc[first, "friction_coefficient"] *= 3.0
+    again, _ = nested_cross_validate(list(LINEAR.values()), changed)
+    np.testing.assert_array_equal(again[first], mu[first])
+    assert (again[~first] != mu[~first]).any()
+
+
+def test_gear_paths_are_checked_and_not_fitted(dataset: Dataset) -> None:
+    sobol = dataset.frame["origin"] == "sobol"
+    some = dataset.frame.index[sobol][:30]
+    frame = dataset.frame.copy()
+    frame.loc[some, "origin"] = "path"
+    within = fit_formula(replace(dataset, frame=frame), "power_law")
+    assert within.paths is not None
+    assert within.paths.count == 30
+    assert within.data.excluded["gear path kept for checking"] == 30
+    beside = fit_formula(
+        replace(dataset, frame=dataset.frame.drop(index=some).reset_index(drop=True)),
+        "power_law",
+        paths=replace(dataset, frame=dataset.frame.loc[some].reset_index(drop=True)),
+    )
+    assert beside.paths == within.paths
+    assert beside.coefficients == within.coefficients
+    assert fit_formula(dataset, "power_law").paths is None
+
+
+def test_corners_lie_beside_the_cloud_and_state_their_coverage(dataset: Dataset) -> None:
+    formula = fit_formula(dataset, "load_share")
+    assert formula.corners is not None
+    assert formula.corners.extrapolated is not None
+    assert formula.corners.extrapolated > 0.8
+    assert formula.corners.coverage is not None
+    # beside the data the interval is at least that of the held-out cases beside theirs
+    corner = dataset.frame[dataset.frame["origin"] == "corner"]
+    value = formula.evaluate(columns(corner))
+    beside = value.extrapolation >= Extrapolation.NEAR
+    assert (np.log(value.upper / value.mu)[beside] >= formula.interval.near - 1e-12).all()
+
+
+def test_noise_stands_beside_the_errors(dataset: Dataset) -> None:
+    random = np.random.default_rng(3)
+    frame = pd.concat([dataset.frame.iloc[:40]] * 8, ignore_index=True)
+    frame["seed"] = np.repeat(np.arange(8), 40)
+    frame["friction_coefficient"] *= np.exp(0.03 * random.standard_normal(len(frame)))
+    formula = fit_formula(dataset, "power_law", noise=replace(dataset, frame=frame))
+    assert formula.noise is not None
+    assert formula.noise.single == pytest.approx(0.03, rel=0.15)
+    assert {band.noise is None for band in formula.bands if band.variable == "pressure_hertz"} == {False}
+    assert fit_formula(dataset, "power_law").noise is None
+
+
+def test_band_table_is_that_of_plain_numpy(dataset: Dataset) -> None:
+    formula = fit_formula(dataset, "power_law")
+    for variable in ("film_ratio", "pressure_hertz"):
+        bands = [band for band in formula.bands if band.variable == variable]
+        assert sum(band.count for band in bands) == formula.validation.count
+        mean = sum(band.count * (band.rmse_log or 0.0) ** 2 for band in bands) / formula.validation.count
+        assert np.sqrt(mean) == pytest.approx(formula.validation.rmse_log, rel=1e-12)
+        assert max(band.largest or 0.0 for band in bands) == formula.validation.largest
+        covered = sum(band.count * (band.coverage or 0.0) for band in bands) / formula.validation.count
+        assert covered == pytest.approx(formula.validation.coverage, rel=1e-12)
+
+
+def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
+    formula = fit_formula(two_oils, "load_share")
+    assert {o.name: o.card_hash for o in formula.oils} == {name: oil_hash(name) for name in ("75w90", "fva3")}
+    assert formula.oil.name is None
+    assert formula.validation.mape < 0.1
+    model = FormulaFriction(formula, "two")
+    flags = {name: int(model.evaluate(state(), Oil.load(name)).flag) for name in ("fva3", "75w90", "pao100")}
+    assert flags["fva3"] == flags["75w90"] == FrictionFlag.OK
+    assert flags["pao100"] >= FrictionFlag.OTHER_OIL
+    # each row carries the figures of its own oil
+    one = two_oils.frame[two_oils.frame["oil"] == "75w90"]
+    conditions = conditions_of(
+        ContactState.of(**{n: one[n].to_numpy() for n in ContactState.__dataclass_fields__ if n in one}),
+        Oil.load("75w90"),
+    )
+    np.testing.assert_allclose(conditions["viscosity_inlet"], one["viscosity_inlet"], rtol=1e-12)
+    np.testing.assert_allclose(formula.evaluate(conditions).mu, formula.evaluate(columns(one)).mu, rtol=1e-9)
+
+
+def test_an_oil_whose_card_changed_is_said(dataset: Dataset) -> None:
+    formula = fit_formula(dataset, "load_share")
+    oil = Oil.load("fva3")
+    changed = oil.model_copy(update={"limiting_shear_coefficient": 0.9 * oil.limiting_shear_coefficient})
+    model = FormulaFriction(formula, "one")
+    assert int(model.evaluate(state(), oil).flag) == FrictionFlag.OK
+    assert int(model.evaluate(state(), changed).flag) == FrictionFlag.OTHER_CARD
+    reworded = oil.model_copy(update={"description": "the same oil"})
+    assert int(model.evaluate(state(), reworded).flag) == FrictionFlag.OK
+
+
+def test_cards_of_several_oils_cannot_be_told_apart_once_one_changed() -> None:
+    names = ("fva3", "75w90")
+    assert hashes_of_cards(("fva3",), "x") == {"fva3": "x"}
+    assert hashes_of_cards(names, "stale") == {"fva3": None, "75w90": None}
+    assert hashes_of_cards(("nothing", "fva3"), "x") == {"nothing": None, "fva3": None}
+    assert hashes_of_cards((), "") == {}
+
+
+def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Path) -> None:
+    variables = PLAN["variables"] | {"boundary_friction": [0.08, 0.10, 0.12]}
+    data = swept(tmp_path, "arana_2019", sampling={"size": 64}, variables=variables)
+    formula = fit_formula(data, "load_share")
+    assert formula.boundary_friction_range == (0.08, 0.12)
+    assert formula.validation.mape < 0.1
+    conditions = conditions_of(state(speed_entrainment=1e-3), Oil.load("fva3"))
+    for mu_b in (0.08, 0.12):
+        assert float(formula.evaluate(conditions, mu_b).mu) == pytest.approx(mu_b, rel=0.03)
+    with pytest.raises(InputError, match="one value for all cases of family xu"):
+        fit_formula(data, "xu")
+    families = fit_families(data)
+    assert "load_share" in families
+    assert "xu" not in families
+
+
+def test_refusing_formula_names_what_lies_outside(dataset: Dataset) -> None:
+    formula = fit_formula(dataset, "load_share")
+    strict = FormulaFriction(formula, "f", refuse=True)
+    oil = Oil.load("fva3")
+    assert int(strict.evaluate(state(), oil).flag) == FrictionFlag.OK
+    with pytest.raises(InputError, match=r"pressure_hertz = 3000000000.*1 of 2 points"):
+        strict.evaluate(state(pressure_hertz=np.array([1e9, 3e9])), oil)
+
+
+def test_flags_sort_from_harmless_to_none() -> None:
+    order = ["OK", "OTHER_CARD", "OTHER_OIL", "EXTRAPOLATED_NEAR", "EXTRAPOLATED_FAR", "OUTSIDE_RANGE"]
+    assert [flag.name for flag in sorted(FrictionFlag)] == [*order, "PREDICTED", "NOT_CONVERGED", "UNDEFINED"]
+
+
+def test_scores_of_held_out_rows_are_of_formulas_without_them(dataset: Dataset) -> None:
+    frame, _ = usable_rows(dataset, corners=False)
+    formula = fit_formula(dataset, "power_law")
+    assert formula.validation.rmse > formula.fit.rmse
+    assert formula.fit.rmse == pytest.approx(
+        np.sqrt(np.mean((formula.evaluate(columns(frame)).mu - computed_friction(frame)) ** 2)), rel=1e-9
+    )

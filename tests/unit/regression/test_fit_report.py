@@ -1,0 +1,170 @@
+"""Report of a fit: its tables say what the formula file says, every axis has a name and a unit, nothing is left out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from small_plans import gear_plan
+
+from ehl.io.validation import validate
+from regression.data.dataset import Dataset, load_dataset
+from regression.fit.fit import fit_formula, usable_rows
+from regression.fit.held_out import fitted_rows
+from regression.fit.sensitivity import formula_sensitivity
+from regression.friction.formula import Formula
+from regression.friction.published_registry import PUBLISHED
+from regression.plan.plan import Plan
+from regression.sweep.evaluators import published_outputs
+from regression.sweep.sweep import sweep
+from regression.view.fit_report import write_fit_report
+from regression.view.plots_curves import plot_maps, plot_stribeck, plot_traction, scene_of
+from regression.view.plots_fit import plot_regimes, plot_residuals, plot_sensitivity
+
+PLAN = gear_plan(
+    "report",
+    {"size": 64, "corners": True},
+    roughness_rms={"low": "0.1 um", "high": "0.6 um", "scale": "log"},
+)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("report")
+    sweep(validate(Plan, PLAN), folder, evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def dataset(run: Path) -> Dataset:
+    """Two cases fail and three are too uncertain to be fitted."""
+    whole = load_dataset(run)
+    frame = whole.frame.copy()
+    rows = np.flatnonzero(frame["origin"] == "sobol")[:5]
+    frame.loc[rows[:2], ["status", "reason"]] = ["failed", "film_jump"]
+    frame.loc[rows[2:], ["status", "reason", "friction_error"]] = ["unsettled", "statistical_interval", 1.3]
+    return Dataset(frame, *(getattr(whole, name) for name in list(Dataset.__dataclass_fields__)[1:]))
+
+
+@pytest.fixture(scope="module")
+def formulas(dataset: Dataset) -> list[Formula]:
+    return [fit_formula(dataset, name) for name in ("load_share", "power_law")]
+
+
+def named_axes(figure: Figure) -> int:
+    """How many panels there are; each has named axes (those sharing one leave it to their neighbour) with units."""
+    figure.draw_without_rendering()
+    panels = [axes for axes in figure.axes if axes.axison]
+    for axes in panels:
+        shared = axes.get_label() == "<colorbar>" or any(
+            other is not axes and axes.get_shared_y_axes().joined(axes, other) for other in panels
+        )
+        assert re.search(r"\[.+\]", axes.get_xlabel() or axes.get_ylabel())
+        assert shared or axes.get_ylabel() or axes.get_yticklabels()
+    return len(panels)
+
+
+def test_every_figure_names_its_axes(dataset: Dataset, formulas: list[Formula]) -> None:
+    scene = scene_of(dataset, "fva3")
+    assert named_axes(plot_residuals(dataset, formulas[0])) >= 8
+    assert named_axes(plot_stribeck(scene, formulas)) == 3
+    assert named_axes(plot_traction(scene, formulas)) == 3
+    assert named_axes(plot_maps(scene, formulas[0])) == 4
+    assert named_axes(plot_regimes(dataset, formulas)) >= 2
+
+
+def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[Formula]) -> None:
+    scene = scene_of(dataset, "fva3")
+    for figure in (plot_stribeck(scene, formulas), plot_traction(scene, formulas)):
+        labels = {str(text.get_text()).removesuffix(" (M)") for text in figure.legends[0].get_texts()}
+        assert labels == {
+            *(formula.name for formula in formulas),
+            *PUBLISHED,
+            "constant 0.05 (Coleman)",
+            "computed, near",
+        }
+    axes = plot_traction(scene, formulas).axes[1]
+    drawn = next(line for line in axes.get_lines() if line.get_label() == formulas[0].name)
+    x, y = np.asarray(drawn.get_xdata()), np.asarray(drawn.get_ydata())
+    expected = formulas[0].evaluate(scene.conditions(slide_to_roll_total=x)).mu
+    np.testing.assert_allclose(y, expected, rtol=1e-12)
+    assert y[0] == 0.0
+
+
+def test_near_cases_are_near(dataset: Dataset) -> None:
+    scene = scene_of(dataset, "fva3")
+    mu, table = scene.near("slide_to_roll_total", "roughness_rms", "speed_entrainment", "radius_equivalent")
+    assert 0 < mu.size < len(fitted_rows(dataset))
+    low, high = scene.ranges["pressure_hertz"]
+    assert np.abs(table["pressure_hertz"] - scene.held["pressure_hertz"]).max() <= 0.22 * (high - low)
+
+
+def test_parity_counts_the_fitted_cases(dataset: Dataset, formulas: list[Formula]) -> None:
+    figure = plot_regimes(dataset, formulas)
+    counts = [int(found[1]) for axes in figure.axes if (found := re.search(r"(\d+) cases fitted", axes.get_title()))]
+    assert sum(counts) == formulas[0].data.used == len(usable_rows(dataset, corners=False)[0])
+
+
+def test_bars_are_the_indices(formulas: list[Formula], dataset: Dataset) -> None:
+    from ehl.fluid.oil import Oil
+
+    indices = formula_sensitivity(formulas[0], Oil.load("fva3"), size=256)
+    figure = plot_sensitivity(indices)
+    widths = [patch.get_width() for patch in figure.axes[0].patches]  # type: ignore[attr-defined]
+    np.testing.assert_allclose(widths, [*np.sort(indices.total), *indices.first[np.argsort(indices.total)]])
+
+
+def cells(page: str) -> list[list[str]]:
+    rows = re.findall(r"<tr[^>]*>(.*?)</tr>", page, flags=re.DOTALL)
+    return [[re.sub(r"<[^>]+>", "", cell).strip() for cell in re.findall(r"<t[dh][^>]*>.*?</t[dh]>", r)] for r in rows]
+
+
+def test_page(dataset: Dataset, formulas: list[Formula], tmp_path: Path) -> None:
+    page = write_fit_report(tmp_path / "fit.html", dataset, formulas, ["xu", "not_there"]).read_text(encoding="utf-8")
+    rows = {row[0]: row for row in cells(page) if row}
+    best = formulas[0]
+    assert rows[best.family][2] == f"{best.validation.r2_log:.4f}"
+    assert rows["film_jump" if "film_jump" in rows else "failed"][1:] == ["film_jump", "2"]
+    assert rows["friction error above 100 %"][1] == "3"
+    assert rows["data"][1] == dataset.data_hash
+    assert rows["solver"][1] == "arana_2019"
+    for name, published in PUBLISHED.items():
+        assert name + ("" if published.certainty == "found" else " (M)") in rows
+    # the data were made with this formula
+    assert rows["arana_2019"][1:4] == ["0.00 %", "0.00 %", "0.00 %"] or rows["arana_2019"][1] == "-0.00 %"
+    for term, value in best.coefficients.items():
+        assert rows[term][1] == f"{value:.9g}"
+    for title in ("Data", "All formulas", "Errors by region", "Curves and maps, fva3", "Sensitivity", "What failed"):
+        assert title in page
+    assert "Could not be fitted to these data: not_there" in page
+    assert page.count("<svg") >= 7
+    # one file without links to others
+    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)
+    assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower().replace("finance", "")
+
+
+def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:
+    """Without roughness there is no Stribeck curve, without a range of pressure no map."""
+    smooth = {**PLAN["variables"], "pressure_hertz": "1 GPa"}
+    del smooth["roughness_rms"]
+    plan = validate(Plan, {**PLAN, "sampling": {"size": 32}, "variables": smooth})
+    sweep(plan, tmp_path / "run", evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
+    dataset = load_dataset(tmp_path / "run")
+    page = write_fit_report(tmp_path / "fit.html", dataset, [fit_formula(dataset, "power_law")]).read_text("utf-8")
+    assert "Traction curves" in page
+    assert "Stribeck" not in page
+    assert "Hatched" not in page
+    assert "smooth, 32 cases fitted" in page
+
+
+def test_command(mixed_ehl: Callable[..., Any], run: Path, tmp_path: Path) -> None:
+    target = tmp_path / "fit.html"
+    outcome = mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "power_law", "--report", target)
+    assert outcome.code == 0
+    assert "power_law" in target.read_text(encoding="utf-8")

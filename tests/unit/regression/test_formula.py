@@ -1,0 +1,255 @@
+"""Formula files and families: round trip, ranges, limits of the forms, refused files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.state import ContactState
+from regression.friction.conditions import conditions_of
+from regression.friction.families import FAMILIES, LOAD_SHARE, load_share_parts
+from regression.friction.formula import FORMULA_SCHEMA, Formula
+from regression.friction.formula_file import load_formula
+from regression.friction.models import FormulaFriction, FrictionFlag, FrictionModel, friction_model
+from regression.friction.published import XU_COEFFICIENTS, xu_kahraman_2007
+
+SCORES: dict[str, Any] = {
+    "count": 64,
+    "r2": 0.9,
+    "r2_log": 0.9,
+    "rmse": 0.001,
+    "mape": 0.05,
+    "p95": 0.1,
+    "largest": 0.2,
+    "bias": 0.0,
+    "worst": {"key": "ab", "relative_error": 0.2, "conditions": {"pressure_hertz": 1e9}},
+}
+
+
+def content(family: str, coefficients: dict[str, float]) -> dict[str, Any]:
+    return {
+        "schema": FORMULA_SCHEMA,
+        "writer": "test",
+        "family": family,
+        "equation": FAMILIES[family].equation,
+        "coefficients": coefficients,
+        "standard_errors": {},
+        "dropped": {},
+        "variance_inflation": {},
+        "condition_number": 10.0,
+        "boundary_friction": 0.1,
+        "ranges": {
+            "pressure_hertz": [0.5e9, 2e9],
+            "slide_to_roll_total": [0.02, 1.2],
+            "speed_entrainment": [1.0, 15.0],
+        },
+        "units": {"pressure_hertz": "Pa"},
+        "oils": [{"name": "fva3", "card_hash": None}],
+        "fit": SCORES,
+        "validation": SCORES,
+        "corners": None,
+        "folds": 10,
+        "bands": [],
+        "interval": {"level": 0.9, "log_width": 0.1, "largest": 0.25},
+        "noise_floor": 0.001,
+        "data": {
+            "hash": "0",
+            "plan": "test",
+            "plan_hash": "0",
+            "solver_version": "test",
+            "count": 64,
+            "used": 64,
+            "excluded": {},
+        },
+    }
+
+
+XU = content("xu", dict(zip(FAMILIES["xu"].terms, XU_COEFFICIENTS, strict=True)))
+SHARE = content("load_share", dict(zip(LOAD_SHARE.terms, LOAD_SHARE.start, strict=True)))
+FORMULAS = {"xu": Formula.model_validate(XU), "load_share": Formula.model_validate(SHARE)}
+OIL = Oil.load("fva3")
+
+
+def state(**changes: Any) -> ContactState:
+    values: dict[str, Any] = {
+        "pressure_hertz": 1.2e9,
+        "radius_equivalent": 0.012,
+        "effective_modulus": 226e9,
+        "speed_entrainment": 5.0,
+        "slide_to_roll": 0.5,
+        "temperature_oil": 363.15,
+        "roughness_rms_1": 0.3e-6,
+        "roughness_rms_2": 0.3e-6,
+    }
+    return ContactState.of(**{**values, **changes})
+
+
+def test_published_coefficients_in_the_family_give_the_published_formula() -> None:
+    s = state(slide_to_roll=np.array([0.05, 0.3, 1.0]))
+    expected = xu_kahraman_2007(1.2e9, s.slide_to_roll, 5.0, OIL.at(363.15).viscosity_inlet, 0.012, s.roughness_rms)
+    value = FORMULAS["xu"].evaluate(conditions_of(s, OIL))
+    np.testing.assert_allclose(value.mu, expected, rtol=1e-12)
+    np.testing.assert_allclose(value.upper / value.mu, np.exp(0.1), rtol=1e-12)
+    np.testing.assert_allclose(value.mu / value.lower, np.exp(0.1), rtol=1e-12)
+
+
+def test_file_round_trip_is_exact(tmp_path: Path) -> None:
+    formula = FORMULAS["load_share"]
+    path = tmp_path / "formula.json"
+    formula.save(path)
+    assert load_formula(path) == formula
+    assert load_formula(path).to_json() == path.read_text()
+    model = friction_model(str(path))
+    assert isinstance(model, FrictionModel)
+    assert model.name == "formula.json"
+    assert model.evaluate(state(), OIL).mu.shape == ()
+
+
+def test_text_holds_equation_coefficients_and_ranges() -> None:
+    text = FORMULAS["xu"].to_text()
+    assert "b2 = 1.03303" in text
+    assert "P^b2 |SR|^b3" in text
+    assert "slide_to_roll_total: 0.02 to 1.2" in text
+
+
+def test_points_outside_are_flagged_and_get_the_widest_error() -> None:
+    points = state(pressure_hertz=np.array([0.5e9, 0.4e9, 2e9 * (1 + 1e-9)]))
+    estimate = FormulaFriction(FORMULAS["xu"], "f").evaluate(points, OIL)
+    assert estimate.flag.tolist() == [FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK]
+    assert estimate.upper[1] / estimate.mu[1] == pytest.approx(np.exp(0.25), rel=1e-12)
+    other = FormulaFriction(FORMULAS["xu"], "f").evaluate(points, Oil.load("75w90"))
+    assert other.upper[0] / other.mu[0] == pytest.approx(np.exp(0.25), rel=1e-12)
+    assert other.flag.tolist() == [FrictionFlag.OTHER_OIL, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OTHER_OIL]
+
+
+@settings(max_examples=40, deadline=None)
+@given(ratio=st.floats(1e-6, 2.0), family=st.sampled_from(sorted(FORMULAS)))
+def test_friction_is_even_in_sliding_and_vanishes_with_it(ratio: float, family: str) -> None:
+    points = state(slide_to_roll=np.array([ratio, -ratio, 0.0]))
+    mu = FORMULAS[family].evaluate(conditions_of(points, OIL)).mu
+    assert mu[0] == mu[1]
+    assert mu[2] == 0.0
+    assert np.isfinite(mu).all()
+
+
+def test_friction_is_continuous_and_linear_below_the_least_sliding() -> None:
+    least = 0.02
+    points = state(slide_to_roll=np.array([0.25, 0.5, 1.0, 1.0 + 1e-9]) * least)
+    value = FORMULAS["load_share"].evaluate(conditions_of(points, OIL))
+    np.testing.assert_allclose(value.mu[:3] / value.mu[2], [0.25, 0.5, 1.0], rtol=1e-12)
+    assert value.mu[3] == pytest.approx(value.mu[2], rel=1e-6)
+    assert value.outside.tolist() == [True, True, False, False]
+
+
+@settings(max_examples=30, deadline=None)
+@given(speed=st.floats(0.05, 15.0), factor=st.floats(1.01, 3.0), rough=st.floats(0.05, 2.0))
+def test_asperity_share_falls_with_speed_and_friction_stays_bounded(speed: float, factor: float, rough: float) -> None:
+    points = state(
+        speed_entrainment=np.array([speed, speed * factor]),
+        roughness_rms_1=rough * 1e-6,
+        roughness_rms_2=rough * 1e-6,
+    )
+    table = conditions_of(points, OIL)
+    share, fluid = load_share_parts(table, SHARE["coefficients"] | {"inlet": 0.0})
+    assert share[1] <= share[0]
+    assert (fluid <= OIL.limiting_shear_coefficient).all()
+    assert (FORMULAS["load_share"].evaluate(table).mu <= max(0.1, OIL.limiting_shear_coefficient)).all()
+
+
+def test_boundary_friction_is_the_limit_of_vanishing_films() -> None:
+    points = state(speed_entrainment=np.array([1e-4]), roughness_rms_1=2e-6, roughness_rms_2=2e-6)
+    value = FORMULAS["load_share"].evaluate(conditions_of(points, OIL))
+    assert value.mu[0] == pytest.approx(0.1, rel=0.02)
+
+
+def _damaged(change: dict[str, Any] | None, remove: str = "") -> dict[str, Any]:
+    damaged = {**XU, **(change or {})}
+    damaged.pop(remove, None)
+    return damaged
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["could not be read"]),
+        ("[1, 2]", ["no schema number"]),
+        (
+            json.dumps(_damaged({"schema": FORMULA_SCHEMA + 1, "writer": "mixed-ehl 9"})),
+            ["schema", "mixed-ehl 9", "newer"],
+        ),
+        (json.dumps(_damaged({"family": "spline"})), ["family", "spline", "xu"]),
+        (json.dumps(_damaged({"coefficients": {"b1": 1.0}})), ["coefficients.b2", "missing"]),
+        (json.dumps(_damaged({"ranges": {"nonsense": [0, 1]}})), ["ranges.nonsense", "pressure_hertz"]),
+        (json.dumps(_damaged(None, "interval")), ["interval", "missing"]),
+        (json.dumps(_damaged({"boundary_friction": "x"})), ["boundary_friction", "'x'"]),
+        (json.dumps(_damaged({"boundary_friction": -3})), ["boundary_friction = -3", "at least 0 and at most 1"]),
+        (
+            json.dumps(_damaged({"ranges": {"pressure_hertz": [2e9, 5e8]}})),
+            ["ranges.pressure_hertz", "[2000000000.0, 500000000.0]", "the lower end first", "in Pa"],
+        ),
+        (json.dumps(_damaged({"units": {"pressure_hertz": "GPa"}})), ["units.pressure_hertz", "'GPa'", "'Pa'"]),
+        (json.dumps(_damaged({"units": {"pressure": "Pa"}})), ["units.pressure", "pressure_hertz"]),
+        (
+            json.dumps(_damaged({"equation": "mu = 42"})),
+            ["equation = 'mu = 42'", "P^b2 |SR|^b3", "fit the formula again"],
+        ),
+        (json.dumps(_damaged({"coefficients": XU["coefficients"] | {"b10": 1.0}})), ["coefficients.b10", "b9"]),
+        (json.dumps(_damaged({"comment": "mine"})), ["comment", "Known keys:", " schema, "]),
+        *(
+            (
+                json.dumps(_damaged({"interval": XU["interval"] | {name: value}})),
+                [f"interval.{name} = {value}", allowed],
+            )
+            for name, value, allowed in (
+                ("log_width", -1, "at least 0"),
+                ("largest", -0.1, "at least 0"),
+                ("level", 1.5, "below 1"),
+            )
+        ),
+        (
+            json.dumps(
+                _damaged(
+                    {"interval": XU["interval"] | {"bands": [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]}}
+                )
+            ),
+            ["interval.bands.0.high = 0.5", "above the low end 1"],
+        ),
+    ],
+)
+def test_files_that_are_no_formula(tmp_path: Path, text: str, words: list[str]) -> None:
+    path = tmp_path / "formula.json"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_formula(path)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_folder_is_no_formula(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="could not be read"):
+        load_formula(tmp_path)
+    with pytest.raises(InputError, match="writable"):
+        FORMULAS["xu"].save(tmp_path)
+
+
+def test_interval_follows_the_band_of_the_film_ratio() -> None:
+    interval = {
+        **XU["interval"],
+        "bands": [
+            {"low": 0.0, "high": 0.5, "count": 20, "log_width": 0.02},
+            {"low": 2.0, "high": None, "count": 20, "log_width": 0.2},
+        ],
+    }
+    formula = Formula.model_validate(XU | {"interval": interval})
+    table = conditions_of(state(slide_to_roll=np.full(4, 0.5)), OIL)
+    table["film_ratio_formula"] = np.array([0.1, 0.5, 1.999, np.inf])
+    value = formula.evaluate(table)
+    np.testing.assert_allclose(np.log(value.upper / value.mu), [0.02, 0.1, 0.1, 0.2], rtol=1e-9)

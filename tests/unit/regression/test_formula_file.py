@@ -1,0 +1,105 @@
+"""Formula files: earlier schema, checksum, refusals on the command line with the remedy."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ehl.fluid.oil import Oil
+from ehl.io.data import data_path
+from ehl.io.errors import InputError
+from ehl.state import ContactState
+from regression.friction.conditions import conditions_of
+from regression.friction.formula import FORMULA_SCHEMA
+from regression.friction.formula_file import load_formula
+
+SHIPPED = data_path("formulas", "fva3_load_share.json")
+Call = Callable[..., Any]
+POINT = (
+    *("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3"),
+    *("--temperature", "80 degC", "--roughness", "0.4 um"),
+)
+
+
+def schema_1() -> dict[str, Any]:
+    """The shipped formula as schema 1 wrote it."""
+    content = json.loads(load_formula(SHIPPED).to_json())
+    new = ("oils", "checksum", "residual", "cloud", "paths", "nested", "noise", "boundary_friction_range")
+    old = {name: value for name, value in content.items() if name not in new}
+    return old | {"schema": 1, "oil": content["oils"][0]}
+
+
+def test_schema_1_is_read_and_says_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "old.json"
+    path.write_text(json.dumps(schema_1()))
+    old, new = load_formula(path), load_formula(SHIPPED)
+    assert old.schema_version == FORMULA_SCHEMA
+    assert old.oil == new.oil
+    assert (old.cloud, old.residual, old.noise, old.paths) == (None, None, None, None)
+    conditions = conditions_of(ContactState.of(pressure_hertz=1e9, radius_equivalent=0.01, effective_modulus=226e9,
+        speed_entrainment=5.0, slide_to_roll=0.3, roughness_rms_1=3e-7), Oil.load("fva3"))  # fmt: skip
+    assert old.evaluate(conditions).mu == new.evaluate(conditions).mu
+    old.save(path)
+    assert json.loads(path.read_text())["schema"] == FORMULA_SCHEMA
+    assert load_formula(path) == old
+
+
+def test_schema_1_of_a_lubricant_by_numbers_has_no_oil(tmp_path: Path) -> None:
+    path = tmp_path / "old.json"
+    path.write_text(json.dumps(schema_1() | {"oil": {"name": None, "card_hash": None}}))
+    assert load_formula(path).oils == ()
+
+
+def test_rows_of_numbers_stand_on_one_line(tmp_path: Path) -> None:
+    text = load_formula(SHIPPED).to_json()
+    low, high = load_formula(SHIPPED).ranges["pressure_hertz"]
+    assert f'"pressure_hertz": [{low!r}, {high!r}]' in text
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("coefficients", "stress"), 0.9),
+        (("boundary_friction",), 0.12),
+        (("interval", "largest"), 0.01),
+        (("ranges", "pressure_hertz"), [1e8, 4e9]),
+    ],
+)
+def test_an_edited_number_is_refused_with_the_remedy(
+    tmp_path: Path, mixed_ehl: Call, place: tuple[str, ...], value: object
+) -> None:
+    content = json.loads(load_formula(SHIPPED).to_json())
+    target = content
+    for name in place[:-1]:
+        target = target[name]
+    target[place[-1]] = value
+    path = tmp_path / "edited.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=r"edited by hand or damaged.*fit it again"):
+        load_formula(path)
+    refused = mixed_ehl("mu", path, *POINT)
+    assert refused.code == 2
+    assert "edited by hand" in refused.err
+
+
+def test_order_and_layout_are_no_edit(tmp_path: Path) -> None:
+    content = json.loads(load_formula(SHIPPED).to_json())
+    path = tmp_path / "again.json"
+    path.write_text(json.dumps(dict(reversed(content.items())), indent=7))
+    assert load_formula(path) == load_formula(SHIPPED)
+
+
+def test_command_line_refuses_newer_and_damaged_files(tmp_path: Path, mixed_ehl: Call) -> None:
+    text = load_formula(SHIPPED).to_json()
+    newer = json.dumps(json.loads(text) | {"schema": FORMULA_SCHEMA + 1})
+    for content, words in ((newer, "update mixed-ehl"), (text[: len(text) // 2], "mixed-ehl fit RUN"), ("", "read")):
+        path = tmp_path / "formula.json"
+        path.write_text(content)
+        refused = mixed_ehl("mu", path, *POINT)
+        assert refused.code == 2
+        assert words in refused.err
+        assert "Traceback" not in refused.err

@@ -1,0 +1,150 @@
+"""Friction models: names, flags, and what must hold for each of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.state import ContactState
+from regression.friction.conditions import UNITS, conditions_of
+from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel, friction_model
+from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR
+
+OIL = Oil.load("fva3")
+
+
+def state(**changes: object) -> ContactState:
+    values: dict[str, object] = {
+        "pressure_hertz": 1.2e9,
+        "radius_equivalent": 0.012,
+        "effective_modulus": 226e9,
+        "speed_entrainment": 5.0,
+        "slide_to_roll": 0.5,
+        "temperature_oil": 363.15,
+        "roughness_rms_1": 0.3e-6,
+        "roughness_rms_2": 0.3e-6,
+    }
+    return ContactState.of(**{**values, **changes})  # type: ignore[arg-type]
+
+
+def test_constant_is_exact_in_any_shape() -> None:
+    shape = (3, 4)
+    estimate = friction_model("constant:0.05").evaluate(state(slide_to_roll=np.zeros(shape)), OIL)
+    for values in (estimate.mu, estimate.lower, estimate.upper):
+        np.testing.assert_array_equal(values, np.full(shape, 0.05))
+    assert (estimate.flag == FrictionFlag.OK).all()
+
+
+def test_colemans_constant_has_a_name() -> None:
+    assert friction_model("coleman") == friction_model("constant:0.05")
+
+
+@pytest.mark.parametrize("name", sorted(PUBLISHED))
+def test_published_are_plausible_and_keep_the_shape(name: str) -> None:
+    model = friction_model(name)
+    assert isinstance(model, FrictionModel)
+    estimate = model.evaluate(state(speed_entrainment=np.array([[2.0, 5.0, 9.0]])), OIL)
+    assert estimate.mu.shape == (1, 3)
+    assert ((estimate.mu > 0.005) & (estimate.mu < 0.15)).all()
+    assert np.isnan(estimate.lower).all()
+
+
+@pytest.mark.parametrize("name", sorted(PUBLISHED))
+def test_points_of_a_gear_give_numbers_or_a_flag(name: str) -> None:
+    """Pitch point, unloaded end of a line, smooth flanks, both bodies rough: a number, or a flag where unloaded."""
+    points = state(
+        slide_to_roll=np.array([0.0, 0.3, 0.3, -0.3]),
+        pressure_hertz=np.array([1e9, 0.0, 1e9, 1e9]),
+        roughness_rms_1=np.array([3e-7, 3e-7, 0.0, 3e-7]),
+        roughness_rms_2=np.array([3e-7, 3e-7, 0.0, 3e-7]),
+    )
+    estimate = friction_model(name).evaluate(points, OIL)
+    defined = estimate.flag != FrictionFlag.UNDEFINED
+    assert defined[[0, 2, 3]].all()
+    assert np.isfinite(estimate.mu[defined]).all()
+    assert (estimate.mu[defined] >= 0.0).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(ratio=st.floats(0.01, 1.5), along=st.floats(0.0, 5.0), name=st.sampled_from(sorted(PUBLISHED)))
+def test_friction_does_not_depend_on_the_sign_of_sliding(ratio: float, along: float, name: str) -> None:
+    both = state(slide_to_roll=np.array([ratio, -ratio]), speed_sliding_lengthwise=np.array([along, -along]))
+    mu = friction_model(name).evaluate(both, OIL).mu
+    assert mu[0] == mu[1]
+
+
+@settings(max_examples=25, deadline=None)
+@given(low=st.floats(0.01, 1.0), factor=st.floats(1.01, 2.0))
+def test_fluid_friction_of_arana_rises_with_sliding(low: float, factor: float) -> None:
+    # smooth: no asperities; at fixed inlet factor it would be strictly rising, the thinner film adds to it
+    pair = state(slide_to_roll=np.array([low, low * factor]), roughness_rms_1=0.0, roughness_rms_2=0.0)
+    mu = friction_model("arana_2019").evaluate(pair, OIL).mu
+    assert mu[1] >= mu[0]
+    assert mu[1] <= OIL.limiting_shear_coefficient
+
+
+def test_load_sharing_reaches_the_boundary_value() -> None:
+    slow = state(speed_entrainment=1e-4, roughness_rms_1=2e-6, roughness_rms_2=2e-6)
+    for name in ("arana_2019", "doleschel_2002", "matsumoto_morikawa_2014"):
+        assert float(friction_model(name).evaluate(slow, OIL).mu) == pytest.approx(0.10, rel=0.02)
+
+
+def test_flags_of_range_and_of_undefined_values() -> None:
+    xu = friction_model("xu_kahraman_2007").evaluate(state(pressure_hertz=np.array([1e9, 0.1e9])), OIL)
+    assert xu.flag.tolist() == [FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE]
+    # a nearly unloaded point at speed: the logarithm turns negative
+    kelley = friction_model("benedict_kelley_1961").evaluate(
+        state(pressure_hertz=np.array([1e9, 1e6]), speed_entrainment=15.0), OIL
+    )
+    assert kelley.flag.tolist() == [FrictionFlag.OK, FrictionFlag.UNDEFINED]
+    assert np.isnan([kelley.mu[1], kelley.lower[1], kelley.upper[1]]).all()
+
+
+def test_diverging_formulas_are_held_at_the_sliding_floor() -> None:
+    ratio = np.array([0.0, SLIDING_FLOOR / 5.0])
+    estimate = friction_model("benedict_kelley_1961").evaluate(state(slide_to_roll=ratio), OIL)
+    assert estimate.mu[0] == estimate.mu[1]
+    assert estimate.flag[0] == FrictionFlag.OUTSIDE_RANGE
+
+
+def test_base_oil_enters_the_lubricant_factor() -> None:
+    mineral = friction_model("schlenk_1994").evaluate(state(), OIL)
+    pao = friction_model("schlenk_1994").evaluate(state(), Oil.load("pao100"))
+    viscosity = OIL.at(363.15).viscosity_inlet / Oil.load("pao100").at(363.15).viscosity_inlet
+    assert float(pao.mu / mineral.mu) == pytest.approx(0.8 * viscosity**0.05, rel=1e-12)
+
+
+def test_conditions_use_each_points_own_temperature() -> None:
+    table = conditions_of(state(temperature_oil=np.array([333.15, 373.15, 333.15])), OIL)
+    assert set(table) == set(UNITS)
+    assert table["viscosity_inlet"][0] == table["viscosity_inlet"][2] == OIL.at(333.15).viscosity_inlet
+    assert table["viscosity_inlet"][1] == OIL.at(373.15).viscosity_inlet
+    mean = np.pi / 4 * np.array([1.2e9])
+    assert table["viscosity_mean_pressure"][1] == pytest.approx(float(OIL.at(373.15).viscosity(mean)[0]), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        ("constant", ["constant", "constant:0.05"]),
+        ("constant:x", ["'x'"]),
+        ("constant:-0.1", ["-0.1", "at least 0"]),
+        ("constant:nan", ["finite"]),
+        ("xu_2007", ["xu_2007", "xu_kahraman_2007", ".json"]),
+        ("nothing.json", ["nothing.json", "does not exist"]),
+    ],
+)
+def test_bad_names_say_what_exists(spec: str, words: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        friction_model(spec)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_constant_is_a_friction_model() -> None:
+    assert isinstance(ConstantFriction(0.05), FrictionModel)
+    assert friction_model("constant:0.05").name == "constant:0.05"

@@ -1,0 +1,112 @@
+"""Ranges from what gears see: weighted quantiles, and the plan written over them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.state import ContactState
+from regression.plan.operating_range import WeightedPoints, plan_text, seen_ranges, weighted_quantile
+from regression.plan.plan import load_plan
+
+OIL = Oil.load("fva3")
+
+
+def points(count: int = 400, **changes: Any) -> WeightedPoints:
+    random = np.random.default_rng(3)
+    values = {
+        "pressure_hertz": random.uniform(0.5e9, 1.5e9, count),
+        "radius_equivalent": 0.01 * 3.0 ** random.random(count),
+        "effective_modulus": 226e9,
+        "speed_entrainment": 2.0 * 4.0 ** random.random(count),
+        "slide_to_roll": random.uniform(-0.6, 0.6, count),
+        "speed_sliding_lengthwise": random.uniform(-2.0, 2.0, count),
+        "temperature_oil": 363.15,
+        "roughness_rms_1": 0.3e-6,
+        "roughness_rms_2": 0.4e-6,
+    }
+    state = ContactState.of(**{**values, **changes})
+    return WeightedPoints(state, np.ones(state.size), OIL)
+
+
+def test_weighted_quantiles() -> None:
+    values = np.array([3.0, 1.0, 2.0, 10.0])
+    # equal weights: the quantiles of Hazen
+    levels = np.linspace(0.05, 0.95, 7)
+    expected = np.quantile(values, levels, method="hazen")
+    np.testing.assert_allclose(weighted_quantile(values, np.ones(4), levels), expected, rtol=1e-14)
+    # a weight of two is the point twice, in the middle of which the level is the same
+    repeated = np.repeat(np.random.default_rng(1).random(50), 4)
+    single = weighted_quantile(repeated[::4], np.full(50, 4.0), levels)
+    np.testing.assert_allclose(single, np.quantile(repeated[::4], levels, method="hazen"), rtol=1e-14)
+    # points without weight do not count, whatever they are
+    assert weighted_quantile([1.0, 5.0, 99.0], [1.0, 1.0, 0.0], 1.0) == 5.0
+    for bad in (([], []), ([1.0], [0.0]), ([1.0, 2.0], [1.0, -1.0]), ([1.0], [np.nan]), ([1.0], [1.0, 2.0])):
+        with pytest.raises(InputError, match="weights"):
+            weighted_quantile(*bad, 0.5)
+
+
+def test_ranges_hold_the_share_of_the_weight_asked_for() -> None:
+    part = points()
+    weighted = WeightedPoints(part.state, part.state.pressure_hertz * part.state.speed_sliding, OIL)
+    ranges = seen_ranges([weighted], 0.9)
+    for name, values in (
+        ("pressure_hertz", part.state.pressure_hertz),
+        ("speed_entrainment", part.state.speed_entrainment),
+        ("slide_to_roll", np.abs(part.state.slide_to_roll)),
+    ):
+        inside = (values >= ranges[name].low) & (values <= ranges[name].high)
+        assert weighted.weight[inside].sum() / weighted.weight.sum() == pytest.approx(0.9, abs=0.01)
+        assert ranges[name].least == values.min()
+        assert ranges[name].most == values.max()
+    # sliding weighs: what slides more is seen more
+    assert ranges["slide_to_roll"].median > seen_ranges([part], 0.9)["slide_to_roll"].median
+    assert set(ranges) >= {"lengthwise_to_roll", "temperature_oil", "roughness_rms", "film_ratio", "pressure_velocity"}
+
+
+def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
+    texture = {"correlation_length": 45e-6}
+    hot = points(temperature_oil=393.15, **texture)
+    ranges = seen_ranges([points(**texture), hot], 0.95)
+    text = plan_text("seen", 'what "gears" see', ranges, ("fva3", "75w90"), size=40, roughness="load_sharing")
+    (tmp_path / "seen.toml").write_text(text)
+    plan = load_plan(tmp_path / "seen.toml")
+    assert plan.description == 'what "gears" see'
+    assert plan.count == 80
+    assert plan.oils == ("fva3", "75w90")
+    for name, axis in plan.variables.axes.items():
+        if axis.sampled:
+            low, high = axis.values
+            assert low <= ranges[name].low
+            assert high >= ranges[name].high
+            # a tenth more at each end, and the rounding
+            spread = np.log(high / low) if axis.scale == "log" else high - low
+            seen = ranges[name]
+            inner = np.log(seen.high / seen.low) if axis.scale == "log" else seen.high - seen.low
+            assert spread == pytest.approx(1.2 * inner, rel=0.05) or low == 0.0
+    # one roughness, one value
+    assert plan.variables.axes["roughness_rms"].values == pytest.approx((0.5e-6,), rel=0.01)
+    assert plan.variables.axes["correlation_length"].values == pytest.approx((45e-6,), rel=0.01)
+    window = plan.constraints.film_ratio
+    assert window.low < ranges["film_ratio"].low < ranges["film_ratio"].high < window.high
+
+
+def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path) -> None:
+    spur = points(speed_sliding_lengthwise=0.0, slide_to_roll=np.linspace(-1e-5, 0.4, 400))
+    text = plan_text("spur", "", seen_ranges([spur], 1.0), ("fva3",), size=32)
+    assert "lengthwise_to_roll = 0.0" in text
+    (tmp_path / "spur.toml").write_text(text)
+    low, _ = load_plan(tmp_path / "spur.toml").variables.axes["slide_to_roll"].values
+    assert 1e-4 < low <= 1e-3
+
+
+def test_refusals() -> None:
+    with pytest.raises(InputError, match="at least one design"):
+        seen_ranges([])
+    with pytest.raises(InputError, match=r"--coverage.*0\.5 to 1"):
+        seen_ranges([points()], 0.2)

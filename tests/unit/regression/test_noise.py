@@ -1,0 +1,64 @@
+"""Noise floor from repeated realisations: known scatter is found again, by region."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from regression.data.row_format import SURFACE_UNITS
+from regression.fit.noise import band_noise, measured_noise, realisation_scatter, statistical_variance
+from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
+
+POINTS, SEEDS = 400, 8
+
+
+def repeated(seed: int = 1) -> pd.DataFrame:
+    """Half of the points at lambda 0.3 scatter by 5 %, half at lambda 3 by 1 %."""
+    random = np.random.default_rng(seed)
+    frame = pd.DataFrame({name: np.ones(POINTS) for name in (*STATE_UNITS, *LUBRICANT_UNITS, *SURFACE_UNITS)})
+    frame["pressure_hertz"] = np.linspace(0.5e9, 2e9, POINTS)
+    frame["film_ratio"] = np.where(np.arange(POINTS) % 2 == 0, 0.3, 3.0)
+    frame = frame.assign(slide_to_roll_total=0.3, temperature_oil=350.0, oil="fva3", status="converged")
+    frame = frame.loc[frame.index.repeat(SEEDS)].reset_index(drop=True)
+    scatter = np.where(frame["film_ratio"] < 1.0, 0.05, 0.01)
+    frame["seed"] = np.tile(np.arange(SEEDS), POINTS)
+    frame["friction_coefficient"] = 0.05 * (1.0 + scatter * random.standard_normal(len(frame)))
+    return frame
+
+
+def test_known_scatter_is_found_by_region() -> None:
+    noise = measured_noise(realisation_scatter(repeated()))
+    assert noise is not None
+    assert (noise.points, noise.realisations) == (POINTS, SEEDS)
+    # the variance of 200 points with 7 degrees of freedom each is known to 1/sqrt(2*1400) = 1.9 %: three of these
+    assert band_noise(noise, "film_ratio", 0.1) == pytest.approx(0.05, rel=0.057)
+    assert band_noise(noise, "film_ratio", 7.0) == pytest.approx(0.01, rel=0.057)
+    assert band_noise(noise, "film_ratio", 0.7) is None
+    assert noise.single == pytest.approx(np.sqrt((0.05**2 + 0.01**2) / 2.0), rel=0.05)
+    assert noise.mean == pytest.approx(noise.single / np.sqrt(SEEDS), rel=1e-12)
+    for variable in ("pressure_hertz", "slide_to_roll_total", "temperature_oil", "film_ratio"):
+        assert sum(band.count for band in noise.bands if band.variable == variable) == POINTS
+
+
+def test_the_same_row_twice_is_no_realisation() -> None:
+    frame = repeated()
+    doubled = pd.concat([frame, frame], ignore_index=True)
+    pd.testing.assert_frame_equal(realisation_scatter(doubled), realisation_scatter(frame))
+    assert measured_noise(realisation_scatter(frame[frame["seed"] == 0])) is None
+    assert measured_noise(realisation_scatter(frame.iloc[:0])) is None
+    assert band_noise(None, "film_ratio", 1.0) is None
+
+
+def test_failed_cases_and_other_oils_do_not_count() -> None:
+    frame = repeated()
+    frame.loc[frame["seed"] == 3, "status"] = "failed"
+    assert set(realisation_scatter(frame)["realisations"]) == {SEEDS - 1}
+    frame["oil"] = np.where(frame["seed"] % 2 == 0, "fva3", "75w90")
+    assert len(realisation_scatter(frame)) == 2 * POINTS
+
+
+def test_stated_intervals_become_variances() -> None:
+    frame = pd.DataFrame({"statistical_error": [0.0329, np.nan, 0.0]})
+    # 90 % of a normal error lie within 1.645 deviations
+    np.testing.assert_allclose(statistical_variance(frame), [0.02**2, 0.0, 0.0], rtol=1e-12)

@@ -1,0 +1,255 @@
+"""The sweep: every case ends as a row, whatever happens to it, to its worker or to the process."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import time
+from functools import partial
+from pathlib import Path
+
+import h5py
+import pytest
+from small_plans import sweep_plan
+
+from ehl.case import Case
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.validation import validate
+from regression.data.dataset import load_dataset, run_status
+from regression.plan.plan import Plan
+from regression.sweep.evaluators import Outputs, case_key, published_outputs, solve_outputs
+from regression.sweep.slurm import array_script
+from regression.sweep.sweep import Progress, available_jobs, sweep
+from regression.sweep.workers import Task, Work
+
+XU = partial(published_outputs, name="xu_kahraman_2007")
+
+
+@pytest.fixture
+def plan() -> Plan:
+    return validate(Plan, sweep_plan("sweep", roughness="load_sharing"))
+
+
+def some_fail(case: Case) -> Outputs:
+    if case.contact.slide_to_roll > 0.8:
+        raise ConvergenceError("diverged")
+    if case.contact.slide_to_roll > 0.6:
+        raise ZeroDivisionError
+    return XU(case)
+
+
+def some_hang(case: Case) -> Outputs:
+    if case.contact.slide_to_roll > 0.9:
+        time.sleep(60.0)
+    return XU(case)
+
+
+def test_results_resume_and_progress(plan: Plan, tmp_path: Path) -> None:
+    seen: list[Progress] = []
+    first = sweep(plan, tmp_path, evaluate=XU, progress=seen.append)
+    assert (first.total, first.resumed, first.converged, first.failed) == (16, 0, 16, 0)
+    assert [p.done for p in seen] == list(range(17))
+    assert seen[-1] == Progress(16, 16, 0, 0.0)
+    again = sweep(plan, tmp_path, evaluate=XU)
+    assert (again.resumed, again.converged) == (16, 0)
+    status = run_status(tmp_path)
+    assert status.complete
+    assert status.shards[0].converged == 16
+
+
+def test_a_sweep_says_how_busy_its_workers_were(plan: Plan, tmp_path: Path) -> None:
+    report = sweep(plan, tmp_path, evaluate=XU)
+    frame = load_dataset(tmp_path).frame
+    assert report.workers == 1
+    assert report.seconds_cpu == pytest.approx(frame["seconds_cpu"].sum())
+    assert report.occupancy == pytest.approx(frame["seconds"].sum() / report.seconds)
+    assert 0.0 < report.occupancy < 1.0
+    # nothing was computed: there is nothing to say
+    assert sweep(plan, tmp_path, evaluate=XU).occupancy is None
+    assert run_status(tmp_path).longest == frame["seconds_cpu"].max()
+
+
+def test_rows_hold_inputs_results_and_provenance(plan: Plan, tmp_path: Path) -> None:
+    sweep(plan, tmp_path, evaluate=XU)
+    dataset = load_dataset(tmp_path)
+    assert dataset.frame["key"].is_monotonic_increasing
+    assert (dataset.plan_name, dataset.oil, dataset.planned) == ("sweep", "fva3", 16)
+    for _, case in plan.cases():
+        row = dataset.frame.set_index("key").loc[case_key(case, dataset.solver_version)]
+        assert row["pressure_hertz"] == pytest.approx(case.contact.pressure_hertz, rel=1e-12)
+        assert row["slide_to_roll"] == case.contact.slide_to_roll
+        assert row["viscosity_inlet"] == case.lubricant.lubricant().viscosity_inlet
+        assert row["friction_coefficient"] == XU(case)["friction_coefficient"]
+        assert row["roughness_rms"] == pytest.approx(0.4e-6, rel=1e-12)
+
+
+def test_failures_are_rows_with_reasons(plan: Plan, tmp_path: Path) -> None:
+    report = sweep(plan, tmp_path, evaluate=some_fail)
+    frame = load_dataset(tmp_path).frame
+    high = frame["slide_to_roll"] > 0.8
+    middle = (frame["slide_to_roll"] > 0.6) & ~high
+    assert set(frame[high]["reason"]) == {"diverged"}
+    assert set(frame[middle]["reason"]) == {"error:ZeroDivisionError"}
+    assert frame[high | middle]["friction_coefficient"].isna().all()
+    assert report.reasons == {"diverged": high.sum(), "error:ZeroDivisionError": middle.sum()}
+    assert report.converged + report.failed == 16
+
+
+def test_a_case_that_hangs_is_given_up(plan: Plan, tmp_path: Path) -> None:
+    report = sweep(plan, tmp_path, evaluate=some_hang, time_cap=0.05)
+    frame = load_dataset(tmp_path).frame
+    assert report.reasons == {"time_cap": (frame["slide_to_roll"] > 0.9).sum()}
+    assert report.failed > 0
+
+
+def test_the_cap_holds_where_its_exception_is_swallowed(plan: Plan) -> None:
+    _, case = next(plan.cases())
+
+    def swallow_once(case: Case) -> Outputs:
+        with contextlib.suppress(BaseException):
+            time.sleep(60.0)
+        time.sleep(60.0)
+        return {}
+
+    def break_on_it(case: Case) -> Outputs:
+        try:
+            time.sleep(60.0)
+        except BaseException:
+            raise RuntimeError from None
+        return {}
+
+    for evaluate in (swallow_once, break_on_it):
+        assert Work(evaluate, 0.05)(Task("k", "sobol", case))["reason"] == "time_cap"
+
+
+def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Path) -> None:
+    deadly_ratio = max(case.contact.slide_to_roll for _, case in plan.cases())
+
+    # a local function: workers get it by value, they cannot import this module
+    def some_kill_their_worker(case: Case) -> Outputs:
+        if case.contact.slide_to_roll == deadly_ratio:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return XU(case)
+
+    report = sweep(plan, tmp_path, evaluate=some_kill_their_worker, jobs=2)
+    frame = load_dataset(tmp_path).frame
+    deadly = frame["slide_to_roll"] == deadly_ratio
+    assert deadly.sum() == 1
+    assert set(frame[deadly]["reason"]) == {"worker_lost"}
+    assert (frame[~deadly]["status"] == "converged").all()
+    assert len(frame) == 16
+    assert report.restarts >= 2
+
+
+def test_workers_and_shards_give_the_data_of_one_process(plan: Plan, tmp_path: Path) -> None:
+    sweep(plan, tmp_path / "one", evaluate=XU)
+    sweep(plan, tmp_path / "two", evaluate=XU, jobs=2, flush_every=3)
+    for number in (1, 2, 3):
+        sweep(plan, tmp_path / "three", evaluate=XU, shard=(number, 3))
+    hashes = {load_dataset(tmp_path / run).data_hash for run in ("one", "two", "three")}
+    assert len(hashes) == 1
+    assert len(list((tmp_path / "three").glob("*.h5"))) == 3
+
+
+def test_interrupted_rows_are_kept(plan: Plan, tmp_path: Path) -> None:
+    def stop(progress: Progress) -> None:
+        if progress.done == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(plan, tmp_path, evaluate=XU, progress=stop)
+    assert sweep(plan, tmp_path, evaluate=XU).resumed == 5
+
+
+def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:
+    def press(progress: Progress) -> None:
+        if progress.done == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(plan, tmp_path, evaluate=XU, progress=press)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert sweep(plan, tmp_path, evaluate=XU).resumed == 3
+
+
+def test_failed_cases_can_be_tried_again(plan: Plan, tmp_path: Path) -> None:
+    failed = sweep(plan, tmp_path, evaluate=some_fail).failed
+    assert failed > 0
+    again = sweep(plan, tmp_path, evaluate=XU, retry_failed=True)
+    assert (again.resumed, again.converged, again.failed) == (16 - failed, failed, 0)
+    assert (load_dataset(tmp_path).frame["status"] == "converged").all()
+    assert run_status(tmp_path).shards[0].finished == 16
+
+
+def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_space(file: h5py.File) -> None:
+        raise OSError("No space left on device")
+
+    sweep(plan, tmp_path, evaluate=XU, shard=(1, 2))
+    monkeypatch.setattr(h5py.File, "flush", no_space)
+    with pytest.raises(InputError, match=r"No space left on device\. Make room"):
+        sweep(plan, tmp_path, evaluate=XU, shard=(2, 2))
+
+
+def test_a_task_never_raises(plan: Plan) -> None:
+    _, case = next(plan.cases())
+    broken = case.model_copy(update={"contact": None})
+    row = Work(XU, None)(Task("k", "sobol", broken))
+    assert row["status"] == "failed"
+    assert row["reason"].startswith("error:")
+
+
+def test_key_follows_input_seed_and_version(plan: Plan) -> None:
+    _, case = next(plan.cases())
+    seed = case.model_copy(update={"surface": case.surface.model_copy(update={"seed": 2})})
+    keys = {case_key(case, "1"), case_key(case, "2"), case_key(seed, "1")}
+    assert len(keys) == 3
+    assert case_key(Case.model_validate(case.model_dump(exclude_none=True)), "1") in keys
+
+
+def test_the_solver_gives_every_column(plan: Plan) -> None:
+    _, case = next(plan.cases())
+    row = Work(solve_outputs, None)(Task("k", "sobol", case))
+    assert row["status"] == "converged"
+    assert row["friction_coefficient"] == pytest.approx(row["friction_fluid"] + row["friction_asperity"], rel=1e-12)
+    assert 0.0 < row["friction_error"] < 0.05
+
+
+@pytest.mark.parametrize(("shard", "jobs"), [((0, 2), 1), ((3, 2), 1), ((1, 1), 0)])
+def test_bad_shards_and_jobs(plan: Plan, tmp_path: Path, shard: tuple[int, int], jobs: int) -> None:
+    with pytest.raises(InputError, match=r"i/n|at least 1"):
+        sweep(plan, tmp_path, evaluate=XU, shard=shard, jobs=jobs)
+
+
+def test_a_folder_that_cannot_be_made(plan: Plan, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="can be written"):
+        sweep(plan, tmp_path / "file" / "run", evaluate=XU)
+
+
+def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SLURM_CPUS_PER_TASK", "7")
+    assert available_jobs() == 7
+    monkeypatch.delenv("SLURM_CPUS_PER_TASK")
+    assert 1 <= available_jobs() <= (os.cpu_count() or 1)
+    script = array_script("my plan.toml", "runs/a b", 12, jobs=3)
+    assert "#SBATCH --array=1-12" in script
+    assert "#SBATCH --cpus-per-task=3" in script
+    assert "mixed-ehl sweep 'my plan.toml' -o 'runs/a b' --shard \"${SLURM_ARRAY_TASK_ID}/12\"" in script
+    with pytest.raises(InputError, match="at least 1"):
+        array_script("plan.toml", "run", 0)
+
+
+def test_unsettled_results_are_kept_and_counted_apart(plan: Plan, tmp_path: Path) -> None:
+    def some_unsettled(case: Case) -> Outputs:
+        unsettled = case.contact.slide_to_roll > 0.5
+        return {**XU(case), **({"status": "unsettled", "reason": "interval"} if unsettled else {})}
+
+    report = sweep(plan, tmp_path, evaluate=some_unsettled)
+    dataset = load_dataset(tmp_path)
+    assert report.unsettled == (dataset.frame["slide_to_roll"] > 0.5).sum() > 0
+    assert report.reasons == {"interval": report.unsettled}
+    assert report.converged + report.unsettled == len(dataset.converged) == 16
+    assert run_status(tmp_path).shards[0].unsettled == report.unsettled

@@ -1,0 +1,119 @@
+"""Random blanks that a wrong root of the equation of meshing, or a gear undercut at its root, used to spoil."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.blank.inputs import PairBlankInput
+from efficiency.blank.pair import pair_blank
+from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
+from efficiency.contact.ease_off import conjugate_points, relative_regularity
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.transmission import transmission
+from efficiency.settings.gear import cut_gear, pair_geometry
+from ehl.io.errors import ConvergenceError
+from ehl.io.validation import validate
+
+RELIEF = EaseOffTarget(lengthwise_crowning=40e-6, profile_crowning=12e-6)
+HOBBED: dict[str, Any] = {
+    "name": "both roots of the equation of meshing near the axial plane",
+    "method": 1,
+    "process": "face_hobbing",
+    "teeth_pinion": 12,
+    "teeth_gear": 36,
+    "hand_pinion": "left",
+    "shaft_angle": "65.507 deg",
+    "hypoid_offset": "24.8573 mm",
+    "outer_pitch_diameter_gear": "124.582 mm",
+    "face_width_gear": "21.132 mm",
+    "mean_spiral_angle_pinion": "36.198 deg",
+    "cutter_radius": "81.818 mm",
+    "blade_groups": 13,
+    "pressure_angle": {"drive": "24.011 deg", "coast": "24.011 deg"},
+    "backlash": {"type": "mean_normal", "value": "0.09 mm"},
+}
+MILLED: dict[str, Any] = {
+    "name": "generated gear undercut below its working depth",
+    "method": 0,
+    "process": "face_milling",
+    "teeth_pinion": 18,
+    "teeth_gear": 40,
+    "hand_pinion": "right",
+    "shaft_angle": "67.751 deg",
+    "hypoid_offset": "0 mm",
+    "outer_pitch_diameter_gear": "178.465 mm",
+    "face_width_gear": "29.245 mm",
+    "mean_spiral_angle_gear": "6.041 deg",
+    "cutter_radius": "124.137 mm",
+    "pressure_angle": {"drive": "16.685 deg", "coast": "16.685 deg"},
+    "backlash": {"type": "mean_normal", "value": "0.12 mm"},
+}
+
+
+def surface_of(content: dict[str, Any]) -> MeshSurface:
+    """Generated gear and the pinion conjugate to it less `RELIEF`."""
+    geometry = pair_geometry(pair_blank(validate(PairBlankInput, content)), True)
+    gear = cut_gear(geometry).flank("convex")
+    return mesh_surface(gear, conjugate_flank(gear, geometry.pinion, geometry.assembly, RELIEF), geometry.assembly)
+
+
+@pytest.fixture(scope="module", params=[HOBBED, MILLED], ids=["hobbed", "milled"])
+def surface(request: pytest.FixtureRequest) -> MeshSurface:
+    return surface_of(request.param)
+
+
+def test_all_points_are_on_one_branch_of_the_equation_of_meshing(surface: MeshSurface) -> None:
+    points = surface.grid.gear.points(surface.grid.points.parameters[:, surface.grid.found])
+    conjugate = conjugate_points(points, surface.assembly)
+    assert (conjugate.rate > 0.0).all()
+    # neighbours over the depth touch at neighbouring angles
+    roll = surface.patch(surface.grid.u, surface.grid.v, ("roll",))[0][:-1].reshape(surface.grid.shape)
+    steps = np.diff(roll, axis=1)
+    assert (np.sign(steps) == np.sign(steps[0, 0])).all()
+
+
+def test_ease_off_is_the_one_asked_for(surface: MeshSurface) -> None:
+    u, v = surface.grid.u[:-1], surface.grid.v[:-1]
+    inside = surface.margin(u, v) > 0.0
+    gear, pinion = surface.gear.blank, surface.pinion.blank
+    low, high = -pinion.mean_addendum, gear.mean_addendum
+    depth = (surface.height(u, v) - 0.5 * (low + high)) / (0.5 * (high - low))
+    asked = RELIEF(2.0 * u / gear.face_width, depth)[inside]
+    measured, lever = surface.patch(u[inside], v[inside], ("ease_off", "lever"))
+    # the pinion may turn as a whole
+    turned = np.sum((measured - asked) * lever) / np.sum(lever * lever)
+    assert inside.sum() > 100
+    assert np.abs(measured - asked - turned * lever).max() < 0.3e-6
+
+
+def test_the_milled_gear_is_undercut_below_the_points_it_mates_with() -> None:
+    surface = surface_of(MILLED)
+    # toe to heel and a little beyond, below the map, and the mean point for comparison
+    gear, pinion = surface.gear.blank, surface.pinion.blank
+    lowest = (gear.mean_dedendum - pinion.mean_addendum) / (gear.mean_addendum + gear.mean_dedendum)
+    u = np.append(0.6 * gear.face_width * np.linspace(-1.0, 1.0, 9), 0.0)
+    v = np.append(np.full(9, lowest - 0.12), 0.6)
+    points, found = surface.gear.solve(u, surface.height(u, v))
+    assert relative_regularity(surface.gear, points.parameters, found).min() < 0.04
+    assert surface.absent is None
+
+
+def test_transmission_error_is_of_the_size_of_the_ease_off(surface: MeshSurface) -> None:
+    mesh = transmission(surface)
+    lever = float(surface.patch(np.zeros(1), np.full(1, 0.6), ("lever",))[0, 0])
+    assert mesh.settled
+    assert 0.0 < mesh.peak_to_peak < 52e-6 / lever
+
+
+def test_a_contact_out_of_proportion_with_the_ease_off_is_refused(surface: MeshSurface) -> None:
+    # a gear flank said to lie at another azimuth than the one the ease-off was measured to
+    patch = surface.patch
+    names = list(patch.names)
+    spoilt = patch.coefficients.copy()
+    spoilt[0, 1, names.index("azimuth")] += 0.02
+    with pytest.raises(ConvergenceError, match="out of proportion"):
+        transmission(replace(surface, patch=replace(patch, coefficients=spoilt)))

@@ -1,0 +1,373 @@
+"""Geometry of the mesh against exact cases and against second, independent algorithms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from efficiency.blank.cones import Blank
+from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.curvature import flank_curvature
+from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
+from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
+from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.patch import Patch
+from efficiency.contact.transmission import contact_path, transmission
+from efficiency.cutting.cutter import Blade
+from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.machine import MachineSettings
+from efficiency.design.design import Design, load_design
+
+ARCSEC = np.pi / (180.0 * 3600.0)
+SIDES = ("drive", "coast")
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return load_design("fm_spiral_bevel_14x39")
+
+
+@pytest.fixture(scope="module", params=SIDES)
+def pair(request: pytest.FixtureRequest, design: Design) -> GearPair:
+    return gear_pair(design, request.param)
+
+
+def crown_pinion(gear: CutFlank, pinion: CutFlank) -> CutFlank:
+    """Pinion cut by the gear's own cutter surface on the gear's own cradle: exactly conjugate.
+
+    Cradle and both members share one instantaneous axis (the common pitch line) when the machine centre is the common
+    apex and the roll ratio that of the pitch cones; all three then touch along the same lines (Olivier's second
+    principle). Seen from the pinion the cradle axis points the other way: the machine frame is turned by half a turn
+    about its x axis, and the outside of the cutter becomes an inside.
+    """
+    machine, blade, depth = gear.machine, gear.blade, 0.01
+    other = "convex" if blade.side == "concave" else "concave"
+    radius = blade.point_radius + blade.sign * depth * np.tan(blade.blade_angle)
+    settings = replace(
+        machine,
+        cradle_angle=-machine.cradle_angle,
+        machine_root_angle=0.5 * np.pi - machine.machine_root_angle,
+        roll_ratio=machine.roll_ratio * gear.blank.teeth / pinion.blank.teeth,
+        sliding_base=-(machine.sliding_base + depth),
+    )
+    return CutFlank(Blade(float(radius), blade.blade_angle, other), settings, pinion.blank)
+
+
+@pytest.fixture(scope="module", params=SIDES)
+def conjugate(request: pytest.FixtureRequest, design: Design) -> MeshSurface:
+    pinion, gear = design.flanks(request.param)
+    return mesh_surface(gear, crown_pinion(gear, pinion), design.placement())
+
+
+def points_inside(surface: MeshSurface, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(3)
+    (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
+    return random.uniform(u0, u1, count), random.uniform(v0, v1, count)
+
+
+def exact_conjugate(surface: MeshSurface, u: np.ndarray, v: np.ndarray) -> ConjugatePoints:
+    points, found = surface.gear.solve(u, surface.height(u, v))
+    assert found.all()
+    return conjugate_points(points, surface.assembly)
+
+
+def test_exactly_conjugate_pinion_has_no_ease_off(conjugate: MeshSurface) -> None:
+    u, v = points_inside(conjugate)
+    relief, _, found = ease_off(exact_conjugate(conjugate, u, v), conjugate.pinion, conjugate.phase)
+    assert found.all()
+    assert np.abs(relief).max() < 1e-13
+    assert np.abs(conjugate.patch(u, v, ("ease_off",))).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("teeth", "spiral", "pressure", "cutter", "taper", "side"),
+    [
+        ((26, 54), 16.0, 17.0, 1.03, 0.8, "convex"),
+        ((8, 32), 28.0, 21.0, 0.76, 0.5, "concave"),
+        ((10, 47), 41.0, 17.0, 1.17, 0.0, "convex"),
+        ((19, 33), 40.0, 23.5, 1.07, 1.0, "concave"),
+        ((14, 14), 38.0, 20.0, 0.8, 0.6, "convex"),
+    ],
+)
+def test_zero_ease_off_for_other_bevel_pairs(
+    teeth: tuple[int, int], spiral: float, pressure: float, cutter: float, taper: float, side: str
+) -> None:
+    """Blanks, spiral angles and cutters far from the shipped pair: the crown pinion stays exactly conjugate."""
+    cone, beta = np.arctan2(teeth[1], teeth[0]), np.radians(spiral)
+    module = 3e-3
+    distance = 0.5 * module * teeth[1] / np.cos(beta) / np.sin(cone)
+    depth, clearance = 2.0 * module, 0.25 * module
+    addendum = depth * (0.25 + 0.25 * (teeth[0] / teeth[1]) ** 2)
+    dedendum = depth - addendum + clearance
+    angle = taper * np.arctan(dedendum / distance)
+    common = {"mean_cone_distance": distance, "face_width": 0.25 * distance}
+    blank = Blank(
+        teeth[1],
+        cone,
+        mean_addendum=addendum,
+        mean_dedendum=dedendum,
+        addendum_angle=0.0,
+        dedendum_angle=angle,
+        **common,
+    )
+    mate = Blank(
+        teeth[0],
+        0.5 * np.pi - cone,
+        mean_addendum=depth - addendum,
+        mean_dedendum=addendum + clearance,
+        addendum_angle=angle,
+        dedendum_angle=0.0,
+        **common,
+    )
+    radius = cutter * distance
+    horizontal, vertical = distance * np.cos(angle) - radius * np.sin(beta), radius * np.cos(beta)
+    sign = 1.0 if side == "concave" else -1.0
+    machine = MachineSettings(
+        radial_setting=np.hypot(horizontal, vertical),
+        cradle_angle=np.arctan2(vertical, horizontal),
+        machine_root_angle=cone - angle,
+        roll_ratio=np.cos(angle) / np.sin(cone),
+        sliding_base=distance * np.sin(angle) - dedendum * np.cos(angle),
+    )
+    blade = Blade(radius + sign * 0.35 * module, np.radians(pressure) - sign * angle * np.sin(beta), side)  # type: ignore[arg-type]
+    gear = CutFlank(blade, machine, blank)
+    surface = mesh_surface(gear, crown_pinion(gear, CutFlank(blade, machine, mate)), Assembly(*teeth, 0.5 * np.pi))
+    u, v = points_inside(surface, 30)
+    assert np.abs(surface.patch(u, v, ("ease_off",))).max() < 1e-13
+
+
+def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: Design, conjugate: MeshSurface) -> None:
+    real = gear_pair(design, "drive")
+    pair = replace(real, surface=conjugate, transmission=transmission(conjugate))
+    assert pair.transmission.peak_to_peak / ARCSEC < 1e-5
+    for position in mesh_cycle(pair, positions=4, points_per_line=9):
+        assert position.gap.max() < 1e-12
+        assert abs(position.transmission_error) / ARCSEC < 1e-6
+
+
+def test_relative_curvature_of_the_conjugate_pair(conjugate: MeshSurface) -> None:
+    """Curvatures of both real flanks: none along the line of contact, that of the mesh kinematics across it."""
+    pair = replace(gear_pair(load_design("fm_spiral_bevel_14x39"), "drive"), surface=conjugate)
+    position = mesh_cycle(pair, positions=1, points_per_line=7)[0]
+    u = position.face_gear - 0.5 * conjugate.gear.blank.face_width
+    on_gear, found = conjugate.gear.solve(u, position.height_gear + conjugate.gear.blank.root(u))
+    assert found.all()
+    touching = conjugate_points(on_gear, conjugate.assembly)
+    _, parameters, found = ease_off(touching, conjugate.pinion, conjugate.phase)
+    assert found.all()
+    shape_gear = flank_curvature(conjugate.gear, on_gear.parameters)
+    shape_pinion = flank_curvature(conjugate.pinion, parameters)
+    tangents = []
+    for vector in (position.across.T, position.along.T):
+        in_gear = turn(vector, -touching.gear_roll)
+        _, in_pinion = conjugate.assembly.to_pinion(
+            np.zeros_like(vector), vector, touching.gear_roll / conjugate.assembly.ratio
+        )
+        tangents.append((in_gear, turn(in_pinion, -conjugate.phase)))
+    relative = -(shape_gear.along(tangents[0][0], tangents[1][0]) + shape_pinion.along(tangents[0][1], tangents[1][1]))
+    np.testing.assert_allclose(1.0 / relative[:, 0, 0], position.radius_equivalent, rtol=1e-6)
+    assert np.abs(relative[:, 1, 1]).max() < 1e-6 * relative[:, 0, 0].min()
+    assert np.abs(relative[:, 0, 1]).max() < 1e-6 * relative[:, 0, 0].min()
+
+
+def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: GearPair) -> None:
+    """Points on lines inside the blanks against the contact path of one pair: two ways to the same minimum."""
+    surface = pair.surface
+    for position in mesh_cycle(pair, positions=6, points_per_line=31):
+        angle = position.pinion_angle + np.arange(-2, 3) * surface.pitch
+        inside = np.abs(angle - surface.crest_roll) < 0.6 * surface.pitch
+        highest = contact_path(surface, angle[inside]).transmission_error.max()
+        assert position.transmission_error / ARCSEC == pytest.approx(highest / ARCSEC, abs=0.05)
+
+
+def separation(surface: MeshSurface, angle: float, back: float, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Exact distance along the gear normal from gear points to the real pinion flank, gear turned back."""
+    points, found = surface.gear.solve(u, surface.height(u, v))
+    assert found.all()
+    f1 = surface.direction * angle + surface.roll_zero
+    f2 = np.full(u.shape, surface.assembly.ratio * f1 - surface.direction * np.sign(surface.assembly.ratio) * back)
+    in_mesh = surface.assembly.gear_in_mesh(points.position, f2)
+    position, normal = surface.assembly.to_pinion(in_mesh, turn(points.normal, f2), np.full(u.shape, f1))
+    placed = ConjugatePoints(f2, np.zeros(u.size), position, normal)
+    distance, _, found = ease_off(placed, surface.pinion, surface.phase)
+    assert found.all()
+    return distance
+
+
+def test_gap_is_the_smallest_distance_of_the_real_flanks_across_the_line(pair: GearPair) -> None:
+    surface = pair.surface
+    position = mesh_cycle(pair, positions=3, points_per_line=7)[1]
+    u = position.face_gear - 0.5 * surface.gear.blank.face_width
+    v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
+    angle = position.pinion_angle + position.pair * surface.pitch
+    ru, rv = (surface.patch(u, v, ("x", "y", "z"), du=a, dv=1 - a) for a in (1, 0))
+    f2 = surface.assembly.ratio * (surface.direction * angle + surface.roll_zero)
+    across = turn(position.across.T, -f2)
+    metric = np.moveaxis(np.array([[(ru * ru).sum(0), (ru * rv).sum(0)], [(ru * rv).sum(0), (rv * rv).sum(0)]]), -1, 0)
+    step = np.linalg.solve(metric, np.stack([(ru * across).sum(0), (rv * across).sum(0)], axis=1)[..., None])[..., 0]
+    distances = []
+    shifts = np.linspace(-0.3e-3, 0.3e-3, 7)
+    base = -position.transmission_error
+    for shift in shifts:
+        row = np.empty(u.size)
+        for k in np.unique(position.pair):
+            own = position.pair == k
+            row[own] = separation(
+                surface, float(angle[own][0]), base, (u + shift * step[:, 0])[own], (v + shift * step[:, 1])[own]
+            )
+        distances.append(row)
+    least = []
+    for column in np.array(distances).T:
+        a, b, c = np.polyfit(shifts, column, 2)
+        least.append(c - 0.25 * b * b / a)
+    # the turning back is that of the lowest place between the points; the gap counts from the lowest point
+    back = np.array(least) / position.lever_gear
+    np.testing.assert_allclose((back - back.min()) * position.lever_gear, position.gap, atol=0.05e-6)
+    assert abs(back.min()) / ARCSEC < 2.0
+
+
+def test_misalignments_are_what_they_are_called(design: Design) -> None:
+    """Each misalignment against another way to move the same member."""
+    pinion, gear = design.flanks("drive")
+    nominal = design.placement()
+    amount, angle = 8e-5, 4e-4
+
+    def moved(flank: CutFlank, along: float) -> CutFlank:
+        back = flank.machine.machine_centre_to_back - along
+        return replace(flank, machine=replace(flank.machine, machine_centre_to_back=back))
+
+    def path(gear: CutFlank, pinion: CutFlank, assembly: Assembly) -> np.ndarray:
+        # the blank limits move with the member they belong to and do not enter the path; the design point does
+        surface = mesh_surface(gear, pinion, assembly, overhang_root=0.1)
+        found = contact_path(surface, surface.crest_roll + np.array([-0.2, 0.0, 0.2]) * surface.pitch)
+        return np.concatenate([found.transmission_error, found.u, found.height])
+
+    pinion_shifted = path(gear, moved(pinion, amount), nominal)
+    np.testing.assert_allclose(path(gear, pinion, replace(nominal, P=amount)), pinion_shifted, atol=1e-8)
+    offset = path(gear, pinion, replace(nominal, offset=amount))
+    np.testing.assert_allclose(path(gear, pinion, replace(nominal, E=amount)), offset, atol=1e-12)
+    wider = path(gear, pinion, replace(nominal, shaft_angle=nominal.shaft_angle + angle))
+    np.testing.assert_allclose(path(gear, pinion, replace(nominal, alpha=angle)), wider, atol=1e-12)
+    # a gear moved by G along its axis is a pinion moved by -G along z of the mesh frame
+    point, normal = np.array([[0.07], [0.004], [0.03]]), np.array([[0.6], [-0.7], [-0.2]])
+    shifted = replace(nominal, G=amount)
+    in_mesh = shifted.gear_in_mesh(point, np.zeros(1))
+    np.testing.assert_allclose(in_mesh[:, 0] - point[:, 0], [0.0, 0.0, amount], atol=1e-15)
+    assert np.abs(path(gear, pinion, shifted) - path(gear, pinion, nominal)).max() > 1e-4
+    # all of them act: the aligned path differs
+    for other in (pinion_shifted, offset, wider):
+        assert np.abs(other - path(gear, pinion, nominal)).max() > 1e-4
+    del normal
+
+
+def test_contact_moves_to_opposite_ends_on_both_sides_with_offset_error(design: Design) -> None:
+    """The classic V check: an offset error moves the contact towards the toe on one side and the heel on the other."""
+    shift = {}
+    for side in SIDES:
+        plus, minus = (
+            gear_pair(design.with_misalignment(E=e), side).surface.crest[0]  # type: ignore[arg-type]
+            for e in (5e-5, -5e-5)
+        )
+        shift[side] = plus - minus
+    assert shift["drive"] < -1e-3
+    assert shift["coast"] > 1e-3
+
+
+def test_interpolation_error_is_estimated(pair: GearPair) -> None:
+    """The patch against exact points between its nodes; the estimate from the tail is not too small."""
+    surface = pair.surface
+    u, v = points_inside(surface)
+    relief, _, found = ease_off(exact_conjugate(surface, u, v), surface.pinion, surface.phase)
+    assert found.all()
+    worst = np.abs(surface.patch(u, v, ("ease_off",))[0] - relief).max()
+    assert worst < max(surface.interpolation_error, 1e-14)
+    assert surface.interpolation_error < 1e-9
+
+
+def test_patch_converges_geometrically(pair: GearPair) -> None:
+    surface = pair.surface
+    u, v = points_inside(surface)
+    exact = surface.patch(u, v, ("ease_off",))[0]
+    errors = []
+    for count in (5, 7, 9):
+        nodes = Patch.nodes(surface.patch.u_range, surface.patch.v_range, (count, count))
+        values = surface.patch(*nodes, ("ease_off",))[0]
+        coarse = Patch.fit(surface.patch.u_range, surface.patch.v_range, (count, count), {"ease_off": values})
+        errors.append(np.abs(coarse(u, v, ("ease_off",))[0] - exact).max())
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[2] < 0.3 * errors[1]
+
+
+def test_conjugate_points_have_no_normal_sliding_and_one_ratio_of_levers(pair: GearPair) -> None:
+    for position in mesh_cycle(pair, positions=3, points_per_line=11):
+        ratio = position.lever_gear / position.lever_pinion
+        np.testing.assert_allclose(ratio, pair.teeth_gear / pair.teeth_pinion, rtol=1e-12)
+        assert position.lever_pinion.min() > 0.0
+        sliding = surface_sliding(pair, position)
+        assert np.abs((sliding * position.normal).sum(axis=1)).max() < 1e-14
+        np.testing.assert_allclose((sliding * position.along).sum(axis=1), position.sliding_along, atol=1e-15)
+        np.testing.assert_allclose((sliding * position.across).sum(axis=1), position.sliding_across, atol=1e-15)
+
+
+def surface_sliding(pair: GearPair, position: MeshPosition) -> np.ndarray:
+    """Velocity difference from the two rigid rotations, written out once more."""
+    spin = pair.surface.direction
+    pinion = np.cross([spin, 0.0, 0.0], position.position)
+    gear = np.cross([0.0, 0.0, -spin * pair.teeth_pinion / pair.teeth_gear], position.position)
+    return np.asarray(pinion - gear)
+
+
+def test_entrainment_follows_the_contact_line(pair: GearPair) -> None:
+    """Move the pinion a little and see how far the line has run over each flank."""
+    surface = pair.surface
+    first = mesh_cycle(pair, positions=1, points_per_line=9)[0]
+    own = first.pair == 0
+    u = first.face_gear[own] - 0.5 * surface.gear.blank.face_width
+    h = first.height_gear[own] + surface.gear.blank.root(u)
+    small = 2e-6
+    for du, dh in ((small, 0.0), (0.0, small)):
+        ahead, behind = (surface.gear.solve(u + k * du, h + k * dh)[0] for k in (1.0, -1.0))
+        middle, _ = surface.gear.solve(u, h)
+        roll = [surface.assembly.roll(p.position, p.normal)[0] / surface.assembly.ratio for p in (ahead, behind)]
+        time = surface.direction * (roll[0] - roll[1])
+        moved = turn(ahead.position - behind.position, surface.assembly.roll(middle.position, middle.normal)[0])
+        run = (moved * first.across[own].T).sum(axis=0)
+        # a gear point that lies `run` ahead is reached `time` later: the surface moves against the line
+        surface_gear = -run / time
+        expected = first.entrainment[own] - 0.5 * first.sliding_across[own]
+        np.testing.assert_allclose(surface_gear, expected, rtol=1e-5)
+
+
+def test_line_lengths_and_points(pair: GearPair) -> None:
+    coarse = mesh_cycle(pair, positions=2, points_per_line=11)[1]
+    fine = mesh_cycle(pair, positions=2, points_per_line=101)[1]
+    np.testing.assert_array_equal(np.unique(coarse.pair), np.unique(fine.pair))
+    for k in np.unique(fine.pair):
+        own = fine.pair == k
+        chords = np.linalg.norm(np.diff(fine.position[own], axis=0), axis=1)
+        parts = fine.length[own]
+        np.testing.assert_allclose(chords, 0.5 * (parts[1:] + parts[:-1]), rtol=1e-4)
+        assert coarse.length[coarse.pair == k].sum() == pytest.approx(parts.sum(), rel=1e-4)
+        # points run from the toe to the heel, along the tangent
+        assert (np.diff(fine.face_gear[own]) > 0.0).all()
+        assert ((np.diff(fine.position[own], axis=0) * fine.along[own][:-1]).sum(axis=1) > 0.99 * chords).all()
+    for position in (coarse, fine):
+        np.testing.assert_allclose(np.linalg.norm(position.normal, axis=1), 1.0, rtol=1e-12)
+        np.testing.assert_allclose(np.cross(position.along, position.normal), position.across, atol=1e-12)
+        assert (position.gap >= 0.0).all()
+        assert position.gap.min() == 0.0
+
+
+def test_the_cycle_closes_after_one_pitch(pair: GearPair) -> None:
+    """The lines just before the end of the pitch continue in those of its start, one pair further."""
+    cycle = mesh_cycle(pair, positions=200, points_per_line=5)
+    first, last = cycle[0], cycle[-1]
+    for k in np.unique(first.pair):
+        before = last.position[last.pair == k - 1]
+        after = first.position[first.pair == k]
+        if before.size and after.size:
+            assert np.abs(before - after).max() < 0.6e-3
+    assert abs(first.transmission_error - last.transmission_error) / ARCSEC < 0.5

@@ -1,0 +1,259 @@
+"""Loaded tooth contact of real pairs: balance, optimality, limits, convergence, an independent solver, edges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.mesh_surface import EDGES
+from efficiency.design.design import load_design
+from efficiency.gear_mesh import GearMesh, gear_mesh
+from efficiency.load.compliance import weber_local
+from efficiency.load.edge_load import edge_load
+from efficiency.load.equilibrium import solve_equilibrium
+from efficiency.load.limits import limit_notes
+from efficiency.load.load_distribution import (
+    ElasticPosition,
+    LoadDistribution,
+    distribute_load,
+    elastic_cycle,
+    loaded_position,
+)
+from efficiency.load.loaded_mesh import load_mesh
+from ehl.io.errors import InputError
+
+DESIGN = load_design("fm_spiral_bevel_14x39")
+
+
+@pytest.fixture(scope="module")
+def geared() -> GearMesh:
+    return gear_mesh(DESIGN, "drive", 8, 15)
+
+
+@pytest.fixture(scope="module")
+def load(geared: GearMesh) -> LoadDistribution:
+    return load_mesh(geared.mesh, 300.0).fine
+
+
+@pytest.fixture(scope="module")
+def crowded(geared: GearMesh) -> ElasticPosition:
+    """The position with most tooth pairs."""
+    return max(geared.mesh.elastic_fine, key=lambda p: np.unique(p.position.pair).size)
+
+
+@pytest.mark.parametrize("torque", [0.1, 3.0, 300.0, 3000.0])
+def test_balance_and_optimality(geared: GearMesh, torque: float) -> None:
+    """Sum of loads and all conditions of contact to 1e-10, written out anew."""
+    mesh = load_mesh(geared.mesh, torque)
+    for p, elastic in zip(mesh.fine.positions, mesh.mesh.elastic_fine, strict=True):
+        at, loaded = p.position, p.force > 0.0
+        assert p.force @ at.lever_pinion == pytest.approx(torque, rel=1e-10)
+        assert p.force @ at.lever_gear == pytest.approx(torque * 39 / 14, rel=1e-8)
+        assert np.all(p.force >= 0.0)
+        local = np.zeros(p.force.size)
+        local[loaded] = elastic.approach(np.where(loaded, p.force, 1.0))[0][loaded]
+        separation = elastic.bending @ p.force + local + at.gap - at.lever_pinion * p.approach
+        scale = p.approach * at.lever_pinion.max()
+        assert np.abs(separation[loaded]).max() < 1e-10 * scale
+        assert separation.min() > -1e-10 * scale
+
+
+def test_linear_problem_against_nnls(crowded: ElasticPosition) -> None:
+    """At the same approach the forces minimise F M F/2 - (lever angle - gap) F over F >= 0."""
+    at, torque = crowded.position, 300.0
+    slope = np.full(at.pair.size, 5e-9) / (at.length / at.length.mean())
+    own = solve_equilibrium(crowded.bending, lambda force: (slope * force, slope), at.gap, at.lever_pinion, torque)
+    matrix = crowded.bending + np.diag(slope)
+    triangle = np.linalg.cholesky(matrix)
+    forces, _ = nnls(triangle.T, np.linalg.solve(triangle, at.lever_pinion * own.angle - at.gap), maxiter=20000)
+    np.testing.assert_allclose(forces, own.force, atol=1e-8 * own.force.max())
+    assert forces @ at.lever_pinion == pytest.approx(torque, rel=1e-8)
+    assert 0 < np.count_nonzero(own.force) < at.pair.size
+
+
+def test_stiffness_is_the_derivative_of_the_torque(crowded: ElasticPosition, geared: GearMesh) -> None:
+    step = 1e-4
+    low, middle, high = (
+        distribute_load([crowded], geared.mesh.teeth, 300.0 * (1.0 + k * step)).positions[0] for k in (-1, 0, 1)
+    )
+    slope = 600.0 * step / (high.approach - low.approach)
+    assert middle.equilibrium.stiffness == pytest.approx(slope, rel=1e-3)
+
+
+def straight_line(crowded: ElasticPosition, points: int = 9) -> ElasticPosition:
+    """One straight line of even radius and no gap, on teeth that do not bend."""
+    at = crowded.position
+    k = int(np.argmin(np.abs(at.height_gear - 0.5 * at.height_gear.max())))
+    one = {
+        name: np.repeat(getattr(at, name)[k : k + 1], points, axis=0)
+        for name in MeshPosition.__dataclass_fields__
+        if isinstance(getattr(at, name), np.ndarray)
+    }
+    one |= {"length": np.full(points, 2e-3), "gap": np.zeros(points)}
+    position = replace(at, edge=None, **one)
+    depths = tuple(np.repeat(depth[k : k + 1], points) for depth in crowded.local.depths)
+    local = replace(crowded.local, radius_equivalent=one["radius_equivalent"], depths=depths)
+    zero = np.zeros(points)
+    return ElasticPosition(position, np.zeros((points, points)), local, zero, zero + 1.0)
+
+
+def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: GearMesh) -> None:
+    """A single straight line of rigid teeth: even load, Hertz pressure and width, Weber's approach."""
+    line, torque = straight_line(crowded), 100.0
+    at, modulus = line.position, line.local.effective_modulus
+    load = distribute_load([line], geared.mesh.teeth, torque).positions[0]
+    even = torque / float(at.lever_pinion[0]) / (at.length.sum())
+    np.testing.assert_allclose(load.load_per_length, even, rtol=1e-12)
+    radius = float(at.radius_equivalent[0])
+    half_width = math.sqrt(8.0 * even * radius / (math.pi * modulus))
+    np.testing.assert_allclose(load.half_width, half_width, rtol=1e-12)
+    np.testing.assert_allclose(load.pressure_hertz, 2.0 * even / (math.pi * half_width), rtol=1e-12)
+    np.testing.assert_array_equal(load.pressure_max, load.pressure_hertz)
+    approach = sum(
+        float(weber_local(even, half_width, depth[0], material.youngs_modulus, material.poisson_ratio))
+        for depth, material in zip(line.local.depths, line.local.materials, strict=True)
+    )
+    assert load.approach * at.lever_pinion[0] == pytest.approx(approach, rel=1e-11)
+
+
+def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: GearMesh) -> None:
+    """Bodies a million times stiffer: the load of 300 N m closes next to nothing."""
+    teeth = geared.mesh.teeth
+    materials = (teeth.material_pinion, teeth.material_gear)
+    rigid = [m.model_copy(update={"youngs_modulus": 1e6 * m.youngs_modulus}) for m in materials]
+    stiff = [
+        replace(
+            p,
+            bending=1e-6 * p.bending,
+            local=replace(p.local, materials=rigid, effective_modulus=1e6 * p.local.effective_modulus),
+            free_edge=1e-6 * p.free_edge,
+        )
+        for p in geared.mesh.elastic_fine
+    ]
+    load = distribute_load(stiff, teeth, 300.0)
+    unloaded = np.array([p.position.transmission_error for p in stiff])
+    assert load.status == "converged"
+    # between two points of a line the first touch of the rigid teeth is off by the sag of the gap there
+    assert np.abs(load.transmission_error - unloaded).max() < 0.01 * np.ptp(unloaded)
+
+
+def test_light_load_approaches_the_unloaded_transmission_error(geared: GearMesh) -> None:
+    """Lag goes to zero with the load as in a point contact, (T^2/3), on lines cut down to the few tenths that touch."""
+    lags = []
+    for torque in (1e-3, 1e-1):
+        load = load_mesh(geared.mesh, torque).fine
+        angles = np.array([p.position.pinion_angle for p in load.positions])
+        lags.append(geared.pair.transmission.at(angles) - load.transmission_error)
+    assert lags[0].min() > 0.0
+    assert lags[0].max() < 0.005 * geared.pair.transmission.peak_to_peak
+    exponent = np.log(lags[1].mean() / lags[0].mean()) / math.log(100.0)
+    assert exponent == pytest.approx(2.0 / 3.0, abs=0.04)
+
+
+def test_default_grid_has_one_per_cent_of_the_transmission_error(geared: GearMesh) -> None:
+    teeth = geared.mesh.teeth
+    cycles = {points: elastic_cycle(mesh_cycle(geared.pair, 8, points, edges=True), teeth) for points in (31, 81)}
+    for torque in (30.0, 300.0):
+        error = {points: distribute_load(cycle, teeth, torque).transmission_error for points, cycle in cycles.items()}
+        assert np.ptp(error[31]) == pytest.approx(np.ptp(error[81]), rel=0.01)
+        np.testing.assert_allclose(error[31], error[81], rtol=0.005)
+
+
+def test_light_loads_get_all_points_of_their_lines(geared: GearMesh) -> None:
+    """At 1 N m the standard lines have hardly a point where the flanks touch; the grid follows the load."""
+    light, nominal = load_mesh(geared.mesh, 1.0), load_mesh(geared.mesh, 300.0)
+    assert nominal.mesh is geared.mesh
+    assert light.mesh is not geared.mesh
+    loaded = [np.count_nonzero(p.force) for p in light.fine.positions]
+    before = [np.count_nonzero(p.force) for p in distribute_load(geared.mesh.fine, geared.mesh.teeth, 1.0).positions]
+    assert min(loaded) >= 6
+    assert np.mean(loaded) > 2.5 * np.mean(before)
+    # torques near each other share their lines
+    assert load_mesh(geared.mesh, 1.05).mesh is light.mesh
+
+
+def test_edges_take_over_where_the_path_ends(load: LoadDistribution) -> None:
+    """A pair comes in on the tip edge of the gear and goes out on that of the pinion, before and after its path."""
+    names: dict[str, list[float]] = {}
+    for p in load.positions:
+        edge = p.position.edge
+        assert edge is not None
+        for k in np.flatnonzero(edge.touching & (p.force > 0.0)):
+            names.setdefault(EDGES[edge.index[k]], []).append(
+                p.position.pinion_angle + p.position.pair[k] * _pitch(load)
+            )
+    assert {"gear tip", "pinion tip"} <= names.keys()
+    assert max(names["gear tip"]) < min(names["pinion tip"])
+    assert load.contact_ratio > 2.0
+
+
+def _pitch(load: LoadDistribution) -> float:
+    first, second = (load.positions[k].position.pinion_angle for k in (0, 1))
+    return len(load.positions) * (second - first)
+
+
+def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: GearMesh) -> None:
+    teeth = geared.mesh.teeth
+    edges = edge_load(load, teeth)
+    assert 0.02 < edges.share_extended < edges.share < 0.3
+    assert edges.share == pytest.approx(sum(edges.shares.values()))
+    assert load.pressure_max < edges.pressure_lower < edges.pressure < edges.pressure_upper
+    (note,) = limit_notes(load, teeth, 0.0)
+    assert f"edges carry {100 * edges.share:.2g} % of the torque" in note
+    assert "before and after the path" in note
+    # a light load in the middle of the flanks knows no edge
+    centre = load_mesh(geared.mesh, 0.1).fine
+    assert edge_load(centre, teeth).share < 0.01
+    # the truth for other radii lies in the interval, though the load then shifts a little
+    for factor in (0.5, 2.0):
+        other = replace(
+            teeth,
+            edge_rounding_pinion=factor * teeth.edge_rounding_pinion,
+            edge_rounding_gear=factor * teeth.edge_rounding_gear,
+        )
+        pressure = edge_load(distribute_load(geared.mesh.fine, other, 300.0), other).pressure
+        assert pressure == pytest.approx(edges.pressure_upper if factor < 1.0 else edges.pressure_lower, rel=0.1)
+
+
+def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: GearMesh) -> None:
+    """Without edges the ends of the lines carry what edges take; the lag hardly changes."""
+    lines = distribute_load(mesh_cycle(geared.pair, 8, 15), geared.mesh.teeth, 300.0)
+    assert lines.pressure_max > 1.02 * load.pressure_max
+    np.testing.assert_allclose(load.transmission_error, lines.transmission_error, rtol=0.05)
+
+
+@pytest.mark.parametrize("tiny", [0.0, 5e-324, 1e-312, 1e-200])
+def test_vanishing_force_on_an_edge(geared: GearMesh, load: LoadDistribution, tiny: float) -> None:
+    """An edge that only just touches: no division by its width, no share, no pressure."""
+    for p, elastic in zip(load.positions, geared.mesh.elastic_fine, strict=True):
+        edge = p.position.edge
+        assert edge is not None
+        force = np.where(edge.touching, tiny, 1.0)
+        changed = loaded_position(elastic, force, p.approach, p.transmission_error, p.equilibrium)
+        for values in (changed.pressure_max, changed.half_width):
+            assert np.isfinite(values).all()
+            assert values[edge.touching].max(initial=0.0) < 1e-80 * values.max()
+        edges = edge_load(replace(load, positions=(changed,)), geared.mesh.teeth)
+        assert edges.share_extended < 1e-100
+        assert math.isfinite(edges.pressure_upper)
+
+
+@pytest.mark.parametrize("torque", [0.0, -5.0, math.nan, math.inf])
+def test_torque_zero_is_refused(geared: GearMesh, torque: float) -> None:
+    with pytest.raises(InputError, match="a finite torque above 0 N m") as caught:
+        load_mesh(geared.mesh, torque)
+    assert caught.value.exit_code == 2
+
+
+def test_misaligned_pair_carries() -> None:
+    """All three axes off by 0.5 mm: the contact moves to the edges, the load is still found."""
+    geared = gear_mesh(DESIGN.with_misalignment(E=0.5e-3, P=-0.5e-3, G=0.5e-3), "drive", 4, 11)
+    load = load_mesh(geared.mesh, 300.0).fine
+    assert load.status == "converged"
+    assert max(load.torque_residual, load.compatibility_residual) < 1e-10
+    assert edge_load(load, geared.mesh.teeth).share > 0.2

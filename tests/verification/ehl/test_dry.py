@@ -1,0 +1,138 @@
+"""Dry contact: Hertz, an independent solution of the complementarity problem, full contact of a wave, the cap."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy import linalg, optimize
+
+from ehl.contact import LineContact
+from ehl.elasticity import DeflectionOperator
+from ehl.io.errors import InputError
+from ehl.rough.dry import solve_dry, uniform_grid
+from ehl.surface.roughness import generate_profile
+
+CONTACT = LineContact.from_pressure(
+    radius_equivalent=15e-3, effective_modulus=228e9, pressure_hertz=1e9, speed_entrainment=1.0
+)
+B = CONTACT.half_width
+
+
+def rough(x: np.ndarray, rms: float, seed: int = 3) -> np.ndarray:
+    return generate_profile(rms, 25e-6, 30 * B, x[1] - x[0], seed).heights[: len(x)]
+
+
+def test_hertz_and_its_order():
+    errors = []
+    for count in (128, 256, 512, 1024):
+        x = uniform_grid(CONTACT, count)
+        result = solve_dry(CONTACT, x)
+        exact = 1e9 * np.sqrt(np.maximum(1.0 - (x / B) ** 2, 0.0))
+        errors.append(np.abs(result.pressure - exact).sum() / exact.sum())
+        assert result.status == "converged"
+        assert result.load_residual < 1e-13
+        assert result.gap_residual < 1e-7
+    assert math.log2(errors[0] / errors[-1]) / 3.0 == pytest.approx(1.5, abs=0.1)
+    assert result.pressure_max == pytest.approx(1e9, rel=1e-5)
+    assert result.contact_length == pytest.approx(2.0 * B, rel=5e-3)
+
+
+def test_gap_outside_the_hertz_contact():
+    # h = (b^2/R) (X sqrt(X^2 - 1) - ln(X + sqrt(X^2 - 1)))/2, X = x/b
+    x = uniform_grid(CONTACT, 1024)
+    result = solve_dry(CONTACT, x)
+    outside = x > 1.1 * B
+    ratio = x[outside] / B
+    root = np.sqrt(ratio**2 - 1.0)
+    exact = 0.5 * B**2 / CONTACT.radius_equivalent * (ratio * root - np.log(ratio + root))
+    assert_allclose(result.gap[outside], exact, rtol=2e-3)
+
+
+@pytest.mark.parametrize("rms", [0.1e-6, 0.5e-6])
+def test_rough_contact_against_least_squares_with_bounds(rms):
+    # min p'Kp/2 + g'p over p >= 0 at given load, by another algorithm on the dense matrix
+    x = uniform_grid(CONTACT, 192)
+    heights = rough(x, rms)
+    result = solve_dry(CONTACT, x, heights, tolerance=1e-10)
+    step = x[1] - x[0]
+    matrix = DeflectionOperator(len(x), step, CONTACT.effective_modulus).dense() * CONTACT.pressure_hertz / 1e-6
+    matrix += 1.1 * np.abs(np.linalg.eigvalsh(matrix)[0]) + 1.0  # a level changes nothing at given load
+    factor = linalg.cholesky(matrix, lower=True)
+    gap = (x**2 / (2.0 * CONTACT.radius_equivalent) - heights) / 1e-6
+    weight = 1e5
+    system = np.vstack([factor.T, np.full(len(x), weight)])
+    total = CONTACT.load_per_length / step / CONTACT.pressure_hertz
+    rhs = np.append(-linalg.solve_triangular(factor, gap, lower=True), weight * total)
+    pressure = optimize.nnls(system, rhs, maxiter=20000)[0] * CONTACT.pressure_hertz
+    assert_allclose(result.pressure, pressure, atol=1e-5 * result.pressure_max)
+    assert np.array_equal(result.pressure > 0.0, pressure > 0.0)
+
+
+def test_small_waviness_in_full_contact():
+    # Johnson (1985), Contact Mechanics, section 13.2: p amplitude = E' k A/4 while no node opens
+    x = uniform_grid(CONTACT, 2048)
+    k = 2.0 * math.pi / (B / 8.0)
+    amplitude = 0.3e9 * 4.0 / (CONTACT.effective_modulus * k)
+    wave = solve_dry(CONTACT, x, amplitude * np.cos(k * x)).pressure - solve_dry(CONTACT, x).pressure
+    middle = np.abs(x) < B / 2.0
+    fitted = 2.0 * np.mean(wave[middle] * np.cos(k * x[middle]))
+    assert fitted == pytest.approx(0.3e9, rel=0.01)
+
+
+def test_complementarity_of_a_rough_contact():
+    x = uniform_grid(CONTACT, 1024)
+    result = solve_dry(CONTACT, x, rough(x, 0.5e-6))
+    assert result.status == "converged"
+    assert np.all(result.pressure >= 0.0)
+    assert np.all(result.gap > -1e-12)
+    assert np.max(result.pressure * np.abs(result.gap)) < 1e-6 * result.pressure_max * B**2 / 15e-3
+    assert 0.3 * B < result.contact_length < 1.9 * B
+
+
+@pytest.mark.parametrize("rms", [0.3e-6, 1e-6, 2e-6])
+def test_hardness_caps_the_pressure_and_keeps_the_load(rms):
+    x = uniform_grid(CONTACT, 512)
+    elastic = solve_dry(CONTACT, x, rough(x, rms))
+    capped = solve_dry(CONTACT, x, rough(x, rms), hardness=2e9)
+    assert elastic.pressure_max > 2e9
+    assert capped.status == "converged"
+    assert capped.pressure_max == 2e9
+    assert capped.load_residual < 1e-12
+    assert capped.contact_length >= elastic.contact_length
+    assert capped.plastic_length > 0.0
+    # yielded nodes overlap, no other does
+    assert np.all(capped.gap[capped.pressure == 2e9] < 1e-10)
+    assert np.all(capped.gap[capped.pressure < 2e9] > -1e-10)
+
+
+def test_a_cap_that_is_not_reached_changes_nothing():
+    x = uniform_grid(CONTACT, 512)
+    elastic = solve_dry(CONTACT, x, rough(x, 0.1e-6))
+    capped = solve_dry(CONTACT, x, rough(x, 0.1e-6), hardness=1.01 * elastic.pressure_max)
+    assert_allclose(capped.pressure, elastic.pressure, atol=1e-5 * elastic.pressure_max)
+    assert capped.plastic_length == 0.0
+
+
+def test_failures_are_statuses():
+    x = uniform_grid(CONTACT, 256)
+    assert solve_dry(CONTACT, x, hardness=1e8).reason == "hardness_too_low"
+    assert solve_dry(CONTACT, x, max_iterations=3).reason == "iteration_limit"
+    assert solve_dry(CONTACT, uniform_grid(CONTACT, 256, reach=0.9)).reason == "domain_too_small"
+
+
+@pytest.mark.parametrize(
+    ("x", "roughness", "hardness", "field"),
+    [
+        (np.array([0.0, 1e-6, 3e-6]), None, math.inf, "x"),
+        (np.linspace(-1e-3, 1e-3, 64), np.zeros(63), math.inf, "roughness"),
+        (np.linspace(-1e-3, 1e-3, 64), np.full(64, math.nan), math.inf, "roughness"),
+        (np.linspace(-1e-3, 1e-3, 64), None, 0.0, "hardness"),
+    ],
+)
+def test_bad_input(x, roughness, hardness, field):
+    with pytest.raises(InputError) as error:
+        solve_dry(CONTACT, x, roughness, hardness=hardness)
+    assert error.value.field == field

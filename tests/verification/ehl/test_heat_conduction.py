@@ -1,0 +1,158 @@
+"""Moving heat sources: closed forms, the exact band source of Jaeger, and an independent solution in depth."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from scipy.linalg import solve_banded
+from scipy.special import k0e
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat import jaeger_matrix, material_point_matrix, thermal_traction
+from ehl.material import Material
+
+B = 2e-4
+STEEL = Material(
+    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
+)
+
+
+def speed(peclet: float) -> float:
+    return 2.0 * peclet * STEEL.thermal_diffusivity / B
+
+
+def band(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes from -2 b to 3 b with a unit flux on the band, its steps a 1e-9 b wide."""
+    x = np.concatenate([np.linspace(-2, -1 - 1e-9, n // 4), np.linspace(-1, 1, n), np.linspace(1 + 1e-9, 3, n // 2)])
+    return x * B, (np.abs(x) <= 1.0).astype(float)
+
+
+def jaeger_band(x: float, peclet: float) -> float:
+    """Rise under a unit band flux, times k/b, by adaptive quadrature of the kernel."""
+    marks = [x - 1.0, x + 1.0]
+    marks += [c for c in (-3 / peclet, -0.1 / peclet, 0.0, 0.1 / peclet, 3 / peclet) if x - 1 < c < x + 1]
+    marks.sort()
+
+    def kernel(s: float) -> float:
+        return math.exp(peclet * (s - abs(s))) * float(k0e(peclet * abs(s)))
+
+    parts = [quad(kernel, a, b, epsabs=1e-12, epsrel=1e-10, limit=200)[0] for a, b in itertools.pairwise(marks)]
+    return sum(parts) / math.pi
+
+
+def test_uniform_flux_on_any_mesh_is_exact():
+    x = np.sort(np.random.default_rng(0).random(60)) * B
+    rise = material_point_matrix(x, 3.0, STEEL) @ np.ones_like(x)
+    exact = 2.0 * np.sqrt((x - x[0]) / (math.pi * 3.0)) / STEEL.thermal_effusivity
+    assert_allclose(rise, exact, rtol=1e-12)
+
+
+def test_linear_flux_on_any_mesh_is_exact():
+    x = np.sort(np.random.default_rng(1).random(60)) * B
+    rise = material_point_matrix(x, 3.0, STEEL) @ (x - x[0])
+    exact = 4.0 / 3.0 * (x - x[0]) ** 1.5 / (math.sqrt(math.pi * 3.0) * STEEL.thermal_effusivity)
+    assert_allclose(rise, exact, rtol=1e-10)
+
+
+@pytest.mark.parametrize("peclet", [0.5, 1.0, 2.0, 5.0, 10.0, 50.0])
+def test_jaeger_matrix_against_quadrature_of_the_band_source(peclet):
+    x, flux = band(200)
+    rise = jaeger_matrix(x, speed(peclet), STEEL, B) @ flux * STEEL.thermal_conductivity / B
+    picked = [20, 45, 60, 120, 200, 245, 260, 300]
+    exact = [jaeger_band(x[i] / B, peclet) for i in picked]
+    assert_allclose(rise[picked], exact, atol=1e-5 * max(exact))
+
+
+@pytest.mark.parametrize(
+    "source", [lambda x, u: jaeger_matrix(x, u, STEEL, B), lambda x, u: material_point_matrix(x, u, STEEL)]
+)
+def test_reversed_motion_mirrors_the_field(source):
+    x = np.linspace(-1.0, 1.0, 41) * B
+    flux = 1.0 + 0.5 * x / B
+    assert_allclose(source(x, -5.0) @ flux, (source(x, 5.0) @ flux[::-1])[::-1], rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(("peclet", "excess"), [(0.5, 0.22), (1.0, 0.14), (2.0, 0.08), (5.0, 0.04), (50.0, 0.006)])
+def test_error_of_one_dimensional_conduction(peclet, excess):
+    # the figures behind the warning below Peclet number 2
+    x, flux = band(200)
+    exact = (jaeger_matrix(x, speed(peclet), STEEL, B) @ flux).max()
+    simple = (material_point_matrix(x, speed(peclet), STEEL) @ flux).max()
+    assert simple / exact - 1.0 == pytest.approx(excess, abs=0.005)
+
+
+def test_blok_limit_of_the_fast_band():
+    # Blok (1937): 2 q sqrt(2 b/(pi u))/e at the trailing edge
+    x, flux = band(400)
+    u = speed(400.0)
+    blok = 2.0 * math.sqrt(2.0 * B / (math.pi * u)) / STEEL.thermal_effusivity
+    assert (jaeger_matrix(x, u, STEEL, B) @ flux).max() == pytest.approx(blok, rel=3e-3)
+
+
+def test_jaeger_error_falls_with_the_square_of_the_mesh():
+    def largest(n: int) -> float:
+        x = np.linspace(-1.0, 1.0, n) * B
+        return float((jaeger_matrix(x, speed(5.0), STEEL, B) @ (1.0 - (x / B) ** 2))[(n - 1) * 3 // 4])
+
+    coarse, mid, fine, finest = (largest(n) for n in (41, 81, 161, 321))
+    assert math.log2((coarse - mid) / (mid - fine)) == pytest.approx(2.0, abs=0.1)
+    assert math.log2((mid - fine) / (fine - finest)) == pytest.approx(2.0, abs=0.1)
+
+
+def half_space(x: np.ndarray, flux: np.ndarray, u: float) -> tuple[float, float]:
+    """Highest surface rise and heat content at the end, by implicit steps in time through the depth."""
+    steps, cells = 1500, 300
+    t_end = (x[-1] - x[0]) / u
+    dt = t_end / steps
+    depth = 8.0 * math.sqrt(STEEL.thermal_diffusivity * t_end)
+    face = depth * np.linspace(0.0, 1.0, cells + 1) ** 2
+    size, gap = np.diff(face), np.diff(0.5 * (face[1:] + face[:-1]))
+    capacity = STEEL.density * STEEL.heat_capacity * size / dt
+    conductance = STEEL.thermal_conductivity / gap
+    band_matrix = np.zeros((3, cells))
+    band_matrix[1] = capacity
+    band_matrix[1, :-1] += conductance
+    band_matrix[1, 1:] += conductance
+    band_matrix[0, 1:] = band_matrix[2, :-1] = -conductance
+    rise, highest = np.zeros(cells), 0.0
+    inflow = np.interp(x[0] + u * dt * (np.arange(steps) + 1.0), x, flux)
+    for q in inflow:
+        rhs = capacity * rise
+        rhs[0] += q
+        rise = solve_banded((1, 1), band_matrix, rhs)
+        highest = max(highest, rise[0] + q * 0.5 * size[0] / STEEL.thermal_conductivity)
+    return highest, float(np.sum(rise * size) * STEEL.density * STEEL.heat_capacity)
+
+
+@pytest.mark.parametrize("slide", [0.5, -1.2])
+def test_surfaces_of_a_solved_contact_against_an_independent_solution_in_depth(slide):
+    line = LineContact.from_pressure(
+        radius_equivalent=15e-3,
+        effective_modulus=228e9,
+        pressure_hertz=1e9,
+        speed_entrainment=10.0,
+        slide_to_roll=slide,
+    )
+    oil = Lubricant(0.0106, 15e-9, rheology="eyring", temperature=373.15, temperature_viscosity=0.04)
+    unit = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 241))
+    x = unit * line.half_width
+    pressure = 1e9 * np.sqrt(np.maximum(1.0 - unit**2, 0.0))
+    result = thermal_traction(
+        x, pressure, np.full_like(x, 4e-7), line, oil, (STEEL, STEEL), conduction="one_dimensional"
+    )
+    carried = 0.0
+    surfaces = (result.temperature_flash_1, result.temperature_flash_2)
+    fluxes = (result.heat_flux_1, result.heat_flux_2)
+    for u, surface, flux in zip((line.speed_1, line.speed_2), surfaces, fluxes, strict=True):
+        highest, content = half_space(x, flux, u)
+        assert surface.max() - 373.15 == pytest.approx(highest, rel=3e-3)
+        carried += content * u
+    # the heat both bodies carry away is the friction power
+    power = result.friction_fluid * line.load_per_length * line.speed_sliding
+    assert carried == pytest.approx(power, rel=1e-3)

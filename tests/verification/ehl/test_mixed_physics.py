@@ -1,0 +1,162 @@
+"""The deterministic rough solver against independent solutions; scenes of benchmarks/mixed_validation.py."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from mixed_flow import FLOOR, flow_factor_direct, flow_factor_model, gaussian_plane
+from mixed_limits import dry_error
+from mixed_scenes import STEEL, Scene, eyring_oil, family, friction, gaussian_pair, line, speed_of_film_ratio
+from mixed_waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
+
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.heat import FilmConductivity
+from ehl.rough import solve_transient
+from ehl.rough._kernels.march import MACRO_LOAD, SHARE
+from ehl.smooth import solve_steady
+from ehl.smooth.thermal import solve_steady_thermal
+
+RMS = 0.4e-6
+
+
+@pytest.mark.parametrize(
+    ("gamma", "gap", "low", "high"),
+    [
+        # docs/validation_mixed.md, widened for three seeds: the mean field is up to a third too conductive where the
+        # lay is along the flow, and two times too tight in deep contact across it
+        (3.0, 3.0, 0.85, 1.20),
+        (3.0, 2.0, 0.80, 1.20),
+        (3.0, 1.0, 0.30, 0.70),
+        (1.0, 3.0, 0.95, 1.25),
+        (1.0, 2.0, 1.00, 1.35),
+        (1.0, 1.0, 0.60, 1.05),
+        (1.0 / 3.0, 3.0, 1.00, 1.25),
+        (1.0 / 3.0, 2.0, 1.05, 1.40),
+        (1.0 / 3.0, 1.0, 1.00, 1.45),
+    ],
+)
+def test_drainage_gives_the_flow_factor_of_a_two_dimensional_gap(
+    gamma: float, gap: float, low: float, high: float
+) -> None:
+    direct = [flow_factor_direct(np.maximum(gap + gaussian_plane(128, 5.0, gamma, s), FLOOR)) for s in range(3)]
+    model = [flow_factor_model(gap, gamma, seed=s) for s in range(3)]
+    assert low < np.mean(model) / np.mean(direct) < high
+
+
+def test_direct_solution_of_a_striped_gap_is_exact() -> None:
+    stripes = 1.0 + 0.5 * np.cos(2.0 * np.pi * np.arange(64) / 32)
+    along = flow_factor_direct(np.tile(stripes, (64, 1)))
+    assert along == pytest.approx(np.mean(stripes**3) / np.mean(stripes) ** 3, rel=1e-10)
+    half = 0.5 * (stripes[1:] + stripes[:-1])
+    resistance = np.sum(half**-3.0) + 0.5 * (stripes[0] ** -3.0 + stripes[-1] ** -3.0)
+    across = flow_factor_direct(np.tile(stripes[:, None], (1, 64)))
+    assert across == pytest.approx(64.0 / resistance / np.mean(stripes) ** 3, rel=1e-10)
+
+
+def test_drained_share_and_friction_reach_their_limits() -> None:
+    oil = eyring_oil()
+    shares, frictions = [], []
+    for ratio in (0.1, 0.01, 0.001):
+        contact = line(speed_of_film_ratio(ratio, RMS, oil))
+        run = Scene(contact, oil, gaussian_pair(contact, RMS, 0.2), 30e-9, 1.0).run(50.0)
+        run.advance(450)
+        records, _ = run.advance(100)
+        shares.append(float(records[:, SHARE].mean()))
+        frictions.append(float(friction(records).mean()))
+    assert shares[0] < shares[1] < shares[2]
+    assert shares[2] > 0.98
+    assert frictions[2] == pytest.approx(0.1, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("wavelength", "speed", "pressure"), [(0.125, 5.0, 0.7e9), (1.0, 5.0, 1.2e9), (1.0, 1.0, 1.2e9)]
+)
+def test_waviness_is_flattened_as_in_full_film_theory(wavelength: float, speed: float, pressure: float) -> None:
+    value, g = attenuation(line(speed, 0.0, pressure), oil_of(), wavelength, max(60.0, 24.0 / wavelength))
+    assert value == pytest.approx(curve(g), rel=0.1)
+
+
+# the first two lie 14 and 11 % above the published curve
+@pytest.mark.parametrize(
+    ("wavelength", "speed", "pressure"), [(1.0, 5.0, 0.7e9), (0.25, 1.0, 1.2e9), (0.5, 0.3, 1.5e9), (2.0, 5.0, 0.7e9)]
+)
+def test_waviness_is_flattened_as_in_linear_theory(wavelength: float, speed: float, pressure: float) -> None:
+    contact, oil = line(speed, 0.0, pressure), oil_of()
+    value, _ = attenuation(contact, oil, wavelength, mesh_of(contact, oil, wavelength))
+    smooth = solve_steady(contact, oil, accuracy="standard")
+    exact = linear_attenuation(contact, oil, smooth, wavelength, max(90.0, 30.0 / wavelength))
+    assert value == pytest.approx(exact, rel=0.005)
+
+
+@pytest.mark.parametrize("gamma", [math.inf, 1.0])
+def test_without_oil_the_contact_is_the_dry_one(gamma: float) -> None:
+    contact = line(0.02)
+    scene = Scene(contact, eyring_oil(1e-6, 1e-11), gaussian_pair(contact, RMS, 0.1), 20e-9, gamma)
+    run = scene.run(80.0)
+    records, _ = run.advance(300)
+    difference, touching, dry = dry_error(run, contact)
+    assert records[-1, SHARE] > 0.999
+    assert difference < 2e-3
+    assert touching == pytest.approx(dry, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("oil", "speed", "slip", "pressure"),
+    [
+        (eyring_oil(), 5.0, 0.3, 1e9),
+        (eyring_oil(), 15.0, 1.0, 2e9),
+        # a modulus law, whose stiffness under pressure falls with temperature
+        (Oil.load("fva3").at(353.15), 5.0, 0.3, 0.7e9),
+        (Oil.load("fva3").at(353.15), 15.0, 1.0, 1.3e9),
+    ],
+    ids=["roelands", "roelands_hot", "modulus", "modulus_hot"],
+)
+def test_heat_agrees_with_the_steady_thermal_solver(oil: Lubricant, speed: float, slip: float, pressure: float) -> None:
+    contact = line(speed, slip, pressure)
+    steady = solve_steady_thermal(
+        contact,
+        oil,
+        (STEEL, STEEL),
+        thermal="on",
+        conduction="one_dimensional",
+    )
+    assert steady.heat is not None
+    rolling = (steady.heat.x, steady.heat.rolling_heat)
+    moving = solve_transient(contact, oil, nodes=300, thermal=True, rolling_heat=rolling)
+    assert moving.friction_coefficient == pytest.approx(steady.friction_fluid, rel=3e-3)
+    assert moving.temperature_film_max == pytest.approx(steady.temperature_film_max, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "pressure", "speed", "peak", "ratio"),
+    [(9.68e-9, 1e9, 5.0, 1.0, 0.0137 / 0.0063), (15e-9, 1e9, 15.0, 0.1, 0.0361 / 0.0067)],
+)
+def test_friction_rises_peaks_and_falls_with_slip(
+    alpha: float, pressure: float, speed: float, peak: float, ratio: float
+) -> None:
+    # isothermal over thermal friction at SR 1.5: our prototype's table (constant film conductivity), to two digits
+    oil, slips = eyring_oil(0.0106, alpha), (0.03, 0.1, 1.0, 1.5)
+    hot = [
+        solve_transient(line(speed, s, pressure), oil, nodes=128, thermal=True, conductivity=FilmConductivity(0.0, 0.0))
+        for s in slips
+    ]
+    cold = [solve_transient(line(speed, s, pressure), oil, nodes=128).friction_coefficient for s in slips]
+    mu = [r.friction_coefficient for r in hot]
+    assert np.all(np.diff(cold) > 0.0)
+    assert slips[int(np.argmax(mu))] == peak
+    assert cold[-1] / mu[-1] == pytest.approx(ratio, rel=0.05)
+
+
+def test_fine_meshes_agree_on_friction_and_shares() -> None:
+    oil = eyring_oil()
+    contact = line(speed_of_film_ratio(0.8, RMS, oil))
+    scene = Scene(contact, oil, gaussian_pair(contact, RMS, 0.2), 30e-9, 1.0)
+    coarse, fine, finest = family(scene, (30.0, 60.0, 120.0), 8.0, 4.0)
+    mu = [float(friction(w.records).mean()) for w in (coarse, fine, finest)]
+    assert abs(mu[1] / mu[2] - 1.0) < 0.01
+    assert abs(mu[1] - mu[2]) < abs(mu[0] - mu[2])
+    shares = [w.records[:, [SHARE, MACRO_LOAD]].mean(axis=0) for w in (fine, finest)]
+    assert shares[0] == pytest.approx(shares[1], abs=0.01)

@@ -1,0 +1,46 @@
+"""The rough engine against the plain dense solver of benchmarks/plain_twin.py: another algorithm, the same physics."""
+
+from __future__ import annotations
+
+import pytest
+from mixed_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
+from plain_twin import PlainTwin, roll
+
+from ehl.rough import RoughSurfaces
+from ehl.rough._kernels.march import FILM_MEAN
+from ehl.rough.window import Window
+from ehl.smooth import solve_steady
+
+RMS = 0.4e-6
+STARTUP = 3.4
+
+
+@pytest.mark.parametrize(
+    ("ratio", "per_width", "touches"),
+    [(1.0, 38.0, False), (0.4, 30.0, True)],
+)
+def test_engine_and_plain_solver_agree_on_rough_surfaces(ratio: float, per_width: float, touches: bool) -> None:
+    oil = eyring_oil()
+    contact = line(speed_of_film_ratio(ratio, RMS, oil))
+    scene = Scene(contact, oil, gaussian_pair(contact, RMS, 0.2))
+    window = Window(scene.run(per_width))
+    window.start(STARTUP)
+    window.roll(2.0)
+    units = window.run.problem.units
+    twin = PlainTwin(contact, oil, scene.surfaces, round(per_width * scene._length()), scene.boundary_film)
+    mu, film = roll(twin, STARTUP, 2.0)
+    assert twin.failures == 0
+    assert twin.x.size == window.run.problem.x.size
+    assert mu == pytest.approx(window.interval()[0], rel=1e-3)
+    assert film == pytest.approx(float(window.records[:, FILM_MEAN].mean()) * units.film, rel=1e-3)
+    if touches:
+        assert twin.c.sum() > 0.0
+
+
+def test_plain_solver_of_smooth_surfaces_reaches_the_steady_solution() -> None:
+    oil = eyring_oil()
+    contact = line(5.0)
+    twin = PlainTwin(contact, oil, RoughSurfaces(), 150)
+    mu, _ = roll(twin, 4.0, 0.5)
+    assert twin.failures == 0
+    assert mu == pytest.approx(solve_steady(contact, oil).friction_fluid, rel=2e-3)

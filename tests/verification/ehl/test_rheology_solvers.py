@@ -1,0 +1,128 @@
+"""Every shear law in both solvers: the transient solution of a smooth contact is the steady one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ehl.contact import LineContact
+from ehl.fluid._kernels import log_mobility
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.rheology import RisingStress
+from ehl.material import load_material
+from ehl.rough import RoughSurfaces
+from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, thermal_factor
+from ehl.rough._kernels.march import MU_FLUID, STAGE
+from ehl.rough._kernels.records import FluidityRows, HeatRows
+from ehl.rough.accuracy import mesh_length
+from ehl.rough.run import Run
+from ehl.rough.scaling import Settings, Units, build_problem, film_estimate, scaled_fluid
+from ehl.smooth import solve_steady
+
+STEEL = load_material("steel")
+CONTACT = LineContact.from_pressure(
+    radius_equivalent=0.015,
+    effective_modulus=228e9,
+    pressure_hertz=1e9,
+    speed_entrainment=5.0,
+    slide_to_roll=0.5,
+    speed_sliding_lengthwise=1.0,
+)
+OIL = Lubricant(0.015, 15e-9, temperature=353.15, temperature_viscosity=0.04)
+SMOOTH = {"limiting_shear_coefficient": 0.06, "limiting_shear": "smooth", "limiting_shear_ambient": 2e6}
+CARREAU = {"rheology": "carreau", "carreau_stress": 5e6, "carreau_exponent": 0.5}
+OILS = {
+    "newtonian": OIL,
+    "eyring": replace(OIL, rheology="eyring", eyring_stress=5e6),
+    "rising": replace(OIL, rheology="eyring", eyring_stress=RisingStress(5e6, 0.035, 0.5e9, 3.5e9)),
+    "carreau": replace(OIL, **CARREAU),
+    "cut": replace(OIL, rheology="eyring", limiting_shear_coefficient=0.03, limiting_shear_ambient=1e6),
+    "smooth eyring": replace(OIL, rheology="eyring", **SMOOTH),
+    "smooth newtonian": replace(OIL, **SMOOTH),
+    "smooth carreau": replace(OIL, **CARREAU, **SMOOTH),
+}
+
+
+def settled(contact: LineContact, oil: Lubricant, per_half_width: float, **changes: object) -> Run:
+    nodes = round(per_half_width * mesh_length(contact, film_estimate(contact, oil)))
+    settings = replace(Settings(nodes, 20e-9, 0.1, math.inf, False, 8e9), **changes)  # type: ignore[arg-type]
+    run = Run(build_problem(contact, oil, RoughSurfaces(), (STEEL, STEEL), settings))
+    run.advance(round(4.5 * run.problem.units.steps_per_half_width))
+    return run
+
+
+@pytest.mark.parametrize("name", list(OILS))
+def test_transient_settles_at_the_steady_solution(name: str) -> None:
+    steady = solve_steady(CONTACT, OILS[name])
+    assert steady.status == "converged"
+    run = settled(CONTACT, OILS[name], 140.0)
+    records, _ = run.advance(20)
+    assert records[:, STAGE].max() == 0.0
+    assert records[-1, MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)
+    middle = float(np.interp(0.0, run.problem.x, run.state.film)) * run.problem.units.film
+    assert middle == pytest.approx(steady.film_central, rel=1e-3)
+
+
+def test_slow_sliding_is_newtonian_whatever_the_law() -> None:
+    slow = replace(CONTACT, slide_to_roll=1e-9, speed_sliding_lengthwise=0.0)
+    films = [solve_steady(slow, oil).film_central for oil in OILS.values()]
+    np.testing.assert_allclose(films, films[0], rtol=1e-6)
+
+
+def test_a_limit_that_acts_on_the_flow_lowers_friction_and_film() -> None:
+    free, limited = (solve_steady(CONTACT, OILS[name]) for name in ("eyring", "smooth eyring"))
+    cut = solve_steady(CONTACT, replace(OILS["eyring"], limiting_shear_coefficient=0.06))
+    assert limited.friction_fluid < cut.friction_fluid <= free.friction_fluid
+    assert cut.film_central == pytest.approx(free.film_central, rel=1e-9)
+    assert 0.95 * free.film_central < limited.film_central < free.film_central
+
+
+@pytest.mark.parametrize("name", list(OILS))
+def test_rows_of_the_transient_solver_hold_the_law(name: str) -> None:
+    oil = OILS[name]
+    units = Units(CONTACT.half_width, 1e9, 1e-6, 2e-6, 4e-7)
+    fluid = scaled_fluid(CONTACT, oil, units, math.inf)
+    n = 60
+    rng = np.random.default_rng(4)
+    film, pressure = 0.05 + rng.random(n), 1.6 * rng.random(n)
+    neutral = thermal_factor(oil.temperature, fluid)
+    eta = oil.viscosity(pressure * 1e9)
+
+    def rows(h: np.ndarray, p: np.ndarray) -> FluidityRows:
+        row = FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields))
+        row.film[:], row.pressure[:], row.thermal[:] = h, p, neutral
+        fluidity_rows(row, 1e-3, fluid, fluid.along, 1.0)
+        return row
+
+    shear = oil.shear_law.numbers(1e9, oil.shear_law.reference(1e9), 1e-6 / CONTACT.half_width)
+    log_f = [
+        log_mobility(math.log(e / oil.viscosity_inlet), fluid.sliding, h, p, fluid.along, shear)[0]
+        for e, h, p in zip(eta, film, pressure, strict=True)
+    ]
+    here, step = rows(film, pressure), 1e-6
+    density = oil.density_ratio(pressure * 1e9)
+    if name != "newtonian":  # its short form has no shear number
+        np.testing.assert_allclose(here.f, density * film**3 * np.exp(log_f), rtol=1e-8)
+    by_film = (rows(film + step, pressure).f - rows(film - step, pressure).f) / (2.0 * step)
+    np.testing.assert_allclose(here.by_film, by_film, rtol=1e-6)
+    f_right, f_left = rows(film, pressure + step).f, rows(film, pressure - step).f
+    log_density = np.log(oil.density_ratio((pressure + step) * 1e9) / oil.density_ratio((pressure - step) * 1e9))
+    by_pressure = (f_right - f_left - here.f * log_density) / (2.0 * step)
+    np.testing.assert_allclose(here.by_pressure, by_pressure, rtol=2e-5, atol=1e-7 * np.abs(by_pressure).max())
+
+    tau = np.zeros(n)
+    isothermal_shear_row(film, pressure, 1e-3, fluid, tau)
+    expected = oil.shear_stress(pressure * 1e9, film * 1e-6, CONTACT.speed_sliding)
+    np.testing.assert_allclose(tau * 1e9, expected, rtol=1e-8)
+
+    heat = HeatRows(*(np.zeros(n) for _ in HeatRows._fields))
+    heat.base[:], heat.resistance[:] = oil.temperature + 3.0, 10.0 ** rng.uniform(2.0, 3.5, n)
+    temperature = np.zeros(n)
+    balanced_shear_row(heat, film, pressure, 1e-3, fluid, temperature, tau)
+    np.testing.assert_allclose(temperature, heat.base + heat.resistance * tau, atol=0.02)
+    viscous = oil.log_viscosity(pressure * 1e9, temperature) + np.log(CONTACT.speed_sliding / (film * 1e-6))
+    hot = np.exp(oil.shear_law.log_stress(viscous, pressure * 1e9)[0])
+    np.testing.assert_allclose(tau * 1e9, hot, rtol=1e-3)

@@ -1,0 +1,155 @@
+"""Limits of the smooth contact with known answers: rigid cylinders, the Hertz contact, the kernel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_simpson, simpson
+from scipy.optimize import brentq
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.smooth import solve_steady
+from ehl.smooth._kernels import log_kernel
+from ehl.smooth.mesh import Features, grade
+
+MODULUS = 2.264e11
+
+
+def from_moes(load, material, *, pressure=1e9, radius=0.01, **options):
+    """Contact and Barus oil of given Moes numbers."""
+    contact = LineContact.from_pressure(
+        radius_equivalent=radius, effective_modulus=MODULUS, pressure_hertz=pressure, speed_entrainment=1.0
+    )
+    weight = contact.load_per_length / (MODULUS * radius)
+    twice_speed = (weight / load) ** 2
+    alpha = material / twice_speed**0.25 / MODULUS
+    viscosity = 0.5 * twice_speed * MODULUS * radius
+    oil = Lubricant(viscosity, alpha, "barus", density_law="incompressible", **options)
+    return contact, oil
+
+
+def rigid_pressure(exit_angle):
+    """Isoviscous pressure of rigid cylinders over gamma, x = sqrt(2 R h0) tan(gamma), in 12 eta u sqrt(2 R h0)/h0^2."""
+    gamma = np.linspace(-0.5 * math.pi, exit_angle, 20001)
+    slope = np.cos(gamma) ** 2 - np.cos(gamma) ** 4 / math.cos(exit_angle) ** 2
+    return gamma, cumulative_simpson(slope, x=gamma, initial=0.0)
+
+
+EXIT_ANGLE = brentq(lambda angle: rigid_pressure(angle)[1][-1], 0.3, 0.6)
+
+
+def test_quadrature_of_the_rigid_contact_gives_the_classical_numbers():
+    gamma, pressure = rigid_pressure(EXIT_ANGLE)
+    inner = slice(1, -1)
+    load = simpson(pressure[inner] / np.cos(gamma[inner]) ** 2, x=gamma[inner])
+    assert 24.0 * load == pytest.approx(4.895, abs=2e-3)
+    assert math.tan(EXIT_ANGLE) == pytest.approx(0.4751, abs=1e-4)
+    assert 1.0 / math.cos(EXIT_ANGLE) ** 2 == pytest.approx(1.2257, abs=1e-4)
+
+
+@pytest.mark.parametrize(("load", "tolerance"), [(0.05, 6e-3), (0.01, 1.2e-3)])
+def test_thick_isoviscous_film_is_the_rigid_martin_solution(load, tolerance):
+    contact, oil = from_moes(load, 0.0, pressure=1e8)
+    result = solve_steady(contact, oil, accuracy="reference")
+    assert result.status == "converged"
+    group = result.film_min * contact.load_per_length / (oil.viscosity_inlet * contact.radius_equivalent)
+    assert group == pytest.approx(4.895, rel=tolerance)
+    length = math.sqrt(2.0 * contact.radius_equivalent * result.film_min)
+    assert result.x_exit / length == pytest.approx(0.4751, rel=tolerance)
+    assert result.flow / result.film_min == pytest.approx(1.2257, rel=tolerance)
+
+
+@pytest.mark.parametrize(("load", "tolerance"), [(0.05, 8e-3), (0.01, 1.6e-3)])
+def test_thick_piezoviscous_film_is_the_rigid_barus_solution(load, tolerance):
+    # q = (1 - exp(-alpha p))/alpha obeys the isoviscous equation: p = -ln(1 - alpha q)/alpha.
+    contact, oil = from_moes(load, 0.0, pressure=1e8)
+    radius, viscosity = contact.radius_equivalent, oil.viscosity_inlet
+    gamma, shape = rigid_pressure(EXIT_ANGLE)
+    gamma, shape = gamma[1:-1], shape[1:-1]
+    martin = 4.895 * viscosity * radius / contact.load_per_length
+
+    def isoviscous(film):
+        return 12.0 * viscosity * math.sqrt(2.0 * radius * film) / film**2 * shape
+
+    alpha = 0.7 / isoviscous(martin).max()
+
+    def surplus(film):
+        pressure = -np.log(1.0 - alpha * isoviscous(film)) / alpha
+        load = math.sqrt(2.0 * radius * film) * simpson(pressure / np.cos(gamma) ** 2, x=gamma)
+        return load - contact.load_per_length
+
+    film = brentq(surplus, martin, 3.0 * martin)
+    assert film > 1.1 * martin
+    result = solve_steady(contact, replace(oil, pressure_viscosity=alpha), accuracy="reference")
+    assert result.film_min == pytest.approx(film, rel=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("load", "peak", "exit_"), [(20.0, 0.9917, 1.026), (100.0, 0.9992, 1.008), (1000.0, 0.99998, 1.0015)]
+)
+def test_thin_film_tends_to_the_hertz_contact(load, peak, exit_):
+    """Peak pressure and exit against the values of the reference program, and the Hertz ellipse inside."""
+    contact, oil = from_moes(load, 1.0)
+    result = solve_steady(contact, oil, accuracy="reference")
+    assert result.pressure_max / contact.pressure_hertz == pytest.approx(peak, abs=1e-4)
+    assert result.x_exit / contact.half_width == pytest.approx(exit_, abs=1.5e-3 if load < 50 else 5e-4)
+    x = result.x / contact.half_width
+    inside = np.abs(x) < 0.5
+    deviation = result.pressure[inside] / contact.pressure_hertz - np.sqrt(1.0 - x[inside] ** 2)
+    assert np.max(np.abs(deviation)) < 6.0 * (1.0 - peak) + 5e-5
+
+
+def test_hertz_pressure_flattens_the_gap():
+    """H = x^2/2 - K P/pi is constant under sqrt(1 - x^2), with level (1 + 2 ln 2)/4."""
+    flatness = []
+    for count in (513, 2049):
+        points = np.clip(grade(Features(1e-3, 1.0, -1.0, 0.02, 0.98, 0.02)).points(count), None, 1.0)
+        pressure = np.sqrt(np.clip(1.0 - points**2, 0.0, None))
+        gap = 0.5 * points**2 - log_kernel(points) @ pressure / math.pi
+        inside = np.abs(points) < 1.0
+        flatness.append(np.ptp(gap[inside]))
+        assert np.median(gap[inside]) == pytest.approx(0.25 * (1.0 + 2.0 * math.log(2.0)), abs=4.0 * flatness[-1])
+    assert flatness[1] < 2e-5
+    assert flatness[1] < 0.3 * flatness[0]
+
+
+def test_film_and_flow_re_evaluated_in_si():
+    """Dimensional film (quadrature of the logarithm element by element) and flow constant, apart from the solver."""
+    contact = LineContact.from_pressure(
+        radius_equivalent=0.02, effective_modulus=MODULUS, pressure_hertz=0.9e9, speed_entrainment=3.0,
+        slide_to_roll=0.4, speed_sliding_lengthwise=1.5,
+    )  # fmt: skip
+    oil = Lubricant(0.03, 1.6e-8, "roelands", rheology="eyring", eyring_stress=5e6)
+    result = solve_steady(contact, oil, accuracy="reference")
+    x, p = result.x, result.pressure
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    half = 0.5 * np.diff(x)
+    s = 0.5 * (x[1:] + x[:-1])[:, None] + half[:, None] * nodes
+    load = np.interp(s, x, p) * half[:, None] * weights
+
+    def shape(at):
+        return at**2 / (2.0 * contact.radius_equivalent) - 4.0 / (math.pi * MODULUS) * np.sum(
+            load * np.log(np.abs(at - s) / contact.half_width)
+        )
+
+    chosen = [int(np.searchsorted(x, f * contact.half_width)) for f in (-3.0, -1.0, -0.5, 0.0, 0.6, 0.95)]
+    level = result.film[chosen] - np.array([shape(x[i]) for i in chosen])
+    assert np.ptp(level) < 1e-4 * result.film_min
+
+    face = np.arange(x.size - 1)
+    h, rho = 0.5 * (result.film[face] + result.film[face + 1]), oil.density_ratio(0.5 * (p[face] + p[face + 1]))
+    eta = oil.viscosity(0.5 * (p[face] + p[face + 1]))
+    speed = contact.speed_sliding
+    s_rate = np.arcsinh(eta * speed / (oil.eyring_stress * h))
+    cosine = (contact.slide_to_roll * contact.speed_entrainment / speed) ** 2
+    factor = cosine * np.cosh(s_rate) + (1.0 - cosine) * np.sinh(s_rate) / s_rate
+    flow = rho * h - rho * h**3 / (12.0 * eta) * factor * np.diff(p) / np.diff(x) / contact.speed_entrainment
+    loaded = (p[face] > 1e-3 * result.pressure_max) & (np.abs(x[face]) < 1.2 * contact.half_width)
+    assert np.max(np.abs(flow - result.flow)[loaded] / (rho * h)[loaded]) < 3e-3
+    assert np.trapezoid(p, x) == pytest.approx(contact.load_per_length, rel=1e-4)
+    assert result.mass_residual < 1e-8
+    assert result.load_residual < 1e-12

@@ -1,0 +1,50 @@
+"""Thermal friction of the FVA3 card against an independent estimate of ours (quasi-one-dimensional, other code).
+
+That estimate takes the Hertz pressure, the film of a formula with the Zhu-Cheng inlet factor, equal-temperature
+division of the heat and k = 0.14 (1 + 0.8 p/GPa) W/(m K); here film and temperature are solved together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from ehl.contact import LineContact
+from ehl.fluid.oil import Oil
+from ehl.heat import FilmConductivity
+from ehl.material import load_material
+from ehl.smooth.thermal import solve_steady_thermal
+
+# p_h [GPa], u_r [m/s], SR: isothermal over thermal friction, thermal friction (0 where not noted)
+ESTIMATE = [
+    (1, 5, 0.05, 1.04, 0.0258),
+    (1, 5, 0.5, 1.50, 0.0273),
+    (1, 5, 1.5, 2.27, 0.0210),
+    (1, 15, 0.5, 2.28, 0.0189),
+    (1, 15, 1.5, 3.70, 0.0135),
+    (2, 5, 0.2, 1.31, 0.0),
+    (2, 5, 1.5, 2.71, 0.0152),
+    (2, 15, 0.5, 2.42, 0.0161),
+    (2, 15, 1.5, 4.05, 0.0105),
+]
+
+
+@pytest.mark.parametrize(("pressure", "speed", "slide", "ratio", "friction"), ESTIMATE)
+def test_isothermal_over_thermal_friction(pressure, speed, slide, ratio, friction):
+    contact = LineContact.from_pressure(
+        radius_equivalent=10e-3,
+        effective_modulus=226e9,
+        pressure_hertz=pressure * 1e9,
+        speed_entrainment=speed,
+        slide_to_roll=slide,
+    )
+    oil = replace(Oil.load("fva3").at(353.15), rheology="eyring", eyring_stress=5e6)
+    steel = load_material("steel")
+    result = solve_steady_thermal(
+        contact, oil, (steel, steel), thermal="on", conductivity=FilmConductivity(0.8e-9, 0.0)
+    )
+    assert result.status == "converged"
+    assert result.friction_isothermal / result.friction_fluid == pytest.approx(ratio, rel=0.06)
+    if friction:
+        assert result.friction_fluid == pytest.approx(friction, rel=0.08)

@@ -1,0 +1,256 @@
+"""Film and temperature solved together: limits, balances, an independent program, published inlet factors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.heat import FilmConductivity
+from ehl.material import Material
+from ehl.smooth import solve_steady
+from ehl.smooth import thermal as thermal_steady
+from ehl.smooth.thermal import solve_steady_thermal
+
+STEEL = Material(
+    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
+)
+BODIES = (STEEL, STEEL)
+
+
+def contact(**change) -> LineContact:
+    values = {
+        "radius_equivalent": 15e-3,
+        "effective_modulus": 228e9,
+        "pressure_hertz": 1e9,
+        "speed_entrainment": 5.0,
+        "slide_to_roll": 0.5,
+    }
+    return LineContact.from_pressure(**(values | change))
+
+
+def oil(**change) -> Lubricant:
+    values = {
+        "viscosity_inlet": 0.0106,
+        "pressure_viscosity": 15e-9,
+        "rheology": "eyring",
+        "eyring_stress": 5e6,
+        "temperature": 373.15,
+        "temperature_viscosity": 0.04,
+    }
+    return Lubricant(**(values | change))
+
+
+# alpha [1/GPa], p_h [GPa], u_r [m/s], SR: mu isothermal and thermal, highest rise of film and surface [K] (or nan)
+PROTOTYPE = [
+    (9.68, 1, 5, 1.5, 137, 63, 27, 24),
+    (9.68, 1, 15, 0.3, 69, 41, math.nan, math.nan),
+    (9.68, 1, 15, 1.5, 157, 43, 50, 32),
+    (9.68, 2, 5, 0.1, 65, 58, math.nan, math.nan),
+    (9.68, 2, 15, 1.5, 156, 34, 81, 65),
+    (15.0, 1, 5, 1.0, 316, 142, math.nan, math.nan),
+    (15.0, 1, 15, 1.5, 361, 67, 91, 52),
+    (15.0, 2, 5, 0.3, 290, 182, math.nan, math.nan),
+    (15.0, 2, 5, 1.5, 342, 97, 103, 96),
+    (15.0, 2, 15, 0.1, 265, 158, math.nan, math.nan),
+    (15.0, 2, 15, 1.0, 338, 66, math.nan, math.nan),
+    (15.0, 2, 15, 1.5, 352, 55, 147, 110),
+]
+
+
+@pytest.mark.parametrize("row", PROTOTYPE)
+def test_against_an_independent_transient_program_run_to_steady_state(row):
+    alpha, pressure, speed, slide, cold, hot, film, flash = row
+    line = contact(pressure_hertz=pressure * 1e9, speed_entrainment=speed, slide_to_roll=slide)
+    result = solve_steady_thermal(
+        line,
+        oil(pressure_viscosity=alpha * 1e-9),
+        BODIES,
+        thermal="on",
+        conduction="one_dimensional",
+        conductivity=FilmConductivity(0.0, 0.0),
+        rolling_heat=False,
+    )
+    assert result.status == "converged"
+    # its mesh has 256 nodes (3 % where friction is nearly Newtonian), its figures four digits
+    assert result.friction_isothermal == pytest.approx(cold * 1e-4, rel=0.03, abs=1e-4)
+    assert result.friction_fluid == pytest.approx(hot * 1e-4, rel=0.03, abs=1e-4)
+    if not math.isnan(film):
+        assert result.temperature_film_max - 373.15 == pytest.approx(film, rel=0.01, abs=1.0)
+        assert result.temperature_flash - 373.15 == pytest.approx(flash, rel=0.01, abs=1.0)
+
+
+@pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0])
+def test_inlet_heating_in_pure_rolling_against_murch_and_wilson(speed):
+    result = solve_steady_thermal(
+        contact(speed_entrainment=speed, slide_to_roll=0.0),
+        oil(),
+        BODIES,
+        thermal="on",
+        conductivity=FilmConductivity(0.0, 0.0),
+    )
+    assert result.friction_fluid == 0.0
+    assert result.energy_residual < 1e-3
+    # a fit that conducts the heat where it is freed; the film carries it on, which thins it by 2.5 % more at 20 m/s
+    assert result.film_reduction == pytest.approx(result.inlet_factors.murch_wilson_rolling, rel=0.05)
+    assert result.film_reduction < 0.97
+
+
+def test_bulk_temperature_acts_as_a_warmer_oil_in_pure_rolling():
+    # Barus: uniformly warmer bodies make a uniformly thinner oil, which the isothermal solver can solve too
+    line, cold = contact(slide_to_roll=0.0), oil(viscosity_law="barus", pressure_viscosity=10e-9)
+    warm = solve_steady_thermal(line, cold, BODIES, thermal="on", temperature_bulk=(393.15, 393.15), rolling_heat=False)
+    thin = solve_steady(line, replace(cold, viscosity_inlet=cold.viscosity_inlet * math.exp(-0.04 * 20.0)))
+    assert warm.film.film_central == pytest.approx(thin.film_central, rel=1e-4)
+    assert warm.film.film_min == pytest.approx(thin.film_min, rel=1e-3)
+    assert warm.film_reduction < 0.65
+
+
+def test_isothermal_limit():
+    body = STEEL.model_copy(update={"thermal_conductivity": 4.6e8})
+    result = solve_steady_thermal(contact(), oil(thermal_conductivity=1.4e6), (body, body), thermal="on")
+    assert result.rounds >= 1
+    assert result.friction_fluid == pytest.approx(result.friction_isothermal, rel=1e-4)
+    assert result.film_reduction == pytest.approx(1.0, abs=1e-4)
+
+
+def test_friction_rises_peaks_and_falls_over_sliding():
+    slides = (0.003, 0.02, 0.1, 0.3, 0.8, 1.5)
+    results = [
+        solve_steady_thermal(contact(speed_entrainment=10.0, slide_to_roll=s), oil(), BODIES, thermal="on")
+        for s in slides
+    ]
+    mu = np.array([r.friction_fluid for r in results])
+    peak = int(np.argmax(mu))
+    assert 0 < peak < len(mu) - 1
+    assert np.all(np.diff(mu[: peak + 1]) > 0.0)
+    assert np.all(np.diff(mu[peak:]) < 0.0)
+    # from where sliding makes more heat than the pressure-driven flow: the hotter, the thinner
+    assert np.all(np.diff([r.film_reduction for r in results])[1:] < 0.0)
+    assert np.all(np.diff([r.temperature_film_max for r in results])[1:] > 0.0)
+
+
+def gear_contacts(count: int, seed: int) -> list[tuple[LineContact, Lubricant]]:
+    """p_h 0.3..2.5 GPa, R 5..80 mm, u_r 0.2..20 m/s, eta0 3..150 mPa s, alpha 10..25 1/GPa, SR 0.01..1.5."""
+    low = np.log([0.3e9, 5e-3, 0.2, 0.003, 10e-9, 3e6, 0.01])
+    high = np.log([2.5e9, 0.08, 20.0, 0.15, 25e-9, 10e6, 1.5])
+    contacts = []
+    for point in qmc.Sobol(7, seed=seed).random(count):
+        p, radius, speed, eta, alpha, tau0, slide = np.exp(low + (high - low) * point)
+        line = contact(pressure_hertz=p, radius_equivalent=radius, speed_entrainment=speed, slide_to_roll=slide)
+        contacts.append((line, oil(viscosity_inlet=eta, pressure_viscosity=alpha, eyring_stress=tau0)))
+    return contacts
+
+
+def test_contacts_of_the_gear_range_converge_and_balance():
+    for line, lubricant in gear_contacts(8, seed=8):
+        result = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
+        assert result.status == "converged"
+        assert result.energy_residual < 1e-3
+        assert result.heat is not None
+        # a hot inlet thins the film, which raises friction at most like 1/h (nearly Newtonian films)
+        assert 0.0 < result.friction_fluid <= 1.01 * result.friction_isothermal / result.film_reduction
+        assert 0.1 < result.film_reduction <= 1.0 + 1e-4
+
+
+def test_auto_leaves_heat_out_only_where_it_changes_little():
+    skipped = 0
+    slow = [
+        (replace(line, speed_entrainment=0.1 * line.speed_entrainment, slide_to_roll=0.3 * line.slide_to_roll), fluid)
+        for line, fluid in gear_contacts(8, seed=9)
+    ]
+    for line, lubricant in slow:
+        auto = solve_steady_thermal(line, lubricant, BODIES, thermal="auto")
+        assert auto.status == "converged"
+        if auto.heat is not None:
+            continue
+        skipped += 1
+        assert any(reason.startswith("heat:") for reason in auto.skipped)
+        full = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
+        assert full.friction_fluid == pytest.approx(auto.friction_fluid, rel=0.02)
+        assert full.film.film_central == pytest.approx(auto.film.film_central, rel=0.02)
+    assert 2 <= skipped <= 7
+
+
+def test_reported_error_covers_the_difference_to_reference():
+    for line, lubricant in gear_contacts(4, seed=10):
+        standard = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
+        reference = solve_steady_thermal(line, lubricant, BODIES, thermal="on", accuracy="reference")
+        true = abs(standard.friction_fluid / reference.friction_fluid - 1.0)
+        assert true <= standard.friction_error + reference.friction_error
+        assert true < 2e-3
+
+
+@pytest.mark.parametrize("failing", ["cold", "hot"])
+def test_a_film_that_cannot_be_solved_is_a_status(failing, monkeypatch):
+    def stubborn(*arguments, film_log_viscosity_offset=None, **options):
+        result = solve_steady(*arguments, film_log_viscosity_offset=film_log_viscosity_offset, **options)
+        if (film_log_viscosity_offset is None) == (failing == "cold"):
+            return replace(result, status="failed", reason="path_limit", friction_fluid=0.0)
+        return result
+
+    monkeypatch.setattr(thermal_steady, "solve_steady", stubborn)
+    result = solve_steady_thermal(contact(), oil(), BODIES, thermal="on")
+    assert (result.status, result.reason, result.heat) == ("failed", "path_limit", None)
+    assert result.friction_fluid == 0.0
+    if failing == "hot":
+        assert result.friction_error == math.inf
+
+
+def test_start_from_a_neighbour_gives_the_same_with_fewer_rounds():
+    first = solve_steady_thermal(contact(slide_to_roll=1.0), oil(), BODIES, thermal="on")
+    line = contact(slide_to_roll=1.03, pressure_hertz=1.02e9)
+    cold = solve_steady_thermal(line, oil(), BODIES, thermal="on")
+    warm = solve_steady_thermal(line, oil(), BODIES, thermal="on", start=first.isothermal, start_heat=first.heat)
+    assert warm.rounds < cold.rounds
+    assert warm.friction_fluid == pytest.approx(cold.friction_fluid, rel=2e-4)
+    assert warm.film.film_central == pytest.approx(cold.film.film_central, rel=2e-4)
+
+
+@pytest.mark.parametrize(("pressure", "radius"), [(0.8e9, 0.08), (0.8e9, 0.005), (2.5e9, 0.08)])
+def test_fast_rolling_of_a_cold_oil_heats_no_more_than_its_flow_work(pressure: float, radius: float) -> None:
+    """The pressure-driven flow cannot give the oil more than all of its pressure, p/(rho c), on the way through."""
+    line = contact(speed_entrainment=8.0, slide_to_roll=0.0, pressure_hertz=pressure, radius_equivalent=radius)
+    cold = Oil.load("n100").at(313.15)
+    result = solve_steady_thermal(line, cold, BODIES, thermal="on", accuracy="fast")
+    assert result.status == "converged"
+    rise = result.temperature_film_max - cold.temperature
+    assert 1.0 < rise < result.film.pressure_max / (cold.density * cold.heat_capacity)
+
+
+# thick and fast: M = 0.04, L = 31, and M = 0.01, L = 49 with sliding along the line; hot films a twentieth as thick
+ROLLING = (
+    {"pressure_hertz": 0.115e9, "radius_equivalent": 0.391, "speed_entrainment": 53.7, "slide_to_roll": -0.98},
+    {"viscosity_inlet": 1.232, "pressure_viscosity": 2.23e-8, "rheology": "newtonian", "temperature": 415.0,
+     "temperature_viscosity": 0.028},
+)  # fmt: skip
+SLIDING = (
+    {"pressure_hertz": 0.173e9, "radius_equivalent": 2.73e-3, "speed_entrainment": 49.7, "slide_to_roll": 1.56,
+     "speed_sliding_lengthwise": 80.7},
+    {"viscosity_inlet": 0.855, "pressure_viscosity": 1.11e-8, "eyring_stress": 7.65e6, "temperature": 262.0,
+     "temperature_viscosity": 0.018},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("case", [ROLLING, SLIDING], ids=["rolling", "sliding"])
+def test_a_heat_balance_too_coarse_for_the_contact_is_struck_anew(case, monkeypatch):
+    line, lubricant = contact(**case[0]), oil(**case[1])
+
+    def solve(accuracy):
+        return solve_steady_thermal(line, lubricant, BODIES, thermal="on", accuracy=accuracy)
+
+    fast, reference = solve("fast"), solve("reference")
+    monkeypatch.setattr(thermal_steady, "REFINED_ALLOWED", math.inf)
+    coarse = solve("fast")
+    assert max(coarse.friction_error, coarse.film_error) > 0.1
+    assert max(fast.friction_error, fast.film_error) < 0.06
+    assert fast.rounds > coarse.rounds
+    friction, film = (fast.friction_fluid, reference.friction_fluid), (fast.film.film_min, reference.film.film_min)
+    assert friction[0] == pytest.approx(friction[1], rel=fast.friction_error + reference.friction_error)
+    assert film[0] == pytest.approx(film[1], rel=fast.film_error + reference.film_error)

@@ -1,0 +1,296 @@
+"""The transient solver against the steady one, the sealed and the dry limit, balances and symmetries."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, nnls
+
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.io.errors import InputError
+from ehl.material import load_material
+from ehl.rough import RoughSurfaces, solve_transient
+from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
+from ehl.rough._kernels.newton import UNCONVERGED
+from ehl.rough.run import Run
+from ehl.rough.scaling import Settings, build_problem
+from ehl.rough.soe import kernel_constant, log_coefficients, range_of
+from ehl.smooth import solve_steady
+from ehl.surface.roughness import RoughProfile, generate_profile
+
+HALF_WIDTH = 4.0 * 0.015 * 1e9 / 228e9
+STEEL = load_material("steel")
+
+
+def contact(
+    speed: float = 5.0, slide_to_roll: float = 0.5, lengthwise: float = 0.0, pressure: float = 1e9
+) -> LineContact:
+    return LineContact.from_pressure(
+        radius_equivalent=0.015,
+        effective_modulus=228e9,
+        pressure_hertz=pressure,
+        speed_entrainment=speed,
+        slide_to_roll=slide_to_roll,
+        speed_sliding_lengthwise=lengthwise,
+    )
+
+
+def oil(viscosity: float = 0.015, alpha: float = 15e-9, **extra: object) -> Lubricant:
+    values = {"rheology": "eyring", "eyring_stress": 5e6, "temperature": 373.15, "temperature_viscosity": 0.04}
+    return Lubricant(viscosity, alpha, **(values | extra))  # type: ignore[arg-type]
+
+
+def profile(rms: float, seed: int, correlation_length: float = 20e-6) -> RoughProfile:
+    return generate_profile(rms, correlation_length, 16.0 * HALF_WIDTH, 2e-6, seed)
+
+
+def rough(rms: float) -> RoughSurfaces:
+    return RoughSurfaces(profile(rms, 1), profile(rms, 2))
+
+
+def make_run(
+    line: LineContact,
+    lubricant: Lubricant,
+    surfaces: RoughSurfaces,
+    nodes: int = 200,
+    boundary_film: float = 20e-9,
+    peklenik_number: float = math.inf,
+    hardness: float = 1e13,
+    thermal: bool = False,
+) -> Run:
+    settings = Settings(nodes, boundary_film, 0.1, peklenik_number, thermal, hardness)
+    return Run(build_problem(line, lubricant, surfaces, (STEEL, STEEL), settings))
+
+
+def roll(run: Run, travel: float) -> np.ndarray:
+    return run.advance(round(travel * run.problem.units.steps_per_half_width))[0]
+
+
+def friction(records: np.ndarray) -> float:
+    return float((records[:, MU_FLUID] + 0.1 * records[:, SHARE]).mean())
+
+
+@pytest.mark.parametrize(("speed", "slide_to_roll"), [(5.0, 0.5), (1.0, 0.1), (15.0, 1.0)])
+def test_smooth_limit_agrees_with_the_steady_solver(speed: float, slide_to_roll: float) -> None:
+    line, lubricant = contact(speed, slide_to_roll), oil()
+    steady = solve_steady(line, lubricant, accuracy="reference")
+    transient = solve_transient(line, lubricant, nodes=940)
+    assert transient.status == "converged"
+    assert transient.friction_coefficient == pytest.approx(steady.friction_fluid, rel=5e-4)
+    middle = np.abs(steady.x) < 0.8 * line.half_width
+    mean = np.trapezoid(steady.film[middle], steady.x[middle]) / np.ptp(steady.x[middle])
+    assert transient.film_mean == pytest.approx(float(mean), rel=2e-3)
+    assert transient.elastic_error < 0.01
+
+
+def test_smooth_friction_converges_with_second_order() -> None:
+    line = contact(1.0, 0.1)
+    exact = solve_steady(line, oil(), accuracy="reference").friction_fluid
+    errors = [abs(solve_transient(line, oil(), nodes=n).friction_coefficient / exact - 1.0) for n in (120, 240, 480)]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all((orders > 1.8) & (orders < 2.3))
+
+
+def test_vanishing_roughness_gives_the_smooth_friction() -> None:
+    smooth = solve_transient(contact(), oil(), nodes=240).friction_coefficient
+    run = make_run(contact(), oil(), rough(4e-9), nodes=240, boundary_film=5e-9)
+    roll(run, 3.0)
+    assert friction(roll(run, 3.0)) == pytest.approx(smooth, rel=5e-4)
+
+
+def test_wide_lay_reproduces_the_sealed_model() -> None:
+    sealed = make_run(contact(), oil(), rough(0.2e-6))
+    wide = make_run(contact(), oil(), rough(0.2e-6), peklenik_number=1e5)
+    assert friction(roll(wide, 5.0)) == pytest.approx(friction(roll(sealed, 5.0)), rel=1e-5)
+
+
+def test_drainage_leaves_smooth_surfaces_alone() -> None:
+    drained = solve_transient(contact(), oil(), peklenik_number=1.0, nodes=200)
+    sealed = solve_transient(contact(), oil(), peklenik_number=math.inf, nodes=200)
+    assert drained.friction_coefficient == sealed.friction_coefficient
+
+
+def test_drained_pockets_reach_boundary_friction() -> None:
+    run = make_run(contact(0.004), oil(), rough(0.3e-6), boundary_film=10e-9, peklenik_number=1.0)
+    roll(run, 11.0)
+    records = roll(run, 2.0)
+    assert records[:, SHARE].mean() > 0.9
+    assert 0.09 < friction(records) < 0.1005
+    assert np.mean(records[:, STAGE] == UNCONVERGED) < 0.01
+
+
+def test_each_step_balances_mass() -> None:
+    run = make_run(contact(5.0), oil(), rough(0.2e-6))
+    roll(run, 4.0)
+    x, state = run.problem.x, run.state
+    first, last = int(np.argmin(np.abs(x + 2.3))), int(np.argmin(np.abs(x - 1.0)))
+    before, now = state.mass_old.copy(), state.mass.copy()
+    worst = 0.0
+    for _ in range(100):
+        run.advance(1)
+        new = state.mass
+        # BDF2 along the characteristic: 3/2 of this step's change less 1/2 of the last one's is what flowed in
+        change = 1.5 * (new[first:last] - now[first - 1 : last - 1])
+        change -= 0.5 * (now[first - 1 : last - 1] - before[first - 2 : last - 2])
+        balance = float(change.sum() - (run.flow[last - 1] - run.flow[first - 1]))
+        worst = max(worst, abs(balance) / float(now[last]))
+        before, now = now, new.copy()
+    assert worst < 1e-3
+
+
+def test_mass_is_conserved_in_the_mixed_regime() -> None:
+    # film rupture switches single nodes to first order, which is not exactly conservative
+    run = make_run(contact(0.4), oil(), rough(0.4e-6), nodes=400)
+    roll(run, 4.0)
+    x, mass = run.problem.x, run.state.mass
+    first, last = int(np.argmin(np.abs(x + 1.3))), int(np.argmin(np.abs(x - 0.5)))
+    start = float(mass[first:last].sum())
+    carried = flowed = throughput = 0.0
+    for _ in range(1000):
+        carried += 1.5 * mass[first - 1] - 0.5 * mass[first - 2] - 1.5 * mass[last - 1] + 0.5 * mass[last - 2]
+        throughput += mass[last]
+        run.advance(1)
+        flowed += run.flow[last - 1] - run.flow[first - 1]
+    assert abs(mass[first:last].sum() - start - carried - flowed) < 3e-3 * throughput
+
+
+def dry_contact(gap: np.ndarray, kernel: np.ndarray, load: float) -> np.ndarray:
+    """Pressures q >= 0 with K q + gap + level >= 0, complementary, sum q = load: a quadratic program per level."""
+    root = np.linalg.cholesky(kernel)
+    shifted = np.linalg.solve(root, gap)
+    unit = np.linalg.solve(root, np.ones(gap.size))
+
+    def pressures(level: float) -> np.ndarray:
+        return nnls(root.T, -(shifted + level * unit), maxiter=20 * gap.size)[0]
+
+    low = -gap.min() - (kernel @ np.full(gap.size, 2.0 * load / gap.size)).max()
+    level = brentq(lambda value: pressures(value).sum() - load, low, -gap.min(), rtol=1e-12)
+    return pressures(level)
+
+
+def test_dry_limit_agrees_with_a_dry_contact_solution() -> None:
+    run = make_run(contact(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160)
+    records = roll(run, 4.0)
+    assert records[-1, SHARE] > 0.98
+    n = run.problem.x.size
+    coefficients = (log_coefficients(n) + kernel_constant(range_of(n))) * run.problem.deflection
+    kernel = coefficients[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))]
+    total = run.state.fluid_pressure + run.state.contact_pressure
+    gap = run.state.film - kernel @ total - run.problem.model.contact.boundary
+    dry = dry_contact(gap, kernel, float(total.sum()))
+    assert np.abs(dry - total).sum() < 0.01 * total.sum()
+    assert records[-1, MU_FLUID] + 0.1 * records[-1, SHARE] == pytest.approx(0.1, rel=0.02)
+
+
+def test_swapped_surfaces_give_the_same_friction() -> None:
+    one, two = profile(0.2e-6, 1), profile(0.3e-6, 2)
+    forward = make_run(contact(1.0, 0.6), oil(), RoughSurfaces(one, two))
+    backward = make_run(contact(1.0, -0.6), oil(), RoughSurfaces(two, one))
+    assert friction(roll(backward, 3.0)) == pytest.approx(friction(roll(forward, 3.0)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("slide_to_roll", "lengthwise", "smooth"),
+    [(0.0, 0.0, 0), (2.0, 0.0, 0), (-2.0, 0.0, 0), (3.0, 0.0, 0), (0.0, 3.0, 0), (0.4, 4.0, 1), (-0.4, 0.0, 2)],
+    ids=["rolling", "u2=0", "u1=0", "opposite", "lengthwise", "both ways, 1 smooth", "2 faster and smooth"],
+)
+def test_every_motion_runs(slide_to_roll: float, lengthwise: float, smooth: int) -> None:
+    surfaces = RoughSurfaces(None if smooth == 1 else profile(0.2e-6, 1), None if smooth == 2 else profile(0.2e-6, 2))
+    run = make_run(contact(2.0, slide_to_roll, lengthwise), oil(), surfaces, nodes=150, peklenik_number=1.0)
+    records = roll(run, 4.0)
+    assert np.all(np.isfinite(records))
+    assert np.count_nonzero(records[:, STAGE] == UNCONVERGED) == 0
+    last = friction(records[-100:])
+    if slide_to_roll == lengthwise == 0.0:
+        assert records[:, MU_FLUID].max() < 1e-12
+    else:
+        assert 0.005 < last < 0.1
+
+
+def test_cap_limits_the_pressure() -> None:
+    free = make_run(contact(0.2), oil(), rough(0.6e-6), boundary_film=30e-9)
+    roll(free, 4.0)
+    cap = 3e9
+    capped = make_run(contact(0.2), oil(), rough(0.6e-6), boundary_film=30e-9, hardness=cap)
+    records = roll(capped, 4.0)
+    highest = [float((r.state.fluid_pressure + r.state.contact_pressure).max()) * 1e9 for r in (free, capped)]
+    assert highest[0] > 1.2 * cap
+    assert highest[1] <= cap * (1.0 + 1e-9)
+    assert np.mean(records[:, STAGE] == UNCONVERGED) < 0.01
+    total = capped.state.fluid_pressure + capped.state.contact_pressure
+    assert float(total.sum()) == pytest.approx(capped.problem.model.contact.load, rel=2e-6)
+
+
+def test_random_cases_stay_finite() -> None:
+    rng = np.random.default_rng(11)
+    failed = 0
+    for seed in range(12):
+        line = LineContact.from_pressure(
+            radius_equivalent=float(10 ** rng.uniform(-2.3, -1.1)),
+            effective_modulus=228e9,
+            pressure_hertz=float(rng.uniform(0.4e9, 2.2e9)),
+            speed_entrainment=float(10 ** rng.uniform(-0.7, 1.3)),
+            slide_to_roll=float(rng.uniform(-1.8, 1.8)),
+            speed_sliding_lengthwise=float(rng.uniform(0.0, 3.0)),
+        )
+        lubricant = oil(float(10 ** rng.uniform(-2.4, -0.9)), float(rng.uniform(10e-9, 24e-9)))
+        lc, rms = float(0.2 * line.half_width), float(10 ** rng.uniform(-7.5, -6.2))
+        surfaces = RoughSurfaces(generate_profile(rms, lc, 16.0 * line.half_width, lc / 10.0, seed), None)
+        run = make_run(line, lubricant, surfaces, nodes=128, peklenik_number=1.0, hardness=8e9, thermal=seed % 2 == 0)
+        records = roll(run, 4.0)
+        assert np.all(np.isfinite(records))
+        assert np.all(run.state.mass >= 0.0)
+        assert np.all(run.state.fluid_pressure >= 0.0)
+        failed += int(np.mean(records[:, STAGE] == UNCONVERGED) > 0.01)
+    assert failed == 0
+
+
+def test_whole_solution_reports_its_errors() -> None:
+    result = solve_transient(
+        contact(1.0), oil(), rough(0.3e-6), nodes=256, travel=12.0, boundary_film=20e-9, boundary_study=True
+    )
+    assert result.status in {"converged", "unsettled"}
+    assert 0.02 < result.friction_coefficient < 0.035
+    assert result.friction_coefficient == pytest.approx(result.friction_fluid + result.friction_asperity)
+    assert result.friction_coefficient == pytest.approx(float(result.history_friction.mean()))
+    assert 0.0 < result.asperity_load_share < result.roughness_load_share < 1.0
+    assert 0.0 < result.mesh_error < 0.25
+    assert 0.0 < result.statistical_error < 0.2
+    assert result.friction_boundary_half < result.friction_coefficient < result.friction_boundary_double
+    assert result.fallbacks.total == result.steps
+    load = np.trapezoid(result.profiles.pressure_fluid + result.profiles.pressure_asperity, result.profiles.x)
+    assert load == pytest.approx(contact(1.0).load_per_length, rel=2e-3)
+    assert result.snapshot.film.min() >= result.boundary_film * 0.999
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("peklenik_number", 0.2),
+        ("boundary_film", 1e-4),
+        ("hardness", 5e8),
+        ("nodes", 10),
+        ("travel", 0.1),
+        ("accuracy", 3.0),
+    ],
+)
+def test_bad_numbers_are_refused(field: str, value: float) -> None:
+    with pytest.raises(InputError, match=field):
+        solve_transient(contact(), oil(), rough(0.2e-6), **{field: value})  # type: ignore[arg-type]
+
+
+def test_profile_with_gaps_is_refused() -> None:
+    heights = np.full(200, 1e-7)
+    heights[7] = math.nan
+    broken = RoughProfile(heights, 2e-6, 1e-7, 0.0, 3.0, 20e-6, 36e-6)
+    with pytest.raises(InputError, match="finite"):
+        RoughSurfaces(broken, None)
+
+
+def test_mesh_too_coarse_for_the_profile_is_refused() -> None:
+    fine = generate_profile(0.2e-6, 3e-6, 16.0 * HALF_WIDTH, 1e-6, 1)
+    with pytest.raises(InputError, match="nodes"):
+        solve_transient(contact(), oil(), RoughSurfaces(fine, None), nodes=128)

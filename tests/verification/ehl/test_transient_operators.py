@@ -1,0 +1,163 @@
+"""Elastic kernels, step tolerance, bulk temperatures and length of the mesh of the transient solver."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mixed_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
+
+from ehl.case import Case
+from ehl.heat import FilmConductivity
+from ehl.io.validation import validate
+from ehl.rough import RoughSurfaces
+from ehl.rough._kernels.convolution import exact_product
+from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, STAGE, TEMPERATURE_MAX
+from ehl.rough._kernels.motion import move_surfaces
+from ehl.rough._kernels.records import LEVEL, TRAVEL
+from ehl.rough.accuracy import mesh_length
+from ehl.rough.mixed import SmoothFriction, solve_mixed
+from ehl.rough.run import Run
+from ehl.rough.scaling import Settings, build_problem, film_estimate, rough_length
+from ehl.rough.soe import LogConvolution, LogTransform
+from ehl.rough.solve import elastic_error
+from ehl.smooth.thermal import solve_steady_thermal
+
+OIL = eyring_oil()
+RMS = 0.4e-6
+
+
+def scene_of(ratio: float, peklenik_number: float = math.inf) -> Scene:
+    contact = line(speed_of_film_ratio(ratio, RMS, OIL))
+    return Scene(contact, OIL, gaussian_pair(contact, RMS, 0.2), 30e-9, peklenik_number)
+
+
+def run_of(scene: Scene, per_half_width: float, **changes: object) -> Run:
+    nodes = round(per_half_width * mesh_length(scene.contact, film_estimate(scene.contact, scene.lubricant)))
+    settings = replace(Settings(nodes, scene.boundary_film, 0.1, scene.peklenik_number, scene.thermal, 8e9), **changes)  # type: ignore[arg-type]
+    return Run(build_problem(scene.contact, scene.lubricant, scene.surfaces, (STEEL, STEEL), settings))
+
+
+def rolled(run: Run, start: float, window: float) -> np.ndarray:
+    per_width = run.problem.units.steps_per_half_width
+    run.advance(round(start * per_width))
+    return run.advance(round(window * per_width))[0]
+
+
+@pytest.mark.parametrize("n", [37, 64, 300])
+def test_compiled_transform_is_the_reference_convolution(n: int) -> None:
+    transform = LogTransform.of(n)
+    q, out = np.random.default_rng(n).standard_normal(n), np.zeros(n)
+    waves = np.zeros((2, transform.spectrum.size))
+    exact_product(q, *transform.arrays(2.0), waves[0], waves[1], out)
+    expected = 2.0 * LogConvolution(n).apply(q)
+    np.testing.assert_allclose(out, expected, atol=1e-13 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("ratio", "gamma"), [(1.0, math.inf), (0.1, 1.0)])
+def test_film_of_an_accepted_step_has_the_exactly_integrated_kernel(ratio: float, gamma: float) -> None:
+    run = run_of(scene_of(ratio, gamma), 50.0, elasticity="fft")
+    records = rolled(run, 3.0, 0.5)
+    assert records[:, STAGE].max() <= 2.0
+    problem, state = run.problem, run.state
+    gap = np.zeros(problem.x.size)
+    move_surfaces(gap, state.scalars[TRAVEL], problem.model.surfaces)
+    total = state.fluid_pressure + state.contact_pressure
+    exact = LogConvolution(total.size).apply(total) * problem.deflection
+    np.testing.assert_allclose(state.film, state.scalars[LEVEL] + gap + exact, atol=1e-11)
+    assert elastic_error(run) < 1e-9
+
+
+def test_both_kernels_give_one_friction() -> None:
+    means = {}
+    for kernel in ("soe", "fft"):
+        records = rolled(run_of(scene_of(0.6), 60.0, elasticity=kernel), 3.4, 2.0)
+        means[kernel] = friction(records).mean(), records[:, FILM_MEAN].mean()
+    # measured over lambda 0.06 to 4 at 64 to 256 nodes per b: 5e-6 down to 0.3, 1.5e-4 at 0.06
+    assert means["soe"] == pytest.approx(means["fft"], rel=2e-5)
+
+
+def test_the_tolerance_of_a_step_does_not_add_up() -> None:
+    # dropped residuals made this film 3 % too thick after 1000 steps
+    films = {}
+    for tolerance in (1e-4, 2e-6):
+        run = run_of(scene_of(4.0), 400.0, tolerance=tolerance)
+        films[tolerance] = rolled(run, 2.0, 1.0)[:, FILM_MEAN].reshape(10, -1).mean(axis=1)
+    np.testing.assert_allclose(films[1e-4], films[2e-6], rtol=2e-4)
+
+
+def test_mesh_reaches_as_far_as_asperities_touch() -> None:
+    scene = scene_of(0.02, 1.0)
+    scene = replace(scene, surfaces=gaussian_pair(scene.contact, 2.0 * RMS, 0.3))
+    inlet, outlet = rough_length(scene.contact, film_estimate(scene.contact, OIL), 2.0 * RMS)
+    # where film and Hertz gap are three Rq: (x sqrt(x^2 - 1) - arcosh x) b^2/(2 R) = 2.4 um less the film
+    gap = outlet * math.sqrt(outlet**2 - 1.0) - math.acosh(outlet)
+    gap *= scene.contact.half_width**2 / (2.0 * scene.contact.radius_equivalent)
+    assert gap + film_estimate(scene.contact, OIL) == pytest.approx(6.0 * RMS, rel=1e-3)
+    assert inlet == -2.5
+    run = run_of(scene, 50.0)
+    rolled(run, 5.0, 1.0)
+    _, profiles = run.advance(200)
+    loaded = profiles[0] + profiles[1]
+    assert loaded[run.problem.x > 1.2].sum() > 1e-3 * loaded.sum()
+    assert loaded[-4:].max() == 0.0
+    assert rough_length(scene.contact, film_estimate(scene.contact, OIL), 0.0)[1] == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize("slide_to_roll", [0.5, -0.8])
+def test_bulk_temperatures_of_both_bodies(slide_to_roll: float) -> None:
+    contact = line(5.0, slide_to_roll)
+    oil = replace(OIL, temperature=353.15)
+    bulk = (383.15, 343.15)
+    constant = FilmConductivity(0.0, 0.0)
+    steady = solve_steady_thermal(
+        contact, oil, (STEEL, STEEL), temperature_bulk=bulk, thermal="on", conduction="one_dimensional",
+        conductivity=constant,
+    )  # fmt: skip
+    assert steady.status == "converged"
+    assert steady.heat is not None
+    rolling = (steady.heat.x, steady.heat.rolling_heat)
+    scene = Scene(contact, oil, RoughSurfaces(), thermal=True)
+    last = rolled(run_of(scene, 100.0, temperature_bulk=bulk, rolling_heat=rolling), 7.0, 0.1)[-1]
+    assert last[MU_FLUID] == pytest.approx(steady.friction_fluid, rel=5e-4)
+    assert last[TEMPERATURE_MAX] == pytest.approx(steady.temperature_film_max, abs=0.1)
+    assert oil.temperature + last[FLASH_MAX] == pytest.approx(steady.temperature_flash, abs=0.1)
+    # the warmer inlet thins the film
+    assert steady.film.film_central < 0.98 * steady.isothermal.film_central
+
+
+def test_bodies_colder_than_the_oil() -> None:
+    scene = Scene(line(5.0, 0.0), replace(OIL, temperature=353.15), RoughSurfaces(), thermal=True)
+    last = rolled(run_of(scene, 50.0, temperature_bulk=(333.15, 343.15)), 3.0, 0.1)[-1]
+    assert 353.15 + last[FLASH_MAX] == pytest.approx(343.15, abs=0.1)
+    assert last[TEMPERATURE_MAX] == pytest.approx(338.15, abs=0.1)
+
+
+def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> None:
+    case = validate(
+        Case,
+        {
+            "contact": {
+                "radius_equivalent": 0.015,
+                "pressure_hertz": 1e9,
+                "speed_entrainment": 4.0,
+                "slide_to_roll": 0.5,
+            },
+            "lubricant": {"viscosity_inlet": 0.015, "pressure_viscosity": 15e-9, "temperature_oil": 353.15},
+            "solid_1": {"temperature_bulk": 373.15},
+            "surface": {"roughness_rms_1": 0.3e-6, "roughness_rms_2": 0.3e-6, "correlation_length": 60e-6},
+            "model": {"roughness": "deterministic", "accuracy": "fast", "elasticity": "fft", "thermal": "on"},
+        },
+    )
+    bodies = (case.solid_1.body(), case.solid_2.body())
+    contact, oil = case.line_contact(), case.lubricant.lubricant()
+    assert case.bulk_temperatures() == (373.15, 353.15)
+    run = solve_mixed(
+        contact, oil, case.surface, case.model, bodies, SmoothFriction(), thermal=True, bulk=case.bulk_temperatures()
+    )
+    settings = run.run.problem.settings
+    assert (settings.elasticity, settings.temperature_bulk) == ("fft", (373.15, 353.15))
+    assert run.elastic_error < 1e-9
+    assert run.temperature_flash > 373.15

@@ -1,0 +1,254 @@
+"""Calibration gives back known parameters within its stated intervals, and does not claim what the data do not tell.
+
+Statistics are run on a friction law of one line in place of the contact solver; one recovery uses the solver itself.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from calibration_stub import OneLineSolver
+from scipy.stats import binom
+
+import regression.calibration.calibrate as calibrate_module
+from ehl.fluid.oil import Oil
+from ehl.solve import ContactResult, solve_contact
+from regression.calibration import prediction
+from regression.calibration.calibrate import (
+    CalibrationResult,
+    NothingTold,
+    ParameterEstimate,
+    all_values,
+    calibrate,
+    solver_of,
+)
+from regression.calibration.measurement import Measurement
+from regression.calibration.setup import CalibrationSetup
+
+SIGMA = 8e-4
+TRUTH = {"eyring_stress": 4e6, "boundary_friction": 0.12, "load_sharing_scale": 1.5}
+
+
+def setup_of(parameters: list[str], **changes: object) -> CalibrationSetup:
+    content: dict[str, object] = {
+        "oil": "fva3",
+        "parameters": parameters,
+        "specimens": {"geometry": "line"},
+        "noise": {"absolute": SIGMA},
+        "model": {"roughness": "load_sharing", "accuracy": "fast"},
+        **changes,
+    }
+    return CalibrationSetup.model_validate(content)
+
+
+def planned(pressures: list[float], slides: list[float], speeds: list[float]) -> Measurement:
+    """Traction curves at each pressure, and one Stribeck curve."""
+    rows = [(p, 2.0, s, f"traction {p:.2g}") for p in pressures for s in slides]
+    rows += [(1e9, u, 0.5, "stribeck") for u in speeds]
+    n = len(rows)
+    columns = {
+        "pressure_hertz": np.array([row[0] for row in rows]),
+        "speed_entrainment": np.array([row[1] for row in rows]),
+        "slide_to_roll": np.array([row[2] for row in rows]),
+        "radius_equivalent": np.full(n, 0.01),
+        "temperature_oil": np.full(n, 353.15),
+        "roughness_rms": np.full(n, 1e-7),
+    }
+    nothing = np.full(n, math.nan)
+    labels = tuple(row[3] for row in rows)
+    return Measurement("synthetic.csv", "0" * 64, columns, "pressure_hertz", nothing, nothing, labels)
+
+
+ROWS = planned([0.7e9, 1.1e9], [0.005, 0.01, 0.05, 0.3], [0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
+
+
+@pytest.fixture
+def one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stub(measurement: Measurement, setup: CalibrationSetup, jobs: int) -> OneLineSolver:
+        plain = solver_of(measurement, setup, jobs)
+        return OneLineSolver(plain.setup, plain.groups, plain.roughness, plain.temperature)
+
+    monkeypatch.setattr(calibrate_module, "solver_of", stub)
+
+
+def made(rows: Measurement, setup: CalibrationSetup, truth: dict[str, float], noise: np.ndarray) -> Measurement:
+    solver = calibrate_module.solver_of(rows, setup, 1)
+    values = all_values(rows, setup) | truth
+    return replace(rows, friction=solver.friction(solver.transformed(solver.parts([values])[0]), values) + noise)
+
+
+def estimates(result: CalibrationResult) -> dict[str, ParameterEstimate]:
+    return {estimate.name: estimate for estimate in result.parameters}
+
+
+@pytest.mark.usefixtures("one_line")
+def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
+    setup = setup_of(list(TRUTH))
+    clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
+    runs, covered, scores = 16, dict.fromkeys(TRUTH, 0), []
+    for seed in range(runs):
+        noise = SIGMA * np.random.default_rng(seed).standard_normal(ROWS.size)
+        found = estimates(calibrate(replace(clean, friction=clean.friction + noise), setup))
+        for name, truth in TRUTH.items():
+            assert found[name].status == "determined"
+            covered[name] += found[name].interval_low <= truth <= found[name].interval_high
+            scores.append(math.log(found[name].value / truth) / found[name].standard_error)
+    # a right 95 % interval covers fewer than this once in a thousand
+    least = int(binom.ppf(1e-3, runs, 0.95))
+    assert min(covered.values()) >= least
+    assert np.std(scores) == pytest.approx(1.0, abs=0.25)
+
+
+@pytest.mark.usefixtures("one_line")
+def test_outliers_are_listed_and_hardly_move_the_values() -> None:
+    setup = setup_of(list(TRUTH))
+    noise = SIGMA * np.random.default_rng(5).standard_normal(ROWS.size)
+    clean = estimates(calibrate(made(ROWS, setup, TRUTH, noise), setup))
+    noise[[3, 10]] += 15.0 * SIGMA
+    spoiled = calibrate(made(ROWS, setup, TRUTH, noise), setup)
+    assert set(spoiled.outliers) == {5, 12}  # the first row stands below a header
+    for name, estimate in estimates(spoiled).items():
+        # 15 standard deviations weigh like 1.5
+        assert abs(math.log(estimate.value / clean[name].value)) < 2.5 * clean[name].standard_error
+
+
+@pytest.mark.usefixtures("one_line")
+def test_what_the_rows_do_not_tell_is_not_returned_as_a_number() -> None:
+    # a limit of 0.12 p is never reached here
+    setup = setup_of(["eyring_stress", "limiting_shear_coefficient"])
+    noise = SIGMA * np.random.default_rng(6).standard_normal(ROWS.size)
+    result = calibrate(made(ROWS, setup, {"limiting_shear_coefficient": 0.12}, noise), setup)
+    limit = estimates(result)["limiting_shear_coefficient"]
+    assert limit.status == "undetermined"
+    assert math.isnan(limit.value)
+    assert "not told by these rows" in limit.verdict
+    assert result.fitted == ("eyring_stress",)
+    assert any("limiting_shear_coefficient held" in note for note in result.notes)
+
+
+@pytest.mark.usefixtures("one_line")
+def test_two_parameters_known_only_together_are_told_so() -> None:
+    # in the linear part of the shear law, viscosity under pressure and tau0 at one pressure: tau0 drops out
+    rows = planned([0.6e9], [0.0005, 0.0007, 0.001, 0.0015, 0.002], [])
+    setup = setup_of(["eyring_stress", "pressure_viscosity"], noise={"relative": 0.02})
+    noise = np.zeros(rows.size)
+    clean = made(rows, setup, {}, noise)
+    noisy = replace(clean, friction=clean.friction * (1 + 0.02 * np.random.default_rng(7).standard_normal(rows.size)))
+    found = estimates(calibrate(noisy, setup))
+    assert found["pressure_viscosity"].status == "determined"
+    assert found["eyring_stress"].status == "undetermined"
+
+
+@pytest.mark.usefixtures("one_line")
+def test_nothing_told_is_an_error() -> None:
+    rows = planned([0.6e9], [0.0005, 0.001, 0.002], [])
+    setup = setup_of(["limiting_shear_coefficient"])
+    with pytest.raises(NothingTold, match="limiting_shear_coefficient"):
+        calibrate(made(rows, setup, {"limiting_shear_coefficient": 0.2}, np.zeros(rows.size)), setup)
+
+
+@pytest.mark.usefixtures("one_line")
+def test_noise_too_small_to_be_true_is_told() -> None:
+    setup = setup_of(list(TRUTH))
+    noise = 4.0 * SIGMA * np.random.default_rng(8).standard_normal(ROWS.size)
+    result = calibrate(made(ROWS, setup, TRUTH, noise), setup)
+    assert result.noise == pytest.approx(4.0 * SIGMA, rel=0.5)
+    assert result.noise_stated == pytest.approx(SIGMA)
+    assert any("times the stated noise" in note for note in result.notes)
+
+
+@pytest.mark.usefixtures("one_line")
+def test_a_limit_far_off_on_the_card_is_found() -> None:
+    """The card's limit does not act on these rows, or hides the rest: neither start has a slope to follow."""
+    for truth in (0.04, 0.06):
+        setup = setup_of(["eyring_stress", "limiting_shear_coefficient"])
+        rows = planned([0.9e9, 1.5e9], [0.002, 0.01, 0.05, 0.2, 0.4], [])
+        values = {"eyring_stress": 12e6, "limiting_shear_coefficient": truth}
+        noise = 0.2 * SIGMA * np.random.default_rng(9).standard_normal(rows.size)
+        found = estimates(calibrate(made(rows, setup, values, noise), setup))
+        for name in values:
+            assert found[name].status == "determined"
+            assert found[name].value == pytest.approx(values[name], rel=0.1)
+
+
+def test_resolved_roughness_is_averaged_over_one_travel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A travel that ends by the interval of mu would jump with the parameters, and mu with it by some per cent."""
+    rough = {"parameters": ["boundary_film"], "model": {"roughness": "deterministic", "accuracy": "fast"}}
+    setup = setup_of(**rough)  # type: ignore[arg-type]
+    rows = planned([], [], [0.4])
+    rows.columns.update(pressure_hertz=np.array([0.5e9]), radius_equivalent=np.array([0.005]))
+    travels: list[float] = []
+
+    def watched(*arguments: Any, **options: Any) -> ContactResult:
+        result = solve_contact(*arguments, **options)
+        assert result.transient is not None
+        travels.append(result.transient.travel)
+        return result
+
+    monkeypatch.setattr(prediction, "solve_contact", watched)
+    solver = solver_of(rows, setup, 1)
+    values = all_values(rows, setup)
+    sets = [values, {**values, "boundary_film": 30e-9}]
+    solver.parts(sets)
+    solver.parts([{**values, "boundary_film": 35e-9}])
+    # the second set, and the third, which is the first of its call; a step is a few thousandths of a window
+    assert travels == pytest.approx([solver.windows[0]] * 2, rel=0.01)
+    shares = [solver.parts([{**values, "boundary_film": film}])[0, 0, 1] for film in (20e-9, 30e-9, 35e-9)]
+    assert shares == sorted(shares)
+    assert solver.calls == 3
+
+
+SETUP = """
+oil = "fva3"
+parameters = ["eyring_stress", "boundary_friction"]
+[conditions]
+radius_equivalent = "10 mm"
+temperature_oil = "80 degC"
+roughness_rms = "100 nm"
+pressure_hertz = "1 GPa"
+[specimens]
+geometry = "point"
+[noise]
+absolute = 0.0005
+[model]
+roughness = "load_sharing"
+accuracy = "fast"
+thermal = "off"
+"""
+CONDITIONS = "speed_entrainment [m/s],slide_to_roll [%]\n2,0.5\n2,2\n2,10\n1,20\n0.2,20\n0.08,20\n"
+
+
+def test_the_contact_solver_gives_back_what_was_put_in(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From conditions to synthetic friction, values, figure and card, on the command line."""
+    monkeypatch.chdir(tmp_path)
+    Path("setup.toml").write_text(SETUP, encoding="utf-8")
+    Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")
+    truth = {"eyring_stress": 8e6, "boundary_friction": 0.13}
+    given = ["--true", "eyring_stress=8 MPa", "--true", "boundary_friction=0.13", "--seed", "3", "--jobs", "1"]
+    outcome = mixed_ehl("calibrate", "conditions.csv", "--setup", "setup.toml", "--synthetic", "made.csv", *given)
+    assert outcome.code == 0
+    assert Path("made.csv").read_text(encoding="utf-8").startswith("# SYNTHETIC, no measurement")
+    files = ["-o", "mine.toml", "--plot", "curves.png", "--json", "--jobs", "1"]
+    outcome = mixed_ehl("calibrate", "made.csv", "--setup", "setup.toml", *files)
+    assert outcome.code == 0
+    result = json.loads(outcome.out)
+    assert result["solver_calls"] >= 6
+    for estimate in result["parameters"]:
+        assert estimate["status"] == "determined"
+        # four standard errors: once in 16 000
+        assert abs(math.log(estimate["value"] / truth[estimate["name"]])) < 4.0 * estimate["standard_error"]
+    assert Path("curves.png").stat().st_size > 10_000
+    card = Oil.load("mine.toml")
+    assert card.calibration is not None
+    assert card.calibration.file == "made.csv (synthetic)"
+    assert card.eyring_stress == result["parameters"][0]["value"]
+    assert card.calibration.fitted["boundary_friction"].value == result["parameters"][1]["value"]

@@ -1,0 +1,414 @@
+"""Exported formulas give what the formula gives, to 1e-12: 1000 points in and beyond the range, in every language."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import qmc
+from spreadsheet_evaluator import evaluate_cell
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.state import ContactState
+from regression.export.export import export_formula
+from regression.export.latex_text import equations
+from regression.export.matlab_text import matlab_text
+from regression.export.program import Program, program_of
+from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
+from regression.friction.data_cloud import data_cloud
+from regression.friction.error_tables import Interval
+from regression.friction.formula import Formula, OilIdentity
+from regression.friction.gaussian_process import GpResidual
+from regression.friction.models import FormulaFriction, FrictionFlag, formula_friction
+
+Array = NDArray[np.float64]
+INPUTS = (
+    "pressure_hertz",
+    "radius_equivalent",
+    "effective_modulus",
+    "speed_entrainment",
+    "slide_to_roll",
+    "speed_sliding_lengthwise",
+    "temperature_oil",
+    "correlation_length",
+    "roughness_rms",
+)
+LOW = np.array([0.1e9, 2e-3, 2.0e11, 0.1, 1e-4, 1e-3, 270.0, 10e-6, 0.01e-6])
+HIGH = np.array([4e9, 0.2, 2.4e11, 50.0, 3.0, 5.0, 450.0, 100e-6, 3e-6])
+
+
+@cache
+def points(name: str) -> dict[str, Array]:
+    """1000 points: 600 over the range of the formula, 400 far beyond it, some smooth, some without sliding."""
+    ranges = formula_friction(name).formula.ranges
+    unit = qmc.Sobol(len(INPUTS), seed=1).random(1024)[:1000]
+    table = dict(zip(INPUTS, (LOW * (HIGH / LOW) ** unit).T, strict=True))
+    for column, variable in enumerate(INPUTS):
+        low, high = ranges.get("slide_to_roll_total" if variable == "slide_to_roll" else variable, (0.0, 0.0))
+        if low > 0.0:
+            table[variable][:600] = low * (high / low) ** unit[:600, column]
+    table["speed_sliding_lengthwise"][:600] = 0.0
+    table["slide_to_roll"][::2] *= -1.0
+    table["roughness_rms"][600::50] = 0.0
+    table["slide_to_roll"][601::50] = table["speed_sliding_lengthwise"][601::50] = 0.0
+    return table
+
+
+def state(table: dict[str, Array]) -> ContactState:
+    single = table["roughness_rms"] / 2.0**0.5
+    rest = {name: table[name] for name in INPUTS if name != "roughness_rms"}
+    return ContactState.of(**rest, roughness_rms_1=single, roughness_rms_2=single)
+
+
+def with_process(name: str) -> Formula:
+    """A shipped formula with a made-up Gaussian process and a guard around 40 of the points."""
+    formula = formula_friction(name).formula
+    table = conditions_of(state(points(name)), Oil.load(formula.oils[0].name or ""))
+    variables = ("pressure_hertz", "film_ratio_formula", "slide_to_roll_total", "speed_entrainment")
+    logs = np.log(np.column_stack([table[variable][:600] for variable in variables]))
+    x = (logs - logs.mean(axis=0)) / logs.std(axis=0)
+    rng = np.random.default_rng(2)
+    process = GpResidual(
+        variables=variables,
+        mean=tuple(logs.mean(axis=0).tolist()),
+        scale=tuple(logs.std(axis=0).tolist()),
+        low=tuple(x.min(axis=0).tolist()),
+        high=tuple(x.max(axis=0).tolist()),
+        length_scales=(2.0, 0.7, 1.5, 4.0),
+        variance=0.02,
+        noise=1e-4,
+        points=tuple(map(tuple, x[:24].tolist())),
+        weights=tuple(rng.normal(0.0, 3.0, 24).tolist()),
+        alpha=tuple(np.full(12, 1e-4).tolist()),
+    )
+    cases = {variable: values[:40] for variable, values in table.items()}
+    interval = Interval(level=0.9, log_width=1.7, largest=0.6, near=0.2, normalised=True)
+    cloud = data_cloud(cases, tuple(formula.ranges), count=16)
+    return formula.model_copy(update={"residual": process, "cloud": cloud, "interval": interval})
+
+
+@cache
+def formula_of(name: str) -> Formula:
+    return with_process(name.removesuffix("+gp")) if name.endswith("+gp") else formula_friction(name).formula
+
+
+def expected(name: str) -> Array:
+    """mu, lower, upper, flag of the formula itself, shape (1000, 4)."""
+    formula = formula_of(name)
+    oil = Oil.load(formula.oils[0].name or "")
+    found = FormulaFriction(formula, name).evaluate(state(points(name.removesuffix("+gp"))), oil)
+    return np.column_stack([found.mu, found.lower, found.upper, found.flag])
+
+
+def columns(program: Program, name: str) -> Array:
+    table = points(name.removesuffix("+gp"))
+    return np.column_stack([table[argument.name] for argument in program.arguments])
+
+
+def agree(found: Array, name: str, tolerance: float = 1e-12, interval: float | None = None) -> None:
+    wanted = expected(name)
+    np.testing.assert_array_equal(found[:, 3], wanted[:, 3])
+    np.testing.assert_allclose(found[:, 0], wanted[:, 0], rtol=tolerance)
+    # the deviation of a process is a small difference of larger numbers
+    np.testing.assert_allclose(found[:, 1:3], wanted[:, 1:3], rtol=interval or tolerance)
+
+
+NAMES = ("fva3_load_share", "75w90_load_share", "75w90", "fva3_load_share+gp")
+
+
+def test_points_see_every_flag_a_formula_has() -> None:
+    flags = expected("fva3_load_share+gp")[:, 3]
+    wanted = {FrictionFlag.OK, FrictionFlag.EXTRAPOLATED_NEAR, FrictionFlag.OUTSIDE_RANGE}
+    assert wanted <= set(flags.astype(int).tolist())
+    assert np.count_nonzero(flags == FrictionFlag.OK) > 50
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_python_in_a_process_without_this_program(name: str, tmp_path: Path) -> None:
+    program = export_formula(formula_of(name), tmp_path / "friction.py")
+    np.savetxt(tmp_path / "points.txt", columns(program, name), fmt="%.17g")
+    (tmp_path / "run.py").write_text(
+        "import sys\n"
+        f"sys.path.insert(0, {str(tmp_path)!r})\n"
+        "import numpy as np\n"
+        "import friction\n"
+        f"found = friction.friction(*np.loadtxt({str(tmp_path / 'points.txt')!r}).T)\n"
+        f"np.savetxt({str(tmp_path / 'found.txt')!r}, np.column_stack(found), fmt='%.17g')\n"
+        "assert not {'ehl', 'regression', 'efficiency', 'scipy'} & set(sys.modules)\n"
+        "mu, lower, upper, flag = friction.friction(*(float(x) for x in np.loadtxt("
+        f"{str(tmp_path / 'points.txt')!r})[0]))\n"
+        "assert type(float(mu)) is float and int(flag) == flag and lower < mu < upper\n"
+    )
+    subprocess.run([sys.executable, "-I", str(tmp_path / "run.py")], check=True, timeout=120)
+    agree(np.loadtxt(tmp_path / "found.txt"), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
+
+
+C_MAIN = """#include <stdio.h>
+#include "friction.c"
+int main(void)
+{
+    double a[COUNT];
+    for (;;) {
+        for (int i = 0; i < COUNT; i++) {
+            if (scanf("%lf", a + i) != 1) return 0;
+        }
+        friction_result r = friction(ARGUMENTS);
+        printf("%.17g %.17g %.17g %d\\n", r.mu, r.lower, r.upper, r.flag);
+    }
+}
+"""
+FORTRAN_MAIN = """program main
+  use friction_formula, only: friction
+  implicit none
+  integer, parameter :: dp = kind(1.0d0)
+  real(dp) :: a(COUNT), mu, lower, upper
+  integer :: flag, status
+  do
+    read (*, *, iostat=status) a
+    if (status /= 0) exit
+    call friction(ARGUMENTS, mu, lower, upper, flag)
+    print '(3es27.17e3,i4)', mu, lower, upper, flag
+  end do
+end program main
+"""
+LANGUAGES = {
+    "c": (
+        "friction.c",
+        C_MAIN,
+        "a[{}]",
+        0,
+        ["gcc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror", "main", "-lm"],
+    ),
+    "fortran": (
+        "friction.f90",
+        FORTRAN_MAIN,
+        "a({})",
+        1,
+        [
+            "gfortran",
+            "-std=f2008",
+            "-O2",
+            "-Wall",
+            "-Wextra",
+            "-pedantic",
+            "-Wno-compare-reals",
+            "friction.f90",
+            "main",
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
+    file, main, argument, first, command = LANGUAGES[language]
+    program = export_formula(formula_of(name), tmp_path / file)
+    text = (tmp_path / file).read_text()
+    # also where there is no compiler: every step is there, in order, and no line is too long for the language
+    # the step `friction` gives its name to the function
+    names = ["friction_" if step.name == "friction" else step.name for step in program.steps]
+    places = [found.start() for name in names for found in [re.search(rf" {name}_? = ", text)] if found]
+    assert len(places) == len(program.steps)
+    assert places == sorted(places)
+    assert max(map(len, text.splitlines())) <= 132
+    if shutil.which(command[0]) is None:
+        return
+    count = len(program.arguments)
+    arguments = ", ".join(argument.format(i + first) for i in range(count))
+    source = f"main{Path(file).suffix}"
+    (tmp_path / source).write_text(main.replace("COUNT", str(count)).replace("ARGUMENTS", arguments))
+    built = [source if part == "main" else part for part in command]
+    subprocess.run([*built, "-o", "main"], cwd=tmp_path, check=True, timeout=120)
+    given = "\n".join(" ".join(f"{x:.17g}" for x in row) for row in columns(program, name))
+    found = subprocess.run(
+        [str(tmp_path / "main")], input=given, capture_output=True, text=True, check=True, cwd=tmp_path, timeout=120
+    )
+    agree(np.loadtxt(found.stdout.splitlines()), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
+
+
+def matlab_statements(text: str) -> list[str]:
+    """Statements of the main function, with Python's operators."""
+    body = text[: text.index("\nend\n")].split("\n")
+    lines = [line for line in body if not line.startswith("%")]
+    joined = re.sub(r" \.\.\.\n\s*", " ", "\n".join(lines))
+    joined = joined[joined.index(")\n") + 2 :]
+    python = (
+        joined.replace(".*", "*").replace("./", "/").replace(".^", "**").replace("NaN", "nan").replace("Inf", "inf")
+    )
+    python = re.sub(r"(\w+ (?:<=|>=|<|>) [^&|(),;]+?)(?= [&|]|[),;])", r"(\1)", python)
+    return [line.strip().removesuffix(";") for line in python.split("\n")]
+
+
+@pytest.mark.parametrize("name", ["fva3_load_share", "75w90_load_share"])
+def test_matlab_statement_by_statement(name: str) -> None:
+    """The statements of the file after their operators are translated; that MATLAB reads them as we do is assumed."""
+    program = program_of(formula_of(name))
+    known: dict[str, Any] = {
+        **{n: getattr(np, n) for n in ("exp", "log", "log10", "sqrt", "abs", "isfinite", "nan", "inf")},
+        "erfc": np.vectorize(__import__("math").erfc),
+        "asinh": np.arcsinh,
+        "choose": np.where,
+        "larger": np.maximum,
+        "smaller": np.minimum,
+        "fix": np.fix,
+        **dict(zip((a.name for a in program.arguments), columns(program, name).T, strict=True)),
+    }
+    statements = matlab_statements(matlab_text(program, "friction"))
+    assert len(statements) == len(program.steps) + len(program.coefficients)
+    with np.errstate(all="ignore"):
+        for statement in statements:
+            exec(statement, known)
+    found = np.column_stack([known[n] for n in ("mu", "lower", "upper", "flag")])
+    agree(found, name)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
+    """Runs where octave is installed; anywhere the file holds as many functions as ends."""
+    program = export_formula(formula_of(name), tmp_path / "friction.m")
+    text = (tmp_path / "friction.m").read_text()
+    opened = re.findall(r"^\s*(?:function|if|for)\b", text, flags=re.MULTILINE)
+    assert len(opened) == len(re.findall(r"^\s*end$", text, flags=re.MULTILINE))
+    octave = shutil.which("octave-cli") or shutil.which("octave")
+    if octave is None:
+        return
+    np.savetxt(tmp_path / "points.txt", columns(program, name), fmt="%.17g")
+    arguments = ", ".join(f"x(:, {i + 1})" for i in range(len(program.arguments)))
+    script = (
+        f"x = load('points.txt'); [mu, lower, upper, flag] = friction({arguments}); d = [mu lower upper flag];"
+        "file = fopen('found.txt', 'w'); fprintf(file, '%.17g %.17g %.17g %d\\n', d'); fclose(file);"
+    )
+    subprocess.run([octave, "--norc", "--quiet", "--eval", script], cwd=tmp_path, check=False, timeout=300)
+    agree(np.loadtxt(tmp_path / "found.txt"), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
+
+
+@pytest.mark.parametrize("name", ["fva3_load_share", "75w90_load_share"])
+def test_cells_of_the_workbook(name: str, tmp_path: Path) -> None:
+    program = export_formula(formula_of(name), tmp_path / "friction.xlsx")
+    book = openpyxl.load_workbook(tmp_path / "friction.xlsx")
+    sheet, numbers = book["friction"], book["coefficients"]
+    names = [cell.value for cell in sheet[2]]
+    cells: dict[str, Any] = {row[0].value: row[1].value for row in numbers.iter_rows(min_row=2)}
+    assert set(cells) <= set(book.defined_names)
+    letters = [cell.column_letter for cell in sheet[2]]
+    for letter, values in zip(letters, columns(program, name).T, strict=False):
+        cells[f"${letter}4"] = values
+    for step in program.steps:
+        letter = letters[names.index(step.name)]
+        text = sheet[f"{letter}4"].value
+        cells[f"${letter}4"] = evaluate_cell(text, cells)
+        # the other rows hold the same formula
+        assert re.sub(r"(\$[A-Z]+)4\b", r"\g<1>9", text) == sheet[f"{letter}9"].value
+    found = np.column_stack([np.broadcast_to(cells[f"${letters[names.index(n)]}4"], 1000) for n in OUTPUTS])
+    agree(found, name)
+    # the rows to start from lie within the range
+    start = np.array([[cell.value for cell in row[: len(program.arguments)]] for row in sheet.iter_rows(4, 23)])
+    first = {f"${letter}4": column for letter, column in zip(letters, start.T.astype(float), strict=False)}
+    cells |= first
+    for step in program.steps:
+        letter = letters[names.index(step.name)]
+        cells[f"${letter}4"] = evaluate_cell(sheet[f"{letter}4"].value, cells)
+    assert not np.any(cells[f"${letters[names.index('flag')]}4"])
+
+
+OUTPUTS = ("mu", "lower", "upper", "flag")
+
+
+def test_formula_for_one_cell(tmp_path: Path) -> None:
+    program = export_formula(formula_of("fva3_load_share"), tmp_path / "friction.txt")
+    text = (tmp_path / "friction.txt").read_text().strip().splitlines()[-1]
+    assert text.startswith("=LET(")
+    assert len(text) < 8192
+    given = dict(zip((a.name for a in program.arguments), columns(program, "fva3_load_share").T, strict=True))
+    np.testing.assert_allclose(evaluate_cell(text, given), expected("fva3_load_share")[:, 0], rtol=1e-12)
+
+
+def test_latex_sets(tmp_path: Path) -> None:
+    """Every equation passes the parser of matplotlib; the document compiles where LaTeX is installed."""
+    from matplotlib.mathtext import MathTextParser
+
+    program = export_formula(formula_of("75w90_load_share"), tmp_path / "friction.tex")
+    text = (tmp_path / "friction.tex").read_text()
+    parser = MathTextParser("agg")
+    shown = equations(program)
+    film = r"\left( 1 - \mathrm{share} \right) \, \mathrm{capped}"
+    assert shown[-1] == (r"\mu", rf"\mathrm{{share}} \, \mu_{{\mathrm{{b}}}} + {film}")
+    for symbol, expression in shown:
+        parser.parse(f"${symbol} = {expression}$")
+        assert f"{symbol} = {expression}" in text
+    assert text.count("{") == text.count("}")
+    assert text.count(r"\begin") == text.count(r"\end")
+    for value in program.coefficients:
+        assert repr(value.number) in text
+    if shutil.which("pdflatex") is not None:
+        command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "friction.tex"]
+        subprocess.run(command, cwd=tmp_path, check=True, timeout=120, capture_output=True)
+
+
+@pytest.mark.parametrize("language", ["latex", "spreadsheet"])
+def test_process_is_refused_where_there_are_no_loops(language: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="Python, C, Fortran or MATLAB"):
+        export_formula(formula_of("fva3_load_share+gp"), tmp_path / "friction.txt", language)
+
+
+def test_spreadsheet_says_that_the_guard_is_left_out(tmp_path: Path) -> None:
+    guarded = formula_of("fva3_load_share+gp").model_copy(
+        update={"residual": None, "interval": formula_of("fva3_load_share").interval}
+    )
+    export_formula(guarded, tmp_path / "friction.txt")
+    assert "beside the cases of the fit are not flagged" in (tmp_path / "friction.txt").read_text()
+    export_formula(guarded, tmp_path / "friction.c")
+    text = (tmp_path / "friction.c").read_text()
+    assert "static double case_distance" in text
+    assert "not flagged" not in text
+
+
+def python_function(path: Path) -> Callable[..., Any]:
+    namespace: dict[str, Any] = {}
+    exec(path.read_text(), namespace)
+    function: Callable[..., Any] = namespace["friction"]
+    return function
+
+
+def test_oil_properties_as_arguments(tmp_path: Path) -> None:
+    name = "75w90_load_share"
+    path = tmp_path / "friction.py"
+    program = export_formula(formula_of(name), path, oil_arguments=True)
+    assert program.oil is None
+    assert {a.name for a in program.arguments} & set(LUBRICANT_UNITS)
+    table = conditions_of(state(points(name)), Oil.load("75w90"))
+    found = python_function(path)(*(table[argument.name] for argument in program.arguments))
+    agree(np.column_stack(found), name)
+
+
+def test_beyond_the_laws_of_the_oil_there_is_no_value(tmp_path: Path) -> None:
+    program = export_formula(formula_of("fva3_load_share"), tmp_path / "friction.py")
+    row = dict(zip((a.name for a in program.arguments), columns(program, "fva3_load_share")[0], strict=True))
+    function = python_function(tmp_path / "friction.py")
+    for temperature in (500.0, 200.0, np.nan):
+        mu, lower, upper, flag = function(**{**row, "temperature_oil": temperature})
+        assert np.isnan([mu, lower, upper]).all()
+        assert flag == FrictionFlag.UNDEFINED
+
+
+def test_formula_of_several_oils_asks_which(tmp_path: Path) -> None:
+    both = formula_of("fva3_load_share").model_copy(
+        update={"oils": (OilIdentity(name="fva3"), OilIdentity(name="75w90"))}
+    )
+    with pytest.raises(InputError, match="one of fva3, 75w90"):
+        export_formula(both, tmp_path / "friction.c")
+    assert export_formula(both, tmp_path / "friction.c", oil="75w90").oil == "75w90"
+    with pytest.raises(InputError, match="fitted to no other oil"):
+        export_formula(both, tmp_path / "friction.c", oil="m100")

@@ -1,0 +1,123 @@
+"""The extrapolation guard against plain geometry, linear programs and held-out points."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import Delaunay
+
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from regression.friction.data_cloud import DataCloud, Extrapolation, covering_points, data_cloud, in_convex_hull
+
+NAMES = ("pressure_hertz", "radius_equivalent", "speed_entrainment")
+
+
+def cases(count: int, seed: int) -> dict[str, np.ndarray]:
+    """A box in logarithms whose corner of high p and R is cut off, as a load limit does."""
+    random = np.random.default_rng(seed)
+    u = random.uniform(-1.0, 1.0, (4 * count, 3))
+    u = u[u[:, 0] + u[:, 1] < 0.8][:count]
+    return dict(zip(NAMES, (np.array([1e9, 0.02, 5.0]) * np.exp(u)).T, strict=True))
+
+
+TABLE = cases(1000, 1)
+CLOUD = data_cloud(TABLE, NAMES)
+assert CLOUD is not None
+
+
+def at(*u: float) -> dict[str, np.ndarray]:
+    return dict(zip(NAMES, (np.array([1e9, 0.02, 5.0]) * np.exp(u))[:, None], strict=True))
+
+
+def test_fitted_cases_are_inside_and_new_ones_nearly_all() -> None:
+    assert (CLOUD.extrapolation(TABLE) == Extrapolation.INSIDE).all()
+    assert CLOUD.distance(TABLE).max() <= 1.0 + 1e-9
+    new = CLOUD.extrapolation(cases(2000, 2))
+    assert np.mean(new != Extrapolation.INSIDE) < 0.03
+    assert not (new == Extrapolation.FAR).any()
+
+
+def test_the_cut_corner_is_outside_though_it_lies_in_the_box() -> None:
+    corner = at(0.95, 0.95, 0.0)
+    for name in NAMES:
+        assert TABLE[name].min() < corner[name][0] < TABLE[name].max()
+    assert CLOUD.extrapolation(corner)[0] > Extrapolation.INSIDE
+    assert CLOUD.extrapolation(at(0.3, 0.3, 0.0))[0] == Extrapolation.INSIDE
+    assert CLOUD.extrapolation(at(3.0, 3.0, 0.0))[0] == Extrapolation.FAR
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).filter(lambda u: max(map(abs, u)) > 0.1))
+def test_every_way_out_leads_from_inside_to_far(direction: list[float]) -> None:
+    unit = np.array(direction) / max(map(abs, direction))
+    levels = [int(CLOUD.extrapolation(at(*(unit * f)))[0]) for f in (0.0, 1.2, 1.6, 4.0)]
+    assert levels[0] == Extrapolation.INSIDE
+    assert levels[1] >= Extrapolation.NEAR
+    assert levels == sorted(levels)
+    assert levels[-1] == Extrapolation.FAR
+
+
+def test_nothing_and_infinity_are_far() -> None:
+    for value in (0.0, np.inf):
+        assert CLOUD.extrapolation({**at(0.0, 0.0, 0.0), "speed_entrainment": np.array([value])})[0] == (
+            Extrapolation.FAR
+        )
+
+
+def test_coordinates_are_white_and_the_shape_is_kept() -> None:
+    z = CLOUD.whitened(TABLE)
+    np.testing.assert_allclose(np.cov(z, rowvar=False), np.eye(3), atol=1e-9)
+    np.testing.assert_allclose(z.mean(axis=0), 0.0, atol=1e-9)
+    shaped = {name: values[:6].reshape(2, 3) for name, values in TABLE.items()}
+    assert CLOUD.extrapolation(shaped).shape == (2, 3)
+
+
+def test_covering_points_cover() -> None:
+    z = np.random.default_rng(3).standard_normal((500, 3))
+    chosen, radius = covering_points(z, 50)
+    distance = np.linalg.norm(z[:, None] - z[chosen][None], axis=2).min(axis=1)
+    assert np.unique(chosen).size == 50
+    assert distance.max() == pytest.approx(radius, rel=1e-12)
+    # Gonzalez: at most twice the best radius, and the chosen lie at least the radius apart
+    apart = np.linalg.norm(z[chosen][:, None] - z[chosen][None], axis=2)[~np.eye(50, dtype=bool)]
+    assert apart.min() >= radius
+
+
+def test_what_follows_from_the_others_is_left_out() -> None:
+    # one oil: its viscosity is a function of the temperature
+    temperature = np.random.default_rng(4).uniform(300.0, 400.0, 1000)
+    table = {**TABLE, "temperature_oil": temperature, "viscosity_inlet": np.exp(800.0 / (temperature - 170.0))}
+    found = data_cloud(table, (*NAMES, "temperature_oil", "viscosity_inlet"))
+    assert found is not None
+    assert found.variables == (*NAMES, "temperature_oil")
+    assert data_cloud({**TABLE, "radius_equivalent": np.full(1000, 0.02)}, NAMES[1:]) is None
+
+
+def test_convex_hull_by_linear_programs_is_that_of_delaunay() -> None:
+    random = np.random.default_rng(6)
+    points, queries = random.standard_normal((60, 3)), 1.5 * random.standard_normal((80, 3))
+    expected = Delaunay(points).find_simplex(queries) >= 0
+    assert 0.2 < expected.mean() < 0.8
+    np.testing.assert_array_equal(in_convex_hull(queries, points), expected)
+    # a mean of cases is always inside, in units far from 1 too
+    assert in_convex_hull(points[:7].mean(axis=0) * 1e9, points * 1e9).all()
+
+
+def test_file_round_trip_and_damage() -> None:
+    content = json.loads(CLOUD.model_dump_json())
+    again = validate(DataCloud, content)
+    np.testing.assert_array_equal(again.extrapolation(cases(200, 7)), CLOUD.extrapolation(cases(200, 7)))
+    for change, words in (
+        ({"variables": ["pressure", *NAMES[1:]]}, "pressure_hertz"),
+        ({"points": [[0.0, 1.0]]}, "rows of 3 numbers"),
+        ({"points": []}, "at least one point"),
+        ({"mean": [0.0]}, "as many means"),
+        ({"radius": 0.0}, "radius"),
+    ):
+        with pytest.raises(InputError, match=words):
+            validate(DataCloud, content | change)

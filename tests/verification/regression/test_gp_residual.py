@@ -1,0 +1,128 @@
+"""The Gaussian-process residual: scikit-learn is the second algorithm; limits by construction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern
+
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from regression.friction.gaussian_process import GpResidual, fit_residual
+
+NAMES = ("pressure_hertz", "speed_entrainment", "roughness_rms")
+
+
+def table(count: int, seed: int = 1) -> dict[str, np.ndarray]:
+    random = np.random.default_rng(seed)
+    low, high = np.array([0.4e9, 1.0, 1e-7]), np.array([2e9, 20.0, 1e-6])
+    values = np.exp(np.log(low) + random.uniform(size=(count, 3)) * np.log(high / low))
+    return dict(zip(NAMES, values.T, strict=True))
+
+
+def truth(t: dict[str, np.ndarray]) -> np.ndarray:
+    return np.asarray(0.1 * np.sin(2.0 * np.log(t["speed_entrainment"])) * np.log(t["pressure_hertz"] / 1e9))
+
+
+def test_with_all_cases_kept_it_is_the_process_of_scikit_learn() -> None:
+    t = table(120)
+    random = np.random.default_rng(2)
+    noise = random.uniform(1e-4, 1e-3, 120)
+    residual = truth(t) + np.sqrt(noise) * random.standard_normal(120)
+    found = fit_residual(t, residual, noise, NAMES, count=120, variance_count=120)
+    assert len(found.points) == 120
+    kernel = ConstantKernel(found.variance, "fixed") * Matern(found.length_scales, "fixed", nu=2.5)
+    # the stored points are the cases in another order, rounded
+    order = [int(np.argmin(np.sum((found.coordinates(t) - z) ** 2, axis=1))) for z in np.array(found.points)]
+    assert sorted(order) == list(range(120))
+    own = GpResidual(
+        **{
+            **found.model_dump(),
+            "points": tuple(map(tuple, found.coordinates(t)[order])),
+            "weights": tuple(
+                np.linalg.solve(
+                    kernel(found.coordinates(t)[order]) + np.diag(noise[order] + found.noise), residual[order]
+                )
+            ),
+        }
+    )
+    process = GaussianProcessRegressor(kernel, alpha=noise[order] + found.noise, optimizer=None)
+    process.fit(np.array(own.points), residual[order])
+    x = own.coordinates(table(200, seed=3))
+    mean, deviation = process.predict(x, return_std=True)
+    own_mean, own_deviation = own.predict(x)
+    np.testing.assert_allclose(own_mean, mean, rtol=0.0, atol=1e-10)
+    # the jitter of 1e-10 of the variance is what sets them apart
+    np.testing.assert_allclose(own_deviation, deviation, rtol=0.0, atol=1e-7)
+    # and the sparse weights are those of the full process where no case is left out
+    np.testing.assert_allclose(found.predict(x)[0], mean, rtol=0.0, atol=1e-5)
+
+
+def test_few_points_learn_from_all_cases() -> None:
+    t, new = table(1500), table(400, seed=4)
+    random = np.random.default_rng(5)
+    noise = np.full(1500, 0.05**2)
+    residual = truth(t) + 0.05 * random.standard_normal(1500)
+    all_cases = fit_residual(t, residual, noise, NAMES, count=100)
+    chosen = np.sort(random.permutation(1500)[:100])
+    hundred = fit_residual({n: v[chosen] for n, v in t.items()}, residual[chosen], noise[chosen], NAMES, count=100)
+
+    def error(process: GpResidual) -> float:
+        return float(np.sqrt(np.mean((process.correction(new)[0] - truth(new)) ** 2)))
+
+    assert error(all_cases) < 0.015  # a third of the noise
+    assert error(all_cases) < 0.6 * error(hundred)
+
+
+def test_deviation_grows_where_no_case_lies() -> None:
+    t = table(300)
+    kept = t["speed_entrainment"] < 8.0
+    process = fit_residual({n: v[kept] for n, v in t.items()}, truth(t)[kept], np.zeros(kept.sum()), NAMES)
+    deviation = process.predict(process.coordinates(t))[1]
+    assert deviation[~kept].mean() > 3.0 * deviation[kept].mean()
+
+
+def test_correction_fades_to_exactly_nothing_outside_the_data() -> None:
+    t = table(300)
+    process = fit_residual(t, truth(t), np.zeros(300), NAMES)
+    point = {"pressure_hertz": 1.5e9, "speed_entrainment": 3.0, "roughness_rms": 3e-7}
+
+    def at(**changes: float) -> float:
+        values = {name: np.array([value]) for name, value in {**point, **changes}.items()}
+        return float(process.correction(values)[0][0])
+
+    assert abs(at()) > 0.01
+    for far in (0.0, 1e-9, 1e-3, 1e3, 1e9, np.inf):
+        assert at(speed_entrainment=far) == 0.0
+    assert at(roughness_rms=0.0) == 0.0
+    # continuous in value and slope at the edge of the data, and monotone on the way out
+    edge = float(t["speed_entrainment"].max())
+    walk = np.array([at(speed_entrainment=edge * f) for f in np.linspace(0.98, 2.2, 80)])
+    assert np.abs(np.diff(walk)).max() < 0.2 * np.abs(walk).max()
+    assert walk[-1] == 0.0
+
+
+def test_a_variable_without_effect_or_variation_does_no_harm() -> None:
+    t = table(200) | {"radius_equivalent": np.full(200, 0.01)}
+    process = fit_residual(t, truth(t), np.zeros(200), (*NAMES, "radius_equivalent"))
+    assert process.variables == NAMES
+    assert process.length_scales[2] > 2.0 * max(process.length_scales[:2])
+    with pytest.raises(InputError, match="vary"):
+        fit_residual(t, truth(t), np.zeros(200), ("radius_equivalent",))
+
+
+def test_damaged_numbers_are_refused() -> None:
+    t = table(60)
+    content = fit_residual(t, truth(t), np.zeros(60), NAMES, count=20, variance_count=10).model_dump(mode="json")
+    assert validate(GpResidual, content).predict(np.zeros((1, 3)))[0].shape == (1,)
+    for name, value, words in (
+        ("weights", content["weights"][:-1], "weights"),
+        ("mean", content["mean"][:-1], "one per variable"),
+        ("points", [[0.0, 0.0]] * 20, "rows of 3 numbers"),
+        ("alpha", [], "alpha"),
+        ("variables", ["pressure", *content["variables"][1:]], "pressure_hertz"),
+        ("variance", -1.0, "variance"),
+    ):
+        with pytest.raises(InputError, match=words):
+            validate(GpResidual, content | {name: value})

@@ -1,0 +1,172 @@
+"""A sweep killed in mid-run and resumed ends with the data, and the formula bit for bit, of one that was not."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_plans import GEAR_VARIABLES
+
+from ehl.io.errors import InputError
+from regression.data.dataset import load_dataset, run_status
+from regression.data.store import merge
+from regression.fit.fit import fit_formula
+from regression.plan.plan import load_plan
+from regression.sweep.evaluators import published_outputs, solve_outputs
+from regression.sweep.sweep import sweep
+
+PLAN = (
+    'name = "kill"\n[sampling]\nsize = SIZE\n'
+    + GEAR_VARIABLES
+    + '[model]\nroughness = "load_sharing"\naccuracy = "fast"\nthermal = "off"\n'
+)
+
+# says after every case how far it is, and waits for a moment so that the kill comes in mid-run
+CHILD = """
+import sys, time
+from functools import partial
+from pathlib import Path
+from regression.sweep.evaluators import SOLVER, published_outputs, solve_outputs
+from regression.plan.plan import load_plan
+from regression.sweep.sweep import sweep
+
+plan, run, name, jobs = sys.argv[1:]
+def show(progress):
+    print(progress.done, flush=True)
+    time.sleep(0.005)
+evaluate = partial(published_outputs, name=name) if name != "ehl" else solve_outputs
+version = name if name != "ehl" else SOLVER
+flush = {"flush_every": 4, "flush_seconds": 60.0}
+sweep(load_plan(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), progress=show, **flush)
+"""
+
+
+def _kill_after(cases: int, plan: Path, run: Path, name: str, jobs: int) -> None:
+    """Kill a sweep in a process group of its own when it has done so many cases, and see its workers leave."""
+    command = [sys.executable, "-c", CHILD, str(plan), str(run), name, str(jobs)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if int(line) >= cases:
+                process.kill()
+                break
+        assert process.wait() == -signal.SIGKILL
+    for _ in range(300):
+        try:
+            os.killpg(process.pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGKILL)
+    raise AssertionError("workers stayed behind without their parent")
+
+
+def _plan(folder: Path, size: int) -> Path:
+    path = folder / "plan.toml"
+    path.write_text(PLAN.replace("SIZE", str(size)))
+    return path
+
+
+def test_killed_workers_and_all_resumed_is_bit_identical(tmp_path: Path) -> None:
+    path = _plan(tmp_path, 64)
+    name = "arana_2019"
+    _kill_after(24, path, tmp_path / "killed", name, 2)
+    assert 0 < run_status(tmp_path / "killed").finished < 64
+    evaluate = partial(published_outputs, name=name)
+    resumed = sweep(load_plan(path), tmp_path / "killed", evaluate=evaluate, version=name)
+    assert resumed.resumed >= 20
+    assert resumed.resumed + resumed.converged == 64
+    sweep(load_plan(path), tmp_path / "whole", evaluate=evaluate, version=name)
+    killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
+    assert killed.data_hash == whole.data_hash
+    for family in ("power_law", "load_share"):
+        assert fit_formula(killed, family).to_json() == fit_formula(whole, family).to_json()
+
+
+def test_killed_solver_sweep_is_bit_identical(tmp_path: Path) -> None:
+    path = _plan(tmp_path, 32)
+    _kill_after(9, path, tmp_path / "killed", "ehl", 1)
+    assert 0 < run_status(tmp_path / "killed").finished < 32
+    resumed = sweep(load_plan(path), tmp_path / "killed", evaluate=solve_outputs)
+    assert resumed.resumed >= 8
+    sweep(load_plan(path), tmp_path / "whole", evaluate=solve_outputs)
+    killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
+    assert (killed.frame["status"] == "converged").all()
+    assert killed.data_hash == whole.data_hash
+    assert fit_formula(killed, "xu").to_json() == fit_formula(whole, "xu").to_json()
+
+
+def test_shards_merged_are_the_single_run(tmp_path: Path) -> None:
+    plan = load_plan(_plan(tmp_path, 64))
+    evaluate = partial(published_outputs, name="arana_2019")
+    sweep(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
+    for number in (1, 2, 3, 4):
+        sweep(plan, tmp_path / "shards", evaluate=evaluate, version="arana_2019", shard=(number, 4))
+    assert merge(tmp_path / "shards", tmp_path / "merged.h5") == 64
+    merged, whole = load_dataset(tmp_path / "merged.h5"), load_dataset(tmp_path / "whole")
+    assert merged.data_hash == whole.data_hash
+    assert fit_formula(merged, "power_law").to_json() == fit_formula(whole, "power_law").to_json()
+
+
+def _formula(run: Path) -> str:
+    return fit_formula(load_dataset(run), "power_law").to_json()
+
+
+def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_path: Path) -> None:
+    """A limit on the size of files stands for the disk; benchmarks/sweep_kills.py fills a real one."""
+    plan = load_plan(_plan(tmp_path, 256))
+    evaluate = partial(published_outputs, name="arana_2019")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (900_000, before[1]))
+    try:
+        with pytest.raises(InputError, match=r"disk that can be written\. .*Make room and give the same command again"):
+            sweep(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    kept = run_status(tmp_path / "full").finished
+    assert 0 < kept < 256
+    resumed = sweep(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+    assert (resumed.resumed, resumed.converged) == (kept, 256 - kept)
+    sweep(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
+    assert _formula(tmp_path / "full") == _formula(tmp_path / "whole")
+
+
+def test_a_truncated_shard_is_resumed_bit_identically(tmp_path: Path) -> None:
+    plan = load_plan(_plan(tmp_path, 128))
+    evaluate = partial(published_outputs, name="arana_2019")
+    for run in ("whole", "cut"):
+        sweep(plan, tmp_path / run, evaluate=evaluate, version="arana_2019")
+    (path,) = (tmp_path / "cut").glob("*.h5")
+    os.truncate(path, int(0.9 * path.stat().st_size))
+    resumed = sweep(plan, tmp_path / "cut", evaluate=evaluate, version="arana_2019")
+    assert resumed.saved == resumed.resumed == 64
+    assert resumed.converged == 64
+    assert load_dataset(tmp_path / "cut").data_hash == load_dataset(tmp_path / "whole").data_hash
+    assert _formula(tmp_path / "cut") == _formula(tmp_path / "whole")
+
+
+def test_two_sweeps_of_one_shard_at_once(tmp_path: Path, mixed_ehl: Callable[..., Any]) -> None:
+    path = _plan(tmp_path, 64)
+    run, name = tmp_path / "run", "arana_2019"
+    with subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(path), str(run), name, "1"], stdout=subprocess.PIPE, text=True
+    ) as first:
+        assert first.stdout is not None
+        first.stdout.readline()
+        os.kill(first.pid, signal.SIGSTOP)
+        second = mixed_ehl("sweep", path, "-o", run, "--with", name, "--jobs", "1")
+        os.kill(first.pid, signal.SIGCONT)
+        first.stdout.read()
+        assert first.wait() == 0
+    assert second.code == 2
+    assert "Is the same shard running?" in second.err
+    assert run_status(run).complete

@@ -1,0 +1,119 @@
+"""Does the fit find what is known to be in the data, and are its error bars right?"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_plans import gear_plan
+
+from ehl.fluid.oil import Oil
+from ehl.io.validation import validate
+from ehl.state import ContactState
+from regression.data.dataset import Dataset, load_dataset
+from regression.fit.coefficients import Coefficients, fit_coefficients, linear_fit
+from regression.fit.fit import fit_formula
+from regression.friction.conditions import conditions_of
+from regression.friction.families import LOAD_SHARE, XU
+from regression.friction.published import XU_COEFFICIENTS
+from regression.plan.plan import Plan
+from regression.plan.sampling import sobol_unit, to_range
+from regression.sweep.evaluators import published_outputs
+from regression.sweep.sweep import sweep
+
+PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
+
+
+@pytest.fixture(scope="module")
+def xu_data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    run: Path = tmp_path_factory.mktemp("recovery")
+    evaluate = partial(published_outputs, name="xu_kahraman_2007")
+    sweep(validate(Plan, PLAN), run, evaluate=evaluate, version="xu_kahraman_2007")
+    return load_dataset(run)
+
+
+def _design() -> np.ndarray:
+    """The design matrix of the Xu form over a gear's range."""
+    unit = sobol_unit(6, 128, 4)
+    state = ContactState.of(
+        pressure_hertz=to_range(unit[:, 0], 0.4e9, 1.6e9, "linear"),
+        radius_equivalent=to_range(unit[:, 1], 0.008, 0.04, "log"),
+        effective_modulus=226e9,
+        speed_entrainment=to_range(unit[:, 2], 1.0, 15.0, "log"),
+        slide_to_roll=to_range(unit[:, 3], 0.02, 1.2, "log"),
+        temperature_oil=to_range(unit[:, 4], 333.15, 393.15, "linear"),
+        roughness_rms_1=to_range(unit[:, 5], 0.1e-6, 0.6e-6, "linear"),
+        roughness_rms_2=0.1e-6,
+    )
+    assert XU.design is not None
+    return XU.design(conditions_of(state, Oil.load("fva3")))
+
+
+def test_published_coefficients_come_back_through_the_whole_pipeline(xu_data: Dataset) -> None:
+    formula = fit_formula(xu_data, "xu")
+    found = np.array([formula.coefficients[term] for term in XU.terms])
+    # condition number about 1e2: round-off of 1e-16 grows to 1e-13 or so
+    np.testing.assert_allclose(found, XU_COEFFICIENTS, rtol=1e-10)
+    assert formula.fit.largest < 1e-11
+    assert formula.validation.largest < 1e-10
+    assert formula.fit.r2_log == pytest.approx(1.0, abs=1e-14)
+
+
+def test_same_data_give_identical_bits(xu_data: Dataset) -> None:
+    assert fit_formula(xu_data, "xu").to_json() == fit_formula(xu_data, "xu").to_json()
+    assert fit_formula(xu_data, "load_share").to_json() == fit_formula(xu_data, "load_share").to_json()
+
+
+def test_standard_errors_agree_with_monte_carlo() -> None:
+    design, truth, sigma = _design(), np.array(XU_COEFFICIENTS), 0.1
+    random = np.random.default_rng(11)
+    exact = design @ truth
+    runs = [linear_fit(XU.terms, design, exact + sigma * random.standard_normal(exact.size)) for _ in range(600)]
+
+    def table(pick: str) -> np.ndarray:
+        return np.array([[getattr(run, pick)[term] for term in XU.terms] for run in runs])
+
+    values, stated = table("values"), table("standard_errors")
+    scatter = values.std(axis=0, ddof=1)
+    # 600 runs know a standard deviation to 3 %; four of those
+    np.testing.assert_allclose(np.sqrt((stated**2).mean(axis=0)), scatter, rtol=0.12)
+    np.testing.assert_array_less(np.abs(values.mean(axis=0) - truth), 4.0 * scatter / np.sqrt(600))
+
+
+def test_variance_inflation_against_its_definition() -> None:
+    design = _design()
+    fitted = linear_fit(XU.terms, design, design @ np.array(XU_COEFFICIENTS))
+    for index, term in enumerate(XU.terms[1:], start=1):
+        others = np.delete(design, index, axis=1)
+        beta, *_ = np.linalg.lstsq(others, design[:, index], rcond=None)
+        residual = design[:, index] - others @ beta
+        share = residual @ residual / np.sum((design[:, index] - design[:, index].mean()) ** 2)
+        assert fitted.variance_inflation[term] == pytest.approx(1.0 / share, rel=1e-8)
+
+
+def _share_fit(data: Dataset, truth: dict[str, float], noise: float) -> Coefficients:
+    from regression.data.dataset import columns
+
+    frame = data.frame.copy()
+    log_mu = LOAD_SHARE.log_mu(columns(frame), truth, 0.1)
+    log_mu += noise * np.random.default_rng(3).standard_normal(len(frame))
+    return fit_coefficients(LOAD_SHARE, frame.assign(friction_coefficient=np.exp(log_mu)), 0.1)
+
+
+TRUTH = dict(zip(LOAD_SHARE.terms, (0.9, 1.7, 0.1, 2.2, 2.4, 0.06, 1.1, 0.9, 0.3), strict=True))
+
+
+def test_load_share_family_finds_its_own_coefficients(xu_data: Dataset) -> None:
+    fitted = _share_fit(xu_data, TRUTH, 0.0)
+    assert fitted.values == pytest.approx(TRUTH, rel=1e-5)
+    assert not fitted.dropped
+
+
+def test_load_share_error_bars_hold_the_truth(xu_data: Dataset) -> None:
+    fitted = _share_fit(xu_data, TRUTH, 0.02)
+    distance = [abs(fitted.values[t] - TRUTH[t]) / fitted.standard_errors[t] for t in LOAD_SHARE.terms]
+    # 9 values: none beyond 3.5 standard errors, RMS near one
+    assert max(distance) < 3.5
+    assert 0.3 < np.sqrt(np.mean(np.square(distance))) < 1.8
