@@ -27,7 +27,7 @@ from matplotlib.figure import Figure
 
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.map import efficiency_map
@@ -114,9 +114,9 @@ def times(design: Design, formula: str) -> list[Stage]:
     """Stages of one operating point, and the same again with the geometry known."""
     model, oil, torque = resolve_friction(formula, design), Oil.load(design.operation.oil), design.operation.torque
     geared, geometry = cpu(lambda: gear_mesh(design))
-    loaded, first = cpu(lambda: load_mesh(geared.mesh, torque))
+    loaded, first = cpu(lambda: load_grids(geared.mesh, torque))
     _, friction = cpu(lambda: mesh_efficiency(loaded, model, oil, at(design)))
-    other, again = cpu(lambda: load_mesh(geared.mesh, 0.8 * torque))
+    other, again = cpu(lambda: load_grids(geared.mesh, 0.8 * torque))
     _, loss = cpu(lambda: mesh_efficiency(other, model, oil, at(design)))
     rows = {"geometry": geometry, "compliance and load": first, "friction and loss": friction}
     rows |= {"one more point, geometry known": again + loss}
@@ -129,8 +129,8 @@ def growth(design: Design, formula: str) -> list[Growth]:
     rows = []
     for positions in POSITIONS:
         mesh = gear_mesh(design, "drive", positions).mesh
-        load_mesh(mesh, 0.9 * torque)
-        _, seconds = cpu(lambda mesh=mesh: mesh_efficiency(load_mesh(mesh, torque), model, oil, at(design)))
+        load_grids(mesh, 0.9 * torque)
+        _, seconds = cpu(lambda mesh=mesh: mesh_efficiency(load_grids(mesh, torque), model, oil, at(design)))
         rows.append(Growth("positions", positions, seconds))
     mesh = gear_mesh(design).mesh
     for count in (4, 16, 64):
@@ -172,7 +172,7 @@ def models(
 ) -> tuple[list[Model], list[list[EfficiencyResult]]]:
     """Efficiency with each friction model at each operating point, solved contacts on one core; and the results."""
     oil = Oil.load(design.operation.oil)
-    loaded = load_mesh(gear_mesh(design).mesh, design.operation.torque)
+    loaded = load_grids(gear_mesh(design).mesh, design.operation.torque)
     rows, results = [], []
     for operation in operations(design):
         found = []
@@ -211,7 +211,7 @@ def models(
 def contacts_of(design: Design, names: Sequence[str], contacts: int, jobs: int) -> list[Contacts]:
     """Wall time of solved contacts, worker processes and their start included."""
     oil = Oil.load(design.operation.oil)
-    loaded = load_mesh(gear_mesh(design).mesh, design.operation.torque)
+    loaded = load_grids(gear_mesh(design).mesh, design.operation.torque)
     rows = []
     for name in names:
         model = resolve_friction(name, design)

@@ -18,7 +18,7 @@ from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.load.ritz_solid import ORDERS
 from efficiency.load.teeth import solid_tooth_of
-from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
 from regression.friction.models import friction_model
@@ -44,7 +44,7 @@ class Row:
     pressure_max: float
 
 
-def measure(mesh: Mesh, grid: tuple[int, int], orders: tuple[int, int], geometry_seconds: float) -> list[Row]:
+def measure(mesh: MeshGrids, grid: tuple[int, int], orders: tuple[int, int], geometry_seconds: float) -> list[Row]:
     """Efficiency with a published friction formula at both torques."""
     design = load_design(DESIGN)
     model, oil = friction_model("xu_kahraman_2007"), Oil.load("75w90")
@@ -52,7 +52,7 @@ def measure(mesh: Mesh, grid: tuple[int, int], orders: tuple[int, int], geometry
     rows = []
     for torque in TORQUES:
         clock = time.perf_counter()
-        result = mesh_efficiency(load_mesh(mesh, torque), model, oil, operation)
+        result = mesh_efficiency(load_grids(mesh, torque), model, oil, operation)
         seconds = geometry_seconds + time.perf_counter() - clock
         rows.append(
             Row(*grid, *orders, torque, seconds, result.efficiency, result.efficiency_error, result.pressure_max)
@@ -60,7 +60,7 @@ def measure(mesh: Mesh, grid: tuple[int, int], orders: tuple[int, int], geometry
     return rows
 
 
-def with_orders(mesh: Mesh, factor: float) -> Mesh:
+def with_orders(mesh: MeshGrids, factor: float) -> MeshGrids:
     """The same mesh with other polynomial orders of the teeth."""
     pinion, gear = (
         solid_tooth_of(load_design(DESIGN), member, "drive", ORDERS.scaled(factor)) for member in ("pinion", "gear")

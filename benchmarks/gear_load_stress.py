@@ -31,7 +31,7 @@ from efficiency.design.design import Design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.load.edge_load import edge_load
 from efficiency.load.limits import hardness
-from efficiency.load.loaded_mesh import load_mesh
+from efficiency.load.mesh_grids import load_grids
 from efficiency.settings.inputs import SettingsInput
 from efficiency.settings.solve import machine_settings
 from ehl.io.errors import ConvergenceError, InputError
@@ -121,7 +121,7 @@ def run_case(design: Design, rng: np.random.Generator) -> dict[str, Any]:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             mesh = gear_mesh(design.with_misalignment(**moved), side, positions, points).mesh
-            loaded = load_mesh(mesh, nominal * factor)
+            loaded = load_grids(mesh, nominal * factor)
         row |= verdict(loaded)
     except ConvergenceError as error:
         row |= refused(error.reason, str(error))

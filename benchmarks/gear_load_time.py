@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import elastic_bodies, gear_mesh
 from efficiency.load.load_distribution import elastic_cycle
-from efficiency.load.loaded_mesh import load_mesh
+from efficiency.load.mesh_grids import load_grids
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.map import efficiency_map
 from ehl.fluid.oil import Oil
@@ -45,7 +45,7 @@ marks = [("start of Python", process_time())]
 import json, sys
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import elastic_bodies, gear_mesh
-from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
 from regression.friction.models import friction_model
@@ -58,7 +58,7 @@ mesh = gear_mesh(design, bodies=bodies).mesh
 marks.append(("geometry and contact lines", process_time()))
 mesh.elastic_fine, mesh.elastic_coarse
 marks.append(("compliance at the points", process_time()))
-loaded = load_mesh(mesh, design.operation.torque)
+loaded = load_grids(mesh, design.operation.torque)
 marks.append(("load", process_time()))
 operation = Operation(design.operation.speed, design.operation.temperature_oil, 4e-7, 4e-7)
 mesh_efficiency(loaded, friction_model("{FORMULA}"), Oil.load(design.operation.oil), operation)
@@ -104,11 +104,11 @@ def over_positions(name: str) -> list[Growth]:
     rows = []
     for count in POSITIONS:
         mesh = gear_mesh(design, "drive", count, bodies=bodies).mesh
-        load_mesh(mesh, torque)
+        load_grids(mesh, torque)
         work: dict[str, Callable[[], Any]] = {
             "geometry": lambda count=count: gear_mesh(design, "drive", count, bodies=bodies),
             "compliance": lambda mesh=mesh: [elastic_cycle(c, mesh.teeth) for c in (mesh.fine, mesh.coarse)],
-            "load": lambda mesh=mesh: load_mesh(mesh, torque),
+            "load": lambda mesh=mesh: load_grids(mesh, torque),
         }
         rows += [Growth(name, kind, count, cpu(run, 5)) for kind, run in work.items()]
     return rows
@@ -119,7 +119,7 @@ def over_map(name: str) -> list[Growth]:
     design = load_design(name)
     given = design.operation
     mesh, model, oil = gear_mesh(design).mesh, friction_model(FORMULA), Oil.load(given.oil)
-    load_mesh(mesh, given.torque)
+    load_grids(mesh, given.torque)
     speeds = list(np.linspace(0.1, 1.5, SPEEDS) * given.speed)
     rows = []
 

@@ -26,7 +26,7 @@ from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.flank_grid import SHAPE
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.misalignment import misalignment_study
-from efficiency.contact.pair import Side, gear_pair
+from efficiency.contact.pair import Side, flank_pair
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import Design, load_design
 from ehl.io.data import data_names
@@ -69,13 +69,13 @@ def measure(design: Design, side: Side, shape: tuple[int, int]) -> Row:
     surface = mesh_surface(gear, pinion, assembly, shape=shape)
     path = contact_path(surface, surface.crest_roll + np.linspace(-0.7, 0.7, 7) * surface.pitch)
     check = check_path(surface, path)
-    pair = gear_pair(design, side, shape)
+    pair = flank_pair(design, side, shape)
     return Row(
         design.name,
         side,
         f"{shape[0]} x {shape[1]}",
         seconds(lambda: mesh_surface(gear, pinion, assembly, shape=shape)),
-        seconds(lambda: gear_pair(design, side, shape)),
+        seconds(lambda: flank_pair(design, side, shape)),
         seconds(pair.pattern),
         surface.interpolation_error * 1e9,
         check.transmission_error / ARCSEC,
@@ -102,7 +102,7 @@ def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
     folder.mkdir(parents=True, exist_ok=True)
     designs = [load_design(name) for name in data_names("designs")]
-    gear_pair(designs[0])
+    flank_pair(designs[0])
 
     rows = []
     print("map [s], whole unloaded analysis [s], pattern [s], estimated and true error")
@@ -119,7 +119,7 @@ def main() -> None:
     print("\nflanks of both members at 31 x 15 points [s]; unloaded analysis with 24 x 31 contact lines [s]; study [s]")
     steps = np.linspace(-1e-4, 1e-4, 10)
     for design in designs:
-        lines = seconds(lambda chosen=design: mesh_cycle(gear_pair(chosen), 24, 31))
+        lines = seconds(lambda chosen=design: mesh_cycle(flank_pair(chosen), 24, 31))
         study = seconds(lambda chosen=design: misalignment_study(chosen, E=steps, P=steps), 1)
         print(f"{design.name:28} {flank_points(design):7.3f} {lines:7.3f}   100 points {study:6.2f}", flush=True)
 

@@ -9,14 +9,14 @@ from functools import lru_cache
 import numpy as np
 
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
-from efficiency.contact.pair import GearPair, Side, gear_pair
+from efficiency.contact.pair import FlankPair, Side, flank_pair
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import BlankInput, Design, MemberInput
 from efficiency.load.compliance import Tooth
 from efficiency.load.load_distribution import TeethElasticity
 from efficiency.load.teeth import elastic_teeth
 from efficiency.loss.closed_form import PitchGeometry
-from efficiency.loss.efficiency import Mesh
+from efficiency.loss.efficiency import MeshGrids
 from efficiency.loss.kinematics import Axis
 from ehl.io.errors import ConvergenceError
 
@@ -30,16 +30,16 @@ class GearMesh:
 
     Attributes
     ----------
-    pair : GearPair
+    pair : FlankPair
         Geometry of the flanks.
-    mesh : Mesh
+    mesh : MeshGrids
         Contact lines on two grids and compliance of the teeth.
     pitch : PitchGeometry
         Data for the closed forms.
     """
 
-    pair: GearPair
-    mesh: Mesh
+    pair: FlankPair
+    mesh: MeshGrids
     pitch: PitchGeometry
 
 
@@ -74,7 +74,7 @@ def gear_mesh(
     InputError
         An impossible number of positions or points.
     """
-    pair = gear_pair(design, side)
+    pair = flank_pair(design, side)
     pinion, gear = (_mean_angles(flank) for flank in design.flanks(side))
     materials = design.pinion.elastic_material(), design.gear.elastic_material()
     known = elastic_bodies(design, side) if bodies is None else bodies
@@ -99,7 +99,7 @@ def gear_mesh(
         Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
     )
     unloaded = pair.transmission.peak_to_peak
-    mesh = Mesh.build(
+    mesh = MeshGrids.build(
         design.name,
         side,
         make_cycle,
@@ -114,7 +114,7 @@ def gear_mesh(
     if design.assembly.deflection.moves:
 
         @lru_cache(maxsize=4)
-        def deflected(torque: float) -> Mesh:
+        def deflected(torque: float) -> MeshGrids:
             moved = design.under_torque(torque).without_deflection()
             return gear_mesh(moved, side, positions, points_per_line, known).mesh
 

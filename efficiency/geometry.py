@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
-from efficiency.contact.pair import GearPair, Side, gear_pair
+from efficiency.contact.pair import FlankPair, Side, flank_pair
 from efficiency.contact.pattern import MARKING, ContactPattern
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
@@ -38,7 +38,7 @@ class SideGeometry:
     ----------
     side : str
         ``"drive"`` or ``"coast"``.
-    pair : GearPair
+    pair : FlankPair
         Both flanks and the map of their mesh.
     cycle : tuple of MeshPosition
         Contact lines over one pinion pitch.
@@ -64,7 +64,7 @@ class SideGeometry:
     """
 
     side: Side
-    pair: GearPair
+    pair: FlankPair
     cycle: tuple[MeshPosition, ...]
     pattern: ContactPattern
     contact_ratio: float
@@ -222,7 +222,7 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
         The flanks do not exist where they should meet, or do not mesh.
     """
     start = time.perf_counter()
-    pair = gear_pair(design, side)
+    pair = flank_pair(design, side)
     cycle = mesh_cycle(pair)
     surface, path = pair.surface, pair.path
     pattern = pair.pattern(marking)
@@ -248,7 +248,7 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
     )
 
 
-def _shared_part(pair: GearPair) -> tuple[FloatArray, FloatArray]:
+def _shared_part(pair: FlankPair) -> tuple[FloatArray, FloatArray]:
     """Roll angle and ease-off at points both flanks reach."""
     surface = pair.surface
     u, v = (
@@ -262,7 +262,7 @@ def _shared_part(pair: GearPair) -> tuple[FloatArray, FloatArray]:
     return roll, relief
 
 
-def _side_notes(pair: GearPair, pattern: ContactPattern) -> tuple[str, ...]:
+def _side_notes(pair: FlankPair, pattern: ContactPattern) -> tuple[str, ...]:
     runs_into = ("the contact pattern runs into: " + ", ".join(pattern.edges),) if pattern.edges else ()
     return pair.notes + runs_into
 

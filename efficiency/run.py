@@ -16,8 +16,8 @@ from efficiency.load.foreign import read_load
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.duty_cycle import DutyCycle, duty_cycle
-from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
-from efficiency.loss.friction_equilibrium import load_mesh_with_friction
+from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
+from efficiency.loss.friction_equilibrium import load_grids_with_friction
 from efficiency.loss.heat_balance import HeatBalance, balance_heat, wetted_heat_transfer
 from efficiency.loss.kinematics import TEXTURE, Driver, Operation
 from efficiency.loss.map import EfficiencyMap, efficiency_map
@@ -228,12 +228,12 @@ def run_duty(
     """Efficiency at every row of a duty cycle (`efficiency.loss.duty.read_duty`) and the energies of all."""
     design = resolve_design(design)
     model = resolve_friction(friction, design)
-    meshes: dict[Side, Mesh] = {}
+    meshes: dict[Side, MeshGrids] = {}
 
-    def load(side: Side, torque: float) -> LoadedMesh:
+    def load(side: Side, torque: float) -> LoadedGrids:
         if side not in meshes:
             meshes[side] = gear_mesh(design, side, positions, points_per_line).mesh
-        return load_mesh(meshes[side], torque)
+        return load_grids(meshes[side], torque)
 
     def run(row: DutyRow) -> Operation:
         return Operation.of_design(design, abs(row.speed), row.temperature_oil, row.driver)
@@ -279,7 +279,7 @@ def run_parameter_map(
         chosen_pair: Design = place.get("design", designs[0])
         return chosen_pair
 
-    def make_mesh(place: Place) -> Mesh:
+    def make_mesh(place: Place) -> MeshGrids:
         aligned = pair(place)
         moved = {name: place[name] for name in Misalignment.model_fields if name in place}
         if moved:
@@ -311,14 +311,14 @@ def run_parameter_map(
 
 
 def _solver(
-    mesh: Mesh, torque: float, oil: Oil, friction_in_equilibrium: bool
+    mesh: MeshGrids, torque: float, oil: Oil, friction_in_equilibrium: bool
 ) -> Callable[[FrictionModel, Operation], EfficiencyResult]:
     """Efficiency of a mesh at a torque; the frictionless load is solved once."""
     if friction_in_equilibrium:
         return lambda model, operation: mesh_efficiency(
-            load_mesh_with_friction(mesh, torque, model, oil, operation), model, oil, operation
+            load_grids_with_friction(mesh, torque, model, oil, operation), model, oil, operation
         )
-    loaded = load_mesh(mesh, torque)
+    loaded = load_grids(mesh, torque)
     return lambda model, operation: mesh_efficiency(loaded, model, oil, operation)
 
 
@@ -345,11 +345,11 @@ def run_compare(
     torque, operation, oil = _operating_point(design, conditions)
     if geared is None:
         geared = gear_mesh(design, side, positions, points_per_line)
-    loaded = load_mesh(geared.mesh, torque) if load_from is None else _foreign(geared, load_from, conditions)
+    loaded = load_grids(geared.mesh, torque) if load_from is None else _foreign(geared, load_from, conditions)
     return compare_models(loaded, models, oil, operation, geared.pitch)
 
 
-def _foreign(geared: GearMesh, path: Path, conditions: Conditions) -> LoadedMesh:
+def _foreign(geared: GearMesh, path: Path, conditions: Conditions) -> LoadedGrids:
     """Load of a foreign program; a torque asked for has to be that of the file."""
     return read_load(path, geared.pair, geared.mesh.teeth, conditions.torque)
 

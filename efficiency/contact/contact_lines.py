@@ -18,7 +18,7 @@ from efficiency.contact.edge_lines import EdgePiece, edge_pieces, edge_points, n
 from efficiency.contact.line_frame import POSITION, line_frame
 from efficiency.contact.line_trace import Lines, Spans, line_points, line_spans, within_reach
 from efficiency.contact.mesh_surface import EDGES, NORMAL, MeshSurface
-from efficiency.contact.pair import GearPair
+from efficiency.contact.pair import FlankPair
 from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
@@ -194,7 +194,7 @@ def cycle_lines(surface: MeshSurface, positions: int) -> CycleLines:
 
 
 def mesh_cycle(
-    pair: GearPair,
+    pair: FlankPair,
     positions: int = 24,
     points_per_line: int = 31,
     reach: float | None = None,
@@ -205,7 +205,7 @@ def mesh_cycle(
 
     Parameters
     ----------
-    pair : GearPair
+    pair : FlankPair
         Geometry of the pair.
     positions : int
         Number of pinion angles in the pitch (the end of the pitch, equal to its start, is left out).

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from efficiency.contact.flank_grid import FlankGrid
-from efficiency.contact.pair import GearPair, Side, gear_pair
+from efficiency.contact.pair import FlankPair, Side, flank_pair
 from efficiency.contact.pattern import MARKING
 from efficiency.design.design import Design
 from ehl.io.errors import ConvergenceError, InputError
@@ -180,7 +180,7 @@ def misalignment_study(
     for number, state in enumerate(states):
         moved = design.with_misalignment(**{n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)})
         try:
-            pair = gear_pair(moved, side, grid=grid)
+            pair = flank_pair(moved, side, grid=grid)
         except ConvergenceError as error:
             points.append(MisalignmentPoint(*state, reason=str(error)))
         else:
@@ -193,7 +193,7 @@ def misalignment_study(
     )
 
 
-def _point(pair: GearPair, state: tuple[float, float, float, float], marking: float) -> MisalignmentPoint:
+def _point(pair: FlankPair, state: tuple[float, float, float, float], marking: float) -> MisalignmentPoint:
     mesh, pattern, surface = pair.transmission, pair.pattern(marking), pair.surface
     return MisalignmentPoint(
         *state,

@@ -20,7 +20,7 @@ Side = Literal["drive", "coast"]
 
 
 @dataclass(frozen=True)
-class GearPair:
+class FlankPair:
     """Geometry of a pair, for one side (drive or coast) and one set of misalignments.
 
     Attributes
@@ -101,9 +101,9 @@ class GearPair:
         return tuple(notes)
 
 
-def gear_pair(
+def flank_pair(
     design: Design, side: Side = "drive", shape: tuple[int, int] = SHAPE, grid: FlankGrid | None = None
-) -> GearPair:
+) -> FlankPair:
     """Compute the geometry of a pair.
 
     Parameters
@@ -125,4 +125,4 @@ def gear_pair(
     """
     pinion, gear = (grid.pinion, grid.gear) if grid is not None else design.flanks(side)
     surface = mesh_surface(gear, pinion, design.placement(), shape=shape, grid=grid)
-    return GearPair(design, side, surface, transmission(surface))
+    return FlankPair(design, side, surface, transmission(surface))

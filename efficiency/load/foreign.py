@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition, conjugate_fields
 from efficiency.contact.edge_lines import nearest_edge
 from efficiency.contact.mesh_surface import MeshSurface
-from efficiency.contact.pair import GearPair
+from efficiency.contact.pair import FlankPair
 from efficiency.load.equilibrium import Equilibrium
 from efficiency.load.load_distribution import (
     ElasticPosition,
@@ -42,7 +42,7 @@ from efficiency.load.load_distribution import (
     loaded_position,
     require_torque,
 )
-from efficiency.load.loaded_mesh import LoadedMesh, Mesh
+from efficiency.load.mesh_grids import LoadedGrids, MeshGrids
 from ehl.io.errors import InputError
 from ehl.io.units import parse_quantity
 
@@ -96,14 +96,14 @@ def write_load(load: LoadDistribution, path: Path) -> None:
                 )
 
 
-def read_load(path: Path, pair: GearPair, teeth: TeethElasticity, torque_pinion: float | None = None) -> LoadedMesh:
+def read_load(path: Path, pair: FlankPair, teeth: TeethElasticity, torque_pinion: float | None = None) -> LoadedGrids:
     """Load distribution of a foreign program on the flanks of a pair, in place of the own one.
 
     Parameters
     ----------
     path : Path
         CSV file, see above.
-    pair : GearPair
+    pair : FlankPair
         Pair whose flanks carry the load.
     teeth : TeethElasticity
         Materials and edges; their compliance is not asked.
@@ -112,7 +112,7 @@ def read_load(path: Path, pair: GearPair, teeth: TeethElasticity, torque_pinion:
 
     Returns
     -------
-    LoadedMesh
+    LoadedGrids
         Ready for friction and loss. Its transmission error and compatibility are not known (nan).
 
     Raises
@@ -157,8 +157,8 @@ def read_load(path: Path, pair: GearPair, teeth: TeethElasticity, torque_pinion:
         f"load distribution from {path.name}: its forces carry {_carried(load):.4f} of the torque stated; transmission "
         "error and compatibility are not known, and no error of its grid along the lines"
     )
-    mesh = Mesh(pair.name, pair.side, cycle, cycle, teeth, most, None, (*pair.notes, note))
-    return LoadedMesh(replace(mesh, transmission_error=pair.transmission.peak_to_peak), load, load)
+    mesh = MeshGrids(pair.name, pair.side, cycle, cycle, teeth, most, None, (*pair.notes, note))
+    return LoadedGrids(replace(mesh, transmission_error=pair.transmission.peak_to_peak), load, load)
 
 
 def _carried(load: LoadDistribution) -> float:

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
-from efficiency.loss.efficiency import LoadedMesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
 from efficiency.loss.result import EfficiencyResult
@@ -110,7 +110,7 @@ class Comparison:
 
 
 def compare_models(
-    loaded: LoadedMesh,
+    loaded: LoadedGrids,
     models: Sequence[FrictionModel],
     oil: Oil,
     operation: Operation,
@@ -124,7 +124,7 @@ def compare_models(
 
     Parameters
     ----------
-    loaded : LoadedMesh
+    loaded : LoadedGrids
         Geometry and load, the same for all models.
     models : sequence of FrictionModel
         Friction models.

@@ -11,7 +11,7 @@ import numpy as np
 
 from efficiency.design.design import OPERATION_LIMITS, Design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import Mesh, load_mesh
+from efficiency.loss.efficiency import MeshGrids, load_grids
 from efficiency.loss.kinematics import Driver, Operation, loaded_points
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
@@ -115,13 +115,13 @@ def duty_points(
     total, done = len(designs) * len(duty), 0
     for design in designs:
         card = Oil.load(oil or design.operation.oil)
-        meshes: dict[str, Mesh] = {}
+        meshes: dict[str, MeshGrids] = {}
         for torque in dict.fromkeys(row.torque for row in duty):
             rows = [row for row in duty if row.torque == torque]
             side = rows[0].side
             if side not in meshes:
                 meshes[side] = gear_mesh(design, side, positions, points_per_line).mesh
-            loaded = load_mesh(meshes[side], abs(torque)).fine
+            loaded = load_grids(meshes[side], abs(torque)).fine
             if loaded.reason:
                 raise ConvergenceError(loaded.reason, f"{design.name} at {torque:g} N m")
             for row in rows:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from efficiency.contact.pair import Side
 from efficiency.loss.duty import DutyRow
-from efficiency.loss.efficiency import LoadedMesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.loss.kinematics import Driver, Operation
 from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.oil import Oil
@@ -125,7 +125,7 @@ class DutyCycle:
 
 def duty_cycle(
     duty: Sequence[DutyRow],
-    load: Callable[[Side, float], LoadedMesh],
+    load: Callable[[Side, float], LoadedGrids],
     friction: FrictionModel,
     oil: Oil,
     operation: Callable[[DutyRow], Operation],
@@ -148,7 +148,7 @@ def duty_cycle(
     report : callable, optional
         Called with the number of rows done and of all rows.
     """
-    loaded: dict[tuple[Side, float], LoadedMesh] = {}
+    loaded: dict[tuple[Side, float], LoadedGrids] = {}
     rows, results = [], []
     for row in duty:
         key = row.side, abs(row.torque)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from efficiency.load.limits import points_above_hardness
 from efficiency.load.load_distribution import LoadDistribution
-from efficiency.load.loaded_mesh import LoadedMesh as LoadedMesh
-from efficiency.load.loaded_mesh import Mesh as Mesh
-from efficiency.load.loaded_mesh import load_mesh as load_mesh
+from efficiency.load.mesh_grids import LoadedGrids as LoadedGrids
+from efficiency.load.mesh_grids import MeshGrids as MeshGrids
+from efficiency.load.mesh_grids import load_grids as load_grids
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loaded_points
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
@@ -51,13 +51,13 @@ RANGES = (
 )
 
 
-def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, operation: Operation) -> EfficiencyResult:
+def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation) -> EfficiencyResult:
     """Friction, power loss and efficiency of a loaded mesh.
 
     Parameters
     ----------
-    loaded : LoadedMesh
-        From `load_mesh`.
+    loaded : LoadedGrids
+        From `load_grids`.
     friction : FrictionModel
         Asked once, for the points of both grids together; solved contacts of the fine grid serve the coarse one.
     oil : Oil
@@ -163,7 +163,7 @@ def mesh_efficiency(loaded: LoadedMesh, friction: FrictionModel, oil: Oil, opera
 
 
 def _friction(
-    model: FrictionModel, loaded: LoadedMesh, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil
+    model: FrictionModel, loaded: LoadedGrids, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil
 ) -> tuple[FrictionEstimate, FrictionEstimate]:
     """Friction on both grids; where contacts are solved, those of the fine grid serve the coarse one."""
     if getattr(model, "solves_contacts", False):
@@ -180,7 +180,7 @@ def _friction(
     return part(slice(None, fine.force.size)), part(slice(fine.force.size, None))
 
 
-def _reason(loaded: LoadedMesh, *frictions: FrictionEstimate) -> Reason:
+def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
     for load in (loaded.fine, loaded.coarse):
         if load.reason == "newton_limit":
             return "load_newton_limit"
@@ -198,7 +198,7 @@ def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
 
 
 def _notes(
-    loaded: LoadedMesh, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, operation: Operation
+    loaded: LoadedGrids, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, operation: Operation
 ) -> tuple[str, ...]:
     notes, name = loaded.notes, model.name
     if name in PUBLISHED and PUBLISHED[name].mark:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.load.load_distribution import LoadDistribution, distribute_load
-from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh
+from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids
 from efficiency.loss.kinematics import Axis, Operation, join_states, loaded_points
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
@@ -50,9 +50,9 @@ def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
     return turning(force) * np.sign(turning(position.normal))
 
 
-def load_mesh_with_friction(
-    mesh: Mesh, torque_pinion: float, friction: FrictionModel, oil: Oil, operation: Operation
-) -> LoadedMesh:
+def load_grids_with_friction(
+    mesh: MeshGrids, torque_pinion: float, friction: FrictionModel, oil: Oil, operation: Operation
+) -> LoadedGrids:
     """Load over the cycle when normal and friction forces together carry the pinion torque.
 
     The frictionless problem is solved for a torque at each position that is corrected until the sum of both kinds of
@@ -60,7 +60,7 @@ def load_mesh_with_friction(
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : MeshGrids
         With the axes of both members.
     torque_pinion : float
         [N m].
@@ -80,7 +80,7 @@ def load_mesh_with_friction(
         ``friction_not_converged`` and ``friction_undefined`` where the friction model fails.
     """
     # deflected and with lines as long as the load without friction needs them
-    mesh = load_mesh(mesh, torque_pinion).mesh
+    mesh = load_grids(mesh, torque_pinion).mesh
     if mesh.axes is None:
         raise InputError("mesh.axes", None, "the axes of both members, for the arms of the friction forces")
     grids = (mesh.elastic_fine, mesh.elastic_coarse)
@@ -109,7 +109,7 @@ def load_mesh_with_friction(
             off = max(off, float(np.max(np.abs(carried / torque_pinion - 1.0))))
             torques[k] = torques[k] * torque_pinion / carried
         if off < TOLERANCE:
-            return LoadedMesh(mesh, loads[0], loads[1], friction_in_equilibrium=True)
+            return LoadedGrids(mesh, loads[0], loads[1], friction_in_equilibrium=True)
     raise ConvergenceError("friction_rounds", f"torque off by {off:.2g} after {LIMIT} rounds")
 
 

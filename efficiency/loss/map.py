@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.oil import Oil
@@ -69,7 +69,7 @@ class EfficiencyMap:
 
 
 def efficiency_map(
-    mesh: Mesh,
+    mesh: MeshGrids,
     friction: FrictionModel,
     oil: Oil,
     torques: Sequence[float],
@@ -82,7 +82,7 @@ def efficiency_map(
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : MeshGrids
         Geometry of the mesh.
     friction : FrictionModel
         One friction model.
@@ -108,7 +108,7 @@ def efficiency_map(
     states = [operations(speed, temperature) for speed in speeds for temperature in temperatures]
     results: list[EfficiencyResult] = []
     for torque in torques:
-        loaded = load_mesh(mesh, torque)
+        loaded = load_grids(mesh, torque)
         for operation in states:
             results.append(mesh_efficiency(loaded, friction, oil, operation))
             if report is not None:

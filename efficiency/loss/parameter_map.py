@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.oil import Oil
@@ -86,7 +86,7 @@ class ParameterMap:
 
 
 def parameter_map(
-    make_mesh: Callable[[Place], Mesh],
+    make_mesh: Callable[[Place], MeshGrids],
     friction: FrictionModel | Callable[[Place], FrictionModel],
     oil: Oil,
     axes: Mapping[str, Sequence[Any]],
@@ -145,20 +145,20 @@ def parameter_map(
         return [dict(zip(names, k, strict=True)) for k in itertools.product(*(numbers[name] for name in names))]
 
     for shape_index in indices(geometry):
-        mesh: Mesh | str
+        mesh: MeshGrids | str
         try:
             mesh = make_mesh(at(shape_index))
         except ConvergenceError as error:
             mesh = error.reason
         model = friction if isinstance(friction, FrictionModel) else friction(at(shape_index))
         for load_index in indices(loading):
-            loaded: LoadedMesh | str = "" if isinstance(mesh, Mesh) else mesh
-            if isinstance(mesh, Mesh):
-                loaded = load_mesh(mesh, torque(at(shape_index | load_index)))
+            loaded: LoadedGrids | str = "" if isinstance(mesh, MeshGrids) else mesh
+            if isinstance(mesh, MeshGrids):
+                loaded = load_grids(mesh, torque(at(shape_index | load_index)))
             for run_index in indices(running):
                 index = shape_index | load_index | run_index
                 place = int(np.ravel_multi_index(tuple(index[name] for name in axes), shape)) if shape else 0
-                if isinstance(loaded, LoadedMesh):
+                if isinstance(loaded, LoadedGrids):
                     result = mesh_efficiency(loaded, model, oil, operation(at(index)))
                     results[place], reasons[place] = result, result.reason
                 else:

@@ -19,7 +19,7 @@ from ehl.view.plots import BLUE, ORANGE
 
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
-    from efficiency.contact.pair import GearPair
+    from efficiency.contact.pair import FlankPair
     from efficiency.contact.pattern import ContactPattern
     from efficiency.contact.transmission import ContactPath
 
@@ -30,7 +30,7 @@ _MM, _UM = 1e3, 1e6
 _EDGE = "0.25"
 
 
-def projection(pair: GearPair, member: Member, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+def projection(pair: FlankPair, member: Member, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Where points (u, v) of the map of a mesh lie on the projection of a member [mm], shape kept."""
     if member == "gear":
         return u * _MM, pair.surface.height(u, v) * _MM
@@ -38,14 +38,14 @@ def projection(pair: GearPair, member: Member, u: FloatArray, v: FloatArray) -> 
     return u1.reshape(u.shape) * _MM, h1.reshape(u.shape) * _MM
 
 
-def map_grid(pair: GearPair, columns: int = 141, rows: int = 81) -> tuple[FloatArray, FloatArray, FloatArray]:
+def map_grid(pair: FlankPair, columns: int = 141, rows: int = 81) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Points (u, v) over the whole map and how far they lie inside both blanks [m], each (rows, columns)."""
     patch = pair.surface.patch
     u, v = np.meshgrid(np.linspace(*patch.u_range, columns), np.linspace(*patch.v_range, rows))
     return u, v, pair.surface.margin(u.ravel(), v.ravel()).reshape(u.shape)
 
 
-def flank_axes(axes: Axes, pair: GearPair, member: Member) -> None:
+def flank_axes(axes: Axes, pair: FlankPair, member: Member) -> None:
     """Blank of a member, and dashed the part of it that the other one reaches."""
     blank = (pair.surface.gear if member == "gear" else pair.surface.pinion).blank
     u = np.linspace(-0.5, 0.5, 101) * blank.face_width
@@ -65,7 +65,7 @@ def flank_axes(axes: Axes, pair: GearPair, member: Member) -> None:
     axes.set_ylabel("over pitch cone [mm]\nroot → tip")
 
 
-def flank_figure(pair: GearPair, member: Member, what: str) -> tuple[Figure, Axes]:
+def flank_figure(pair: FlankPair, member: Member, what: str) -> tuple[Figure, Axes]:
     """Figure as high as the flank of a member needs, and its axes with a title."""
     flank = pair.surface.gear if member == "gear" else pair.surface.pinion
     u = np.array([-0.5, 0.5]) * flank.blank.face_width
@@ -76,19 +76,19 @@ def flank_figure(pair: GearPair, member: Member, what: str) -> tuple[Figure, Axe
     return figure, axes
 
 
-def draw_path(axes: Axes, pair: GearPair, path: ContactPath, member: Member, colour: str) -> None:
+def draw_path(axes: Axes, pair: FlankPair, path: ContactPath, member: Member, colour: str) -> None:
     """Unloaded path of contact of one tooth pair, inside the edges."""
     u, height = (path.u, path.height) if member == "gear" else (path.u_pinion, path.height_pinion)
     free = path.free
     axes.plot(np.where(free, u, np.nan) * _MM, height * _MM, color=colour, lw=2.2, label="unloaded path of contact")
 
 
-def ease_off_figure(pair: GearPair, path: ContactPath | None = None, member: Member = "gear") -> Figure:
+def ease_off_figure(pair: FlankPair, path: ContactPath | None = None, member: Member = "gear") -> Figure:
     """Ease-off over the flank of a member, contours in um; dashed: the part both blanks reach.
 
     Parameters
     ----------
-    pair : GearPair
+    pair : FlankPair
         The mesh.
     path : ContactPath, optional
         Path of contact to draw; that of the pair over one pitch if not given.
@@ -113,7 +113,7 @@ def ease_off_figure(pair: GearPair, path: ContactPath | None = None, member: Mem
 
 
 def contact_lines_figure(
-    pair: GearPair, cycle: tuple[MeshPosition, ...], path: ContactPath | None = None, member: Member = "gear"
+    pair: FlankPair, cycle: tuple[MeshPosition, ...], path: ContactPath | None = None, member: Member = "gear"
 ) -> Figure:
     """Potential contact lines of all positions of a pitch, coloured by equivalent radius, and the path of contact."""
     figure, axes = flank_figure(pair, member, "contact lines")
@@ -148,7 +148,7 @@ def _flank_lines(position: MeshPosition) -> list[NDArray[np.int64]]:
     return [line for line in position.lines if edge is None or not edge.touching[line[0]]]
 
 
-def radius_figure(pair: GearPair, cycle: tuple[MeshPosition, ...], lines: int = 6) -> Figure:
+def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int = 6) -> Figure:
     """Equivalent radius normal to the line along some of the contact lines of the cycle."""
     from matplotlib import colormaps
 
@@ -187,7 +187,7 @@ def radius_figure(pair: GearPair, cycle: tuple[MeshPosition, ...], lines: int = 
     return figure
 
 
-def contact_pattern_figure(pair: GearPair, pattern: ContactPattern, path: ContactPath, member: Member) -> Figure:
+def contact_pattern_figure(pair: FlankPair, pattern: ContactPattern, path: ContactPath, member: Member) -> Figure:
     """Contact pattern on a member, shaded in quarters of the marking thickness, with the path of contact."""
     thickness = pattern.thickness * _UM
     figure, axes = flank_figure(pair, member, f"contact pattern, marking {thickness:.4g} µm,")

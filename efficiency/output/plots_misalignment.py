@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.pair import FlankPair, flank_pair
 from efficiency.output.misalignment_table import ARCSEC, AXES, SHOWN_UNITS, varied
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.io.errors import ConvergenceError, InputError
@@ -123,7 +123,7 @@ def map_figure(study: MisalignmentStudy) -> Figure | None:
 
 
 def pattern_figure(
-    study: MisalignmentStudy, name: str, contacts: Sequence[tuple[float, GearPair, ContactPattern]]
+    study: MisalignmentStudy, name: str, contacts: Sequence[tuple[float, FlankPair, ContactPattern]]
 ) -> Figure:
     """Outlines of the contact pattern on the gear for values of one misalignment, and the paths of contact.
 
@@ -133,7 +133,7 @@ def pattern_figure(
         For names and units.
     name : str
         The misalignment that varies.
-    contacts : sequence of (value, GearPair, ContactPattern)
+    contacts : sequence of (value, FlankPair, ContactPattern)
         Value of the misalignment in SI units, mesh and pattern.
     """
     unit, factor = SHOWN_UNITS[name]
@@ -166,7 +166,7 @@ def pattern_figure(
 
 def section_contacts(
     design: Design, study: MisalignmentStudy, name: str
-) -> list[tuple[float, GearPair, ContactPattern]]:
+) -> list[tuple[float, FlankPair, ContactPattern]]:
     """Mesh and pattern at values of one misalignment, seven at most, the others nearest to zero.
 
     States that cannot be computed are left out.
@@ -174,12 +174,12 @@ def section_contacts(
     values, points = sections(study, name)
     chosen = np.unique(np.linspace(0, values.size - 1, _PATTERNS).round().astype(int))
     start = design.assembly.misalignment
-    found: list[tuple[float, GearPair, ContactPattern]] = []
+    found: list[tuple[float, FlankPair, ContactPattern]] = []
     for number in chosen:
         point = points[number]
         moved = design.with_misalignment(**{axis: getattr(start, axis) + getattr(point, axis) for axis in AXES})
         try:
-            pair = gear_pair(moved, study.side, grid=found[0][1].surface.grid if found else None)
+            pair = flank_pair(moved, study.side, grid=found[0][1].surface.grid if found else None)
         except ConvergenceError:
             continue
         found.append((float(getattr(point, name)), pair, pair.pattern(study.marking)))

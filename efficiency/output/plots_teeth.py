@@ -15,7 +15,7 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from ehl.view.plots import BLUE, ORANGE
 
 if TYPE_CHECKING:
-    from efficiency.contact.pair import GearPair
+    from efficiency.contact.pair import FlankPair
 
 FloatArray = NDArray[np.float64]
 
@@ -38,12 +38,12 @@ class _View:
         return cls(np.cross(up, eye), up, eye)
 
 
-def tooth_pair_figure(pair: GearPair, teeth: int = 3) -> Figure:
+def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
     """Some teeth of both members where the transmission error is highest, seen from heel and from toe.
 
     Parameters
     ----------
-    pair : GearPair
+    pair : FlankPair
         The mesh; misalignments are in the positions.
     teeth : int
         Teeth shown of each member, an odd number.
@@ -89,7 +89,7 @@ def tooth_pair_figure(pair: GearPair, teeth: int = 3) -> Figure:
     return figure
 
 
-def _teeth(pair: GearPair, member: Literal["pinion", "gear"], teeth: int) -> list[FloatArray]:
+def _teeth(pair: FlankPair, member: Literal["pinion", "gear"], teeth: int) -> list[FloatArray]:
     """Sheets (a, b, 3) of some teeth in the frame in which the real flank of the mesh is given, wound outwards."""
     grid = tooth_grid(pair.design, member, _ROWS, _COLUMNS)
     flank = pair.surface.gear if member == "gear" else pair.surface.pinion
@@ -130,7 +130,7 @@ def _tooth_sheets(grid: ToothGrid, low: FloatArray, high: FloatArray) -> list[Fl
     return sheets
 
 
-def _contact_point(pair: GearPair, angle: float) -> FloatArray:
+def _contact_point(pair: FlankPair, angle: float) -> FloatArray:
     """Crest of the ease-off in the mesh frame (3,)."""
     surface = pair.surface
     u, v = (np.array([value]) for value in surface.crest)

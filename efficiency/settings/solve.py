@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from efficiency.blank.pair import pair_blank
 from efficiency.blank.result import PairBlank
 from efficiency.contact.assembly import dot
-from efficiency.contact.pair import Side, gear_pair
+from efficiency.contact.pair import Side, flank_pair
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
@@ -218,7 +218,7 @@ def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmissi
     if fitted.rms > _MESHES:
         return None
     try:
-        mesh = gear_pair(design, side, shape=_SHAPE).transmission
+        mesh = flank_pair(design, side, shape=_SHAPE).transmission
     except ConvergenceError:
         return None
     return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None

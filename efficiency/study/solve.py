@@ -23,7 +23,7 @@ from typing import Any
 from efficiency.contact.pair import Side
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import Bodies, elastic_bodies, gear_mesh
-from efficiency.load.loaded_mesh import LoadedMesh, Mesh, load_mesh
+from efficiency.load.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
@@ -251,17 +251,17 @@ def _bodies(aligned: str, side: Side) -> Bodies:
 
 
 @lru_cache(maxsize=2)
-def _mesh(design: str, side: Side, grid: tuple[int, int]) -> Mesh:
+def _mesh(design: str, side: Side, grid: tuple[int, int]) -> MeshGrids:
     pair = Design.model_validate_json(design)
     return gear_mesh(pair, side, *grid, _bodies(pair.with_misalignment().model_dump_json(), side)).mesh
 
 
 @lru_cache(maxsize=2)
-def _loaded_mesh(design: str, side: Side, torque: float, grid: tuple[int, int]) -> LoadedMesh:
-    return load_mesh(_mesh(design, side, grid), torque)
+def _loaded_mesh(design: str, side: Side, torque: float, grid: tuple[int, int]) -> LoadedGrids:
+    return load_grids(_mesh(design, side, grid), torque)
 
 
-def _loaded(design: Design, side: Side, torque: float, grid: tuple[int, int]) -> LoadedMesh:
+def _loaded(design: Design, side: Side, torque: float, grid: tuple[int, int]) -> LoadedGrids:
     return _loaded_mesh(design.model_dump_json(), side, torque, grid)
 
 

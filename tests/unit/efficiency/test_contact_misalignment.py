@@ -9,7 +9,7 @@ import pytest
 
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.misalignment import MisalignmentStudy, misalignment_study
-from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.pair import FlankPair, flank_pair
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import load_design
 from ehl.io.errors import InputError
@@ -23,15 +23,15 @@ def study() -> MisalignmentStudy:
 
 
 @pytest.fixture(scope="module")
-def pair() -> GearPair:
-    return gear_pair(load_design(BEVEL))
+def pair() -> FlankPair:
+    return flank_pair(load_design(BEVEL))
 
 
 def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy) -> None:
     """Reused flank points give what a pair computed alone gives."""
     assert [(p.E, p.P) for p in study.points] == [(e, p) for e in (-1e-4, 0.0, 2e-4) for p in (0.0, 5e-5)]
     for point in study.points[::2]:
-        alone = gear_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P))
+        alone = flank_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P))
         assert point.peak_to_peak == pytest.approx(alone.transmission.peak_to_peak, rel=1e-4)
         assert point.crest_u == pytest.approx(alone.surface.crest[0], abs=1e-7)
         assert point.pattern_area == pytest.approx(alone.pattern().area_share, abs=2e-3)
@@ -74,7 +74,7 @@ def test_impossible_studies_are_refused(E: list[float], told: str) -> None:
         misalignment_study(load_design(BEVEL), E=E)
 
 
-def test_pattern_is_where_the_flanks_come_close(pair: GearPair) -> None:
+def test_pattern_is_where_the_flanks_come_close(pair: FlankPair) -> None:
     """The separation of the pattern against the gaps of the contact lines at their positions."""
     pattern = pair.pattern(8e-6)
     assert pattern.marked.any()
@@ -90,7 +90,7 @@ def test_pattern_is_where_the_flanks_come_close(pair: GearPair) -> None:
         assert np.abs(difference).max() < 0.4e-6
 
 
-def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: GearPair) -> None:
+def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: FlankPair) -> None:
     thin, thick = pair.pattern(2e-6), pair.pattern(12e-6)
     assert 0.0 < thin.area_share < thick.area_share < 1.0
     assert thin.length < thick.length
@@ -106,7 +106,7 @@ def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: GearPair)
     assert nothing.area_share < 1e-3
 
 
-def test_map_fractions_and_shape(pair: GearPair) -> None:
+def test_map_fractions_and_shape(pair: FlankPair) -> None:
     pattern = pair.pattern()
     assert pattern.gear_u.shape == pattern.separation.shape == pattern.marked.shape
     assert pattern.centre[0] == pytest.approx(pair.surface.crest[0], abs=1.5e-3)

@@ -13,7 +13,7 @@ from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, conjugat
 from efficiency.contact.ease_off_map import read_ease_off_map
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.pair import gear_pair
+from efficiency.contact.pair import flank_pair
 from efficiency.contact.patch import Patch
 from efficiency.contact.transmission import transmission
 from efficiency.cutting import newton
@@ -220,14 +220,14 @@ def test_designs_with_an_ease_off_or_a_grid(tmp_path: Path) -> None:
         '[[pinion.concave.ease_off.terms]]\nlength_power = 3\ndepth_power = 0\nrelief = "2 um"\n'
     )
     design = load_design(design_file(tmp_path, "[pinion.concave.cutter]", new))
-    pair = gear_pair(design)
+    pair = flank_pair(design)
     assert isinstance(pair.surface.pinion, ConjugateFlank)
     assert "not cut by settings" in pair.notes[0]
     assert 10.0 < pair.transmission.peak_to_peak / ARCSEC < 20.0
     grid_file(tmp_path, load_design(BEVEL), 11, 17, 0.0)
     by_points = load_design(design_file(tmp_path, "[gear.convex.cutter]", '[gear.convex]\ngrid = "gear.csv"\n'))
-    measured = gear_pair(by_points)
-    cut = gear_pair(load_design(BEVEL))
+    measured = flank_pair(by_points)
+    cut = flank_pair(load_design(BEVEL))
     assert measured.transmission.peak_to_peak == pytest.approx(cut.transmission.peak_to_peak, rel=1e-5)
     assert "gear.csv" in measured.notes[0]
 

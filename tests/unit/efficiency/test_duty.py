@@ -15,7 +15,7 @@ from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.loss import duty as duty_module
 from efficiency.loss.duty import DutyRow, duty_points, read_duty
-from efficiency.loss.efficiency import load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
@@ -92,7 +92,7 @@ def test_weights_are_the_work_lost() -> None:
     row = DutyRow(300.0, 125.0, 363.15, 2.0)
     (part,) = duty_points([design], [row])
     operation = Operation(row.speed, row.temperature_oil, design.pinion.roughness_rms, design.gear.roughness_rms)
-    loaded = load_mesh(coarse_mesh(DESIGN, "drive").mesh, 300.0)
+    loaded = load_grids(coarse_mesh(DESIGN, "drive").mesh, 300.0)
     result = mesh_efficiency(loaded, friction_model("constant:0.05"), Oil.load("75w90"), operation)
     assert 0.05 * part.weight.sum() == pytest.approx(2.0 * result.power_loss, rel=1e-12)
 

@@ -17,7 +17,7 @@ from efficiency.gear_mesh import gear_mesh
 from efficiency.loss import parameter_map as module
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.duty_cycle import duty_cycle
-from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.parameter_map import parameter_map
 from efficiency.run import Conditions, run_gear, run_parameter_map
@@ -36,20 +36,20 @@ def run(row: DutyRow) -> Operation:
 
 
 @cache
-def mesh(side: Side = "drive") -> Mesh:
+def mesh(side: Side = "drive") -> MeshGrids:
     return gear_mesh(DESIGN, side, 4, 9).mesh
 
 
 @cache
-def load(side: Side, torque: float) -> LoadedMesh:
-    return load_mesh(mesh(side), torque)
+def load(side: Side, torque: float) -> LoadedGrids:
+    return load_grids(mesh(side), torque)
 
 
 def test_energies_add_up() -> None:
     rows = [DutyRow(200.0, 125.0, 363.15, 2.0), DutyRow(-80.0, 200.0, 353.15, 0.5), DutyRow(200.0, 60.0, 343.15, 1.0)]
     asked: list[tuple[str, float]] = []
 
-    def counted(side: Side, torque: float) -> LoadedMesh:
+    def counted(side: Side, torque: float) -> LoadedGrids:
         asked.append((side, torque))
         return load(side, torque)
 
@@ -89,17 +89,17 @@ def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -
     made: list[Any] = []
     loads: list[float] = []
 
-    def make_mesh(place: Mapping[str, Any]) -> Mesh:
+    def make_mesh(place: Mapping[str, Any]) -> MeshGrids:
         made.append(dict(place))
         if place["E"] > 0.0:
             raise ConvergenceError("no_contact")
         return mesh()
 
-    def counted(given: Mesh, torque: float) -> LoadedMesh:
+    def counted(given: MeshGrids, torque: float) -> LoadedGrids:
         loads.append(torque)
         return load("drive", torque)
 
-    monkeypatch.setattr(module, "load_mesh", counted)
+    monkeypatch.setattr(module, "load_grids", counted)
     axes = {
         "temperature_oil": [333.15, 363.15],
         "E": [0.0, 1e-3],

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from efficiency.contact.pair import gear_pair
+from efficiency.contact.pair import flank_pair
 from efficiency.contact.thickness import tooth_shapes
 from efficiency.design.design import Design, load_design
 from ehl.io.data import data_path
@@ -119,7 +119,7 @@ def mirrored(design: Design) -> Design:
 
 def test_a_pair_of_opposite_hands_is_the_mirror_image() -> None:
     design = load_design("fm_spiral_bevel_14x39").with_misalignment(E=5e-5, P=-3e-5)
-    left, right = gear_pair(design, "drive"), gear_pair(mirrored(design), "drive")
+    left, right = flank_pair(design, "drive"), flank_pair(mirrored(design), "drive")
     assert left.surface.direction == -right.surface.direction
     np.testing.assert_allclose(left.path.transmission_error, right.path.transmission_error, atol=1e-12)
     np.testing.assert_allclose(left.path.u, right.path.u, atol=1e-10)
@@ -130,7 +130,7 @@ def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) ->
     # a cradle twice as far out leaves the cutter beside the blank
     path = changed(tmp_path, 'radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"')
     with pytest.raises(ConvergenceError, match=r"concave|pinion|flank"):
-        gear_pair(load_design(path), "drive")
+        flank_pair(load_design(path), "drive")
 
 
 @pytest.mark.parametrize(("old", "new"), [("115.40012999999999 mm", "121 mm"), ("113.19987 mm", "107.5 mm")])

@@ -13,7 +13,7 @@ from efficiency.blank.cones import Blank
 from efficiency.contact.assembly import Assembly, turn
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.curvature import flank_curvature
-from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.pair import FlankPair, flank_pair
 from efficiency.contact.patch import Patch
 from efficiency.cutting import newton
 from efficiency.design.design import load_design
@@ -23,8 +23,8 @@ BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.
 
 
 @pytest.fixture(scope="module")
-def pair() -> GearPair:
-    return gear_pair(load_design("fm_spiral_bevel_14x39"))
+def pair() -> FlankPair:
+    return flank_pair(load_design("fm_spiral_bevel_14x39"))
 
 
 @given(st.floats(-0.0127, 0.0127), st.floats(-0.006, 0.002), st.floats(-0.02, 0.02))
@@ -136,7 +136,7 @@ def test_pinion_frame_and_back() -> None:
     np.testing.assert_allclose(assembly.pinion_origin[:, 0], np.array([0.0, 0.011, 0.0]) - 2e-3 * axis, atol=1e-16)
 
 
-def test_tooth_shapes(pair: GearPair) -> None:
+def test_tooth_shapes(pair: FlankPair) -> None:
     for shape, teeth in ((pair.shape_pinion, 14), (pair.shape_gear, 39)):
         assert shape.teeth == teeth
         assert shape.face[0] == 0.0
@@ -147,6 +147,6 @@ def test_tooth_shapes(pair: GearPair) -> None:
 
 
 @pytest.mark.parametrize(("positions", "points"), [(0, 9), (4, 1), (2.5, 9)])
-def test_mesh_cycle_refuses_impossible_counts(pair: GearPair, positions: int, points: int) -> None:
+def test_mesh_cycle_refuses_impossible_counts(pair: FlankPair, positions: int, points: int) -> None:
     with pytest.raises(InputError, match="whole number"):
         mesh_cycle(pair, positions, points)

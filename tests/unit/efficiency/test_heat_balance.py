@@ -14,7 +14,7 @@ import pytest
 from efficiency.design.cooling_input import CoolingInput, MemberCooling
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.heat_balance import balance_heat, wetted_heat_transfer
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
@@ -33,8 +33,8 @@ BODIES = (load_material("steel"), load_material("steel"))
 
 
 @cache
-def loaded() -> LoadedMesh:
-    return load_mesh(gear_mesh(DESIGN, "drive", 4, 9).mesh, 200.0)
+def loaded() -> LoadedGrids:
+    return load_grids(gear_mesh(DESIGN, "drive", 4, 9).mesh, 200.0)
 
 
 def linear_loss(slope: float, asked: list[Operation]) -> Any:

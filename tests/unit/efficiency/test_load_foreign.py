@@ -12,7 +12,7 @@ import pytest
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.load.foreign import read_load, write_load
-from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
@@ -27,18 +27,18 @@ def geared() -> GearMesh:
 
 
 @pytest.fixture(scope="module")
-def loaded(geared: GearMesh) -> LoadedMesh:
-    return load_mesh(geared.mesh, 300.0)
+def loaded(geared: GearMesh) -> LoadedGrids:
+    return load_grids(geared.mesh, 300.0)
 
 
 @pytest.fixture(scope="module")
-def lines(loaded: LoadedMesh, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+def lines(loaded: LoadedGrids, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     path = tmp_path_factory.mktemp("load") / "load.csv"
     write_load(loaded.fine, path)
     return path.read_text(encoding="utf-8").splitlines()
 
 
-def read(lines: list[str], folder: Path, geared: GearMesh, torque: float | None = None) -> LoadedMesh:
+def read(lines: list[str], folder: Path, geared: GearMesh, torque: float | None = None) -> LoadedGrids:
     path = folder / "load.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return read_load(path, geared.pair, geared.mesh.teeth, torque)
@@ -53,7 +53,7 @@ def rewritten(head: str, names: list[str], values: list[list[object]]) -> list[s
     return [head, ",".join(names), *(",".join(map(str, row)) for row in zip(*values, strict=True))]
 
 
-def test_round_trip(lines: list[str], loaded: LoadedMesh, geared: GearMesh, tmp_path: Path) -> None:
+def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: GearMesh, tmp_path: Path) -> None:
     foreign = read(lines, tmp_path, geared)
     own, again = (mesh_efficiency(mesh, ConstantFriction(0.05), OIL, OPERATION) for mesh in (loaded, foreign))
     assert foreign.fine.torque_residual < 1e-12
@@ -70,7 +70,7 @@ def test_round_trip(lines: list[str], loaded: LoadedMesh, geared: GearMesh, tmp_
 
 
 def test_other_units_and_load_per_length(
-    lines: list[str], loaded: LoadedMesh, geared: GearMesh, tmp_path: Path
+    lines: list[str], loaded: LoadedGrids, geared: GearMesh, tmp_path: Path
 ) -> None:
     old = columns(lines)
     per_length = [float(f) / float(s) for f, s in zip(old["force"], old["length"], strict=True)]
@@ -86,7 +86,7 @@ def test_other_units_and_load_per_length(
 
 
 def test_points_in_space_without_lengths(
-    lines: list[str], loaded: LoadedMesh, geared: GearMesh, tmp_path: Path
+    lines: list[str], loaded: LoadedGrids, geared: GearMesh, tmp_path: Path
 ) -> None:
     """Points of contact lines in the mesh frame, at the place of their own moment of contact."""
     names = ["pinion_angle [rad]", "x [m]", "y [m]", "z [m]", "force [N]"]

@@ -16,7 +16,7 @@ from efficiency.gear_mesh import gear_mesh
 from efficiency.load.limits import limit_notes, pressure_peak
 from efficiency.load.load_distribution import distribute_load
 from efficiency.loss import efficiency as stage
-from efficiency.loss.efficiency import LoadedMesh, Mesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
 from efficiency.loss.map import efficiency_map
 from efficiency.loss.power_loss import efficiency_of, position_losses
@@ -57,13 +57,13 @@ class FromPressure:
 
 
 @pytest.fixture(scope="module")
-def mesh() -> Mesh:
+def mesh() -> MeshGrids:
     return gear_mesh(DESIGN, "drive", 4, 9).mesh
 
 
 @pytest.fixture(scope="module")
-def loaded(mesh: Mesh) -> LoadedMesh:
-    return load_mesh(mesh, 200.0)
+def loaded(mesh: MeshGrids) -> LoadedGrids:
+    return load_grids(mesh, 200.0)
 
 
 def test_power_is_friction_force_times_sliding_speed() -> None:
@@ -77,14 +77,14 @@ def test_power_is_friction_force_times_sliding_speed() -> None:
     assert efficiency_of(7.0, 10.0, 7.0) == pytest.approx(0.9)
 
 
-def test_interval_of_the_friction_model_becomes_one_of_the_efficiency(loaded: LoadedMesh) -> None:
+def test_interval_of_the_friction_model_becomes_one_of_the_efficiency(loaded: LoadedGrids) -> None:
     result = mesh_efficiency(loaded, FromPressure(), OIL, OPERATION)
     loss = 1.0 - result.efficiency
     assert 1.0 - result.efficiency_lower == pytest.approx(1.1 * loss, rel=1e-12)
     assert 1.0 - result.efficiency_upper == pytest.approx(0.9 * loss, rel=1e-12)
 
 
-def test_points_outside_the_range_are_told(loaded: LoadedMesh) -> None:
+def test_points_outside_the_range_are_told(loaded: LoadedGrids) -> None:
     result = mesh_efficiency(loaded, FromPressure(), OIL, OPERATION)
     pressure = result.points.state.pressure_hertz
     power = result.points.force * result.points.speed_sliding
@@ -103,7 +103,7 @@ def test_points_outside_the_range_are_told(loaded: LoadedMesh) -> None:
         (FrictionFlag.UNDEFINED, "friction_undefined"),
     ],
 )
-def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedMesh, flag: FrictionFlag, reason: str) -> None:
+def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: FrictionFlag, reason: str) -> None:
     result = mesh_efficiency(loaded, FromPressure(worse=flag), OIL, OPERATION)
     assert (result.status, result.reason) == ("failed", reason)
     assert math.isnan(result.efficiency)
@@ -121,10 +121,10 @@ def test_a_formula_without_a_value_fails_the_run() -> None:
     assert result.flags["undefined"] == result.points_loaded
 
 
-def test_pressure_above_the_hardness_fails_and_says_where(mesh: Mesh) -> None:
+def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> None:
     soft = mesh.teeth.material_gear.model_copy(update={"hardness": 1.2e9})
     weak = replace(mesh, teeth=replace(mesh.teeth, material_gear=soft))
-    result = mesh_efficiency(load_mesh(weak, 200.0), ConstantFriction(0.05), OIL, OPERATION)
+    result = mesh_efficiency(load_grids(weak, 200.0), ConstantFriction(0.05), OIL, OPERATION)
     pressure = result.points.state.pressure_hertz
     above = np.count_nonzero(pressure > 1.2e9)
     assert 0 < above < pressure.size
@@ -134,12 +134,12 @@ def test_pressure_above_the_hardness_fails_and_says_where(mesh: Mesh) -> None:
     assert "mm from the toe" in result.notes[0]
     assert result.to_dict()["notes"] == list(result.notes)
     # a torque at which no point reaches it
-    light = mesh_efficiency(load_mesh(weak, 5.0), ConstantFriction(0.05), OIL, OPERATION)
+    light = mesh_efficiency(load_grids(weak, 5.0), ConstantFriction(0.05), OIL, OPERATION)
     assert light.status == "converged"
     assert not any("hardness" in note for note in light.notes)
 
 
-def test_load_at_the_edges_is_told(loaded: LoadedMesh) -> None:
+def test_load_at_the_edges_is_told(loaded: LoadedGrids) -> None:
     peak = pressure_peak(loaded.fine, loaded.mesh.teeth)
     assert peak.pressure == loaded.fine.pressure_max
     (note,) = limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
@@ -167,20 +167,20 @@ def test_flanks_that_do_not_match_at_all_are_refused() -> None:
         run_gear(with_offset(0.01), positions=4, points_per_line=9)
 
 
-def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedMesh) -> None:
+def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedGrids) -> None:
     positions = tuple(replace(p, at_edge=np.zeros_like(p.at_edge)) for p in loaded.fine.positions)
     inner = replace(loaded.fine, positions=positions)
     assert pressure_peak(inner, loaded.mesh.teeth).edge == ""
     assert limit_notes(inner, loaded.mesh.teeth, loaded.mesh.unloaded_error) == ()
 
 
-def test_failed_load_is_a_failure(mesh: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_load_is_a_failure(mesh: MeshGrids, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("efficiency.load.equilibrium.NEWTON_LIMIT", 1)
-    result = mesh_efficiency(load_mesh(mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION)
+    result = mesh_efficiency(load_grids(mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION)
     assert (result.status, result.reason) == ("failed", "load_newton_limit")
 
 
-def test_result_is_json(loaded: LoadedMesh) -> None:
+def test_result_is_json(loaded: LoadedGrids) -> None:
     content = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION).to_dict()
     assert json.loads(json.dumps(content)) == content
     assert content["speed_pinion"] == 125.0
@@ -189,7 +189,7 @@ def test_result_is_json(loaded: LoadedMesh) -> None:
     assert set(content["ranges"]) == set(stage.RANGES)
 
 
-def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedMesh) -> None:
+def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedGrids) -> None:
     slow, fast = (
         mesh_efficiency(loaded, ConstantFriction(0.05), OIL, Operation(speed, 363.15)) for speed in (10.0, 400.0)
     )
@@ -215,7 +215,7 @@ def test_operating_points_are_held_to_the_ranges_of_the_design_file(changes: dic
 
 
 @pytest.mark.parametrize("torque", [0.0, -300.0, float("nan"), float("inf")])
-def test_impossible_torque_is_refused(mesh: Mesh, torque: float) -> None:
+def test_impossible_torque_is_refused(mesh: MeshGrids, torque: float) -> None:
     with pytest.raises(InputError, match=r"torque = .* above 0 N m"):
         distribute_load(mesh.fine, mesh.teeth, torque)
     with pytest.raises(InputError, match="torque"):
@@ -270,7 +270,7 @@ def test_join_states_keeps_order() -> None:
     np.testing.assert_array_equal(both.radius_equivalent, [0.01, 0.01, 0.02])
 
 
-def test_run_functions_agree_and_figures_show_the_result(mesh: Mesh) -> None:
+def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> None:
     result = run_gear(DESIGN, "xu_kahraman_2007", positions=4, points_per_line=9)
     assert result.torque_pinion == DESIGN.operation.torque
     comparison = run_compare(DESIGN, ("xu_kahraman_2007",), positions=4, points_per_line=9)
@@ -299,7 +299,7 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: Mesh) -> None:
     assert [len(axes.lines) for axes in plot_map(map_).axes] == [2, 2]
 
 
-def test_map_refuses_an_empty_list_and_reports_progress(mesh: Mesh) -> None:
+def test_map_refuses_an_empty_list_and_reports_progress(mesh: MeshGrids) -> None:
     seen: list[tuple[int, int]] = []
     arguments = (mesh, ConstantFriction(0.05), OIL, [100.0, 200.0], lambda s, t: Operation(s, t))
     efficiency_map(*arguments, [100.0], [363.15], lambda done, total: seen.append((done, total)))

@@ -16,7 +16,7 @@ from openpyxl import load_workbook
 
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.loaded_mesh import load_mesh
+from efficiency.load.mesh_grids import load_grids
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
@@ -55,7 +55,7 @@ def geared() -> Meshed:
 
 @pytest.fixture(scope="module")
 def result(geared: Meshed) -> EfficiencyResult:
-    return mesh_efficiency(load_mesh(geared[1].mesh, 300.0), friction_model("xu_kahraman_2007"), OIL, operation())
+    return mesh_efficiency(load_grids(geared[1].mesh, 300.0), friction_model("xu_kahraman_2007"), OIL, operation())
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def grid(geared: Meshed) -> EfficiencyMap:
 @pytest.fixture(scope="module")
 def comparison(geared: Meshed) -> Comparison:
     models = [friction_model("constant:0.05"), friction_model("xu_kahraman_2007")]
-    return compare_models(load_mesh(geared[1].mesh, 300.0), models, OIL, operation(), geared[1].pitch)
+    return compare_models(load_grids(geared[1].mesh, 300.0), models, OIL, operation(), geared[1].pitch)
 
 
 def require_units(figure: Figure) -> None:

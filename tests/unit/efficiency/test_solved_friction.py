@@ -16,7 +16,7 @@ from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss import ehl_friction as module
 from efficiency.loss.duty import DutyRow, duty_points
-from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh, loss_by_region
@@ -43,8 +43,8 @@ GRID = {"positions": 4, "points_per_line": 9}
 
 
 @pytest.fixture(scope="module")
-def loaded() -> LoadedMesh:
-    return load_mesh(gear_mesh(DESIGN, "drive", 6, 15).mesh, 200.0)
+def loaded() -> LoadedGrids:
+    return load_grids(gear_mesh(DESIGN, "drive", 6, 15).mesh, 200.0)
 
 
 def solver(fails: Any) -> Any:
@@ -72,7 +72,7 @@ def model(**changes: Any) -> EhlFriction:
 
 
 def test_failed_contacts_are_counted_named_and_carried_as_error(
-    loaded: LoadedMesh, monkeypatch: pytest.MonkeyPatch
+    loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: False))
     sound = mesh_efficiency(loaded, model(), OIL, OPERATION)
@@ -116,7 +116,7 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
 
 
 def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
-    loaded: LoadedMesh, monkeypatch: pytest.MonkeyPatch
+    loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: contact.pressure_hertz > 0.9e9))
     result = mesh_efficiency(loaded, model(), OIL, OPERATION)
@@ -136,7 +136,9 @@ def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
     assert (shown["contacts solved"], shown["film ratio"]) == ("0 of 60", "–")
 
 
-def test_interval_of_solved_contacts_is_that_of_their_mean(loaded: LoadedMesh, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interval_of_solved_contacts_is_that_of_their_mean(
+    loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: False))
     result = mesh_efficiency(loaded, model(), OIL, OPERATION)
     half = 0.5 * (result.efficiency_upper - result.efficiency_lower)
@@ -152,7 +154,7 @@ def test_interval_of_solved_contacts_is_that_of_their_mean(loaded: LoadedMesh, m
     assert spread.sources[0].sigma_efficiency == pytest.approx(0.5 * half, rel=1e-3)
 
 
-def test_the_peklenik_number_is_told_where_friction_does_not_know_it(loaded: LoadedMesh) -> None:
+def test_the_peklenik_number_is_told_where_friction_does_not_know_it(loaded: LoadedGrids) -> None:
     ground = replace(OPERATION, peklenik_number=5.0)
     for name in ("xu_kahraman_2007", "75w90"):
         notes = mesh_efficiency(loaded, friction_model(name), OIL, ground).notes

@@ -18,7 +18,7 @@ from openpyxl import load_workbook
 import efficiency.study.solve
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.loaded_mesh import load_mesh
+from efficiency.load.mesh_grids import load_grids
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.output.plots_study import axis_label, designs_figure, influence_figure, shown, study_figures
@@ -80,7 +80,7 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         (designs[0], 0.0, 100.0, 400.0, 333.15, 2e-7),
         (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
     ):
-        loaded = load_mesh(gear_mesh(design, "drive", *GRID.values()).mesh, torque)
+        loaded = load_grids(gear_mesh(design, "drive", *GRID.values()).mesh, torque)
         alone = mesh_efficiency(
             loaded, friction_model(MODEL), Oil.load("75w90"), Operation(speed, temperature, rough, rough)
         )

@@ -11,7 +11,7 @@ import pytest
 
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
@@ -44,8 +44,8 @@ class Product:
 
 
 @cache
-def loaded() -> LoadedMesh:
-    return load_mesh(gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 9).mesh, 200.0)
+def loaded() -> LoadedGrids:
+    return load_grids(gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 9).mesh, 200.0)
 
 
 def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:

@@ -14,7 +14,7 @@ from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.pair import FlankPair, flank_pair
 from efficiency.contact.thickness import gear_thickness, pinion_thickness
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
@@ -27,11 +27,11 @@ PAIRS: tuple[tuple[str, Any], ...] = tuple((name, side) for name in HYPOIDS for 
 
 
 @pytest.fixture(scope="module", params=PAIRS, ids=lambda pair: f"{pair[0]}-{pair[1]}")
-def pair(request: pytest.FixtureRequest) -> GearPair:
-    return gear_pair(load_design(request.param[0]), request.param[1])
+def pair(request: pytest.FixtureRequest) -> FlankPair:
+    return flank_pair(load_design(request.param[0]), request.param[1])
 
 
-def rigid(pair: GearPair, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def rigid(pair: FlankPair, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Velocities of pinion and gear at mesh points (n, 3), pinion at 1 rad/s in driving direction."""
     assembly = pair.surface.assembly
     spin = pair.surface.direction
@@ -41,7 +41,7 @@ def rigid(pair: GearPair, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return pinion, gear
 
 
-def test_sliding_is_that_of_the_rigid_bodies(pair: GearPair) -> None:
+def test_sliding_is_that_of_the_rigid_bodies(pair: FlankPair) -> None:
     """Offset axes: no velocity along the normal, both components of the sliding in the tangent plane."""
     assert pair.surface.assembly.offset > 0.01
     for position in mesh_cycle(pair, positions=3, points_per_line=9):
@@ -60,7 +60,7 @@ def test_sliding_is_that_of_the_rigid_bodies(pair: GearPair) -> None:
     assert np.abs(position.sliding_along).min() > 3.0 * np.abs(position.sliding_across).min()
 
 
-def inner(pair: GearPair, points: int = 7) -> tuple[MeshPosition, np.ndarray, np.ndarray]:
+def inner(pair: FlankPair, points: int = 7) -> tuple[MeshPosition, np.ndarray, np.ndarray]:
     """Points of one position that lie 0.5 mm inside the flanks, with (u, v)."""
     surface = pair.surface
     position = mesh_cycle(pair, positions=3, points_per_line=points)[1]
@@ -69,7 +69,7 @@ def inner(pair: GearPair, points: int = 7) -> tuple[MeshPosition, np.ndarray, np
     return position, u, v
 
 
-def test_entrainment_follows_the_line_over_the_gear(pair: GearPair) -> None:
+def test_entrainment_follows_the_line_over_the_gear(pair: FlankPair) -> None:
     """Gear points a little apart and the times the line reaches them."""
     surface = pair.surface
     position, u, v = inner(pair)
@@ -86,7 +86,7 @@ def test_entrainment_follows_the_line_over_the_gear(pair: GearPair) -> None:
         np.testing.assert_allclose(-run, surface_gear * time, rtol=1e-4, atol=1e-11)
 
 
-def curvature_radius(pair: GearPair, position: MeshPosition, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+def curvature_radius(pair: FlankPair, position: MeshPosition, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Equivalent radius across the line from the curvatures of both real flanks."""
     surface = pair.surface
     on_gear, found = surface.gear.solve(u, surface.height(u, v))
@@ -109,7 +109,7 @@ def curvature_radius(pair: GearPair, position: MeshPosition, u: np.ndarray, v: n
     return np.asarray(1.0 / relative)
 
 
-def test_equivalent_radius_against_the_curvatures_of_both_flanks(pair: GearPair) -> None:
+def test_equivalent_radius_against_the_curvatures_of_both_flanks(pair: FlankPair) -> None:
     """Mesh kinematics against both cuts: exact for the conjugate flank; with an ease-off to first order in it."""
     position, u, v = inner(pair)
     exact = curvature_radius(pair, position, u, v)
@@ -124,7 +124,7 @@ def test_equivalent_radius_against_the_curvatures_of_both_flanks(pair: GearPair)
     np.testing.assert_allclose(curvature_radius(conjugate, position, u, v), position.radius_equivalent, rtol=1e-6)
 
 
-def separation(pair: GearPair, angle: float, back: float, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+def separation(pair: FlankPair, angle: float, back: float, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Exact distance along the gear normal to the real pinion flank at a pinion angle, gear turned back."""
     surface = pair.surface
     points, found = surface.gear.solve(u, surface.height(u, v))
@@ -137,7 +137,7 @@ def separation(pair: GearPair, angle: float, back: float, u: np.ndarray, v: np.n
     return np.where(found, distance, np.inf)
 
 
-def test_gap_is_the_least_distance_of_the_real_flanks_across_the_line(pair: GearPair) -> None:
+def test_gap_is_the_least_distance_of_the_real_flanks_across_the_line(pair: FlankPair) -> None:
     surface = pair.surface
     position, u, v = inner(pair, 5)
     angle = position.pinion_angle + position.pair * surface.pitch
@@ -165,7 +165,7 @@ def test_gap_is_the_least_distance_of_the_real_flanks_across_the_line(pair: Gear
 
 def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
     """The drive flank of the face-hobbed hypoid pinion is undercut at the toe of its root, near the tip of the gear."""
-    pair = gear_pair(load_design("fh_hypoid_9x34"), "drive")
+    pair = flank_pair(load_design("fh_hypoid_9x34"), "drive")
     absent = pair.surface.absent
     assert absent is not None
     assert 0.01 < absent.share < 0.05

@@ -9,7 +9,7 @@ import pytest
 from direct_tangency import check_path
 
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.pair import gear_pair
+from efficiency.contact.pair import flank_pair
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import Design, load_design
 from ehl.io.data import data_names
@@ -89,7 +89,7 @@ def test_error_falls_with_the_grid(bevel: Design) -> None:
 
 
 def test_curve_of_the_mesh_is_the_upper_envelope_of_its_pairs(bevel: Design) -> None:
-    pair = gear_pair(bevel)
+    pair = flank_pair(bevel)
     mesh, pitch = pair.transmission, pair.surface.pitch
     angle = mesh.pinion_angle[5::97]
     single = [contact_path(pair.surface, angle + k * pitch).transmission_error for k in range(-2, 3)]
@@ -102,10 +102,10 @@ def test_curve_of_the_mesh_is_the_upper_envelope_of_its_pairs(bevel: Design) -> 
 
 def test_edge_contact_is_told_and_costs_transmission_error(bevel: Design) -> None:
     """A pinion far too high in the mesh runs on the tip of the gear."""
-    aligned = gear_pair(bevel, "drive")
+    aligned = flank_pair(bevel, "drive")
     assert aligned.transmission.edges == ()
     assert aligned.notes == ()
-    moved = gear_pair(bevel.with_misalignment(E=2e-4), "drive")
+    moved = flank_pair(bevel.with_misalignment(E=2e-4), "drive")
     assert moved.transmission.edges == ("gear tip",)
     assert "gear tip" in moved.notes[0]
     assert np.isfinite(moved.path.transmission_error).all()

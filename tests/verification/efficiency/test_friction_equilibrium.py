@@ -14,8 +14,8 @@ from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.load.load_distribution import TeethElasticity
 from efficiency.load.plate import PlateTooth
-from efficiency.loss.efficiency import Mesh, load_mesh, mesh_efficiency
-from efficiency.loss.friction_equilibrium import friction_arm, load_mesh_with_friction
+from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
+from efficiency.loss.friction_equilibrium import friction_arm, load_grids_with_friction
 from efficiency.loss.kinematics import Axis, Operation
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
@@ -27,7 +27,7 @@ OPERATION = Operation(100.0, 363.15)
 STEEL = load_material("steel")
 
 
-def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> Mesh:
+def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:
     """Contact at the pitch point only: x across the teeth, y along them, z off the pitch plane.
 
     Both members move at the same speed along x; along y they differ by the tangents of their spiral angles.
@@ -70,7 +70,7 @@ def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> Mesh:
     shape = ToothShape(10, np.array([0.0, 0.02]), np.full(2, 7e-3), np.full(2, 6e-3), np.full(2, 2.5e-3))
     tooth = PlateTooth.from_shape(shape, 0.0, pressure, STEEL)
     cycle = tuple(replace(position, pinion_angle=0.1 * k) for k in range(4))
-    return Mesh("pitch point", "drive", cycle, cycle, TeethElasticity(tooth, tooth, STEEL, STEEL), n, tuple(axes))
+    return MeshGrids("pitch point", "drive", cycle, cycle, TeethElasticity(tooth, tooth, STEEL, STEEL), n, tuple(axes))
 
 
 @pytest.mark.parametrize("mu", [0.01, 0.05, 0.12])
@@ -83,9 +83,9 @@ def test_hypoid_pitch_point_is_exact(mu: float, b1: float, b2: float) -> None:
     pressure, t1, t2 = math.radians(20.0), math.tan(math.radians(b1)), math.tan(math.radians(b2))
     mesh = pitch_point(math.radians(b1), math.radians(b2), pressure)
     model, cos_a = ConstantFriction(mu), math.cos(pressure)
-    plain = mesh_efficiency(load_mesh(mesh, 100.0), model, OIL, OPERATION)
+    plain = mesh_efficiency(load_grids(mesh, 100.0), model, OIL, OPERATION)
     assert plain.efficiency == pytest.approx(1.0 - mu * abs(t1 - t2) / cos_a, rel=1e-12)
-    loaded = load_mesh_with_friction(mesh, 100.0, model, OIL, OPERATION)
+    loaded = load_grids_with_friction(mesh, 100.0, model, OIL, OPERATION)
     with_friction = mesh_efficiency(loaded, model, OIL, OPERATION)
     signed = math.copysign(mu, t1 - t2)
     assert with_friction.efficiency == pytest.approx((cos_a + signed * t2) / (cos_a + signed * t1), rel=1e-9)
@@ -99,7 +99,7 @@ def test_hypoid_pitch_point_with_the_gear_driving(b1: float, b2: float) -> None:
     pressure, t1, t2 = math.radians(20.0), math.tan(math.radians(b1)), math.tan(math.radians(b2))
     mesh = pitch_point(math.radians(b1), math.radians(b2), pressure)
     model, cos_a, operation = ConstantFriction(0.05), math.cos(pressure), replace(OPERATION, driver="gear")
-    result = mesh_efficiency(load_mesh_with_friction(mesh, 100.0, model, OIL, operation), model, OIL, operation)
+    result = mesh_efficiency(load_grids_with_friction(mesh, 100.0, model, OIL, operation), model, OIL, operation)
     signed = math.copysign(0.05, t1 - t2)
     assert result.efficiency == pytest.approx((cos_a - signed * t1) / (cos_a - signed * t2), rel=1e-9)
     assert result.power_output == pytest.approx(100.0 * OPERATION.speed_pinion, rel=1e-14)
@@ -110,7 +110,7 @@ def test_energy_balance_of_a_real_pair() -> None:
     mesh = gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 11).mesh
     assert mesh.axes is not None
     model = friction_model("xu_kahraman_2007")
-    loaded = load_mesh_with_friction(mesh, 300.0, model, OIL, OPERATION)
+    loaded = load_grids_with_friction(mesh, 300.0, model, OIL, OPERATION)
     result = mesh_efficiency(loaded, model, OIL, OPERATION)
     for k, load in enumerate(loaded.fine.positions):
         here = result.points.position == k
@@ -122,7 +122,7 @@ def test_energy_balance_of_a_real_pair() -> None:
         assert torque_in == pytest.approx(300.0, rel=1e-9)
         lost = (torque_in - torque_out * 14 / 39) * OPERATION.speed_pinion
         assert lost == pytest.approx(result.power_loss_positions[k], rel=1e-9)
-    plain = mesh_efficiency(load_mesh(mesh, 300.0), model, OIL, OPERATION)
+    plain = mesh_efficiency(load_grids(mesh, 300.0), model, OIL, OPERATION)
     assert result.power_loss == pytest.approx(plain.power_loss, rel=0.03)
     assert result.power_loss != plain.power_loss
 
@@ -131,7 +131,7 @@ def test_no_friction_changes_nothing() -> None:
     mesh = pitch_point(0.8, 0.4, 0.35)
     model = ConstantFriction(0.0)
     assert (
-        mesh_efficiency(load_mesh_with_friction(mesh, 50.0, model, OIL, OPERATION), model, OIL, OPERATION).efficiency
+        mesh_efficiency(load_grids_with_friction(mesh, 50.0, model, OIL, OPERATION), model, OIL, OPERATION).efficiency
         == 1.0
     )
 
@@ -140,15 +140,15 @@ def test_self_locking_is_said() -> None:
     """mu tan b1 > cos a with sliding along the pinion's motion: friction alone turns the gear, no torque is needed."""
     mesh = pitch_point(math.radians(60.0), math.radians(80.0), 0.35)
     with pytest.raises(ConvergenceError, match="self_locking"):
-        load_mesh_with_friction(mesh, 50.0, ConstantFriction(0.6), OIL, OPERATION)
+        load_grids_with_friction(mesh, 50.0, ConstantFriction(0.6), OIL, OPERATION)
 
 
 def test_axes_are_needed() -> None:
     mesh = replace(pitch_point(0.8, 0.4, 0.35), axes=None)
     with pytest.raises(InputError, match=r"mesh\.axes"):
-        load_mesh_with_friction(mesh, 50.0, ConstantFriction(0.05), OIL, OPERATION)
+        load_grids_with_friction(mesh, 50.0, ConstantFriction(0.05), OIL, OPERATION)
 
 
 def test_friction_without_a_value_is_said() -> None:
     with pytest.raises(ConvergenceError, match="friction_undefined"):
-        load_mesh_with_friction(pitch_point(0.8, 0.4, 0.35), 50.0, ConstantFriction(math.nan), OIL, OPERATION)
+        load_grids_with_friction(pitch_point(0.8, 0.4, 0.35), 50.0, ConstantFriction(math.nan), OIL, OPERATION)

@@ -13,7 +13,7 @@ from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.pair import GearPair, gear_pair
+from efficiency.contact.pair import FlankPair, flank_pair
 from efficiency.contact.patch import Patch
 from efficiency.contact.transmission import contact_path, transmission
 from efficiency.cutting.cutter import Blade
@@ -31,8 +31,8 @@ def design() -> Design:
 
 
 @pytest.fixture(scope="module", params=SIDES)
-def pair(request: pytest.FixtureRequest, design: Design) -> GearPair:
-    return gear_pair(design, request.param)
+def pair(request: pytest.FixtureRequest, design: Design) -> FlankPair:
+    return flank_pair(design, request.param)
 
 
 def crown_pinion(gear: CutFlank, pinion: CutFlank) -> CutFlank:
@@ -140,7 +140,7 @@ def test_zero_ease_off_for_other_bevel_pairs(
 
 
 def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: Design, conjugate: MeshSurface) -> None:
-    real = gear_pair(design, "drive")
+    real = flank_pair(design, "drive")
     pair = replace(real, surface=conjugate, transmission=transmission(conjugate))
     assert pair.transmission.peak_to_peak / ARCSEC < 1e-5
     for position in mesh_cycle(pair, positions=4, points_per_line=9):
@@ -150,7 +150,7 @@ def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: De
 
 def test_relative_curvature_of_the_conjugate_pair(conjugate: MeshSurface) -> None:
     """Curvatures of both real flanks: none along the line of contact, that of the mesh kinematics across it."""
-    pair = replace(gear_pair(load_design("fm_spiral_bevel_14x39"), "drive"), surface=conjugate)
+    pair = replace(flank_pair(load_design("fm_spiral_bevel_14x39"), "drive"), surface=conjugate)
     position = mesh_cycle(pair, positions=1, points_per_line=7)[0]
     u = position.face_gear - 0.5 * conjugate.gear.blank.face_width
     on_gear, found = conjugate.gear.solve(u, position.height_gear + conjugate.gear.blank.root(u))
@@ -173,7 +173,7 @@ def test_relative_curvature_of_the_conjugate_pair(conjugate: MeshSurface) -> Non
     assert np.abs(relative[:, 0, 1]).max() < 1e-6 * relative[:, 0, 0].min()
 
 
-def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: GearPair) -> None:
+def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: FlankPair) -> None:
     """Points on lines inside the blanks against the contact path of one pair: two ways to the same minimum."""
     surface = pair.surface
     for position in mesh_cycle(pair, positions=6, points_per_line=31):
@@ -197,7 +197,7 @@ def separation(surface: MeshSurface, angle: float, back: float, u: np.ndarray, v
     return distance
 
 
-def test_gap_is_the_smallest_distance_of_the_real_flanks_across_the_line(pair: GearPair) -> None:
+def test_gap_is_the_smallest_distance_of_the_real_flanks_across_the_line(pair: FlankPair) -> None:
     surface = pair.surface
     position = mesh_cycle(pair, positions=3, points_per_line=7)[1]
     u = position.face_gear - 0.5 * surface.gear.blank.face_width
@@ -268,7 +268,7 @@ def test_contact_moves_to_opposite_ends_on_both_sides_with_offset_error(design: 
     shift = {}
     for side in SIDES:
         plus, minus = (
-            gear_pair(design.with_misalignment(E=e), side).surface.crest[0]  # type: ignore[arg-type]
+            flank_pair(design.with_misalignment(E=e), side).surface.crest[0]  # type: ignore[arg-type]
             for e in (5e-5, -5e-5)
         )
         shift[side] = plus - minus
@@ -276,7 +276,7 @@ def test_contact_moves_to_opposite_ends_on_both_sides_with_offset_error(design: 
     assert shift["coast"] > 1e-3
 
 
-def test_interpolation_error_is_estimated(pair: GearPair) -> None:
+def test_interpolation_error_is_estimated(pair: FlankPair) -> None:
     """The patch against exact points between its nodes; the estimate from the tail is not too small."""
     surface = pair.surface
     u, v = points_inside(surface)
@@ -287,7 +287,7 @@ def test_interpolation_error_is_estimated(pair: GearPair) -> None:
     assert surface.interpolation_error < 1e-9
 
 
-def test_patch_converges_geometrically(pair: GearPair) -> None:
+def test_patch_converges_geometrically(pair: FlankPair) -> None:
     surface = pair.surface
     u, v = points_inside(surface)
     exact = surface.patch(u, v, ("ease_off",))[0]
@@ -301,7 +301,7 @@ def test_patch_converges_geometrically(pair: GearPair) -> None:
     assert errors[2] < 0.3 * errors[1]
 
 
-def test_conjugate_points_have_no_normal_sliding_and_one_ratio_of_levers(pair: GearPair) -> None:
+def test_conjugate_points_have_no_normal_sliding_and_one_ratio_of_levers(pair: FlankPair) -> None:
     for position in mesh_cycle(pair, positions=3, points_per_line=11):
         ratio = position.lever_gear / position.lever_pinion
         np.testing.assert_allclose(ratio, pair.teeth_gear / pair.teeth_pinion, rtol=1e-12)
@@ -312,7 +312,7 @@ def test_conjugate_points_have_no_normal_sliding_and_one_ratio_of_levers(pair: G
         np.testing.assert_allclose((sliding * position.across).sum(axis=1), position.sliding_across, atol=1e-15)
 
 
-def surface_sliding(pair: GearPair, position: MeshPosition) -> np.ndarray:
+def surface_sliding(pair: FlankPair, position: MeshPosition) -> np.ndarray:
     """Velocity difference from the two rigid rotations, written out once more."""
     spin = pair.surface.direction
     pinion = np.cross([spin, 0.0, 0.0], position.position)
@@ -320,7 +320,7 @@ def surface_sliding(pair: GearPair, position: MeshPosition) -> np.ndarray:
     return np.asarray(pinion - gear)
 
 
-def test_entrainment_follows_the_contact_line(pair: GearPair) -> None:
+def test_entrainment_follows_the_contact_line(pair: FlankPair) -> None:
     """Move the pinion a little and see how far the line has run over each flank."""
     surface = pair.surface
     first = mesh_cycle(pair, positions=1, points_per_line=9)[0]
@@ -341,7 +341,7 @@ def test_entrainment_follows_the_contact_line(pair: GearPair) -> None:
         np.testing.assert_allclose(surface_gear, expected, rtol=1e-5)
 
 
-def test_line_lengths_and_points(pair: GearPair) -> None:
+def test_line_lengths_and_points(pair: FlankPair) -> None:
     coarse = mesh_cycle(pair, positions=2, points_per_line=11)[1]
     fine = mesh_cycle(pair, positions=2, points_per_line=101)[1]
     np.testing.assert_array_equal(np.unique(coarse.pair), np.unique(fine.pair))
@@ -361,7 +361,7 @@ def test_line_lengths_and_points(pair: GearPair) -> None:
         assert position.gap.min() == 0.0
 
 
-def test_the_cycle_closes_after_one_pitch(pair: GearPair) -> None:
+def test_the_cycle_closes_after_one_pitch(pair: FlankPair) -> None:
     """The lines just before the end of the pitch continue in those of its start, one pair further."""
     cycle = mesh_cycle(pair, positions=200, points_per_line=5)
     first, last = cycle[0], cycle[-1]

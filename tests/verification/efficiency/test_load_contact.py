@@ -24,7 +24,7 @@ from efficiency.load.load_distribution import (
     elastic_cycle,
     loaded_position,
 )
-from efficiency.load.loaded_mesh import load_mesh
+from efficiency.load.mesh_grids import load_grids
 from ehl.io.errors import InputError
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
@@ -37,7 +37,7 @@ def geared() -> GearMesh:
 
 @pytest.fixture(scope="module")
 def load(geared: GearMesh) -> LoadDistribution:
-    return load_mesh(geared.mesh, 300.0).fine
+    return load_grids(geared.mesh, 300.0).fine
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def crowded(geared: GearMesh) -> ElasticPosition:
 @pytest.mark.parametrize("torque", [0.1, 3.0, 300.0, 3000.0])
 def test_balance_and_optimality(geared: GearMesh, torque: float) -> None:
     """Sum of loads and all conditions of contact to 1e-10, written out anew."""
-    mesh = load_mesh(geared.mesh, torque)
+    mesh = load_grids(geared.mesh, torque)
     for p, elastic in zip(mesh.fine.positions, mesh.mesh.elastic_fine, strict=True):
         at, loaded = p.position, p.force > 0.0
         assert p.force @ at.lever_pinion == pytest.approx(torque, rel=1e-10)
@@ -146,7 +146,7 @@ def test_light_load_approaches_the_unloaded_transmission_error(geared: GearMesh)
     """Lag goes to zero with the load as in a point contact, (T^2/3), on lines cut down to the few tenths that touch."""
     lags = []
     for torque in (1e-3, 1e-1):
-        load = load_mesh(geared.mesh, torque).fine
+        load = load_grids(geared.mesh, torque).fine
         angles = np.array([p.position.pinion_angle for p in load.positions])
         lags.append(geared.pair.transmission.at(angles) - load.transmission_error)
     assert lags[0].min() > 0.0
@@ -166,7 +166,7 @@ def test_default_grid_has_one_per_cent_of_the_transmission_error(geared: GearMes
 
 def test_light_loads_get_all_points_of_their_lines(geared: GearMesh) -> None:
     """At 1 N m the standard lines have hardly a point where the flanks touch; the grid follows the load."""
-    light, nominal = load_mesh(geared.mesh, 1.0), load_mesh(geared.mesh, 300.0)
+    light, nominal = load_grids(geared.mesh, 1.0), load_grids(geared.mesh, 300.0)
     assert nominal.mesh is geared.mesh
     assert light.mesh is not geared.mesh
     loaded = [np.count_nonzero(p.force) for p in light.fine.positions]
@@ -174,7 +174,7 @@ def test_light_loads_get_all_points_of_their_lines(geared: GearMesh) -> None:
     assert min(loaded) >= 6
     assert np.mean(loaded) > 2.5 * np.mean(before)
     # torques near each other share their lines
-    assert load_mesh(geared.mesh, 1.05).mesh is light.mesh
+    assert load_grids(geared.mesh, 1.05).mesh is light.mesh
 
 
 def test_edges_take_over_where_the_path_ends(load: LoadDistribution) -> None:
@@ -207,7 +207,7 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Gea
     assert f"edges carry {100 * edges.share:.2g} % of the torque" in note
     assert "before and after the path" in note
     # a light load in the middle of the flanks knows no edge
-    centre = load_mesh(geared.mesh, 0.1).fine
+    centre = load_grids(geared.mesh, 0.1).fine
     assert edge_load(centre, teeth).share < 0.01
     # the truth for other radii lies in the interval, though the load then shifts a little
     for factor in (0.5, 2.0):
@@ -246,14 +246,14 @@ def test_vanishing_force_on_an_edge(geared: GearMesh, load: LoadDistribution, ti
 @pytest.mark.parametrize("torque", [0.0, -5.0, math.nan, math.inf])
 def test_torque_zero_is_refused(geared: GearMesh, torque: float) -> None:
     with pytest.raises(InputError, match="a finite torque above 0 N m") as caught:
-        load_mesh(geared.mesh, torque)
+        load_grids(geared.mesh, torque)
     assert caught.value.exit_code == 2
 
 
 def test_misaligned_pair_carries() -> None:
     """All three axes off by 0.5 mm: the contact moves to the edges, the load is still found."""
     geared = gear_mesh(DESIGN.with_misalignment(E=0.5e-3, P=-0.5e-3, G=0.5e-3), "drive", 4, 11)
-    load = load_mesh(geared.mesh, 300.0).fine
+    load = load_grids(geared.mesh, 300.0).fine
     assert load.status == "converged"
     assert max(load.torque_residual, load.compatibility_residual) < 1e-10
     assert edge_load(load, geared.mesh.teeth).share > 0.2

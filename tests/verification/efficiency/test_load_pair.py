@@ -15,7 +15,7 @@ from efficiency.gear_mesh import GearMesh, gear_mesh, profile_contact_ratio
 from efficiency.load.load_distribution import distribute_load
 from efficiency.loss.closed_form import coleman_type
 from efficiency.loss.compare import compare_models
-from efficiency.loss.efficiency import LoadedMesh, load_mesh, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.oil import Oil
@@ -32,27 +32,27 @@ def mesh() -> GearMesh:
 
 
 @pytest.fixture(scope="module")
-def loaded(mesh: GearMesh) -> LoadedMesh:
-    return load_mesh(mesh.mesh, 300.0)
+def loaded(mesh: GearMesh) -> LoadedGrids:
+    return load_grids(mesh.mesh, 300.0)
 
 
-def efficiency(loaded: LoadedMesh, mu: float) -> EfficiencyResult:
+def efficiency(loaded: LoadedGrids, mu: float) -> EfficiencyResult:
     return mesh_efficiency(loaded, ConstantFriction(mu), OIL, OPERATION)
 
 
-def test_no_friction_no_loss(loaded: LoadedMesh) -> None:
+def test_no_friction_no_loss(loaded: LoadedGrids) -> None:
     result = efficiency(loaded, 0.0)
     assert result.efficiency == 1.0
     assert result.power_loss == 0.0
 
 
-def test_loss_is_linear_in_a_constant_friction_coefficient(loaded: LoadedMesh) -> None:
+def test_loss_is_linear_in_a_constant_friction_coefficient(loaded: LoadedGrids) -> None:
     losses = [efficiency(loaded, mu).power_loss for mu in (0.01, 0.05, 0.1)]
     assert losses[1] / losses[0] == pytest.approx(5.0, rel=1e-12)
     assert losses[2] / losses[0] == pytest.approx(10.0, rel=1e-12)
 
 
-def test_torque_balance_of_both_members(loaded: LoadedMesh) -> None:
+def test_torque_balance_of_both_members(loaded: LoadedGrids) -> None:
     assert loaded.fine.status == "converged"
     for load in loaded.fine.positions:
         pinion, gear = (load.force @ lever for lever in (load.position.lever_pinion, load.position.lever_gear))
@@ -60,7 +60,7 @@ def test_torque_balance_of_both_members(loaded: LoadedMesh) -> None:
         assert gear == pytest.approx(300.0 * 39 / 14, rel=1e-9)
 
 
-def test_pressure_is_hertz_of_load_and_radius(loaded: LoadedMesh) -> None:
+def test_pressure_is_hertz_of_load_and_radius(loaded: LoadedGrids) -> None:
     modulus = loaded.mesh.teeth.effective_modulus
     for load in loaded.fine.positions:
         radius = load.position.radius_equivalent
@@ -72,7 +72,7 @@ def test_pressure_is_hertz_of_load_and_radius(loaded: LoadedMesh) -> None:
 def test_cycle_closes(mesh: GearMesh) -> None:
     """The load goes over smoothly from the last position to the first one, one tooth pair further."""
     share = {}
-    for k, load in enumerate(load_mesh(mesh.mesh, 300.0).fine.positions):
+    for k, load in enumerate(load_grids(mesh.mesh, 300.0).fine.positions):
         for pair, part in load.share.items():
             share[12 * pair + k] = part
     order = sorted(share)
@@ -90,7 +90,7 @@ def test_error_estimate_covers_a_finer_grid(mesh: GearMesh) -> None:
     default, fine = (gear_mesh(DESIGN, "drive", *grid, bodies=bodies).mesh for grid in ((12, 21), (24, 41)))
     models = [ConstantFriction(0.05), friction_model("xu_kahraman_2007")]
     for torque in (30.0, 300.0):
-        on_default, on_fine = load_mesh(default, torque), load_mesh(fine, torque)
+        on_default, on_fine = load_grids(default, torque), load_grids(fine, torque)
         for model in models:
             coarse = mesh_efficiency(on_default, model, OIL, OPERATION)
             truth = mesh_efficiency(on_fine, model, OIL, OPERATION)
@@ -98,7 +98,7 @@ def test_error_estimate_covers_a_finer_grid(mesh: GearMesh) -> None:
             assert coarse.efficiency_error < 0.01 * (1.0 - coarse.efficiency)
 
 
-def test_closed_form_is_explained_by_its_symmetric_path(mesh: GearMesh, loaded: LoadedMesh) -> None:
+def test_closed_form_is_explained_by_its_symmetric_path(mesh: GearMesh, loaded: LoadedGrids) -> None:
     """The closed form spreads the load evenly over a path as long before as after the pitch point.
 
     The pinion's long addendum makes the path one-sided: its mean sliding is 2 (g1^2 + g2^2)/(g1 + g2)^2 = 1.17 times
@@ -126,7 +126,7 @@ def test_pitch_geometry_of_the_design(mesh: GearMesh) -> None:
     assert nominal == pytest.approx(1.165, abs=5e-4)
 
 
-def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedMesh) -> None:
+def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedGrids) -> None:
     """Orders of magnitude: sum of normal forces of the standard's sample, pressure, speeds."""
     result = efficiency(loaded, 0.05)
     forces = [load.force.sum() for load in loaded.fine.positions]
@@ -145,7 +145,7 @@ def test_loaded_transmission_error(mesh: GearMesh) -> None:
     """
     bodies = (mesh.mesh.teeth.pinion, mesh.mesh.teeth.gear), ()
     cycle = gear_mesh(DESIGN, "drive", 24, 21, bodies=bodies).mesh
-    light, middle, heavy = (load_mesh(cycle, torque).fine for torque in (0.01, 100.0, 300.0))
+    light, middle, heavy = (load_grids(cycle, torque).fine for torque in (0.01, 100.0, 300.0))
     unloaded = np.array([p.transmission_error for p in cycle.fine])
     assert np.max(np.abs(light.transmission_error - unloaded)) < 0.02 * np.ptp(unloaded)
     assert np.all(heavy.transmission_error < middle.transmission_error)
@@ -188,20 +188,20 @@ def test_deflection_grows_with_the_torque() -> None:
     """0.1 mm of E at 300 N m is 0.05 mm at 150 N m, on top of the misalignment."""
     assembly = DESIGN.assembly.model_copy(update={"deflection": Deflection(E=1e-4, torque=300.0)})
     soft = DESIGN.model_copy(update={"assembly": assembly})
-    loaded = load_mesh(gear_mesh(soft, "drive", 4, 9).mesh, 150.0)
-    same = load_mesh(gear_mesh(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9).mesh, 150.0)
+    loaded = load_grids(gear_mesh(soft, "drive", 4, 9).mesh, 150.0)
+    same = load_grids(gear_mesh(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9).mesh, 150.0)
     np.testing.assert_array_equal(loaded.fine.transmission_error, same.fine.transmission_error)
     with pytest.raises(ValidationError, match="the pinion torque of these displacements"):
         Deflection(E=1e-4)
 
 
 def test_coast_side_carries_load_too() -> None:
-    coast = load_mesh(gear_mesh(DESIGN, "coast", 8, 11).mesh, 300.0)
+    coast = load_grids(gear_mesh(DESIGN, "coast", 8, 11).mesh, 300.0)
     assert coast.fine.status == "converged"
     assert 0.98 < efficiency(coast, 0.05).efficiency < 1.0
 
 
-def test_comparison_of_models(mesh: GearMesh, loaded: LoadedMesh) -> None:
+def test_comparison_of_models(mesh: GearMesh, loaded: LoadedGrids) -> None:
     models = [friction_model(name) for name in ("constant:0.05", "xu_kahraman_2007", "benedict_kelley_1961")]
     comparison = compare_models(loaded, models, OIL, OPERATION, mesh.pitch)
     rows = {row.name: row for row in comparison.rows}

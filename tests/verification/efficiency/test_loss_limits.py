@@ -17,8 +17,8 @@ from efficiency.loss.closed_form import (
     lengthwise_sliding,
     spiral_bevel_loss_factor,
 )
-from efficiency.loss.efficiency import load_mesh, mesh_efficiency
-from efficiency.loss.friction_equilibrium import load_mesh_with_friction
+from efficiency.loss.efficiency import load_grids, mesh_efficiency
+from efficiency.loss.friction_equilibrium import load_grids_with_friction
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
@@ -39,7 +39,7 @@ def pairs() -> dict[str, GearMesh]:
 def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, GearMesh], name: str) -> None:
     """Sliding from both axes of rotation, and the trapezoidal rule for w' |v_s| over the length of the lines."""
     mesh = pairs[name].mesh
-    loaded = load_mesh(mesh, 200.0)
+    loaded = load_grids(mesh, 200.0)
     result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
     assert mesh.axes is not None
     pinion, gear = mesh.axes
@@ -68,7 +68,7 @@ def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, GearM
 
 
 def test_no_friction_no_loss_either_way(pairs: dict[str, GearMesh]) -> None:
-    loaded = load_mesh(pairs["fh_hypoid_9x34"].mesh, 200.0)
+    loaded = load_grids(pairs["fh_hypoid_9x34"].mesh, 200.0)
     for driver in ("pinion", "gear"):
         result = mesh_efficiency(loaded, ConstantFriction(0.0), OIL, replace(OPERATION, driver=driver))
         assert (result.efficiency, result.power_loss) == (1.0, 0.0)
@@ -78,7 +78,7 @@ def test_no_friction_no_loss_either_way(pairs: dict[str, GearMesh]) -> None:
 
 
 def test_power_in_is_power_out_and_loss(pairs: dict[str, GearMesh]) -> None:
-    loaded = load_mesh(pairs["fh_hypoid_9x34"].mesh, 200.0)
+    loaded = load_grids(pairs["fh_hypoid_9x34"].mesh, 200.0)
     for driver, fixed in (("pinion", "power_input"), ("gear", "power_output")):
         result = mesh_efficiency(loaded, ConstantFriction(0.07), OIL, replace(OPERATION, driver=driver))
         assert getattr(result, fixed) == pytest.approx(200.0 * 100.0, rel=1e-14)
@@ -89,7 +89,7 @@ def test_power_in_is_power_out_and_loss(pairs: dict[str, GearMesh]) -> None:
 def test_efficiency_falls_with_offset(pairs: dict[str, GearMesh]) -> None:
     """Pairs without offset 98 to 99.5 % at mu = 0.05, hypoid pairs below, and their closed forms in the same order."""
     found = {
-        name: mesh_efficiency(load_mesh(pairs[name].mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION).efficiency
+        name: mesh_efficiency(load_grids(pairs[name].mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION).efficiency
         for name in PAIRS
     }
     for name in ("fm_spiral_bevel_14x39", "fh_spiral_bevel_12x37"):
@@ -107,9 +107,9 @@ def test_driving_gear_with_friction_in_the_equilibrium(pairs: dict[str, GearMesh
     losses = {}
     for driver in ("pinion", "gear"):
         operation = replace(OPERATION, driver=driver)
-        loaded = load_mesh_with_friction(mesh, 200.0, model, OIL, operation)
+        loaded = load_grids_with_friction(mesh, 200.0, model, OIL, operation)
         losses[driver] = mesh_efficiency(loaded, model, OIL, operation).power_loss
-    plain = mesh_efficiency(load_mesh(mesh, 200.0), model, OIL, OPERATION).power_loss
+    plain = mesh_efficiency(load_grids(mesh, 200.0), model, OIL, OPERATION).power_loss
     # with the pinion driving, friction carries part of its torque; with the gear driving it takes part away
     assert losses["pinion"] < plain < losses["gear"]
 

@@ -36,14 +36,14 @@ _MARGIN = 1.2
 
 
 class MakeCycle(Protocol):
-    """Mesh cycle from a number of positions, of points per contact line, and from how far the load closes gaps."""
+    """MeshGrids cycle from a number of positions, of points per contact line, and from how far the load closes gaps."""
 
     def __call__(self, positions: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
         """See `efficiency.contact.contact_lines.mesh_cycle`."""
 
 
 @dataclass(frozen=True)
-class Mesh:
+class MeshGrids:
     """Geometry of the mesh on two grids, and the compliance of the teeth.
 
     Attributes
@@ -81,8 +81,8 @@ class Mesh:
     transmission_error: float = math.nan
     make_cycle: MakeCycle | None = field(default=None, repr=False, compare=False)
     reach: float = math.inf
-    under_torque: Callable[[float], Mesh] | None = field(default=None, repr=False, compare=False)
-    _refitted: dict[int, Mesh] = field(default_factory=dict, init=False, repr=False, compare=False)
+    under_torque: Callable[[float], MeshGrids] | None = field(default=None, repr=False, compare=False)
+    _refitted: dict[int, MeshGrids] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def build(
@@ -97,7 +97,7 @@ class Mesh:
         notes: tuple[str, ...] = (),
         transmission_error: float = math.nan,
         reach: float = math.inf,
-    ) -> Mesh:
+    ) -> MeshGrids:
         """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
         if positions < 4 or positions % 2:
             raise InputError("positions", positions, "an even number of at least 4")
@@ -136,7 +136,7 @@ class Mesh:
         """The coarse grid with its compliance."""
         return elastic_cycle(self.coarse, self.teeth)
 
-    def fitted(self, load: LoadDistribution) -> Mesh:
+    def fitted(self, load: LoadDistribution) -> MeshGrids:
         """The mesh with lines and edges as long as a load needs them, known from its solution on one of the grids."""
         if self.make_cycle is None:
             return self
@@ -165,10 +165,10 @@ def loaded_share(load: LoadDistribution) -> float:
 
 
 @dataclass(frozen=True)
-class LoadedMesh:
+class LoadedGrids:
     """A mesh under one torque: the load on both of its grids."""
 
-    mesh: Mesh
+    mesh: MeshGrids
     fine: LoadDistribution
     coarse: LoadDistribution
     friction_in_equilibrium: bool = False
@@ -184,7 +184,7 @@ class LoadedMesh:
         return self.mesh.notes + limit_notes(self.fine, self.mesh.teeth, self.mesh.unloaded_error, self.edges)
 
 
-def load_mesh(mesh: Mesh, torque_pinion: float) -> LoadedMesh:
+def load_grids(mesh: MeshGrids, torque_pinion: float) -> LoadedGrids:
     """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0.
 
     The mesh of the result is the one that carries: deflected, and with lines as long as the load needs them.
@@ -196,4 +196,4 @@ def load_mesh(mesh: Mesh, torque_pinion: float) -> LoadedMesh:
     fitted = mesh.fitted(coarse)
     if fitted is not mesh:
         coarse = distribute_load(fitted.elastic_coarse, mesh.teeth, torque_pinion)
-    return LoadedMesh(fitted, distribute_load(fitted.elastic_fine, mesh.teeth, torque_pinion), coarse)
+    return LoadedGrids(fitted, distribute_load(fitted.elastic_fine, mesh.teeth, torque_pinion), coarse)
