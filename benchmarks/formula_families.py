@@ -4,7 +4,7 @@
     python benchmarks/formula_families.py RUN --sizes 64 128 256 512 1024
 
 A RUN is a folder or file of results, or a shipped dataset. The first table is that of `mixed-ehl fit`: ten folds of
-whole (p, R) cells, all cases and by bands of the film ratio (`regression.fit.cross_validation`). With `--sizes` the
+whole (p, R) cells, all cases and by bands of the film ratio (`regression.fitting.cross_validation`). With `--sizes` the
 rows, which come sorted by key, a hash, and so in random order, are fitted from the first on, and the last `--check` are
 predicted, which no fit has seen. Writes
 formula_families_<plan>.csv, with `--sizes` also the same with _sizes.csv and
@@ -27,9 +27,9 @@ import pandas as pd
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
 from regression.data.datasets import named_dataset
-from regression.fit.coefficients import fit_coefficients
-from regression.fit.cross_validation import cross_validate
-from regression.fit.fit import usable_rows
+from regression.fitting.coefficients import fit_coefficients
+from regression.fitting.cross_validation import cross_validate
+from regression.fitting.fit import usable_rows
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
 

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from regression.data.datasets import dataset_names, dataset_plan, named_dataset
-from regression.sweep.rerun import SHARE, rerun
+from regression.sweeping.rerun import SHARE, rerun
 
 
 def main() -> None:

@@ -27,11 +27,11 @@ from pathlib import Path
 from ehl.case import Case
 from ehl.io.errors import InputError, MixedEhlError
 from regression.data.dataset import load_dataset, run_status
-from regression.fit.fit import fit_formula
+from regression.fitting.fit import fit_formula
 from regression.plan.plan import Plan, load_plan
-from regression.sweep.dask_workers import dask_executor
-from regression.sweep.evaluators import Outputs, published_outputs
-from regression.sweep.sweep import sweep
+from regression.sweeping.dask_workers import dask_executor
+from regression.sweeping.evaluators import Outputs, published_outputs
+from regression.sweeping.sweep import sweep
 
 NAME = "arana_2019"
 SIZE = 256
@@ -54,9 +54,9 @@ CHILD = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from regression.sweep.evaluators import published_outputs
+from regression.sweeping.evaluators import published_outputs
 from regression.plan.plan import load_plan
-from regression.sweep.sweep import sweep
+from regression.sweeping.sweep import sweep
 
 plan, run, jobs, flush, pause = sys.argv[1:]
 

@@ -26,10 +26,10 @@ from pathlib import Path
 
 from ehl.case import Case
 from regression.plan.plan import Plan, load_plan
-from regression.sweep.dask_workers import dask_executor
-from regression.sweep.evaluators import Outputs
-from regression.sweep.executors import Executor
-from regression.sweep.sweep import sweep
+from regression.sweeping.dask_workers import dask_executor
+from regression.sweeping.evaluators import Outputs
+from regression.sweeping.executors import Executor
+from regression.sweeping.sweep import sweep
 
 # share of the plan that starts workers and loads compiled code: enough cases for each worker to meet a rough one
 WARM = 127

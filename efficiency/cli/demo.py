@@ -14,10 +14,10 @@ from efficiency.run import Conditions, resolve_design, run_compare
 from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import Dataset, load_dataset
-from regression.fit.fit import fit_families
+from regression.fitting.fit import fit_families
 from regression.friction.formula import Formula
 from regression.plan.plan import load_plan
-from regression.sweep.sweep import Progress, SweepReport, sweep
+from regression.sweeping.sweep import Progress, SweepReport, sweep
 
 DESIGN = "fm_spiral_bevel_14x39"
 CONSTANT = "constant:0.05"

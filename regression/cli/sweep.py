@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from regression.plan.plan import Plan
-    from regression.sweep.executors import Executor
+    from regression.sweeping.executors import Executor
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -69,9 +69,9 @@ def sweep_run(
     from ehl.io.units import Quantity
     from regression.friction.published_registry import PUBLISHED
     from regression.plan.plan import load_plan
-    from regression.sweep.evaluators import SOLVER, published_outputs, solve_outputs
-    from regression.sweep.progress import show_progress
-    from regression.sweep.sweep import available_jobs, sweep
+    from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
+    from regression.sweeping.progress import show_progress
+    from regression.sweeping.sweep import available_jobs, sweep
     from regression.view.report import estimate_report, sweep_report
 
     content = load_plan(plan, changes or ())
@@ -85,7 +85,7 @@ def sweep_run(
     if run is None:
         raise InputError("--output", None, "the folder of the results, -o RUN")
     if slurm is not None:
-        from regression.sweep.slurm import JOBS, array_script
+        from regression.sweeping.slurm import JOBS, array_script
 
         if adaptive or dask is not None or shard != "1/1":
             raise InputError("--slurm", slurm, "neither --adaptive, --dask nor --shard beside it")
@@ -126,14 +126,14 @@ def _executor(address: str | None) -> AbstractContextManager[Executor | None]:
 
     if address is None:
         return nullcontext(None)
-    from regression.sweep.dask_workers import dask_executor
+    from regression.sweeping.dask_workers import dask_executor
 
     return dask_executor(address)
 
 
 def _adaptive(plan: Plan, run: Path, shard: tuple[int, int], conduct: dict[str, Any]) -> list[Any]:
     from ehl.io.errors import InputError
-    from regression.sweep.adaptive import Score, adaptive_sweep
+    from regression.sweeping.adaptive import Score, adaptive_sweep
 
     if shard != (1, 1):
         raise InputError("--shard", f"{shard[0]}/{shard[1]}", "no shards with --adaptive", "Use --jobs or --dask.")

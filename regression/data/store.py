@@ -52,7 +52,7 @@ class ResultStore:
     path : Path
         The file; made if there is none.
     meta : mapping
-        What the run is, by the names of `regression.sweep.sweep.run_meta`; an existing file must be of the same run.
+        What the run is, by the names of `regression.sweeping.sweep.run_meta`; an existing file must be of the same run.
 
     Attributes
     ----------

@@ -18,9 +18,9 @@ from ehl.io.errors import InputError
 from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
 from ehl.view.html_report import Formula as FormulaBlock
 from regression.data.dataset import Dataset, columns
-from regression.fit.held_out import fitted_rows, process_factors
-from regression.fit.scores import computed_friction
-from regression.fit.sensitivity import formula_sensitivity
+from regression.fitting.held_out import fitted_rows, process_factors
+from regression.fitting.scores import computed_friction
+from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
 from regression.friction.formula import Formula

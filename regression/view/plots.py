@@ -9,7 +9,7 @@ import numpy as np
 
 from ehl.view.plots import BLUE, GREY, ORANGE
 from regression.data.dataset import Dataset
-from regression.fit.held_out import fitted_rows, held_out_friction
+from regression.fitting.held_out import fitted_rows, held_out_friction
 from regression.friction.formula import Formula
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.view.plots import GREY
 from regression.data.dataset import Dataset
-from regression.fit.held_out import fitted_rows
+from regression.fitting.held_out import fitted_rows
 from regression.friction.conditions import Array, Conditions, conditions_of
 from regression.friction.formula import Formula
 from regression.friction.published_registry import PUBLISHED, evaluate_published

@@ -11,10 +11,10 @@ import numpy as np
 
 from ehl.view.plots import BLUE, GREY, ORANGE
 from regression.data.dataset import Dataset, columns
-from regression.fit.fitted_form import boundary_friction_of
-from regression.fit.held_out import fitted_rows, held_out_friction
-from regression.fit.noise import BANDS
-from regression.fit.scores import computed_friction
+from regression.fitting.fitted_form import boundary_friction_of
+from regression.fitting.held_out import fitted_rows, held_out_friction
+from regression.fitting.noise import BANDS
+from regression.fitting.scores import computed_friction
 from regression.friction.conditions import Array
 from regression.friction.formula import Formula
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-    from regression.fit.sensitivity import SobolIndices
+    from regression.fitting.sensitivity import SobolIndices
 
 COLOURS = (BLUE, ORANGE, "#4f8f5b", "#8d5a97", "#b0413e", "#5f6b2d")
 RASTER_DPI = 160  # of the scattered points inside the vector figure

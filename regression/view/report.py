@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from regression.friction.models import FrictionEstimate
     from regression.plan.operating_range import SeenRange
     from regression.plan.plan import Plan
-    from regression.sweep.sweep import SweepReport
+    from regression.sweeping.sweep import SweepReport
 
 # how the bands of each variable are shown: factor from SI, shift, unit
 _SHOWN: dict[str, tuple[float, float, str]] = {
@@ -48,7 +48,7 @@ def _reasons(reasons: dict[str, int]) -> str:
 
 def sweep_report(report: SweepReport) -> None:
     """One paragraph on what a sweep did."""
-    from regression.sweep.progress import duration
+    from regression.sweeping.progress import duration
 
     console = Console()
     console.print(
@@ -85,8 +85,8 @@ def sweep_report(report: SweepReport) -> None:
 
 def estimate_report(plan: Plan, jobs: int) -> None:
     """What a plan would cost, before it starts."""
-    from regression.sweep.cost import estimate_cost
-    from regression.sweep.progress import duration
+    from regression.sweeping.cost import estimate_cost
+    from regression.sweeping.progress import duration
 
     estimate = estimate_cost(plan)
     console = Console()
@@ -149,7 +149,7 @@ def failed_table(status: RunStatus) -> None:
 
 def status_table(status: RunStatus) -> None:
     """How far each shard of a run is."""
-    from regression.sweep.progress import duration
+    from regression.sweeping.progress import duration
 
     added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
     title = f"{status.plan_name}: {status.finished} of {status.planned} cases{added}"
@@ -188,7 +188,7 @@ def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
 def formula_report(formula: Formula, spread: Sequence[tuple[float, float, float]] = ()) -> None:
     """Equation, coefficients, errors by region and the worst case.
 
-    `spread` is that of the interval within each band, as of `regression.fit.held_out.process_factors`.
+    `spread` is that of the interval within each band, as of `regression.fitting.held_out.process_factors`.
     """
     console = Console()
     console.print(formula.to_text(), highlight=False, soft_wrap=True, markup=False)

@@ -13,7 +13,7 @@ from regression.friction.conditions import conditions_of
 from regression.friction.families import ROUGH_SHARE, rough_share_parts
 from regression.friction.formula import Formula
 from regression.friction.models import FormulaFriction, FrictionFlag, friction_model, shipped_formulas
-from regression.sweep.sweep import oil_hash
+from regression.sweeping.sweep import oil_hash
 
 
 def shipped(name: str) -> Formula:

@@ -16,10 +16,10 @@ from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.plan import Plan
-from regression.sweep.adaptive import CHOSEN, Score, adaptive_sweep
-from regression.sweep.evaluators import Outputs
-from regression.sweep.surrogate import choose_batch, fit_surrogate
-from regression.sweep.sweep import Progress
+from regression.sweeping.adaptive import CHOSEN, Score, adaptive_sweep
+from regression.sweeping.evaluators import Outputs
+from regression.sweeping.surrogate import choose_batch, fit_surrogate
+from regression.sweeping.sweep import Progress
 
 
 def plan(*, size: int = 32, **adaptive: Any) -> Plan:

@@ -18,12 +18,12 @@ from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
-from regression.sweep import dask_workers
-from regression.sweep.dask_workers import ClusterLost, DaskCluster, dask_executor
-from regression.sweep.evaluators import Outputs, published_outputs
-from regression.sweep.executors import Executor
-from regression.sweep.sweep import sweep
-from regression.sweep.workers import Task, Work
+from regression.sweeping import dask_workers
+from regression.sweeping.dask_workers import ClusterLost, DaskCluster, dask_executor
+from regression.sweeping.evaluators import Outputs, published_outputs
+from regression.sweeping.executors import Executor
+from regression.sweeping.sweep import sweep
+from regression.sweeping.workers import Task, Work
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 

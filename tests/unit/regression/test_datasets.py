@@ -20,9 +20,9 @@ from ehl.io.errors import InputError
 from regression.data.dataset import load_dataset
 from regression.data.datasets import FOLDER, dataset_names, dataset_plan, joined, merge_compressed, named_dataset
 from regression.plan.plan import load_plan
-from regression.sweep.evaluators import published_outputs
-from regression.sweep.rerun import SHARE, rerun
-from regression.sweep.sweep import sweep
+from regression.sweeping.evaluators import published_outputs
+from regression.sweeping.rerun import SHARE, rerun
+from regression.sweeping.sweep import sweep
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
 Call = Callable[..., Any]

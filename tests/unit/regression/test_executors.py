@@ -19,14 +19,14 @@ from ehl.io.errors import ConvergenceError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.plan import Plan, load_plan
-from regression.sweep import progress as progress_module
-from regression.sweep.cost import case_seconds, estimate_cost
-from regression.sweep.evaluators import Outputs, published_outputs
-from regression.sweep.executors import MOST_LOST, Row, WorkersDie, WorkersLost
-from regression.sweep.progress import duration, show_progress
-from regression.sweep.retry import safer_setting
-from regression.sweep.sweep import Progress, sweep
-from regression.sweep.workers import Task, Work
+from regression.sweeping import progress as progress_module
+from regression.sweeping.cost import case_seconds, estimate_cost
+from regression.sweeping.evaluators import Outputs, published_outputs
+from regression.sweeping.executors import MOST_LOST, Row, WorkersDie, WorkersLost
+from regression.sweeping.progress import duration, show_progress
+from regression.sweeping.retry import safer_setting
+from regression.sweeping.sweep import Progress, sweep
+from regression.sweeping.workers import Task, Work
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ehl.fluid.oil import Oil
 from ehl.io.data import data_path
 from ehl.state import ContactState
-from regression.fit.coefficients import fit_coefficients, parts_of
+from regression.fitting.coefficients import fit_coefficients, parts_of
 from regression.friction.conditions import conditions_of
 from regression.friction.families import FAMILIES, LOAD_SHARE, ROUGH_SHARE, load_share_parts, rough_share_parts
 from regression.friction.families.film_regimes import KNOTS, hats

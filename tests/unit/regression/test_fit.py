@@ -13,13 +13,13 @@ from small_plans import gear_plan
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from regression.data.dataset import Dataset, export_table, load_dataset
-from regression.fit.coefficients import linear_fit
-from regression.fit.cross_validation import cell_groups, fold_numbers
-from regression.fit.fit import fit_families, fit_formula, usable_rows
-from regression.fit.scores import bands, conformal_width, interval_of, noise_floor, scores
+from regression.fitting.coefficients import linear_fit
+from regression.fitting.cross_validation import cell_groups, fold_numbers
+from regression.fitting.fit import fit_families, fit_formula, usable_rows
+from regression.fitting.scores import bands, conformal_width, interval_of, noise_floor, scores
 from regression.plan.plan import Plan
-from regression.sweep.evaluators import published_outputs
-from regression.sweep.sweep import sweep
+from regression.sweeping.evaluators import published_outputs
+from regression.sweeping.sweep import sweep
 
 PLAN = gear_plan(
     "fit",

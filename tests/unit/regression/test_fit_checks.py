@@ -17,9 +17,9 @@ from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
-from regression.fit.cross_validation import fold_numbers, nested_cross_validate
-from regression.fit.fit import fit_families, fit_formula, usable_rows
-from regression.fit.scores import computed_friction
+from regression.fitting.cross_validation import fold_numbers, nested_cross_validate
+from regression.fitting.fit import fit_families, fit_formula, usable_rows
+from regression.fitting.scores import computed_friction
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import Extrapolation
 from regression.friction.families import FAMILIES
@@ -28,8 +28,8 @@ from regression.friction.formula_file import load_formula
 from regression.friction.models import FormulaFriction, FrictionFlag
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan
-from regression.sweep.evaluators import published_outputs
-from regression.sweep.sweep import oil_hash, sweep
+from regression.sweeping.evaluators import published_outputs
+from regression.sweeping.sweep import oil_hash, sweep
 
 PLAN = gear_plan("checks", {"size": 128, "corners": 16})
 
@@ -111,7 +111,7 @@ def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
 
 
 def test_families_with_process_come_in_order(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("regression.fit.fit.FAMILIES", LINEAR)
+    monkeypatch.setattr("regression.fitting.fit.FAMILIES", LINEAR)
     formulas = fit_families(dataset, gaussian_process=True, nested=True)
     assert [formula.residual is None for formula in formulas.values()] == [False, True, True]
     held_out = [formula.validation.r2_log for formula in formulas.values()]

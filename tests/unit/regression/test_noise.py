@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from regression.data.row_format import SURFACE_UNITS
-from regression.fit.noise import band_noise, measured_noise, realisation_scatter, statistical_variance
+from regression.fitting.noise import band_noise, measured_noise, realisation_scatter, statistical_variance
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
 POINTS, SEEDS = 400, 8

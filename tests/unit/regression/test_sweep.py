@@ -18,10 +18,10 @@ from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.plan import Plan
-from regression.sweep.evaluators import Outputs, case_key, published_outputs, solve_outputs
-from regression.sweep.slurm import array_script
-from regression.sweep.sweep import Progress, available_jobs, sweep
-from regression.sweep.workers import Task, Work
+from regression.sweeping.evaluators import Outputs, case_key, published_outputs, solve_outputs
+from regression.sweeping.slurm import array_script
+from regression.sweeping.sweep import Progress, available_jobs, sweep
+from regression.sweeping.workers import Task, Work
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 

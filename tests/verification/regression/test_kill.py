@@ -19,10 +19,10 @@ from small_plans import GEAR_VARIABLES
 from ehl.io.errors import InputError
 from regression.data.dataset import load_dataset, run_status
 from regression.data.store import merge
-from regression.fit.fit import fit_formula
+from regression.fitting.fit import fit_formula
 from regression.plan.plan import load_plan
-from regression.sweep.evaluators import published_outputs, solve_outputs
-from regression.sweep.sweep import sweep
+from regression.sweeping.evaluators import published_outputs, solve_outputs
+from regression.sweeping.sweep import sweep
 
 PLAN = (
     'name = "kill"\n[sampling]\nsize = SIZE\n'
@@ -35,9 +35,9 @@ CHILD = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from regression.sweep.evaluators import SOLVER, published_outputs, solve_outputs
+from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
 from regression.plan.plan import load_plan
-from regression.sweep.sweep import sweep
+from regression.sweeping.sweep import sweep
 
 plan, run, name, jobs = sys.argv[1:]
 def show(progress):

@@ -13,15 +13,15 @@ from ehl.fluid.oil import Oil
 from ehl.io.validation import validate
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, load_dataset
-from regression.fit.coefficients import Coefficients, fit_coefficients, linear_fit
-from regression.fit.fit import fit_formula
+from regression.fitting.coefficients import Coefficients, fit_coefficients, linear_fit
+from regression.fitting.fit import fit_formula
 from regression.friction.conditions import conditions_of
 from regression.friction.families import LOAD_SHARE, XU
 from regression.friction.published import XU_COEFFICIENTS
 from regression.plan.plan import Plan
 from regression.plan.sampling import sobol_unit, to_range
-from regression.sweep.evaluators import published_outputs
-from regression.sweep.sweep import sweep
+from regression.sweeping.evaluators import published_outputs
+from regression.sweeping.sweep import sweep
 
 PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
 

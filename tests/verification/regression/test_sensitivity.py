@@ -8,7 +8,7 @@ import pytest
 from ehl.fluid.oil import Oil
 from ehl.io.data import data_path
 from ehl.io.errors import InputError
-from regression.fit.sensitivity import formula_sensitivity, sobol_indices
+from regression.fitting.sensitivity import formula_sensitivity, sobol_indices
 from regression.friction.families import FAMILIES
 from regression.friction.formula_file import load_formula
 

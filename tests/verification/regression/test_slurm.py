@@ -16,9 +16,9 @@ from small_plans import GEAR_VARIABLES, sweep_plan
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
-from regression.sweep.dask_workers import DaskCluster
-from regression.sweep.evaluators import published_outputs
-from regression.sweep.sweep import sweep
+from regression.sweeping.dask_workers import DaskCluster
+from regression.sweeping.evaluators import published_outputs
+from regression.sweeping.sweep import sweep
 
 # of the options of sbatch the array alone counts; each task sees what Slurm gives it
 SBATCH = """#!/bin/bash

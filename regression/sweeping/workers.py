@@ -16,8 +16,8 @@ from typing import Any
 
 from ehl.case import Case
 from ehl.io.errors import ConvergenceError
-from regression.sweep.evaluators import Evaluator, input_row
-from regression.sweep.retry import FINAL_REASONS, safer_setting
+from regression.sweeping.evaluators import Evaluator, input_row
+from regression.sweeping.retry import FINAL_REASONS, safer_setting
 
 TIME_CAP = "time_cap"
 WORKER_LOST = "worker_lost"

@@ -24,13 +24,13 @@ from regression.data.store import ResultStore, finished_keys
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.plan import Plan
 from regression.plan.sampling import Array
-from regression.sweep.cost import case_seconds
-from regression.sweep.evaluators import SOLVER, Evaluator, case_key, solve_outputs
-from regression.sweep.executors import Executor, compute, local_executor
-from regression.sweep.recorder import Progress as Progress
-from regression.sweep.recorder import Recorder, stop_requests
-from regression.sweep.retry import safer_setting
-from regression.sweep.workers import TIME_CAP, WORKER_LOST, Task, Work
+from regression.sweeping.cost import case_seconds
+from regression.sweeping.evaluators import SOLVER, Evaluator, case_key, solve_outputs
+from regression.sweeping.executors import Executor, compute, local_executor
+from regression.sweeping.recorder import Progress as Progress
+from regression.sweeping.recorder import Recorder, stop_requests
+from regression.sweeping.retry import safer_setting
+from regression.sweeping.workers import TIME_CAP, WORKER_LOST, Task, Work
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Conduct:
     jobs : int
         Worker processes, one thread each; 1 computes in this process.
     executor : Executor, optional
-        Where to compute in place of `jobs` local processes, as of `regression.sweep.dask_workers.dask_executor`.
+        Where to compute in place of `jobs` local processes, as of `regression.sweeping.dask_workers.dask_executor`.
     flush_every : int
         Rows put on disk together.
     flush_seconds : float

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
-from regression.fit.fitted_form import fit_form
-from regression.fit.scores import computed_friction
+from regression.fitting.fitted_form import fit_form
+from regression.fitting.scores import computed_friction
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import Extrapolation, data_cloud
 from regression.friction.families import Family

@@ -12,8 +12,8 @@ from ehl.case import Case
 from ehl.io.errors import InputError
 from regression.data.dataset import Dataset
 from regression.plan.plan import Plan
-from regression.sweep.evaluators import Evaluator, input_row, solve_outputs
-from regression.sweep.retry import safer_setting
+from regression.sweeping.evaluators import Evaluator, input_row, solve_outputs
+from regression.sweeping.retry import safer_setting
 
 SHARE = 0.01
 # what tells the cases of a plan apart

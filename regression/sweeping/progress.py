@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as RichProgress
 
-from regression.sweep.sweep import Progress
+from regression.sweeping.sweep import Progress
 
 LINE_EVERY = 30.0  # between two lines [s]
 

@@ -23,9 +23,9 @@ from regression.plan.constraints import constrained_figures
 from regression.plan.plan import Plan
 from regression.plan.points import constraint_check, lubricant_table, roughness_seeds, state_table
 from regression.plan.sampling import Array, BoxSampler, lattice
-from regression.sweep.cost import points_seconds
-from regression.sweep.surrogate import Surrogate, choose_batch, fit_surrogate
-from regression.sweep.sweep import Conduct, PlannedCase, SweepReport, compute_cases, run_meta, shard_path, sweep
+from regression.sweeping.cost import points_seconds
+from regression.sweeping.surrogate import Surrogate, choose_batch, fit_surrogate
+from regression.sweeping.sweep import Conduct, PlannedCase, SweepReport, compute_cases, run_meta, shard_path, sweep
 
 # candidates looked at for a batch, all combinations of the lists together
 CANDIDATES = 1024
@@ -111,7 +111,7 @@ def adaptive_sweep(
     notify : callable, optional
         Called with each score.
     **conduct
-        Fields of `regression.sweep.sweep.Conduct`.
+        Fields of `regression.sweeping.sweep.Conduct`.
 
     Raises
     ------

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from regression.data.dataset import Dataset
-from regression.fit.cross_validation import HeldOut, held_out_of
-from regression.fit.fit import usable_rows
+from regression.fitting.cross_validation import HeldOut, held_out_of
+from regression.fitting.fit import usable_rows
 from regression.friction.families import FAMILIES
 from regression.friction.formula import Formula
 

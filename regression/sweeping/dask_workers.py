@@ -18,8 +18,8 @@ from typing import Any
 
 from ehl import __version__
 from ehl.io.errors import InputError, MixedEhlError
-from regression.sweep.executors import MOST_LOST, Executor, Row, WorkersLost
-from regression.sweep.workers import Task, Work, dead_end, one_thread
+from regression.sweeping.executors import MOST_LOST, Executor, Row, WorkersLost
+from regression.sweeping.workers import Task, Work, dead_end, one_thread
 
 # cases at each thread of a worker: one runs, one waits
 _DEPTH = 2
@@ -49,7 +49,7 @@ class DaskCluster:
     patience: float = 60.0
 
     def rows(self, tasks: Iterator[Task], work: Work, in_flight: dict[str, Task]) -> Iterator[Row]:
-        """As `regression.sweep.executors.Executor.rows`."""
+        """As `regression.sweeping.executors.Executor.rows`."""
         distributed = import_module("distributed")
         self._wait_for_workers()
         run = uuid.uuid4().hex[:8]

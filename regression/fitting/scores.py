@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from regression.fit.noise import BANDS, band_noise
+from regression.fitting.noise import BANDS, band_noise
 from regression.friction.conditions import Array
 from regression.friction.error_tables import Band, Interval, NoiseFloor, Scores, WidthBand, WorstCase
 

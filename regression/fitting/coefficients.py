@@ -14,7 +14,7 @@ import pandas as pd
 
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
-from regression.fit.scores import computed_friction
+from regression.fitting.scores import computed_friction
 from regression.friction.conditions import Array
 from regression.friction.families import Family
 

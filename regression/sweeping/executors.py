@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ehl.io.errors import MixedEhlError
-from regression.sweep.workers import Task, Work, become_worker, dead_end, lost_row
+from regression.sweeping.workers import Task, Work, become_worker, dead_end, lost_row
 
 # so many cases in a row each took their worker along, and none was finished: no case is to blame for that
 MOST_LOST = 5

@@ -11,10 +11,10 @@ import pandas as pd
 from ehl.io.errors import ConvergenceError, InputError, MixedEhlError
 from regression import __version__
 from regression.data.dataset import Dataset, columns
-from regression.fit.cross_validation import cross_validate, nested_cross_validate
-from regression.fit.fitted_form import fit_form
-from regression.fit.noise import measured_noise, realisation_scatter
-from regression.fit.scores import bands, computed_friction, covered_by_other_folds, interval_of, noise_floor, scores
+from regression.fitting.cross_validation import cross_validate, nested_cross_validate
+from regression.fitting.fitted_form import fit_form
+from regression.fitting.noise import measured_noise, realisation_scatter
+from regression.fitting.scores import bands, computed_friction, covered_by_other_folds, interval_of, noise_floor, scores
 from regression.friction.conditions import UNITS
 from regression.friction.data_cloud import Extrapolation, data_cloud
 from regression.friction.error_tables import NoiseFloor, Scores

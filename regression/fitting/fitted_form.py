@@ -10,9 +10,9 @@ import pandas as pd
 
 from ehl.io.errors import InputError
 from regression.data.dataset import columns
-from regression.fit.coefficients import Coefficients, fit_coefficients
-from regression.fit.noise import statistical_variance
-from regression.fit.scores import computed_friction
+from regression.fitting.coefficients import Coefficients, fit_coefficients
+from regression.fitting.noise import statistical_variance
+from regression.fitting.scores import computed_friction
 from regression.friction.conditions import Array
 from regression.friction.families import Family
 from regression.friction.formula import corrected
