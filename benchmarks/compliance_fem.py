@@ -28,9 +28,9 @@ from skfem import Basis, BilinearForm, ElementHex2, MeshHex
 
 from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
 from efficiency.design.design import Design, load_design
-from efficiency.load.compliance import Tooth
-from efficiency.load.solid_tooth import SolidTooth, solid_tooth
-from efficiency.load.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, loaded_flank, solid_tooth_of
+from efficiency.ltca.compliance import Tooth
+from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth
+from efficiency.ltca.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, loaded_flank, solid_tooth_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.ritz_solid import ORDERS
-from efficiency.load.teeth import solid_tooth_of
 from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
+from efficiency.ltca.ritz_solid import ORDERS
+from efficiency.ltca.teeth import solid_tooth_of
 from ehl.fluid.oil import Oil
 from regression.friction.models import friction_model
 

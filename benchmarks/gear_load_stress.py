@@ -29,11 +29,11 @@ from gear_stress_cases import blank_content, formate
 from efficiency.contact.thickness import tooth_shapes
 from efficiency.design.design import Design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.edge_load import edge_load
-from efficiency.load.limits import hardness
-from efficiency.load.mesh_grids import load_grids
-from efficiency.settings.inputs import SettingsInput
-from efficiency.settings.solve import machine_settings
+from efficiency.ltca.edge_load import edge_load
+from efficiency.ltca.limits import hardness
+from efficiency.ltca.mesh_grids import load_grids
+from efficiency.synthesis.inputs import SettingsInput
+from efficiency.synthesis.solve import machine_settings
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 

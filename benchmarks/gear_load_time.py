@@ -25,10 +25,10 @@ from matplotlib.figure import Figure
 
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import elastic_bodies, gear_mesh
-from efficiency.load.load_distribution import elastic_cycle
-from efficiency.load.mesh_grids import load_grids
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.map import efficiency_map
+from efficiency.ltca.load_distribution import elastic_cycle
+from efficiency.ltca.mesh_grids import load_grids
 from ehl.fluid.oil import Oil
 from regression.friction.models import friction_model
 

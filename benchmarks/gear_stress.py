@@ -26,13 +26,13 @@ from typing import Any
 import numpy as np
 from gear_stress_cases import blank_content, formate, row
 
-from efficiency.blank.inputs import PairBlankInput
-from efficiency.blank.pair import pair_blank
-from efficiency.blank.result import PairBlank
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.result import PairBlank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission
-from efficiency.settings.gear import cut_gear, pair_geometry
+from efficiency.synthesis.gear import cut_gear, pair_geometry
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 

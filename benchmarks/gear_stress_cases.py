@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from efficiency.blank.inputs import PairBlankInput
-from efficiency.blank.pair import pair_blank
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.pair import pair_blank
 from ehl.io.errors import InputError
 
 HEADS = (3, 5, 7, 11, 13, 17)

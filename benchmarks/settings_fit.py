@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from efficiency.blank.pair import pair_blank
-from efficiency.settings.inputs import SettingsInput
-from efficiency.settings.solve import machine_settings
+from efficiency.blanks.pair import pair_blank
+from efficiency.synthesis.inputs import SettingsInput
+from efficiency.synthesis.solve import machine_settings
 from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.validation import validate
 

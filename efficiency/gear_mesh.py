@@ -12,12 +12,12 @@ from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPositio
 from efficiency.contact.pair import FlankPair, Side, flank_pair
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import BlankInput, Design, MemberInput
-from efficiency.load.compliance import Tooth
-from efficiency.load.load_distribution import TeethElasticity
-from efficiency.load.teeth import elastic_teeth
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.efficiency import MeshGrids
 from efficiency.loss.kinematics import Axis
+from efficiency.ltca.compliance import Tooth
+from efficiency.ltca.load_distribution import TeethElasticity
+from efficiency.ltca.teeth import elastic_teeth
 from ehl.io.errors import ConvergenceError
 
 # where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)

@@ -12,7 +12,6 @@ from efficiency.contact.pair import Side
 from efficiency.design.cooling_input import CoolingInput
 from efficiency.design.design import OPERATION_LIMITS, Design, MemberInput, Misalignment, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
-from efficiency.load.foreign import read_load
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.duty_cycle import DutyCycle, duty_cycle
@@ -24,6 +23,7 @@ from efficiency.loss.map import EfficiencyMap, efficiency_map
 from efficiency.loss.parameter_map import OPERATION_AXES, ParameterMap, Place, parameter_map
 from efficiency.loss.result import EfficiencyResult
 from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs, efficiency_uncertainty
+from efficiency.ltca.foreign import read_load
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.expectation import quantity_of
@@ -111,7 +111,7 @@ def run_gear(
     friction_in_equilibrium : bool
         Let the friction forces take part in carrying the torque.
     load_from : Path, optional
-        CSV file with the load distribution of a foreign program (`efficiency.load.foreign`) in place of the own one.
+        CSV file with the load distribution of a foreign program (`efficiency.ltca.foreign`) in place of the own one.
 
     Raises
     ------

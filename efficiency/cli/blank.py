@@ -12,9 +12,9 @@ def blank(
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:
     """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings."""
-    from efficiency.blank.inputs import load_blank
-    from efficiency.blank.pair import pair_blank
-    from efficiency.blank.report import blank_tables
+    from efficiency.blanks.inputs import load_blank
+    from efficiency.blanks.pair import pair_blank
+    from efficiency.blanks.report import blank_tables
     from ehl.view.report import print_json
 
     pair = pair_blank(load_blank(file))

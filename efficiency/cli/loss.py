@@ -100,7 +100,7 @@ def show_point(
     """Compute, print and write one operating point."""
     from threadpoolctl import threadpool_limits
 
-    from efficiency.load.foreign import write_load
+    from efficiency.ltca.foreign import write_load
     from efficiency.output.gear_files import Extras, write_result
     from efficiency.output.tables import efficiency_table
     from efficiency.run import run_gear, run_heat_balance, run_uncertainty

@@ -17,9 +17,9 @@ def settings(
 
     Exit code 1: a residual stays above 3 um rms; the design is written all the same.
     """
-    from efficiency.settings.inputs import load_targets
-    from efficiency.settings.report import settings_tables
-    from efficiency.settings.solve import machine_settings
+    from efficiency.synthesis.inputs import load_targets
+    from efficiency.synthesis.report import settings_tables
+    from efficiency.synthesis.solve import machine_settings
     from ehl.view.report import print_json
 
     result = machine_settings(load_targets(targets))

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly, dot, turn
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.flank_grid import UNDERCUT

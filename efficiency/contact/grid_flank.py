@@ -21,7 +21,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.patch import Patch
 from efficiency.contact.smooth_flank import Hand, SmoothFlank, normal_sense
 from efficiency.cutting.cutter import FlankSide

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from efficiency.blank.cones import ToothShape
+from efficiency.blanks.cones import ToothShape
 from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.flank_grid import SHAPE, FlankGrid
 from efficiency.contact.grid_flank import GridFlank

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.patch import Patch
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank

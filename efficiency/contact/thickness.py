@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blank.cones import ToothShape
+from efficiency.blanks.cones import ToothShape
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.design.design import Design

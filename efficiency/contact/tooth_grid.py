@@ -13,7 +13,7 @@ from efficiency.contact.tooth_root import RootProfile, root_profile
 from ehl.io.errors import ConvergenceError
 
 if TYPE_CHECKING:
-    from efficiency.blank.cones import Blank
+    from efficiency.blanks.cones import Blank
     from efficiency.cutting.flank import Flank, FlankPoints
     from efficiency.design.design import Design
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.mesh_surface import PINION, MeshSurface
 from efficiency.cutting.newton import Array
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.cutting import newton
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.machine import MachineSettings

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.design.flank_input import Length
 from ehl.io.errors import InputError
 from ehl.io.units import Quantity

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank

@@ -14,16 +14,16 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.load.limits import points_above_hardness
-from efficiency.load.load_distribution import LoadDistribution
-from efficiency.load.mesh_grids import LoadedGrids as LoadedGrids
-from efficiency.load.mesh_grids import MeshGrids as MeshGrids
-from efficiency.load.mesh_grids import load_grids as load_grids
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loaded_points
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.loss.result import EfficiencyResult, Reason
+from efficiency.ltca.limits import points_above_hardness
+from efficiency.ltca.load_distribution import LoadDistribution
+from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
+from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
+from efficiency.ltca.mesh_grids import load_grids as load_grids
 from ehl.fluid.oil import Oil
 from regression.friction.conditions import conditions_of
 from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.load.load_distribution import LoadDistribution, distribute_load
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids
 from efficiency.loss.kinematics import Axis, Operation, join_states, loaded_points
+from efficiency.ltca.load_distribution import LoadDistribution, distribute_load
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from regression.friction.models import FrictionFlag, FrictionModel

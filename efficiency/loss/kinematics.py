@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.axis import Axis as Axis
-from efficiency.load.load_distribution import LoadDistribution
+from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.case import SurfaceInput
 from ehl.fluid.oil import TEMPERATURE_RANGE
 from ehl.io.errors import InputError

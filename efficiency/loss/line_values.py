@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.load.load_distribution import LoadDistribution
 from efficiency.loss.kinematics import LoadedPoints
+from efficiency.ltca.load_distribution import LoadDistribution
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -9,9 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.load.load_distribution import LoadDistribution
 from efficiency.loss.kinematics import Driver, LoadedPoints
 from efficiency.loss.lubrication import LocalLubrication
+from efficiency.ltca.load_distribution import LoadDistribution
 from regression.friction.models import FrictionEstimate
 
 FloatArray = NDArray[np.float64]

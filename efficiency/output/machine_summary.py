@@ -17,7 +17,7 @@ from ehl.io.expectation import find_place
 from ehl.io.units import Quantity
 
 if TYPE_CHECKING:
-    from efficiency.blank.cones import Blank
+    from efficiency.blanks.cones import Blank
     from efficiency.design.design import Design
 
 Units = Literal["metric", "inch"]

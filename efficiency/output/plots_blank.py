@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
-    from efficiency.blank.cones import Blank
+    from efficiency.blanks.cones import Blank
     from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]

@@ -23,10 +23,10 @@ from typing import Any
 from efficiency.contact.pair import Side
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import Bodies, elastic_bodies, gear_mesh
-from efficiency.load.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
+from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.run import POINTS_PER_LINE, POSITIONS, resolve_friction
 from efficiency.study.levels import MISALIGNED, Levels
 from efficiency.study.points import Study, StudyPoint, with_result

@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from efficiency.blank.inputs import PairBlankInput
+from efficiency.blanks.inputs import PairBlankInput
 from efficiency.contact.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.design.design import Design
 from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
-from efficiency.settings.inputs import SettingsInput
 from efficiency.study.points import Study, StudyPoint
+from efficiency.synthesis.inputs import SettingsInput
 from ehl.case import Case
 from ehl.fluid.oil import Oil
 from ehl.material import Material

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from efficiency.blank.inputs import DepthTypeOne, load_blank
-from efficiency.blank.pair import pair_blank
-from efficiency.blank.result import PairBlank
+from efficiency.blanks.inputs import DepthTypeOne, load_blank
+from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.result import PairBlank
 from ehl.io.data import data_path
 
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "iso23509_samples.json").read_text(encoding="utf-8"))

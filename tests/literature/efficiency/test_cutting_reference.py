@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.cutting.cutter import Blade

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import griddata
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import turn
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.curvature import flank_curvature

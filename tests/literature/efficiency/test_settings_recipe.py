@@ -11,22 +11,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blank.inputs import PairBlankInput, load_blank
-from efficiency.blank.pair import pair_blank
+from efficiency.blanks.inputs import PairBlankInput, load_blank
+from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
-from efficiency.settings.conjugate import conjugate_start, fit_grid, opposite
-from efficiency.settings.ease_off_target import wanted_relief
-from efficiency.settings.fit import Parameter, WantedFlank, fit, measure
-from efficiency.settings.free import ANGLE, CURVATURE, PHASE, RADIAL, RADIUS, free_settings
-from efficiency.settings.free_axis import tilt_and_swivel
-from efficiency.settings.gear import SIDES, cut_gear, pair_geometry
-from efficiency.settings.inputs import FlankTarget, load_targets
-from efficiency.settings.wanted import wanted_flank
+from efficiency.synthesis.conjugate import conjugate_start, fit_grid, opposite
+from efficiency.synthesis.ease_off_target import wanted_relief
+from efficiency.synthesis.fit import Parameter, WantedFlank, fit, measure
+from efficiency.synthesis.free import ANGLE, CURVATURE, PHASE, RADIAL, RADIUS, free_settings
+from efficiency.synthesis.free_axis import tilt_and_swivel
+from efficiency.synthesis.gear import SIDES, cut_gear, pair_geometry
+from efficiency.synthesis.inputs import FlankTarget, load_targets
+from efficiency.synthesis.wanted import wanted_flank
 
 MM, DEG = 1e-3, np.pi / 180.0
 TARGET = FlankTarget()

@@ -13,14 +13,14 @@ from typing import Any
 
 import pytest
 
-from efficiency.blank.checks import KINDS
-from efficiency.blank.inputs import PairBlankInput, load_blank
-from efficiency.blank.pair import pair_blank
-from efficiency.blank.pitch_cones import pitch_cones
-from efficiency.blank.proportions import recommended_addendum_factor, recommended_thickness_factor
-from efficiency.blank.result import MemberBlank, PairBlank
-from efficiency.blank.undercut import UndercutLimit
-from efficiency.blank.virtual_gears import VirtualGears
+from efficiency.blanks.checks import KINDS
+from efficiency.blanks.inputs import PairBlankInput, load_blank
+from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.pitch_cones import pitch_cones
+from efficiency.blanks.proportions import recommended_addendum_factor, recommended_thickness_factor
+from efficiency.blanks.result import MemberBlank, PairBlank
+from efficiency.blanks.undercut import UndercutLimit
+from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.design.design import BlankInput
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError

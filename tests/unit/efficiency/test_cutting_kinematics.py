@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.cutting import newton
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.edge import Protuberance, Relief

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly, turn
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.curvature import flank_curvature

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from efficiency.blank.cones import ToothShape
-from efficiency.load.compliance import LocalCompliance, weber_local
-from efficiency.load.plate import CantileverPlate, PlateTooth
+from efficiency.blanks.cones import ToothShape
+from efficiency.ltca.compliance import LocalCompliance, weber_local
+from efficiency.ltca.plate import CantileverPlate, PlateTooth
 from ehl.io.errors import InputError
 from ehl.material import effective_modulus, load_material
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from efficiency.load.edge_contact import EdgeSection, edge_angle, free_edge_compliance
-from efficiency.load.equilibrium import solve_equilibrium
+from efficiency.ltca.edge_contact import EdgeSection, edge_angle, free_edge_compliance
+from efficiency.ltca.equilibrium import solve_equilibrium
 
 
 def numerical(distance: float, ratio: float, cells: int = 500) -> tuple[float, float, float]:

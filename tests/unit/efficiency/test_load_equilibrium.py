@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from efficiency.load import equilibrium
-from efficiency.load.equilibrium import solve_equilibrium
+from efficiency.ltca import equilibrium
+from efficiency.ltca.equilibrium import solve_equilibrium
 
 FloatArray = np.ndarray
 

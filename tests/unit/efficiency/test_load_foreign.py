@@ -11,9 +11,9 @@ import pytest
 
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
-from efficiency.load.foreign import read_load, write_load
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
+from efficiency.ltca.foreign import read_load, write_load
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.friction.models import ConstantFriction

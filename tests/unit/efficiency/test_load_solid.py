@@ -11,13 +11,13 @@ import pytest
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.body_input import BACKUP_RATIO, BodyInput
 from efficiency.design.design import Design, load_design
-from efficiency.load.load_distribution import TeethElasticity
-from efficiency.load.ring import ring_response
-from efficiency.load.ritz_solid import Orders, RitzSolid, ritz_solid
-from efficiency.load.shape_functions import hierarchic_functions, lagrange_polynomials, lobatto_nodes
-from efficiency.load.solid_tooth import solid_tooth
-from efficiency.load.teeth import elastic_teeth, loaded_flank
-from efficiency.load.tooth_cell import tooth_cell
+from efficiency.ltca.load_distribution import TeethElasticity
+from efficiency.ltca.ring import ring_response
+from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid
+from efficiency.ltca.shape_functions import hierarchic_functions, lagrange_polynomials, lobatto_nodes
+from efficiency.ltca.solid_tooth import solid_tooth
+from efficiency.ltca.teeth import elastic_teeth, loaded_flank
+from efficiency.ltca.tooth_cell import tooth_cell
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.material import load_material
 

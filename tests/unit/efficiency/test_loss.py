@@ -13,13 +13,13 @@ import pytest
 
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.limits import limit_notes, pressure_peak
-from efficiency.load.load_distribution import distribute_load
 from efficiency.loss import efficiency as stage
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
 from efficiency.loss.map import efficiency_map
 from efficiency.loss.power_loss import efficiency_of, position_losses
+from efficiency.ltca.limits import limit_notes, pressure_peak
+from efficiency.ltca.load_distribution import distribute_load
 from efficiency.output.plots_load import (
     plot_comparison,
     plot_friction_and_loss,
@@ -175,7 +175,7 @@ def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedGrids) -> None:
 
 
 def test_failed_load_is_a_failure(mesh: MeshGrids, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("efficiency.load.equilibrium.NEWTON_LIMIT", 1)
+    monkeypatch.setattr("efficiency.ltca.equilibrium.NEWTON_LIMIT", 1)
     result = mesh_efficiency(load_grids(mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION)
     assert (result.status, result.reason) == ("failed", "load_newton_limit")
 

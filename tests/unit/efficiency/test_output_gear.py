@@ -16,12 +16,12 @@ from openpyxl import load_workbook
 
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.mesh_grids import load_grids
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.map import EfficiencyMap, efficiency_map
 from efficiency.loss.result import EfficiencyResult
+from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.data_tables import comparison_tables, map_tables, result_tables
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_files import OutputFiles, write_comparison, write_map, write_result

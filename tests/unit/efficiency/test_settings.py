@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from efficiency.design.design import load_design
-from efficiency.settings.ease_off_target import wanted_relief
-from efficiency.settings.inputs import FlankTarget, SettingsInput, load_targets
-from efficiency.settings.solve import machine_settings
+from efficiency.synthesis.ease_off_target import wanted_relief
+from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
+from efficiency.synthesis.solve import machine_settings
 from ehl.io.data import data_path
 from ehl.io.errors import InputError
 

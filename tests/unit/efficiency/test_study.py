@@ -18,9 +18,9 @@ from openpyxl import load_workbook
 import efficiency.study.solve
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.mesh_grids import load_grids
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
+from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.plots_study import axis_label, designs_figure, influence_figure, shown, study_figures
 from efficiency.output.study_report import influence_rows, section_rows, write_study
 from efficiency.study.levels import Levels

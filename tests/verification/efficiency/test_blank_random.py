@@ -8,8 +8,8 @@ import pytest
 from gear_stress import REASONS, run_case
 from gear_stress_cases import blank_content
 
-from efficiency.blank.inputs import PairBlankInput
-from efficiency.blank.pitch_cones import pitch_cones
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.pitch_cones import pitch_cones
 
 
 def test_blanks_are_answered_or_refused_by_a_listed_reason() -> None:

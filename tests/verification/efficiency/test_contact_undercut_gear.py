@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.blank.inputs import PairBlankInput
-from efficiency.blank.pair import pair_blank
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.pair import pair_blank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.transmission import transmission
-from efficiency.settings.gear import cut_gear, pair_geometry
+from efficiency.synthesis.gear import cut_gear, pair_geometry
 from ehl.io.errors import ConvergenceError
 from ehl.io.validation import validate
 

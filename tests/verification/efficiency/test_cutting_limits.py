@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.curvature import flank_curvature
 from efficiency.cutting.column import columns, regression
 from efficiency.cutting.cutter import Blade

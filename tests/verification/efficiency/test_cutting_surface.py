@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.curvature import flank_curvature
 from efficiency.cutting.column import regression
 from efficiency.cutting.cutter import Blade

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blank.cones import ToothShape
+from efficiency.blanks.cones import ToothShape
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.load.load_distribution import TeethElasticity
-from efficiency.load.plate import PlateTooth
 from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.friction_equilibrium import friction_arm, load_grids_with_friction
 from efficiency.loss.kinematics import Axis, Operation
+from efficiency.ltca.load_distribution import TeethElasticity
+from efficiency.ltca.plate import PlateTooth
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.material import load_material

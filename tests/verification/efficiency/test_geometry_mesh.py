@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blank.cones import Blank
+from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly, turn
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.curvature import flank_curvature

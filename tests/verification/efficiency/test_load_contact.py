@@ -13,18 +13,18 @@ from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
-from efficiency.load.compliance import weber_local
-from efficiency.load.edge_load import edge_load
-from efficiency.load.equilibrium import solve_equilibrium
-from efficiency.load.limits import limit_notes
-from efficiency.load.load_distribution import (
+from efficiency.ltca.compliance import weber_local
+from efficiency.ltca.edge_load import edge_load
+from efficiency.ltca.equilibrium import solve_equilibrium
+from efficiency.ltca.limits import limit_notes
+from efficiency.ltca.load_distribution import (
     ElasticPosition,
     LoadDistribution,
     distribute_load,
     elastic_cycle,
     loaded_position,
 )
-from efficiency.load.mesh_grids import load_grids
+from efficiency.ltca.mesh_grids import load_grids
 from ehl.io.errors import InputError
 
 DESIGN = load_design("fm_spiral_bevel_14x39")

@@ -12,12 +12,12 @@ from scipy.special import ellipe, ellipk
 
 from efficiency.design.design import Deflection, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh, profile_contact_ratio
-from efficiency.load.load_distribution import distribute_load
 from efficiency.loss.closed_form import coleman_type
 from efficiency.loss.compare import compare_models
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
+from efficiency.ltca.load_distribution import distribute_load
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction, friction_model
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from efficiency.load.plate import CantileverPlate, root_compliance
+from efficiency.ltca.plate import CantileverPlate, root_compliance
 
 E, NU = 206e9, 0.3
 KAPPA = 5.0 / 6.0

@@ -8,8 +8,8 @@ from compliance_fem import Counts, line_load, nine_points
 
 from efficiency.contact.tooth_grid import Member
 from efficiency.design.design import load_design
-from efficiency.load.ritz_solid import ORDERS
-from efficiency.load.teeth import loaded_flank, solid_tooth_of
+from efficiency.ltca.ritz_solid import ORDERS
+from efficiency.ltca.teeth import loaded_flank, solid_tooth_of
 
 COARSE = Counts(tooth=2, slot=2, rows=6, body=3, along=8)
 

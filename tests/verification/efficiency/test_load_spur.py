@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from efficiency.blank.cones import ToothShape
+from efficiency.blanks.cones import ToothShape
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.load.load_distribution import LoadDistribution, TeethElasticity, distribute_load
-from efficiency.load.plate import PlateTooth
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import efficiency_of, position_losses
+from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity, distribute_load
+from efficiency.ltca.plate import PlateTooth
 from ehl.material import load_material
 
 STEEL = load_material("steel")

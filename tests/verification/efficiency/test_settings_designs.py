@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from efficiency.blank.pair import pair_blank
+from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.thickness import gear_thickness, pinion_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
-from efficiency.settings.conjugate import fit_grid
-from efficiency.settings.ease_off_target import wanted_relief
-from efficiency.settings.gear import pair_geometry
-from efficiency.settings.inputs import load_targets
-from efficiency.settings.solve import machine_settings
+from efficiency.synthesis.conjugate import fit_grid
+from efficiency.synthesis.ease_off_target import wanted_relief
+from efficiency.synthesis.gear import pair_geometry
+from efficiency.synthesis.inputs import load_targets
+from efficiency.synthesis.solve import machine_settings
 from ehl.io.data import data_names
 
 

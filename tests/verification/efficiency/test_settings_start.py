@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from efficiency.blank.inputs import load_blank
-from efficiency.blank.pair import pair_blank
+from efficiency.blanks.inputs import load_blank
+from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.cutting.flank import CutFlank
-from efficiency.settings.conjugate import conjugate_start, fit_grid
-from efficiency.settings.fit import Parameter, _derivatives, measure, with_setting
-from efficiency.settings.free_axis import free_axis, tilt_and_swivel
-from efficiency.settings.gear import SIDES, PairGeometry, cut_gear, pair_geometry
-from efficiency.settings.generating import generating_screw
-from efficiency.settings.root_line import RootLine
-from efficiency.settings.wanted import wanted_flank
+from efficiency.synthesis.conjugate import conjugate_start, fit_grid
+from efficiency.synthesis.fit import Parameter, _derivatives, measure, with_setting
+from efficiency.synthesis.free_axis import free_axis, tilt_and_swivel
+from efficiency.synthesis.gear import SIDES, PairGeometry, cut_gear, pair_geometry
+from efficiency.synthesis.generating import generating_screw
+from efficiency.synthesis.root_line import RootLine
+from efficiency.synthesis.wanted import wanted_flank
 
 
 def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairGeometry:

@@ -1,0 +1,317 @@
+"""Gear dimensions of both members (ISO 23509 clause 7), from pitch cones and tooth proportions.
+
+Equation numbers: ISO 23509:2016 as read in a public secondary source (docs/blank.md). Index 1 is the pinion, 2 the
+gear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import asin, atan, cos, floor, pi, sin, sqrt, tan
+
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.tangency import PitchCones, too_large
+from ehl.io.errors import InputError
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where cones and calculation point lie, Formulae (113) to (115), (129) to (131).
+
+    Attributes
+    ----------
+    zeta_m, zeta_mp : float
+        Offset angle of the pinion in the axial plane and in the pitch plane.
+    offset_in_plane : float
+        a_p, offset in the pitch plane [m].
+    crossing_to_point : (float, float)
+        t_zm1, t_zm2 [m], crossing point to calculation point along the axis.
+    pitch_apex : (float, float)
+        t_z1, t_z2 [m], pitch apex beyond the crossing point.
+    """
+
+    zeta_m: float
+    zeta_mp: float
+    offset_in_plane: float
+    crossing_to_point: tuple[float, float]
+    pitch_apex: tuple[float, float]
+
+
+def placement(inputs: PairBlankInput, cones: PitchCones) -> Placement:
+    """Offset angles and apexes of the pitch cones."""
+    d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
+    excess = inputs.shaft_angle - 0.5 * pi
+    reach = cones.mean_diameter_2 + cones.mean_diameter_1 * cos(d_2) / cos(d_1)
+    if 2.0 * inputs.hypoid_offset >= reach:
+        raise too_large(inputs.hypoid_offset, 0.5 * reach)
+    zeta_m = asin(2.0 * inputs.hypoid_offset / reach)
+    zeta_mp = asin(sin(zeta_m) * sin(inputs.shaft_angle) / cos(d_1))
+    point_2 = 0.5 * cones.mean_diameter_1 * sin(d_2) / cos(d_1) - 0.5 * cos(zeta_m) * tan(excess) * reach
+    point_1 = 0.5 * cones.mean_diameter_2 * cos(zeta_m) * cos(excess) - point_2 * sin(excess)
+    return Placement(
+        zeta_m,
+        zeta_mp,
+        cones.cone_distance_2 * sin(zeta_mp),
+        (point_1, point_2),
+        (cones.cone_distance_1 * cos(d_1) - point_1, cones.cone_distance_2 * cos(d_2) - point_2),
+    )
+
+
+@dataclass(frozen=True)
+class FaceAndRoot:
+    """Face and root cones, Formulae (140) to (153).
+
+    Attributes
+    ----------
+    zeta_root, zeta_face : float
+        zeta_R, zeta_o, offset angles of the pinion in the root plane and the face plane of the gear.
+    face_angle, root_angle : (float, float)
+        delta_a, delta_f of pinion and gear.
+    addendum_angle, dedendum_angle : (float, float)
+        theta_a, theta_f.
+    face_apex, root_apex : (float, float)
+        t_zF, t_zR [m], apexes beyond the crossing point.
+    """
+
+    zeta_root: float
+    zeta_face: float
+    face_angle: tuple[float, float]
+    root_angle: tuple[float, float]
+    addendum_angle: tuple[float, float]
+    dedendum_angle: tuple[float, float]
+    face_apex: tuple[float, float]
+    root_apex: tuple[float, float]
+
+
+def face_and_root(
+    inputs: PairBlankInput,
+    cones: PitchCones,
+    place: Placement,
+    taper: tuple[float, float],
+    heights_2: tuple[float, float],
+    clearance: float,
+) -> FaceAndRoot:
+    """Face and root cones: those of the pinion keep the clearance from the root and face cone of the gear.
+
+    Parameters
+    ----------
+    taper : (float, float)
+        theta_a2, theta_f2.
+    heights_2 : (float, float)
+        h_am2, h_fm2 [m].
+    clearance : float
+        c [m].
+    """
+    excess, offset = inputs.shaft_angle - 0.5 * pi, inputs.hypoid_offset
+    cone, apex = cones.cone_distance_2, place.pitch_apex[1]
+    theta_a, theta_f = taper
+    face, root = cones.pitch_angle_2 + theta_a, cones.pitch_angle_2 - theta_f
+    if root <= 0.0 or face >= 0.5 * pi + 0.2:
+        raise InputError("taper", f"{theta_a:.4g}, {theta_f:.4g} rad", "a root angle of the gear above 0")
+
+    def offset_angle(angle: float, theta: float) -> float:
+        lever = cone * cos(theta) - apex * cos(angle)
+        phi = atan(offset * tan(excess) * cos(angle) / lever)
+        return asin(offset * cos(phi) * sin(angle) / lever) - phi
+
+    def opposite(angle: float, zeta: float) -> float:
+        return asin(sin(excess) * sin(angle) + cos(excess) * cos(angle) * cos(zeta))
+
+    zeta_root, zeta_face = offset_angle(root, theta_f), offset_angle(face, theta_a)
+    face_1, root_1 = opposite(root, zeta_root), opposite(face, zeta_face)
+    face_apex_2 = apex - (cone * sin(theta_a) - heights_2[0] * cos(theta_a)) / sin(face)
+    root_apex_2 = apex + (cone * sin(theta_f) - heights_2[1] * cos(theta_f)) / sin(root)
+    face_apex_1 = (offset * sin(zeta_root) * cos(root) - root_apex_2 * sin(root) - clearance) / sin(face_1)
+    root_apex_1 = (offset * sin(zeta_face) * cos(face) - face_apex_2 * sin(face) - clearance) / sin(root_1)
+    return FaceAndRoot(
+        zeta_root,
+        zeta_face,
+        (face_1, face),
+        (root_1, root),
+        (face_1 - cones.pitch_angle_1, theta_a),
+        (cones.pitch_angle_1 - root_1, theta_f),
+        (face_apex_1, face_apex_2),
+        (root_apex_1, root_apex_2),
+    )
+
+
+@dataclass(frozen=True)
+class FaceWidths:
+    """Face widths, Formulae (127), (128), (154) to (173): outside and inside the calculation point [m].
+
+    Attributes
+    ----------
+    outside, inside : (float, float)
+        b_e, b_i of pinion and gear.
+    in_pitch_plane : float
+        b_p1, face of the pinion in the pitch plane.
+    """
+
+    outside: tuple[float, float]
+    inside: tuple[float, float]
+    in_pitch_plane: float
+
+
+def face_widths(
+    inputs: PairBlankInput,
+    cones: PitchCones,
+    place: Placement,
+    angles: FaceAndRoot,
+    module: float,
+    working_depth: float,
+    reserve: float,
+    addendum_1: float,
+) -> FaceWidths:
+    """Face width of the pinion by the rule of its method; a pair without offset takes that of the gear.
+
+    Parameters
+    ----------
+    reserve : float
+        h_fm2 - c [m].
+    """
+    width, share, plane = inputs.face_width_gear, cones.face_width_factor, place.offset_in_plane
+    outside, inside = share * width, (1.0 - share) * width
+    outer, inner = cones.cone_distance_2 + outside, cones.cone_distance_2 - inside
+    if plane >= inner:
+        raise InputError(
+            "hypoid_offset",
+            f"{inputs.hypoid_offset * 1e3:.6g} mm",
+            f"a_p (here {plane * 1e3:.4g} mm) below the inner cone distance of the gear, {inner * 1e3:.4g} mm",
+            "Take a smaller offset or face width.",
+        )
+    mean = cones.cone_distance_2 * cos(place.zeta_mp)
+    in_plane = sqrt(outer**2 - plane**2) - sqrt(inner**2 - plane**2)
+    if inputs.hypoid_offset == 0.0:
+        pinion = outside, inside
+    elif inputs.method == 1:
+        pinion = _pinion_face_method_1(inputs, cones, place, angles, working_depth, reserve, addendum_1)
+    elif inputs.method == 2:
+        total = width * (1.0 + tan(place.zeta_mp) ** 2)
+        pinion = share * total, (1.0 - share) * total
+    else:
+        # the standard rounds this face to whole millimetres
+        total = floor(1e3 * (in_plane + 3.0 * module * abs(tan(place.zeta_mp))) + 1.0) / 1e3
+        pinion_inside = mean - sqrt(inner**2 - plane**2) + 0.5 * (total - in_plane)
+        pinion = total - pinion_inside, pinion_inside
+    if pinion[1] >= cones.cone_distance_1:
+        raise InputError(
+            "face_width_gear",
+            f"{width * 1e3:.6g} mm",
+            f"a pinion face that ends before its apex; here {pinion[1] * 1e3:.4g} mm inside a cone distance of "
+            f"{cones.cone_distance_1 * 1e3:.4g} mm",
+        )
+    return FaceWidths((pinion[0], outside), (pinion[1], inside), in_plane)
+
+
+def _pinion_face_method_1(
+    inputs: PairBlankInput,
+    cones: PitchCones,
+    place: Placement,
+    angles: FaceAndRoot,
+    working_depth: float,
+    reserve: float,
+    addendum_1: float,
+) -> tuple[float, float]:
+    """b_e1, b_i1 [m], Formulae (159) to (166)."""
+    ratio = inputs.teeth_gear / inputs.teeth_pinion
+    d_1, d_2, share = cones.pitch_angle_1, cones.pitch_angle_2, cones.face_width_factor
+    theta, face = angles.addendum_angle[0], angles.face_angle[0]
+    turn = atan(sin(place.zeta_mp) * cos(d_2) / (ratio * cos(d_1) + cos(d_2) * cos(place.zeta_mp)))
+    width = inputs.face_width_gear * cos(turn) / cos(place.zeta_mp - turn)
+    growth = working_depth * sin(angles.zeta_root) * (1.0 - 1.0 / ratio)
+    along = width / cos(theta) * cos(face)
+    outside = share * along + growth - reserve * sin(d_1)
+    inside = (1.0 - share) * along + growth + reserve * sin(d_1)
+    return (
+        (outside + addendum_1 * sin(d_1)) / cos(face) * cos(theta),
+        (inside - addendum_1 * sin(d_1)) / (cos(d_1) - tan(theta) * sin(d_1)),
+    )
+
+
+@dataclass(frozen=True)
+class Thickness:
+    """Mean tooth thickness, Formulae (201) to (215).
+
+    Attributes
+    ----------
+    coefficient : (float, float)
+        x_sm1, x_sm2, thickness modification with backlash.
+    normal, transverse : (float, float)
+        s_mn, s_mt [m].
+    normal_diameter : (float, float)
+        d_mn [m], diameter of the tooth's curvature in the normal section.
+    chordal, chordal_addendum : (float, float)
+        s_mnc, h_amc [m].
+    backlash_normal : float
+        j_mn [m], mean normal backlash, measured square to the flanks.
+    """
+
+    coefficient: tuple[float, float]
+    normal: tuple[float, float]
+    transverse: tuple[float, float]
+    normal_diameter: tuple[float, float]
+    chordal: tuple[float, float]
+    chordal_addendum: tuple[float, float]
+    backlash_normal: float
+
+
+def thickness(
+    inputs: PairBlankInput,
+    cones: PitchCones,
+    module: float,
+    shift: float,
+    modification: float,
+    alpha_n: float,
+    outer: tuple[float, float],
+    addendums: tuple[float, float],
+) -> Thickness:
+    """Tooth thickness at the calculation point.
+
+    Parameters
+    ----------
+    shift, modification : float
+        x_hm1, x_smn.
+    outer : (float, float)
+        R_e2 [m] and beta_e2.
+    addendums : (float, float)
+        h_am1, h_am2 [m].
+    """
+    mean_over_outer = cones.cone_distance_2 * cos(cones.spiral_2) / (outer[0] * cos(outer[1]))
+    # backlash at the mean point along the normal section of the pitch plane, s_mn1 + s_mn2 = pi m_mn - loss
+    loss = (
+        inputs.backlash.value
+        * {
+            "none": 0.0,
+            "outer_normal": mean_over_outer / cos(alpha_n),
+            "outer_transverse": cones.cone_distance_2 * cos(cones.spiral_2) / outer[0],
+            "mean_normal": 1.0 / cos(alpha_n),
+            "mean_transverse": cos(cones.spiral_2),
+        }[inputs.backlash.type]
+    )
+    thinner = loss / (4.0 * module)
+    coefficient = (modification - thinner, -modification - thinner)
+    half = 0.5 * pi * module
+    normal = (
+        half + 2.0 * module * (coefficient[0] + shift * tan(alpha_n)),
+        half + 2.0 * module * (coefficient[1] - shift * tan(alpha_n)),
+    )
+    spirals, deltas = (cones.spiral_1, cones.spiral_2), (cones.pitch_angle_1, cones.pitch_angle_2)
+    diameters = (cones.mean_diameter_1, cones.mean_diameter_2)
+    curved = tuple(
+        d / ((1.0 - (sin(b) * cos(alpha_n)) ** 2) * cos(delta))
+        for d, b, delta in zip(diameters, spirals, deltas, strict=True)
+    )
+    chordal = tuple(d * sin(s / d) for d, s in zip(curved, normal, strict=True))
+    rise = tuple(
+        h + 0.5 * d * cos(delta) * (1.0 - cos(s / d))
+        for h, d, delta, s in zip(addendums, curved, deltas, normal, strict=True)
+    )
+    return Thickness(
+        coefficient,
+        normal,
+        (normal[0] / cos(spirals[0]), normal[1] / cos(spirals[1])),
+        (curved[0], curved[1]),
+        (chordal[0], chordal[1]),
+        (rise[0], rise[1]),
+        loss * cos(alpha_n),
+    )

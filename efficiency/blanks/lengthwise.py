@@ -1,0 +1,122 @@
+"""Tooth trace on the developed gear cone: circle of a face mill, epicycloid of a face hob; spiral angles along it.
+
+One formula serves both: with base radius rho_b = rho_P0/(1 + (z_0/z_2) sin delta_2) and the angle q at the gear apex,
+cos q = (R^2 + rho_P0^2 - r_c0^2)/(2 R rho_P0), tan beta = (R - rho_b cos q)/(rho_b sin q); a face mill has
+rho_b = rho_P0 (Formulae (176) to (194) of ISO 23509:2016; that the circle is the case z_0 = 0 is derived here).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, asin, atan2, cos, degrees, radians, sin
+
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.tangency import PitchCones, crown_gear
+from ehl.io.errors import InputError
+
+# steepest spiral angle anywhere on the faces
+SPIRAL_AT_THE_ENDS = radians(75.0)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Tooth trace of the gear.
+
+    Attributes
+    ----------
+    cutter_radius : float
+        r_c0 [m].
+    lead : float
+        nu, lead angle of the cutter; 0 for a face mill.
+    centre_distance : float
+        rho_P0 [m], gear apex to cutter centre.
+    base_radius : float
+        rho_b [m], base circle of the epicycloid; rho_P0 for a face mill.
+    """
+
+    cutter_radius: float
+    lead: float
+    centre_distance: float
+    base_radius: float
+
+    def reaches(self, cone: float) -> bool:
+        """Whether the cutter cuts through cone distance R [m] at all."""
+        return abs(cone - self.centre_distance) < self.cutter_radius < cone + self.centre_distance
+
+    def generating_angle(self, cone: float) -> float:
+        """q at cone distance R [m]."""
+        rho = self.centre_distance
+        return acos((cone**2 + rho**2 - self.cutter_radius**2) / (2.0 * cone * rho))
+
+    def spiral(self, cone: float) -> float:
+        """Spiral angle of the gear at cone distance R [m]."""
+        q = self.generating_angle(cone)
+        return atan2(cone - self.base_radius * cos(q), self.base_radius * sin(q))
+
+
+def tooth_trace(inputs: PairBlankInput, cones: PitchCones) -> Trace:
+    """Trace through the calculation point."""
+    crown = crown_gear(inputs, cones.cone_distance_2, cones.pitch_angle_2, cones.spiral_2)
+    turns = 0.0 if inputs.blade_groups is None else inputs.blade_groups / inputs.teeth_gear * sin(cones.pitch_angle_2)
+    return Trace(crown.radius, crown.lead, crown.distance, crown.distance / (1.0 + turns))
+
+
+def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, ...], offset_in_plane: float) -> Trace:
+    """The trace, if it runs through the whole face of both members with spiral angles up to 75 deg.
+
+    Parameters
+    ----------
+    places : tuple of float
+        Cone distances of the gear [m] that must be reached: its own ends, and those of the pinion's face.
+    offset_in_plane : float
+        a_p [m].
+
+    Raises
+    ------
+    InputError
+        The cutter radius is too small, naming the smallest that serves (with these pitch cones).
+    """
+    trace = tooth_trace(inputs, cones)
+    if _serves(trace, places, offset_in_plane):
+        return trace
+    low, high = inputs.cutter_radius, inputs.cutter_radius
+    for _ in range(24):
+        high *= 1.3
+        if _serves_with(inputs, cones, high, places, offset_in_plane):
+            break
+    else:
+        raise InputError(
+            "face_width_gear",
+            f"{inputs.face_width_gear * 1e3:.6g} mm",
+            "a smaller face width, spiral angle or offset: no cutter radius keeps the spiral angles below 75 deg",
+        )
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _serves_with(inputs, cones, middle, places, offset_in_plane) else (middle, high)
+    raise InputError(
+        "cutter_radius",
+        f"{inputs.cutter_radius * 1e3:.6g} mm",
+        f"about {high * 1e3:.4g} mm or more, for spiral angles below {degrees(SPIRAL_AT_THE_ENDS):.0f} deg everywhere",
+        "Or take a smaller face width or spiral angle.",
+    )
+
+
+def _serves(trace: Trace, places: tuple[float, ...], offset_in_plane: float) -> bool:
+    for place in places:
+        if offset_in_plane >= place or not trace.reaches(place):
+            return False
+        gear = trace.spiral(place)
+        pinion = gear + asin(offset_in_plane / place)
+        if not (abs(gear) < SPIRAL_AT_THE_ENDS and pinion < SPIRAL_AT_THE_ENDS):
+            return False
+    return True
+
+
+def _serves_with(
+    inputs: PairBlankInput, cones: PitchCones, radius: float, places: tuple[float, ...], offset_in_plane: float
+) -> bool:
+    try:
+        trace = tooth_trace(inputs.model_copy(update={"cutter_radius": radius}), cones)
+    except InputError:
+        return False
+    return _serves(trace, places, offset_in_plane)

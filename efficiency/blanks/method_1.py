@@ -1,0 +1,174 @@
+"""Method 1 of ISO 23509 (Gleason): the tooth is curved lengthwise as the limit curvature asks for.
+
+The unknown is eta, the offset angle of the gear in the axial plane. Equation numbers: ISO 23509:2016 as read in a
+public secondary source (docs/blank.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import asin, atan, atan2, cos, degrees, pi, sin, tan
+
+from scipy.optimize import brentq
+
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.tangency import (
+    SPIRAL_LIMIT,
+    PitchCones,
+    bevel_cones,
+    crown_gear,
+    face_too_wide,
+    limit_pressure_angle,
+    too_large,
+)
+from ehl.io.errors import ConvergenceError, InputError
+
+TOLERANCE = 0.01
+# share of the gear radius below which rounding hides the limit curvature: cones of a bevel pair
+NO_OFFSET = 1e-7
+
+
+def method_1(inputs: PairBlankInput) -> PitchCones:
+    """Gleason cones. As printed: second trial with eta a tenth larger, then linear interpolation.
+
+    The step of a tenth is not in the source read; it is what gives the printed numbers of Annex F.3.
+    """
+    start = _start(inputs)
+    if inputs.hypoid_offset <= NO_OFFSET * start.radius_2:
+        bevel = bevel_cones(inputs, start.desired, 2.0 * start.radius_2)
+        return replace(bevel, face_width_factor=_face_width_factor(inputs, bevel))
+    if inputs.pitch_cones == "converged":
+        return _converged(inputs, start)
+    old, new = start.eta, 1.1 * start.eta
+    before, cones = trial(inputs, start, old), trial(inputs, start, new)
+    if abs(before.closure) <= TOLERANCE:
+        return replace(before, trials=1)
+    for count in range(2, 30):
+        if abs(cones.closure) <= TOLERANCE:
+            return replace(cones, trials=count)
+        old, new = new, new - cones.closure * (new - old) / (cones.closure - before.closure)
+        before, cones = cones, trial(inputs, start, new)
+    raise ConvergenceError("method_1", f"rho_mbeta/rho_lim - 1 is {cones.closure:.2g} after 30 trials")
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Formulae (8) to (16): desired spiral angle, mean radii [m], hypoid dimension factor K_1, first eta."""
+
+    desired: float
+    radius_1: float
+    radius_2: float
+    factor: float
+    eta: float
+
+
+def _start(inputs: PairBlankInput) -> _Start:
+    assert inputs.mean_spiral_angle_pinion is not None
+    desired, offset = inputs.mean_spiral_angle_pinion, inputs.hypoid_offset
+    ratio, excess = inputs.teeth_gear / inputs.teeth_pinion, inputs.shaft_angle - 0.5 * pi
+    if ratio * sin(excess) >= 1.0:
+        raise InputError(
+            "shaft_angle",
+            f"{degrees(inputs.shaft_angle):.6g} deg",
+            f"below {degrees(asin(1.0 / ratio) + 0.5 * pi):.4g} deg for this ratio",
+            "Beyond it the gear would be a crown gear or an internal gear.",
+        )
+    delta_2 = atan(ratio * cos(excess) / (1.2 * (1.0 - ratio * sin(excess))))
+    if inputs.mean_pitch_diameter_gear is not None:
+        radius_2 = 0.5 * inputs.mean_pitch_diameter_gear
+    else:
+        assert inputs.outer_pitch_diameter_gear is not None
+        radius_2 = 0.5 * (inputs.outer_pitch_diameter_gear - inputs.face_width_gear * sin(delta_2))
+        if radius_2 <= 0.5 * inputs.face_width_gear * sin(delta_2):
+            raise face_too_wide(inputs, inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2)))
+    largest = radius_2 / sin(delta_2)
+    if offset >= largest:
+        raise too_large(offset, largest)
+    epsilon = asin(offset / largest)
+    factor = tan(desired) * sin(epsilon) + cos(epsilon)
+    radius_1 = radius_2 * factor / ratio
+    lever = radius_2 * (tan(delta_2) * cos(excess) - sin(excess)) + radius_1
+    return _Start(desired, radius_1, radius_2, factor, atan(offset / lever))
+
+
+def trial(inputs: PairBlankInput, start: _Start, eta: float) -> PitchCones:
+    """One trial, Formulae (17) to (33) and (41); the cones touch exactly at every eta."""
+    excess = inputs.shaft_angle - 0.5 * pi
+    r_1, r_2 = start.radius_1, start.radius_2
+    sin_epsilon = (inputs.hypoid_offset - r_1 * sin(eta)) / r_2
+    intermediate = atan(sin(eta) / (tan(asin(sin_epsilon)) * cos(excess)) + tan(excess) * cos(eta))
+    epsilon_p = asin(sin_epsilon * cos(excess) / cos(intermediate))
+    spiral = atan((start.factor - cos(epsilon_p)) / sin(epsilon_p))
+    growth = sin(epsilon_p) * (tan(start.desired) - tan(spiral))
+    r_1 += r_2 * growth * inputs.teeth_pinion / inputs.teeth_gear
+
+    epsilon = asin((inputs.hypoid_offset - r_1 * sin(eta)) / r_2)
+    delta_1 = atan(sin(eta) / (tan(epsilon) * cos(excess)) + tan(excess) * cos(eta))
+    epsilon_p = asin(sin(epsilon) * cos(excess) / cos(delta_1))
+    spiral_1 = atan((start.factor + growth - cos(epsilon_p)) / sin(epsilon_p))
+    spiral_2 = spiral_1 - epsilon_p
+    delta_2 = atan2(sin(epsilon) / tan(eta) / cos(excess) + cos(epsilon) * tan(excess), 1.0)
+    cones = PitchCones(delta_1, delta_2, r_1 / sin(delta_1), r_2 / sin(delta_2), spiral_1, spiral_2, 0.5)
+    closure = lengthwise_radius(inputs, cones) * limit_curvature(cones, epsilon_p) - 1.0
+    return replace(cones, face_width_factor=_face_width_factor(inputs, cones), closure=closure)
+
+
+def limit_curvature(cones: PitchCones, zeta_mp: float) -> float:
+    """1/rho_lim [1/m], Formula (33): the lengthwise curvature at which pitch-plane sliding keeps its direction."""
+    b_1, b_2 = cones.spiral_1, cones.spiral_2
+    cone_1, cone_2 = cones.cone_distance_1, cones.cone_distance_2
+    alpha = limit_pressure_angle(cones.pitch_angle_1, cones.pitch_angle_2, cone_1, cone_2, b_1, b_2, zeta_mp)
+    bend = tan(b_1) / (cone_1 * tan(cones.pitch_angle_1)) + tan(b_2) / (cone_2 * tan(cones.pitch_angle_2))
+    return (
+        cos(alpha) * (1.0 / (cone_1 * cos(b_1)) - 1.0 / (cone_2 * cos(b_2)) - tan(alpha) * bend) / (tan(b_1) - tan(b_2))
+    )
+
+
+def lengthwise_radius(inputs: PairBlankInput, cones: PitchCones) -> float:
+    """rho_mbeta, lengthwise radius of curvature of the tooth [m]: r_c0 or the epicycloid's, Formulae (34) to (40)."""
+    spiral, cone = cones.spiral_2, cones.cone_distance_2
+    crown = crown_gear(inputs, cone, cones.pitch_angle_2, spiral)
+    # from the gear apex square to the flank: tan of the angle to the cutter centre, Formulae (38) and (52)
+    eta = atan2(
+        crown.radius * cos(crown.lead) - cone * sin(spiral), crown.radius * sin(crown.lead) + cone * cos(spiral)
+    )
+    both = tan(spiral) + tan(eta)
+    return cone * cos(spiral) * (tan(spiral) + tan(eta) / (1.0 + tan(crown.lead) * both))
+
+
+def _face_width_factor(inputs: PairBlankInput, cones: PitchCones) -> float:
+    """c_be2, Formula (41); one half where the mean diameter is given."""
+    outer = inputs.outer_pitch_diameter_gear
+    if outer is None:
+        return 0.5
+    return (0.5 * outer / sin(cones.pitch_angle_2) - cones.cone_distance_2) / inputs.face_width_gear
+
+
+def _converged(inputs: PairBlankInput, start: _Start) -> PitchCones:
+    """The root of the closure nearest to the start, by Brent's method in a bracket that grows to both sides."""
+    count = 0
+
+    def closure(eta: float) -> float:
+        nonlocal count
+        count += 1
+        return trial(inputs, start, eta).closure
+
+    edges = {True: (start.eta, closure(start.eta))}
+    edges[False] = edges[True]
+    for _ in range(120):
+        for upward, factor in ((True, 1.03), (False, 1.0 / 1.03)):
+            edge, at_edge = edges[upward]
+            try:
+                new = edge * factor
+                value = closure(new)
+            except (ValueError, ZeroDivisionError, InputError):
+                continue
+            if value * at_edge <= 0.0:
+                low, high = sorted((edge, new))
+                eta = float(brentq(closure, low, high, xtol=1e-17, rtol=8.9e-16))
+                cones = trial(inputs, start, eta)
+                if cones.spiral_1 >= SPIRAL_LIMIT:
+                    raise too_large(inputs.hypoid_offset)
+                return replace(cones, trials=count)
+            edges[upward] = new, value
+    raise too_large(inputs.hypoid_offset)

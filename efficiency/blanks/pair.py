@@ -1,0 +1,267 @@
+"""The blank of a pair: every dimension of both members from what the designer typed (ISO 23509).
+
+The chain reads as the standard: pitch cones (clause 6), proportions (Table 4, Annex C), dimensions (clause 7), undercut
+(clause 8); to it come slot widths and top lands (AGMA 929) and virtual gears with contact ratios (ISO 10300-1 Annex A).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import asin, cos, sin, sqrt, tan
+
+from efficiency.blanks.checks import blank_warnings, check_dimensions, check_pressure_angles
+from efficiency.blanks.dimensions import (
+    FaceAndRoot,
+    FaceWidths,
+    Placement,
+    Thickness,
+    face_and_root,
+    face_widths,
+    placement,
+    thickness,
+)
+from efficiency.blanks.inputs import Hand, PairBlankInput
+from efficiency.blanks.lengthwise import Trace, check_trace
+from efficiency.blanks.pitch_cones import pitch_cones
+from efficiency.blanks.proportions import factors, taper_angles
+from efficiency.blanks.result import MemberBlank, PairBlank
+from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
+from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, tangent_cones
+from efficiency.blanks.undercut import undercut_limits
+from efficiency.blanks.virtual_gears import virtual_gears
+from ehl.io.errors import InputError
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What the stages leave for the dimensions of the members."""
+
+    cones: PitchCones
+    place: Placement
+    addendums: tuple[float, float]
+    dedendums: tuple[float, float]
+    angles: FaceAndRoot
+    faces: FaceWidths
+    spirals: tuple[tuple[float, float], tuple[float, float]]
+    thick: Thickness
+    lands: SlotsAndLands
+    ends: tuple[tuple[float, float], tuple[float, float]]
+
+
+def pair_blank(inputs: PairBlankInput) -> PairBlank:
+    """Blank of a pair.
+
+    Raises
+    ------
+    InputError
+        The combination has no geometry; it names field, value and what would be allowed.
+    ConvergenceError
+        The iteration as printed ("standard", "tangent") does not reach its tolerance.
+    """
+    cones = pitch_cones(inputs)
+    place = placement(inputs, cones)
+    alpha_lim, alphas = _pressure_angles(inputs, cones, place)
+    alpha_n = 0.5 * sum(alphas)
+
+    # tooth depth at the calculation point, Formulae (132) to (139)
+    factor = factors(inputs, cones)
+    module = cones.mean_diameter_2 * cos(cones.spiral_2) / inputs.teeth_gear
+    addendums = module * (factor.addendum + factor.profile_shift), module * (factor.addendum - factor.profile_shift)
+    dedendums = module * (factor.dedendum - factor.profile_shift), module * (factor.dedendum + factor.profile_shift)
+    clearance = module * (factor.dedendum - factor.addendum)
+    working_depth = 2.0 * module * factor.addendum
+    if min(*addendums, *dedendums) < 0.0:
+        raise InputError("depth", f"addenda {addendums[0] * 1e3:.4g}, {addendums[1] * 1e3:.4g} mm", "none below 0")
+
+    outer_2 = cones.cone_distance_2 + cones.face_width_factor * inputs.face_width_gear
+    module_outer = 2.0 * outer_2 * sin(cones.pitch_angle_2) / inputs.teeth_gear
+    theta_a, theta_f, taper = taper_angles(inputs, cones, alpha_n, module_outer, addendums[1], dedendums, working_depth)
+    angles = face_and_root(inputs, cones, place, (theta_a, theta_f), (addendums[1], dedendums[1]), clearance)
+    faces = face_widths(inputs, cones, place, angles, module, working_depth, dedendums[1] - clearance, addendums[0])
+    trace, spirals = _spiral_angles(inputs, cones, place, faces)
+    outer = outer_2, spirals[1][1]
+    thick = thickness(inputs, cones, module, factor.profile_shift, factor.thickness, alpha_n, outer, addendums)
+    first, second, inside, outside = cones.cone_distance_1, cones.cone_distance_2, faces.inside, faces.outside
+    ends = (first - inside[0], first + outside[0]), (second - inside[1], second + outside[1])
+    slots = SlotGeometry(
+        cones=cones,
+        place=place,
+        trace=trace,
+        angles=angles,
+        ends=ends,
+        module=module,
+        dedendums=dedendums,
+        clearance=clearance,
+        thickness_gear=thick.normal[1],
+        backlash_in_plane=thick.backlash_normal / cos(alpha_n),
+        pressure_angles=alphas,
+        pitch_share=0.0 if inputs.blade_groups is None else 1.0,
+    )
+    parts = _Parts(cones, place, addendums, dedendums, angles, faces, spirals, thick, slots_and_lands(slots), ends)
+    pinion, gear = _member(inputs, parts, 0), _member(inputs, parts, 1)
+    virtual_drive, virtual_coast = (
+        virtual_gears(cones, place, module, (addendums, dedendums), inputs.face_width_gear, alpha, alpha - limit, limit)
+        for alpha, limit in zip(alphas, (alpha_lim, -alpha_lim), strict=True)
+    )
+    undercut = undercut_limits(
+        cones,
+        place,
+        trace,
+        ends,
+        (inputs.teeth_pinion, inputs.teeth_gear),
+        module,
+        factor.addendum,
+        factor.profile_shift,
+        (theta_a, theta_f),
+        alphas,
+    )
+    touching = tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
+    pair = PairBlank(
+        name=inputs.name,
+        method=inputs.method,
+        process=inputs.process,
+        pinion=pinion,
+        gear=gear,
+        ratio=inputs.teeth_gear / inputs.teeth_pinion,
+        shaft_angle=inputs.shaft_angle,
+        hypoid_offset=inputs.hypoid_offset,
+        cutter_radius=inputs.cutter_radius,
+        blade_groups=inputs.blade_groups,
+        module_normal=module,
+        module_outer=module_outer,
+        offset_angle=place.zeta_m,
+        offset_angle_pitch_plane=place.zeta_mp,
+        offset_angle_root_plane=angles.zeta_root,
+        offset_angle_face_plane=angles.zeta_face,
+        offset_pitch_plane=place.offset_in_plane,
+        limit_pressure_angle=alpha_lim,
+        pressure_angle_drive=alphas[0],
+        pressure_angle_coast=alphas[1],
+        effective_pressure_angle_drive=alphas[0] - alpha_lim,
+        effective_pressure_angle_coast=alphas[1] + alpha_lim,
+        profile_shift=factor.profile_shift,
+        addendum_factor=factor.addendum,
+        dedendum_factor=factor.dedendum,
+        thickness_modification=factor.thickness,
+        working_depth=working_depth,
+        clearance=clearance,
+        whole_depth_pinion=_whole_depth(pinion),
+        face_width_factor=cones.face_width_factor,
+        face_width_pinion_pitch_plane=faces.in_pitch_plane,
+        cutter_lead_angle=trace.lead,
+        crown_to_cutter=trace.centre_distance,
+        epicycloid_base_radius=trace.base_radius,
+        backlash_normal=thick.backlash_normal,
+        taper=taper,
+        virtual_drive=virtual_drive,
+        virtual_coast=virtual_coast,
+        undercut=undercut,
+        trials=cones.trials,
+        closure=cones.closure,
+        tangency_error=cones.spiral_1 - touching.spiral_1,
+        defaults=(*inputs.defaults, *factor.defaults, *(() if inputs.taper else (f"taper.type = {taper}",))),
+    )
+    check_dimensions(pair)
+    return replace(pair, warnings=blank_warnings(pair))
+
+
+def _pressure_angles(inputs: PairBlankInput, cones: PitchCones, place: Placement) -> tuple[float, tuple[float, float]]:
+    """Limit pressure angle, and the generated ones of drive and coast side; Formulae (117) to (119)."""
+    limit = limit_pressure_angle(
+        cones.pitch_angle_1,
+        cones.pitch_angle_2,
+        cones.cone_distance_1,
+        cones.cone_distance_2,
+        cones.spiral_1,
+        cones.spiral_2,
+        place.zeta_mp,
+    )
+    shift = inputs.pressure_angle.limit_influence * limit
+    generated = inputs.pressure_angle.drive + shift, inputs.pressure_angle.coast - shift
+    check_pressure_angles(inputs, generated, limit)
+    return limit, generated
+
+
+def _spiral_angles(
+    inputs: PairBlankInput, cones: PitchCones, place: Placement, faces: FaceWidths
+) -> tuple[Trace, tuple[tuple[float, float], tuple[float, float]]]:
+    """Tooth trace; spiral angles of both members at toe and heel, Formulae (174) to (194)."""
+    mean = cones.cone_distance_2
+    inner, outer = mean - faces.inside[1], mean + faces.outside[1]
+    toe, heel = (
+        sqrt(mean**2 + along**2 + 2.0 * mean * along * cos(place.zeta_mp))
+        for along in (-faces.inside[0], faces.outside[0])
+    )
+    trace = check_trace(inputs, cones, (inner, outer, toe, heel), place.offset_in_plane)
+    pinion = tuple(trace.spiral(cone) + asin(place.offset_in_plane / cone) for cone in (toe, heel))
+    return trace, ((pinion[0], pinion[1]), (trace.spiral(inner), trace.spiral(outer)))
+
+
+def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
+    """Dimensions of the pinion (0) or the gear (1), Formulae (195) to (200), (216) to (225)."""
+    cones, faces, thick, lands = parts.cones, parts.faces, parts.thick, parts.lands
+    delta = (cones.pitch_angle_1, cones.pitch_angle_2)[i]
+    mean = (cones.cone_distance_1, cones.cone_distance_2)[i]
+    inner, outer = parts.ends[i]
+    addendum, dedendum, point = parts.addendums[i], parts.dedendums[i], parts.place.crossing_to_point[i]
+    rise, fall = tan(parts.angles.addendum_angle[i]), tan(parts.angles.dedendum_angle[i])
+    add = addendum - faces.inside[i] * rise, addendum + faces.outside[i] * rise
+    ded = dedendum - faces.inside[i] * fall, dedendum + faces.outside[i] * fall
+    other: Hand = "right" if inputs.hand_pinion == "left" else "left"
+    return MemberBlank(
+        teeth=(inputs.teeth_pinion, inputs.teeth_gear)[i],
+        hand=(inputs.hand_pinion, inputs.hand_gear or other)[i],
+        pitch_angle=delta,
+        face_angle=parts.angles.face_angle[i],
+        root_angle=parts.angles.root_angle[i],
+        addendum_angle=parts.angles.addendum_angle[i],
+        dedendum_angle=parts.angles.dedendum_angle[i],
+        outer_cone_distance=outer,
+        mean_cone_distance=mean,
+        inner_cone_distance=inner,
+        face_width=faces.outside[i] + faces.inside[i],
+        face_width_outside=faces.outside[i],
+        face_width_inside=faces.inside[i],
+        outer_diameter=2.0 * outer * sin(delta),
+        mean_diameter=2.0 * mean * sin(delta),
+        inner_diameter=2.0 * inner * sin(delta),
+        outer_tip_diameter=2.0 * (outer * sin(delta) + add[1] * cos(delta)),
+        inner_tip_diameter=2.0 * (inner * sin(delta) + add[0] * cos(delta)),
+        outer_root_diameter=2.0 * (outer * sin(delta) - ded[1] * cos(delta)),
+        inner_root_diameter=2.0 * (inner * sin(delta) - ded[0] * cos(delta)),
+        outer_addendum=add[1],
+        mean_addendum=addendum,
+        inner_addendum=add[0],
+        outer_dedendum=ded[1],
+        mean_dedendum=dedendum,
+        inner_dedendum=ded[0],
+        outer_whole_depth=add[1] + ded[1],
+        mean_whole_depth=addendum + dedendum,
+        inner_whole_depth=add[0] + ded[0],
+        outer_spiral_angle=parts.spirals[i][1],
+        mean_spiral_angle=(cones.spiral_1, cones.spiral_2)[i],
+        inner_spiral_angle=parts.spirals[i][0],
+        thickness_coefficient=thick.coefficient[i],
+        mean_normal_thickness=thick.normal[i],
+        mean_transverse_thickness=thick.transverse[i],
+        mean_normal_diameter=thick.normal_diameter[i],
+        mean_chordal_thickness=thick.chordal[i],
+        mean_chordal_addendum=thick.chordal_addendum[i],
+        crossing_to_mean_point=point,
+        pitch_apex_beyond_crossing=parts.place.pitch_apex[i],
+        face_apex_beyond_crossing=parts.angles.face_apex[i],
+        root_apex_beyond_crossing=parts.angles.root_apex[i],
+        crossing_to_crown=point + faces.outside[i] * cos(delta) - add[1] * sin(delta),
+        crossing_to_front_crown=point - faces.inside[i] * cos(delta) - add[0] * sin(delta),
+        slot_width=(lands.slot_pinion, lands.slot_gear)[i],
+        normal_thickness=(lands.thickness_pinion, lands.thickness_gear)[i],
+        top_land=(lands.land_pinion, lands.land_gear)[i],
+    )
+
+
+def _whole_depth(pinion: MemberBlank) -> float:
+    """h_t1, outer whole depth square to the root cone [m], Formula (226)."""
+    crown = pinion.face_apex_beyond_crossing + pinion.crossing_to_crown
+    apexes = pinion.root_apex_beyond_crossing - pinion.face_apex_beyond_crossing
+    between = sin(pinion.addendum_angle + pinion.dedendum_angle)
+    return crown / cos(pinion.face_angle) * between - apexes * sin(pinion.root_angle)

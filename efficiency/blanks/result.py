@@ -1,0 +1,288 @@
+"""What the blank of a pair consists of: every dimension of both members, and what a designer should look at."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from math import tan
+from typing import Any
+
+from efficiency.blanks.cones import Blank
+from efficiency.blanks.inputs import Hand, Process
+from efficiency.blanks.slots import Three
+from efficiency.blanks.undercut import UndercutLimit
+from efficiency.blanks.virtual_gears import VirtualGears
+
+
+@dataclass(frozen=True)
+class BlankWarning:
+    """Something a designer should look at.
+
+    Attributes
+    ----------
+    kind : str
+        One of `efficiency.blanks.checks.KINDS`.
+    place : str
+        Member and place, or what is measured.
+    value, limit : float
+        In `unit`; the warning says on which side of the limit the value should be.
+    unit : str
+        mm, deg or empty.
+    side : str
+        "at least" or "at most".
+    remedy : str
+        What to change.
+    """
+
+    kind: str
+    place: str
+    value: float
+    limit: float
+    unit: str
+    side: str
+    remedy: str
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        name = self.kind.replace("_", " ")
+        return (
+            f"{name}, {self.place}: {self.value:.4g}{unit}, should be {self.side} {self.limit:.4g}{unit}. {self.remedy}"
+        )
+
+
+@dataclass(frozen=True)
+class MemberBlank:
+    """Blank of one member: lengths in m, angles in rad; outer is the heel, inner the toe, mean the calculation point.
+
+    Attributes
+    ----------
+    teeth : int
+        z.
+    hand : str
+        Hand of spiral.
+    pitch_angle, face_angle, root_angle : float
+        delta, delta_a, delta_f.
+    addendum_angle, dedendum_angle : float
+        theta_a, theta_f.
+    outer_cone_distance, mean_cone_distance, inner_cone_distance : float
+        R_e, R_m, R_i.
+    face_width, face_width_outside, face_width_inside : float
+        b, and b_e, b_i from the calculation point.
+    outer_diameter, mean_diameter, inner_diameter : float
+        d_e, d_m, d_i of the pitch cone.
+    outer_tip_diameter, inner_tip_diameter : float
+        d_ae, d_ai.
+    outer_root_diameter, inner_root_diameter : float
+        d_fe, d_fi.
+    outer_addendum, mean_addendum, inner_addendum : float
+        h_ae, h_am, h_ai.
+    outer_dedendum, mean_dedendum, inner_dedendum : float
+        h_fe, h_fm, h_fi.
+    outer_whole_depth, mean_whole_depth, inner_whole_depth : float
+        h_e, h_m, h_i, square to the pitch cone.
+    outer_spiral_angle, mean_spiral_angle, inner_spiral_angle : float
+        beta_e, beta_m, beta_i.
+    thickness_coefficient : float
+        x_sm.
+    mean_normal_thickness, mean_transverse_thickness : float
+        s_mn, s_mt, circular, at the pitch cone.
+    mean_normal_diameter : float
+        d_mn.
+    mean_chordal_thickness, mean_chordal_addendum : float
+        s_mnc, h_amc.
+    crossing_to_mean_point : float
+        t_zm, along the axis.
+    pitch_apex_beyond_crossing, face_apex_beyond_crossing, root_apex_beyond_crossing : float
+        t_z, t_zF, t_zR.
+    crossing_to_crown, crossing_to_front_crown : float
+        t_xo, t_xi.
+    slot_width, normal_thickness, top_land : (float, float, float)
+        W, s_n, s_an at toe, mean point and heel (AGMA 929, generated teeth).
+    """
+
+    teeth: int
+    hand: Hand
+    pitch_angle: float
+    face_angle: float
+    root_angle: float
+    addendum_angle: float
+    dedendum_angle: float
+    outer_cone_distance: float
+    mean_cone_distance: float
+    inner_cone_distance: float
+    face_width: float
+    face_width_outside: float
+    face_width_inside: float
+    outer_diameter: float
+    mean_diameter: float
+    inner_diameter: float
+    outer_tip_diameter: float
+    inner_tip_diameter: float
+    outer_root_diameter: float
+    inner_root_diameter: float
+    outer_addendum: float
+    mean_addendum: float
+    inner_addendum: float
+    outer_dedendum: float
+    mean_dedendum: float
+    inner_dedendum: float
+    outer_whole_depth: float
+    mean_whole_depth: float
+    inner_whole_depth: float
+    outer_spiral_angle: float
+    mean_spiral_angle: float
+    inner_spiral_angle: float
+    thickness_coefficient: float
+    mean_normal_thickness: float
+    mean_transverse_thickness: float
+    mean_normal_diameter: float
+    mean_chordal_thickness: float
+    mean_chordal_addendum: float
+    crossing_to_mean_point: float
+    pitch_apex_beyond_crossing: float
+    face_apex_beyond_crossing: float
+    root_apex_beyond_crossing: float
+    crossing_to_crown: float
+    crossing_to_front_crown: float
+    slot_width: Three
+    normal_thickness: Three
+    top_land: Three
+
+    @property
+    def middle_shift(self) -> float:
+        """Middle of the face beyond the calculation point, along the pitch cone towards the heel [m]."""
+        return 0.5 * (self.face_width_outside - self.face_width_inside)
+
+    @property
+    def cones(self) -> Blank:
+        """The member as flanks need it: its mean point is the middle of the face, not the calculation point."""
+        shift = self.middle_shift
+        return Blank(
+            teeth=self.teeth,
+            pitch_angle=self.pitch_angle,
+            mean_cone_distance=self.mean_cone_distance + shift,
+            face_width=self.face_width,
+            mean_addendum=self.mean_addendum + shift * tan(self.addendum_angle),
+            mean_dedendum=self.mean_dedendum + shift * tan(self.dedendum_angle),
+            addendum_angle=self.addendum_angle,
+            dedendum_angle=self.dedendum_angle,
+            pitch_apex_beyond_crossing=self.pitch_apex_beyond_crossing,
+        )
+
+    def design_table(self) -> dict[str, Any]:
+        """Keys and values of the table `blank` of a design file, SI."""
+        return {**asdict(self.cones), "hand": self.hand}
+
+
+@dataclass(frozen=True)
+class PairBlank:
+    """Blank of a pair: lengths in m, angles in rad.
+
+    Attributes
+    ----------
+    name, method, process : str, int, str
+        As in the blank file.
+    pinion, gear : MemberBlank
+        Both members.
+    ratio : float
+        u = z_2/z_1.
+    shaft_angle, hypoid_offset : float
+        Sigma, a.
+    cutter_radius : float
+        r_c0.
+    blade_groups : int or None
+        z_0; None for a face mill.
+    module_normal : float
+        m_mn, mean normal module.
+    module_outer : float
+        m_et2, outer transverse module of the gear.
+    offset_angle, offset_angle_pitch_plane : float
+        zeta_m, zeta_mp.
+    offset_angle_root_plane, offset_angle_face_plane : float
+        zeta_R, zeta_o.
+    offset_pitch_plane : float
+        a_p.
+    limit_pressure_angle : float
+        alpha_lim.
+    pressure_angle_drive, pressure_angle_coast : float
+        alpha_nD, alpha_nC, generated.
+    effective_pressure_angle_drive, effective_pressure_angle_coast : float
+        alpha_eD, alpha_eC.
+    profile_shift, addendum_factor, dedendum_factor, thickness_modification : float
+        x_hm1, k_hap, k_hfp, x_smn.
+    working_depth, clearance : float
+        h_mw, c.
+    whole_depth_pinion : float
+        h_t1, outer whole depth of the pinion square to its root cone.
+    face_width_factor : float
+        c_be2.
+    face_width_pinion_pitch_plane : float
+        b_p1.
+    cutter_lead_angle : float
+        nu; 0 for a face mill.
+    crown_to_cutter, epicycloid_base_radius : float
+        rho_P0, rho_b; equal for a face mill.
+    backlash_normal : float
+        j_mn, mean normal backlash.
+    taper : str
+        Depth taper that was used.
+    virtual_drive, virtual_coast : VirtualGears
+        Virtual cylindrical gears of both flanks.
+    undercut : tuple of UndercutLimit
+        Limits of x_hm1.
+    trials, closure, tangency_error : int, float, float
+        Trials of the method; what its condition leaves; by how much the spiral angle of the pinion misses that of
+        exactly touching cones.
+    defaults : tuple of str
+        Recommended values that were taken.
+    warnings : tuple of BlankWarning
+        What a designer should look at.
+    """
+
+    name: str
+    method: int
+    process: Process
+    pinion: MemberBlank
+    gear: MemberBlank
+    ratio: float
+    shaft_angle: float
+    hypoid_offset: float
+    cutter_radius: float
+    blade_groups: int | None
+    module_normal: float
+    module_outer: float
+    offset_angle: float
+    offset_angle_pitch_plane: float
+    offset_angle_root_plane: float
+    offset_angle_face_plane: float
+    offset_pitch_plane: float
+    limit_pressure_angle: float
+    pressure_angle_drive: float
+    pressure_angle_coast: float
+    effective_pressure_angle_drive: float
+    effective_pressure_angle_coast: float
+    profile_shift: float
+    addendum_factor: float
+    dedendum_factor: float
+    thickness_modification: float
+    working_depth: float
+    clearance: float
+    whole_depth_pinion: float
+    face_width_factor: float
+    face_width_pinion_pitch_plane: float
+    cutter_lead_angle: float
+    crown_to_cutter: float
+    epicycloid_base_radius: float
+    backlash_normal: float
+    taper: str
+    virtual_drive: VirtualGears
+    virtual_coast: VirtualGears
+    undercut: tuple[UndercutLimit, ...]
+    trials: int
+    closure: float
+    tangency_error: float
+    defaults: tuple[str, ...]
+    warnings: tuple[BlankWarning, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """All values as plain numbers, lists and tables."""
+        return asdict(self)

@@ -1,0 +1,153 @@
+"""Slot widths and top lands along the face (AGMA 929-B22), for generated members.
+
+Equations (16) to (81) and (164) to (181) as read in the public repository afuentesaz/AGMAStandards; the information
+sheet itself was not seen. They are written here in cone distances; that W_2 needs only the mean slot is derived.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import acos, asin, cos, pi, sqrt, tan
+
+from efficiency.blanks.dimensions import FaceAndRoot, Placement
+from efficiency.blanks.lengthwise import Trace
+from efficiency.blanks.tangency import PitchCones
+
+Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SlotsAndLands:
+    """At toe, mean point and heel [m]: slot width at the root, tooth thickness at the pitch cone, top land; all normal.
+
+    A top land of 0 stands for a tooth that ends in a point below its face cone.
+    """
+
+    slot_pinion: Three
+    slot_gear: Three
+    thickness_pinion: Three
+    thickness_gear: Three
+    land_pinion: Three
+    land_gear: Three
+
+
+@dataclass(frozen=True)
+class SlotGeometry:
+    """What the slots follow from; fields as in `efficiency.blanks.pair`."""
+
+    cones: PitchCones
+    place: Placement
+    trace: Trace
+    angles: FaceAndRoot
+    ends: tuple[tuple[float, float], tuple[float, float]]
+    module: float
+    dedendums: tuple[float, float]
+    clearance: float
+    thickness_gear: float
+    backlash_in_plane: float
+    pressure_angles: tuple[float, float]
+    pitch_share: float
+
+    def spiral_pinion(self, cone_2: float) -> float:
+        """Spiral angle of the pinion where the cone distance of the gear is R_2."""
+        return self.trace.spiral(cone_2) + asin(self.place.offset_in_plane / cone_2)
+
+    def gear_cone(self, cone_1: float) -> float:
+        """Cone distance of the gear opposite to one of the pinion, Equation (16)."""
+        along = cone_1 - self.cones.cone_distance_1
+        mean = self.cones.cone_distance_2
+        return sqrt(mean**2 + along**2 + 2.0 * mean * along * cos(self.place.zeta_mp))
+
+    def pinion_cone(self, cone_2: float) -> float:
+        """Cone distance of the pinion opposite to one of the gear, Equation (55)."""
+        zeta = asin(self.place.offset_in_plane / cone_2)
+        return self.cones.cone_distance_1 + cone_2 * cos(zeta) - self.cones.cone_distance_2 * cos(self.place.zeta_mp)
+
+    def pitch_ratio(self, cone_2: float) -> float:
+        """Normal pitch over that of the mean point."""
+        mean = self.cones.cone_distance_2 * cos(self.cones.spiral_2)
+        return cone_2 * cos(self.trace.spiral(cone_2)) / mean
+
+    def dedendum_pinion(self, cone_1: float) -> float:
+        """h_f1 at R_1 [m]."""
+        return self.dedendums[0] + (cone_1 - self.cones.cone_distance_1) * tan(self.angles.dedendum_angle[0])
+
+    def dedendum_gear(self, cone_2: float) -> float:
+        """h_f2 at R_2 [m]."""
+        return self.dedendums[1] + (cone_2 - self.cones.cone_distance_2) * tan(self.angles.dedendum_angle[1])
+
+    @property
+    def flare(self) -> float:
+        """Growth of a slot with its height, tan alpha_nD + tan alpha_nC."""
+        return tan(self.pressure_angles[0]) + tan(self.pressure_angles[1])
+
+    def slot_gear(self, cone_2: float) -> float:
+        """W_2 [m]: constant for a face mill that cuts both flanks at once; a face hob's shrinks with half the pitch."""
+        pitch = pi * self.module
+        mean = pitch - self.thickness_gear - self.dedendums[1] * self.flare
+        return mean - 0.5 * self.pitch_share * pitch * (1.0 - self.pitch_ratio(cone_2))
+
+    def slot_pinion(self, cone_2: float) -> float:
+        """W_1 [m] opposite to R_2, Equation (76): what pitch, gear tooth and backlash leave."""
+        ratio = self.pitch_ratio(cone_2)
+        depth = self.dedendum_pinion(self.pinion_cone(cone_2)) + self.dedendum_gear(cone_2)
+        return ratio * (pi * self.module + self.backlash_in_plane) - depth * self.flare - self.slot_gear(cone_2)
+
+    def tooth_gear(self, cone_2: float) -> float:
+        """s_n2 at R_2 [m], Equation (178)."""
+        root = self.slot_pinion(cone_2) + self.dedendum_pinion(self.pinion_cone(cone_2)) * self.flare
+        return root - self.pitch_ratio(cone_2) * self.backlash_in_plane
+
+    def tooth_pinion(self, cone_1: float) -> float:
+        """s_n1 at R_1 [m], Equation (177); the sign of the backlash as the printed example of Annex C needs it."""
+        cone_2 = self.gear_cone(cone_1)
+        outer_1, outer_2 = self.ends[0][1], self.ends[1][1]
+        outer_loss = self.backlash_in_plane * self.pitch_ratio(outer_2)
+        ratio = cone_1 * cos(self.spiral_pinion(cone_2)) / (outer_1 * cos(self.spiral_pinion(self.gear_cone(outer_1))))
+        return self.slot_gear(cone_2) + self.dedendum_gear(cone_2) * self.flare - ratio * outer_loss
+
+    def land(self, tooth: float, radius: float, addendum: float) -> float:
+        """Top land [m] of an involute tooth in the normal section, Equations (179) and (181); 0 for a pointed one."""
+        if addendum <= -0.2 * radius:
+            return 0.0
+        tip = radius + addendum
+        angle = tooth / radius
+        for alpha in self.pressure_angles:
+            angle += _involute(alpha) - _involute(acos(min(1.0, radius * cos(alpha) / tip)))
+        return max(0.0, angle * tip)
+
+
+def slots_and_lands(geometry: SlotGeometry) -> SlotsAndLands:
+    """Slot widths, thicknesses and top lands at toe, mean point and heel of both members."""
+    cones = geometry.cones
+    d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
+    places_1 = (geometry.ends[0][0], cones.cone_distance_1, geometry.ends[0][1])
+    places_2 = (geometry.ends[1][0], cones.cone_distance_2, geometry.ends[1][1])
+
+    def land_pinion(cone_1: float) -> float:
+        cone_2 = geometry.gear_cone(cone_1)
+        radius = cone_1 * tan(d_1) / cos(geometry.spiral_pinion(cone_2)) ** 2
+        return geometry.land(geometry.tooth_pinion(cone_1), radius, geometry.dedendum_gear(cone_2) - geometry.clearance)
+
+    def land_gear(cone_2: float) -> float:
+        radius = cone_2 * tan(d_2) / cos(geometry.trace.spiral(cone_2)) ** 2
+        addendum = geometry.dedendum_pinion(geometry.pinion_cone(cone_2)) - geometry.clearance
+        return geometry.land(geometry.tooth_gear(cone_2), radius, addendum)
+
+    return SlotsAndLands(
+        slot_pinion=_three(lambda cone: geometry.slot_pinion(geometry.gear_cone(cone)), places_1),
+        slot_gear=_three(geometry.slot_gear, places_2),
+        thickness_pinion=_three(geometry.tooth_pinion, places_1),
+        thickness_gear=_three(geometry.tooth_gear, places_2),
+        land_pinion=_three(land_pinion, places_1),
+        land_gear=_three(land_gear, places_2),
+    )
+
+
+def _three(function: Callable[[float], float], places: Three) -> Three:
+    return function(places[0]), function(places[1]), function(places[2])
+
+
+def _involute(angle: float) -> float:
+    return tan(angle) - angle

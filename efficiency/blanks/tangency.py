@@ -1,0 +1,307 @@
+"""Two pitch cones that touch at the calculation point: Method 0, exact tangency, and what Methods 1 to 3 share.
+
+Equation numbers are those of ISO 23509:2016 as read in a public secondary source (docs/blank.md); the standard itself
+was not seen. Index 1 is the pinion, 2 the gear (the standard's wheel). SI units, rad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import asin, atan, cos, degrees, hypot, pi, radians, sin, tan
+
+from scipy.optimize import brentq
+
+from efficiency.blanks.inputs import PairBlankInput
+from ehl.io.errors import InputError
+
+# beyond these a bevel member cannot be cut; the pair is refused
+SPIRAL_LIMIT = radians(75.0)
+PITCH_ANGLE_LOWEST = radians(2.0)
+PITCH_ANGLE_HIGHEST = radians(88.0)
+
+
+@dataclass(frozen=True)
+class PitchCones:
+    """What all methods have in common: the cones at the calculation point.
+
+    Attributes
+    ----------
+    pitch_angle_1, pitch_angle_2 : float
+        delta_1, delta_2.
+    cone_distance_1, cone_distance_2 : float
+        R_m1, R_m2 [m], from the apex to the calculation point.
+    spiral_1, spiral_2 : float
+        beta_m1, beta_m2.
+    face_width_factor : float
+        c_be2, the share of the gear's face width outside the calculation point.
+    trials : int
+        Trials of the method's iteration, 0 where there is none.
+    closure : float
+        What the method's own condition leaves, relative: rho_mbeta/rho_lim - 1 (Method 1), R_m1/R_mcheck - 1 (2),
+        R_mint/R_m1 - 1 (3).
+    """
+
+    pitch_angle_1: float
+    pitch_angle_2: float
+    cone_distance_1: float
+    cone_distance_2: float
+    spiral_1: float
+    spiral_2: float
+    face_width_factor: float
+    trials: int = 0
+    closure: float = 0.0
+
+    @property
+    def mean_diameter_1(self) -> float:
+        """d_m1 [m], Formula (110)."""
+        return 2.0 * self.cone_distance_1 * sin(self.pitch_angle_1)
+
+    @property
+    def mean_diameter_2(self) -> float:
+        """d_m2 [m], Formula (111)."""
+        return 2.0 * self.cone_distance_2 * sin(self.pitch_angle_2)
+
+
+def too_large(offset: float, largest: float | None = None) -> InputError:
+    """The error of an offset that leaves no pair of cones."""
+    allowed = (
+        "a smaller offset" if largest is None else f"below {largest * 1e3:.4g} mm for these teeth, diameter and angles"
+    )
+    return InputError(
+        "hypoid_offset",
+        f"{offset * 1e3:.6g} mm",
+        allowed,
+        "Beyond it the spiral angle of the pinion or its pitch angle leaves the range that can be cut.",
+    )
+
+
+def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | None, factor: float = 0.5) -> PitchCones:
+    """Method 0, Formulae (1) to (7): both cones share the apex.
+
+    `mean_diameter` d_m2 replaces the outer diameter where a method has its own calculation point.
+    """
+    ratio = inputs.teeth_gear / inputs.teeth_pinion
+    denominator = cos(inputs.shaft_angle) + ratio
+    delta_1 = atan(sin(inputs.shaft_angle) / denominator)
+    delta_2 = inputs.shaft_angle - delta_1
+    check_pitch_angles(delta_1, delta_2, inputs)
+    if mean_diameter is None:
+        assert inputs.outer_pitch_diameter_gear is not None
+        outer = inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2))
+        cone = outer - 0.5 * inputs.face_width_gear
+        if cone <= 0.5 * inputs.face_width_gear:
+            raise face_too_wide(inputs, outer)
+    else:
+        cone = mean_diameter / (2.0 * sin(delta_2))
+    return PitchCones(delta_1, delta_2, cone, cone, spiral, spiral, factor)
+
+
+def face_too_wide(inputs: PairBlankInput, outer: float) -> InputError:
+    """The error of a face that reaches the apex."""
+    return InputError(
+        "face_width_gear",
+        f"{inputs.face_width_gear * 1e3:.6g} mm",
+        f"below {outer * 1e3:.4g} mm, the outer cone distance; usual is up to 0.3 of it",
+    )
+
+
+def check_pitch_angles(delta_1: float, delta_2: float, inputs: PairBlankInput) -> None:
+    """Refuse cones that are no bevel members: needles, crown gears and internal gears."""
+    if delta_2 >= PITCH_ANGLE_HIGHEST or min(delta_1, delta_2) <= PITCH_ANGLE_LOWEST:
+        raise InputError(
+            "shaft_angle",
+            f"{degrees(inputs.shaft_angle):.6g} deg",
+            "pitch angles between 2 and 88 deg",
+            f"This shaft angle, ratio and offset give {degrees(delta_1):.4g} deg (pinion) and "
+            f"{degrees(delta_2):.4g} deg (gear).",
+        )
+
+
+def limit_pressure_angle(
+    delta_1: float, delta_2: float, cone_1: float, cone_2: float, spiral_1: float, spiral_2: float, zeta_mp: float
+) -> float:
+    """alpha_lim, Formulae (32), (117), (240): no sliding along the profile at the pitch point."""
+    lever = (cone_1 * sin(spiral_1) - cone_2 * sin(spiral_2)) / (cone_1 * tan(delta_1) + cone_2 * tan(delta_2))
+    return -atan(tan(delta_1) * tan(delta_2) / cos(zeta_mp) * lever)
+
+
+@dataclass(frozen=True)
+class TangentCones:
+    """Two cones that touch at the calculation point, for a given gear cone."""
+
+    zeta_m: float
+    zeta_mp: float
+    delta_1: float
+    spiral_1: float
+    mean_diameter_1: float
+
+
+def _touching(
+    inputs: PairBlankInput, zeta_m: float, delta_2: float, mean_diameter_2: float, spiral_2: float
+) -> TangentCones:
+    """Cones whose axes include zeta_m, seen along the pitch plane; Formulae (90) to (95)."""
+    sigma = inputs.shaft_angle
+    delta_1 = asin(max(-1.0, min(1.0, cos(zeta_m) * sin(sigma) * cos(delta_2) - cos(sigma) * sin(delta_2))))
+    zeta_mp = asin(max(-1.0, min(1.0, sin(zeta_m) * sin(sigma) / cos(delta_1))))
+    spiral_1 = spiral_2 + zeta_mp
+    diameter_1 = mean_diameter_2 * inputs.teeth_pinion / inputs.teeth_gear * cos(spiral_2) / cos(spiral_1)
+    return TangentCones(zeta_m, zeta_mp, delta_1, spiral_1, diameter_1)
+
+
+def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> TangentCones:
+    """The pinion cone that touches a given gear cone at the offset of the pair, exactly.
+
+    The pitch plane touches both cones: sin delta_1 = cos zeta_m sin Sigma cos delta_2 - cos Sigma sin delta_2; equal
+    normal modules: d_m1 = d_m2 z_1 cos beta_m2/(z_2 cos beta_m1); the offset: 2 a = sin zeta_m (d_m2 + d_m1 cos delta_2
+    /cos delta_1), Formula (113). One equation for zeta_m, solved by Brent's method.
+
+    Raises
+    ------
+    InputError
+        The offset is larger than any pinion with spiral angle below 75 deg allows.
+    """
+
+    def reach(zeta_m: float) -> float:
+        cones = _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
+        return 0.5 * sin(zeta_m) * (mean_diameter_2 + cones.mean_diameter_1 * cos(delta_2) / cos(cones.delta_1))
+
+    offset = inputs.hypoid_offset
+    if offset == 0.0:
+        return _touching(inputs, 0.0, delta_2, mean_diameter_2, spiral_2)
+    largest = _largest_offset_angle(inputs, delta_2, mean_diameter_2, spiral_2)
+    if reach(largest) <= offset:
+        raise too_large(offset, reach(largest))
+    zeta_m = float(brentq(lambda zeta: reach(zeta) - offset, 0.0, largest, xtol=1e-15, rtol=8.9e-16))
+    return _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
+
+
+def _largest_offset_angle(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> float:
+    """Largest zeta_m at which the pinion is still a cone below the spiral limit, by bisection."""
+
+    def possible(zeta_m: float) -> bool:
+        cones = _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
+        inside = sin(zeta_m) * sin(inputs.shaft_angle) < cos(cones.delta_1)
+        return inside and cones.spiral_1 < SPIRAL_LIMIT and cones.delta_1 > PITCH_ANGLE_LOWEST
+
+    low, high = 0.0, 0.5 * pi
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if possible(middle) else (low, middle)
+    return low
+
+
+def cones_of(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> PitchCones:
+    """`PitchCones` of an exactly tangent pair; the calculation point lies in the middle of the gear's face."""
+    touch = tangent_cones(inputs, delta_2, mean_diameter_2, spiral_2)
+    return PitchCones(
+        touch.delta_1,
+        delta_2,
+        touch.mean_diameter_1 / (2.0 * sin(touch.delta_1)),
+        mean_diameter_2 / (2.0 * sin(delta_2)),
+        touch.spiral_1,
+        spiral_2,
+        0.5,
+    )
+
+
+def gear_mean_diameter(inputs: PairBlankInput, delta_2: float) -> float:
+    """d_m2 of the calculation point in the middle of the face."""
+    if inputs.mean_pitch_diameter_gear is not None:
+        return inputs.mean_pitch_diameter_gear
+    assert inputs.outer_pitch_diameter_gear is not None
+    diameter = inputs.outer_pitch_diameter_gear - inputs.face_width_gear * sin(delta_2)
+    if diameter <= inputs.face_width_gear * sin(delta_2):
+        raise face_too_wide(inputs, inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2)))
+    return diameter
+
+
+def solve_gear_cone(
+    inputs: PairBlankInput, closure: Callable[[float], float], start: float, step: float = radians(0.25)
+) -> tuple[float, int]:
+    """The gear pitch angle at which a method's closure vanishes, next to its start; and the evaluations it took.
+
+    The bracket grows from the start to both sides, so of several roots the nearest is taken.
+
+    Raises
+    ------
+    InputError
+        No root: the offset is too large for the method.
+    """
+    count = 0
+
+    def value(delta_2: float) -> float:
+        nonlocal count
+        count += 1
+        return closure(delta_2)
+
+    low = high = start
+    at_low = at_high = value(start)
+    if at_low == 0.0:
+        return start, count
+    for _ in range(60):
+        trial_low, trial_high = max(low - step, PITCH_ANGLE_LOWEST), min(high + step, PITCH_ANGLE_HIGHEST)
+        for new, edge, at_edge in ((trial_low, low, at_low), (trial_high, high, at_high)):
+            if new == edge:
+                continue
+            try:
+                at_new = value(new)
+            except InputError:
+                continue
+            if at_new * at_edge <= 0.0:
+                a, b = sorted((new, edge))
+                root = float(brentq(value, a, b, xtol=1e-15, rtol=8.9e-16))
+                # a pole changes sign as well
+                if abs(value(root)) < 1e-6:
+                    return root, count
+            if new < start:
+                low, at_low = new, at_new
+            else:
+                high, at_high = new, at_new
+        step *= 1.3
+    raise too_large(inputs.hypoid_offset)
+
+
+@dataclass(frozen=True)
+class CrownGear:
+    """Where the cutter stands over the developed pitch cone of the gear.
+
+    Attributes
+    ----------
+    lead : float
+        nu, lead angle of the cutter; 0 for a face mill.
+    radius : float
+        r_c0 [m].
+    along, across : float
+        Cutter centre from the gear apex [m], along the element through the calculation point and square to it.
+    """
+
+    lead: float
+    radius: float
+    along: float
+    across: float
+
+    @property
+    def distance(self) -> float:
+        """rho_P0, gear apex to cutter centre [m], Formulae (37), (79), (177)."""
+        return hypot(self.along, self.across)
+
+
+def crown_gear(inputs: PairBlankInput, cone_2: float, delta_2: float, spiral_2: float) -> CrownGear:
+    """Cutter centre in the developed pitch plane of the gear.
+
+    sin nu = z_0 m_mn/(2 r_c0), Formulae (35), (98), (176); rho_P0^2 = R_m2^2 + r_c0^2 - 2 R_m2 r_c0 sin(beta_m2 - nu).
+    """
+    rc, lead = inputs.cutter_radius, 0.0
+    if inputs.blade_groups is not None:
+        module = 2.0 * cone_2 * sin(delta_2) * cos(spiral_2) / inputs.teeth_gear
+        least = 0.5 * inputs.blade_groups * module
+        if least >= rc:
+            raise InputError(
+                "cutter_radius",
+                f"{rc * 1e3:.6g} mm",
+                f"above {least * 1e3:.4g} mm with {inputs.blade_groups} blade groups",
+                "Take a larger head or fewer blade groups.",
+            )
+        lead = asin(least / rc)
+    return CrownGear(lead, rc, cone_2 - rc * sin(spiral_2 - lead), rc * cos(spiral_2 - lead))

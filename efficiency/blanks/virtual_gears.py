@@ -1,0 +1,164 @@
+"""Virtual cylindrical gears and contact ratios (ISO 10300-1:2023 Annex A, Method B1).
+
+Formula numbers as read in the public repository afuentesaz/AGMAStandards; the standard itself was not seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import asin, atan, cos, pi, sin, sqrt, tan
+
+from efficiency.blanks.dimensions import Placement
+from efficiency.blanks.tangency import PitchCones
+from ehl.io.errors import InputError
+
+# share of the face width that carries, where it is not known better (ISO 10300-1)
+EFFECTIVE_FACE = 0.85
+
+
+@dataclass(frozen=True)
+class VirtualGears:
+    """Virtual cylindrical gears of one flank. Pairs are (pinion, gear); lengths in m.
+
+    Attributes
+    ----------
+    diameter, tip_diameter, root_diameter, base_diameter : (float, float)
+        d_v, d_va, d_vf, d_vb.
+    centre_distance : float
+        a_v.
+    teeth : (float, float)
+        z_v.
+    helix_angle, base_helix_angle : float
+        beta_v, beta_vb.
+    transverse_pressure_angle : float
+        alpha_vet.
+    transverse_module, base_pitch : float
+        m_vt, p_vet.
+    path_of_contact : float
+        g_valpha.
+    face_width, effective_face_width : float
+        b_v, b_v,eff with `EFFECTIVE_FACE` of the gear's face.
+    contact_ratio_profile : float
+        epsilon_valpha, transverse contact ratio.
+    contact_ratio_profile_normal : float
+        epsilon_valphan = epsilon_valpha/cos^2 beta_vb.
+    contact_ratio_overlap, contact_ratio_overlap_full : float
+        epsilon_vbeta over the effective face width, and over the whole.
+    contact_ratio_total : float
+        epsilon_vgamma = epsilon_valpha + epsilon_vbeta.
+    contact_line_inclination : float
+        beta_B, of the contact line to the pitch line.
+    relative_radius : float
+        rho_rel, equivalent radius of curvature across the contact line.
+    normal_teeth : (float, float)
+        z_vn, virtual teeth in the normal section.
+    """
+
+    diameter: tuple[float, float]
+    tip_diameter: tuple[float, float]
+    root_diameter: tuple[float, float]
+    base_diameter: tuple[float, float]
+    centre_distance: float
+    teeth: tuple[float, float]
+    helix_angle: float
+    base_helix_angle: float
+    transverse_pressure_angle: float
+    transverse_module: float
+    base_pitch: float
+    path_of_contact: float
+    face_width: float
+    effective_face_width: float
+    contact_ratio_profile: float
+    contact_ratio_profile_normal: float
+    contact_ratio_overlap: float
+    contact_ratio_overlap_full: float
+    contact_ratio_total: float
+    contact_line_inclination: float
+    relative_radius: float
+    normal_teeth: tuple[float, float]
+
+
+def virtual_gears(
+    cones: PitchCones,
+    place: Placement,
+    module: float,
+    heights: tuple[tuple[float, float], tuple[float, float]],
+    face_width_gear: float,
+    alpha_generated: float,
+    alpha_effective: float,
+    alpha_limit: float,
+) -> VirtualGears:
+    """Virtual gears of one flank at the calculation point.
+
+    Parameters
+    ----------
+    heights : ((float, float), (float, float))
+        (h_am1, h_am2), (h_fm1, h_fm2) [m].
+    alpha_generated, alpha_effective : float
+        alpha_n and alpha_e of the flank.
+    alpha_limit : float
+        alpha_lim as this flank sees it: of the other sign on the coast side.
+    """
+    deltas = (cones.pitch_angle_1, cones.pitch_angle_2)
+    d = (cones.mean_diameter_1 / cos(deltas[0]), cones.mean_diameter_2 / cos(deltas[1]))
+    helix = 0.5 * (cones.spiral_1 + cones.spiral_2)
+    alpha_t = atan(tan(alpha_effective) / cos(helix))
+    base_helix = asin(sin(helix) * cos(alpha_effective))
+    base = (d[0] * cos(alpha_t), d[1] * cos(alpha_t))
+    tip = (d[0] + 2.0 * heights[0][0], d[1] + 2.0 * heights[0][1])
+    root = (d[0] - 2.0 * heights[1][0], d[1] - 2.0 * heights[1][1])
+    module_t = module / cos(helix)
+    pitch = pi * module_t * cos(alpha_t)
+    # path of contact (A.18): tip circles to pitch point, both sides
+    path = 0.5 * sum(sqrt(a**2 - b**2) - v * sin(alpha_t) for a, b, v in zip(tip, base, d, strict=True))
+    # face width along the virtual gears (A.19) to (A.22)
+    zeta = place.zeta_mp
+    turn = atan(sin(deltas[1]) * tan(place.zeta_m)) - 0.5 * zeta
+    share = 1.0 - tan(turn) * tan(0.5 * zeta)
+    effective = EFFECTIVE_FACE * face_width_gear
+    width_effective = (effective / cos(0.5 * zeta) - path * cos(alpha_t) * tan(0.5 * zeta)) / share
+    if width_effective <= 0.0:
+        raise InputError(
+            "hypoid_offset",
+            f"{place.offset_in_plane * 1e3:.4g} mm in the pitch plane",
+            "an offset that leaves both faces in contact",
+            "Take a smaller offset or a larger face width.",
+        )
+    overlap = width_effective * sin(helix) / (pi * module)
+    profile = path / pitch
+    inclination = atan(tan(helix) * sin(alpha_effective))
+    # radius of relative curvature in the normal section (A.39)
+    lever = cos(alpha_generated) * (tan(alpha_generated) - tan(alpha_limit)) + tan(zeta) * tan(inclination)
+    curvature = (
+        cos(cones.spiral_1)
+        * cos(cones.spiral_2)
+        / cos(zeta)
+        / lever
+        * (1.0 / (cones.cone_distance_2 * tan(deltas[1])) + 1.0 / (cones.cone_distance_1 * tan(deltas[0])))
+    )
+    teeth = (d[0] / module_t, d[1] / module_t)
+    normal = cos(base_helix) ** 2 * cos(helix)
+    return VirtualGears(
+        diameter=d,
+        tip_diameter=tip,
+        root_diameter=root,
+        base_diameter=base,
+        centre_distance=0.5 * (d[0] + d[1]),
+        teeth=teeth,
+        helix_angle=helix,
+        base_helix_angle=base_helix,
+        transverse_pressure_angle=alpha_t,
+        transverse_module=module_t,
+        base_pitch=pitch,
+        path_of_contact=path,
+        face_width=face_width_gear * width_effective / effective,
+        effective_face_width=width_effective,
+        contact_ratio_profile=profile,
+        contact_ratio_profile_normal=profile / cos(base_helix) ** 2,
+        contact_ratio_overlap=overlap,
+        contact_ratio_overlap_full=overlap / EFFECTIVE_FACE,
+        contact_ratio_total=profile + overlap,
+        contact_line_inclination=inclination,
+        relative_radius=abs(1.0 / curvature) * cos(inclination) ** 2,
+        normal_teeth=(teeth[0] / normal, teeth[1] / normal),
+    )

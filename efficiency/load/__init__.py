@@ -1,1 +1,0 @@
-"""Loaded contact: compliance, equilibrium, load distribution."""

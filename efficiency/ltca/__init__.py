@@ -1,0 +1,1 @@
+"""Loaded tooth contact analysis (LTCA): compliance, equilibrium, load distribution."""

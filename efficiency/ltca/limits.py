@@ -1,0 +1,126 @@
+"""Where a loaded mesh leaves what the model can tell: pressure above the hardness, load at the edges of teeth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.mesh_surface import EDGES
+from efficiency.ltca.compliance import Tooth
+from efficiency.ltca.edge_load import EdgeLoad, edge_load
+from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
+
+FloatArray = NDArray[np.float64]
+
+# points within this share of the face width or tooth height from the middle belong to no side
+_MIDDLE = 1.0 / 6.0
+ARCSEC = np.pi / (180.0 * 3600.0)
+# matched flanks stay well below (ours): more is a design whose flanks do not belong together
+_LARGE_ERROR = 100.0 * ARCSEC
+# share of the torque from which edges are worth a note
+_EDGE_SHARE = 1e-3
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Where the greatest Hertz pressure of the cycle lies.
+
+    Attributes
+    ----------
+    pressure : float
+        [Pa].
+    place : str
+        Where on the gear flank, in words and figures.
+    edge : str
+        The edge the contact reaches there, such as ``gear tip``; empty inside the flank.
+    """
+
+    pressure: float
+    place: str
+    edge: str
+
+
+def hardness(teeth: TeethElasticity) -> float:
+    """Hardness of the softer member [Pa]."""
+    return min(teeth.material_pinion.hardness, teeth.material_gear.hardness)
+
+
+def points_above_hardness(load: LoadDistribution, teeth: TeethElasticity) -> tuple[int, int]:
+    """Number of points with a Hertz pressure above the hardness of the softer member, and of loaded points."""
+    pressure = np.concatenate([p.pressure_hertz for p in load.positions])
+    return int(np.count_nonzero(pressure > hardness(teeth))), int(np.count_nonzero(pressure > 0.0))
+
+
+def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
+    """Where the greatest Hertz pressure of the cycle lies."""
+    number = int(np.argmax([p.pressure_hertz.max() for p in load.positions]))
+    at = load.positions[number]
+    point = int(np.argmax(at.pressure_hertz))
+    near = at.position.edge
+    edge = EDGES[near.index[point]] if near is not None and at.at_edge[point] else ""
+    return Peak(float(at.pressure_hertz[point]), _place(load, teeth, number, point), edge)
+
+
+def _place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: int) -> str:
+    position = load.positions[number].position
+    face, height = float(position.face_gear[point]), float(position.height_gear[point])
+    width, depth = _extent(teeth.gear, face)
+    return (
+        f"{_side(face / width, 'toe', 'heel')}, {_side(height / depth, 'root', 'tip')} of the gear flank "
+        f"({face * 1e3:.2f} of {width * 1e3:.2f} mm from the toe, {height * 1e3:.2f} of {depth * 1e3:.2f} mm over the "
+        f"root, position {number + 1} of {len(load.positions)})"
+    )
+
+
+def limit_notes(
+    load: LoadDistribution, teeth: TeethElasticity, unloaded: float, edges: EdgeLoad | None = None
+) -> tuple[str, ...]:
+    """What a user has to know of the load: pressure above the hardness, load at edges, flanks that do not match.
+
+    `unloaded` is the transmission error without load, peak to peak [rad]; `edges` what is known of the edges already.
+    """
+    notes = []
+    above, loaded = points_above_hardness(load, teeth)
+    if above:
+        peak = pressure_peak(load, teeth)
+        notes.append(
+            f"Hertz pressure above the {hardness(teeth) / 1e9:.3g} GPa hardness of the softer member at {above} of "
+            f"{loaded} loaded points, up to {peak.pressure / 1e9:.4g} GPa, {peak.place}; the teeth would yield"
+        )
+    edges = edges or edge_load(load, teeth)
+    if edges.share >= _EDGE_SHARE:
+        notes.append(_edge_note(edges, load, teeth))
+    if unloaded > _LARGE_ERROR:
+        notes.append(
+            f"the unloaded transmission error, {unloaded / ARCSEC:.0f} arcsec peak to peak, is above "
+            f"{_LARGE_ERROR / ARCSEC:.0f} arcsec: the two flanks do not match, check the machine settings"
+        )
+    return tuple(notes)
+
+
+def _edge_note(edges: EdgeLoad, load: LoadDistribution, teeth: TeethElasticity) -> str:
+    names = ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in edges.shares.items())
+    radius = teeth.edge_rounding_gear if edges.edge.startswith("gear") else teeth.edge_rounding_pinion
+    text = (
+        f"edges carry {100.0 * edges.share:.2g} % of the torque ({names}), {100.0 * edges.share_extended:.2g} % before "
+        f"and after the path of the smooth flanks; elastic pressure at the {edges.edge} edge, radius "
+        f"{radius * 1e3:.3g} mm, up to {edges.pressure / 1e9:.3g} GPa ({edges.pressure_lower / 1e9:.3g} to "
+        f"{edges.pressure_upper / 1e9:.3g} GPa for twice and half the radius), "
+        f"{_place(load, teeth, edges.position, edges.point)}"
+    )
+    if edges.pressure > hardness(teeth):
+        text += f"; above the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields or wears in there"
+    return text
+
+
+def _extent(tooth: Tooth, face: float) -> tuple[float, float]:
+    """Face width of a tooth, and its height at a distance from the toe [m]."""
+    return tooth.face_width, float(tooth.whole_depth(face))
+
+
+def _side(share: float, low: str, high: str) -> str:
+    if abs(share - 0.5) <= _MIDDLE:
+        return f"midway {low} to {high}"
+    return f"near the {low if share < 0.5 else high}"

@@ -1,0 +1,379 @@
+"""Stage 3: how the torque spreads over all potential contact lines of all tooth pairs in mesh.
+
+Compatibility: where two flanks touch, tooth deflection plus local approach equals what the rotation closes of the
+unloaded gap. Equilibrium: the normal forces carry the pinion torque. Both are solved together, without friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
+from efficiency.contact.mesh_surface import EDGES
+from efficiency.ltca.compliance import LocalCompliance, Tooth
+from efficiency.ltca.edge_contact import free_edge_compliance
+from efficiency.ltca.equilibrium import ContactProblem, Equilibrium, solve_equilibria
+from efficiency.ltca.local_approach import LocalApproach
+from ehl.io.errors import InputError
+from ehl.material import Material, effective_modulus
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class TeethElasticity:
+    """Elastic properties of the teeth of both members.
+
+    Parameters
+    ----------
+    pinion, gear : Tooth
+        Bending and shear of one tooth of each member.
+    material_pinion, material_gear : Material
+        Elastic constants.
+    edge_rounding_pinion, edge_rounding_gear : float
+        Radius at the tip, toe and heel edges of each member [m].
+    neighbours : bool
+        Whether a tooth feels loads on its neighbours through the body.
+    """
+
+    pinion: Tooth
+    gear: Tooth
+    material_pinion: Material
+    material_gear: Material
+    edge_rounding_pinion: float = 2e-4
+    edge_rounding_gear: float = 2e-4
+    neighbours: bool = True
+
+    @property
+    def effective_modulus(self) -> float:
+        """E' [Pa]."""
+        return effective_modulus(self.material_pinion, self.material_gear)
+
+    def bending(self, position: MeshPosition) -> FloatArray:
+        """Deflection of both teeth along the normal at each point per unit force at each point [m/N], (n, n).
+
+        Points of different tooth pairs feel each other through the body between the teeth, if `neighbours` is set.
+        """
+        pair = position.pair
+        # the loaded flank of the driving pinion looks to the teeth further along in mesh, that of the gear back
+        matrix = self.pinion.influence(position.face_pinion, position.height_pinion, pair)
+        matrix = matrix + self.gear.influence(position.face_gear, position.height_gear, -pair)
+        return matrix if self.neighbours else np.where(pair[:, None] == pair, matrix, 0.0)
+
+    def local(self, position: MeshPosition) -> LocalCompliance:
+        """Local compliance of both teeth at each point."""
+        depths = (
+            self.pinion.depth(position.face_pinion, position.height_pinion),
+            self.gear.depth(position.face_gear, position.height_gear),
+        )
+        materials = (self.material_pinion, self.material_gear)
+        return LocalCompliance(position.radius_equivalent, depths, materials, self.effective_modulus)
+
+    def rounding(self, edge: EdgeProximity) -> FloatArray:
+        """Radius of the edge next to each point, in the section in which its contact is plane [m]."""
+        own = np.where(_of_gear(edge), self.edge_rounding_gear, self.edge_rounding_pinion)
+        return np.asarray(own / edge.crossing)
+
+    def free_edge(self, edge: EdgeProximity, depths: Sequence[FloatArray]) -> FloatArray:
+        """Additional local compliance of the tooth whose edge is next to each point, per load per length [m2/N].
+
+        Parameters
+        ----------
+        edge : EdgeProximity
+            The edges next to the points.
+        depths : sequence of two (n,) arrays
+            Distance from the flank to the middle of pinion and gear tooth [m].
+        """
+        inside = np.maximum(edge.distance, 0.0) * np.sqrt(edge.crossing)
+        radii, materials = (
+            (self.edge_rounding_pinion, self.edge_rounding_gear),
+            (self.material_pinion, self.material_gear),
+        )
+        of_pinion, of_gear = (
+            free_edge_compliance(np.hypot(inside, radius), depth, material.youngs_modulus, material.poisson_ratio)
+            for radius, depth, material in zip(radii, depths, materials, strict=True)
+        )
+        return np.where(_of_gear(edge), of_gear, of_pinion)
+
+
+def _of_gear(edge: EdgeProximity) -> BoolArray:
+    """Points whose nearest edge belongs to the gear."""
+    return np.asarray(edge.index < len(EDGES) // 2)
+
+
+@dataclass(frozen=True)
+class ElasticPosition:
+    """One mesh position ready to be loaded: what depends on geometry and bodies alone.
+
+    Attributes
+    ----------
+    position : MeshPosition
+        Points.
+    bending : (n, n) array
+        Compliance of the teeth [m/N].
+    local : LocalCompliance
+        Local compliance of the flanks.
+    free_edge : (n,) array
+        Additional compliance next to a free edge [m2/N].
+    rounding : (n,) array
+        Radius of the edge next to each point [m]; not used where edges are left out.
+    """
+
+    position: MeshPosition
+    bending: FloatArray
+    local: LocalCompliance
+    free_edge: FloatArray
+    rounding: FloatArray
+
+    @classmethod
+    def of(cls, position: MeshPosition, teeth: TeethElasticity) -> ElasticPosition:
+        """Compliance of the teeth at the points of a position."""
+        edge, size, local = position.edge, position.pair.size, teeth.local(position)
+        return cls(
+            position,
+            teeth.bending(position),
+            local,
+            np.zeros(size) if edge is None else teeth.free_edge(edge, local.depths),
+            np.ones(size) if edge is None else teeth.rounding(edge),
+        )
+
+    @cached_property
+    def approach(self) -> LocalApproach:
+        """Local law of the points."""
+        edge = self.position.edge
+        distance = np.full(self.position.pair.size, np.inf) if edge is None else edge.distance
+        return LocalApproach(self.position.length, self.local, self.free_edge, distance, self.rounding)
+
+
+@dataclass(frozen=True)
+class PositionLoad:
+    """Load at one mesh position; arrays with one entry per point of the `MeshPosition`.
+
+    Attributes
+    ----------
+    position : MeshPosition
+        Where the points are.
+    force : (n,) array
+        Normal force of each point [N].
+    load_per_length : (n,) array
+        w' [N/m].
+    pressure_hertz : (n,) array
+        Maximum Hertz pressure of the two flanks [Pa]; zero where unloaded.
+    pressure_max : (n,) array
+        The same with the edges: greatest pressure where the contact reaches a rounded edge [Pa].
+    half_width : (n,) array
+        Half of the width of the contact, edges included [m].
+    at_edge : (n,) bool array
+        Points whose contact reaches an edge.
+    approach : float
+        Pinion rotation against a held gear that closes gaps and deflects teeth [rad].
+    transmission_error : float
+        Loaded: unloaded one minus the lag of the gear by the approach [rad of the gear].
+    equilibrium : Equilibrium
+        Residuals, iterations, status of the solver.
+    """
+
+    position: MeshPosition
+    force: FloatArray
+    load_per_length: FloatArray
+    pressure_hertz: FloatArray
+    pressure_max: FloatArray
+    half_width: FloatArray
+    at_edge: BoolArray
+    approach: float
+    transmission_error: float
+    equilibrium: Equilibrium
+
+    @property
+    def share(self) -> dict[int, float]:
+        """Share of the torque carried by each tooth pair."""
+        torque = self.force * self.position.lever_pinion
+        return {
+            int(pair): float(torque[self.position.pair == pair].sum() / torque.sum())
+            for pair in np.unique(self.position.pair)
+        }
+
+
+@dataclass(frozen=True)
+class LoadDistribution:
+    """Load over one mesh cycle.
+
+    Attributes
+    ----------
+    torque_pinion : float
+        [N m].
+    positions : tuple of PositionLoad
+        One entry per pinion angle.
+    status : {"converged", "failed"}
+    reason : str
+        First failure's reason.
+    tooth_outline : (2, k) array
+        Closed outline of the gear tooth, distance from the toe and over the root cone [m].
+    """
+
+    torque_pinion: float
+    positions: tuple[PositionLoad, ...]
+    status: Literal["converged", "failed"]
+    reason: str
+    tooth_outline: FloatArray
+
+    @property
+    def pressure_max(self) -> float:
+        """Greatest Hertz pressure of the cycle [Pa]."""
+        return max(float(p.pressure_hertz.max()) for p in self.positions)
+
+    @property
+    def torque_residual(self) -> float:
+        """Worst relative error of the torque balance."""
+        return max(p.equilibrium.torque_residual for p in self.positions)
+
+    @property
+    def compatibility_residual(self) -> float:
+        """Worst violation of compatibility relative to the approach."""
+        return max(p.equilibrium.residual for p in self.positions)
+
+    @property
+    def transmission_error(self) -> FloatArray:
+        """Loaded transmission error of each position [rad of the gear]."""
+        return np.array([p.transmission_error for p in self.positions])
+
+    @property
+    def transmission_harmonics(self) -> FloatArray:
+        """Amplitudes of the loaded transmission error at the orders 1, 2, ... of the mesh frequency [rad].
+
+        Up to a quarter of the number of positions; higher ones are not resolved.
+        """
+        count = len(self.positions)
+        return np.asarray(2.0 * np.abs(np.fft.rfft(self.transmission_error))[1 : count // 4 + 1] / count)
+
+    @property
+    def stiffness_tangent(self) -> FloatArray:
+        """Derivative of the pinion torque by the pinion rotation against a held gear, each position [N m/rad]."""
+        return np.array([p.equilibrium.stiffness for p in self.positions])
+
+    @property
+    def stiffness_secant(self) -> FloatArray:
+        """Pinion torque over the whole pinion rotation from first touch against a held gear [N m/rad]."""
+        torques = np.array([float(p.force @ p.position.lever_pinion) for p in self.positions])
+        return np.asarray(torques / np.array([p.approach for p in self.positions]))
+
+    @property
+    def line_stiffness_factor(self) -> FloatArray:
+        """What makes a stiffness along the line of action [N/m] of one about the pinion: (sum F/T)^2 [1/m2]."""
+        return np.array([(p.force.sum() / float(p.force @ p.position.lever_pinion)) ** 2 for p in self.positions])
+
+    @property
+    def contact_ratio(self) -> float:
+        """Contact ratio under load: pitches of roll over which one tooth pair carries, edges included [-]."""
+        return float(np.mean([len([share for share in p.share.values() if share > 0.0]) for p in self.positions]))
+
+    def sharing(self) -> tuple[FloatArray, FloatArray]:
+        """Roll of one tooth pair from the design point [rad] and its share of the torque [-] over its whole mesh."""
+        pitch = len(self.positions) * (
+            self.positions[1].position.pinion_angle - self.positions[0].position.pinion_angle
+        )
+        points = sorted(
+            (p.position.pinion_angle + pair * pitch, share) for p in self.positions for pair, share in p.share.items()
+        )
+        roll, share = np.array(points).T
+        return roll, share
+
+
+def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:
+    """What the load distribution needs of a mesh cycle at any torque; computed once, it serves all of them."""
+    return tuple(ElasticPosition.of(position, teeth) for position in cycle)
+
+
+def distribute_load(
+    cycle: Sequence[MeshPosition | ElasticPosition],
+    teeth: TeethElasticity,
+    torque_pinion: float,
+    normal_torques: FloatArray | None = None,
+) -> LoadDistribution:
+    """Solve compatibility and equilibrium at each position of a mesh cycle.
+
+    Parameters
+    ----------
+    cycle : sequence of MeshPosition or of ElasticPosition
+        Positions of one pinion pitch; with their compliance from `elastic_cycle` where it is known.
+    teeth : TeethElasticity
+        Compliance of both members.
+    torque_pinion : float
+        Torque on the pinion in its driving direction [N m].
+    normal_torques : (positions,) array, optional
+        Torque carried by the normal forces at each position, where friction carries the rest [N m].
+
+    Returns
+    -------
+    LoadDistribution
+        A position that does not converge is a recorded status, not an error.
+
+    Raises
+    ------
+    InputError
+        The torque is not positive and finite.
+    """
+    require_torque(torque_pinion)
+    torques = [torque_pinion] * len(cycle) if normal_torques is None else list(normal_torques)
+    elastic = [p if isinstance(p, ElasticPosition) else ElasticPosition.of(p, teeth) for p in cycle]
+    problems = [
+        ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque))
+        for e, torque in zip(elastic, torques, strict=True)
+    ]
+    solutions = solve_equilibria(problems, LocalApproach.joined([e.approach for e in elastic]))
+    loads = tuple(_solved(e, solution) for e, solution in zip(elastic, solutions, strict=True))
+    failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
+    status: Literal["converged", "failed"] = "failed" if failed else "converged"
+    return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())
+
+
+def require_torque(torque_pinion: float) -> None:
+    """`InputError` unless the pinion torque [N m] is finite and above 0."""
+    if not (np.isfinite(torque_pinion) and torque_pinion > 0.0):
+        raise InputError(
+            "torque",
+            torque_pinion,
+            "a finite torque above 0 N m",
+            "It acts on the pinion in its driving direction; choose the coast side for the other direction.",
+        )
+
+
+def _solved(elastic: ElasticPosition, solution: Equilibrium) -> PositionLoad:
+    position = elastic.position
+    ratio = float(np.mean(position.lever_pinion / position.lever_gear))
+    error = position.transmission_error - solution.angle * ratio
+    return loaded_position(elastic, solution.force, solution.angle, error, solution)
+
+
+def loaded_position(
+    elastic: ElasticPosition, force: FloatArray, approach: float, transmission_error: float, equilibrium: Equilibrium
+) -> PositionLoad:
+    """Load per length, pressure and width of the contact from the normal forces at the points of a position."""
+    position = elastic.position
+    load = force / position.length
+    hertz = np.sqrt(load * elastic.local.effective_modulus / (2.0 * np.pi * position.radius_equivalent))
+    pressure, half_width = hertz.copy(), elastic.approach.half_width(load)
+    at, section = elastic.approach.sections(load)
+    at_edge = np.zeros(load.size, bool)
+    at_edge[at] = True
+    pressure[at] *= section.pressure_max
+    half_width[at] *= section.half_length
+    return PositionLoad(
+        position=position,
+        force=force,
+        load_per_length=load,
+        pressure_hertz=hertz,
+        pressure_max=pressure,
+        half_width=half_width,
+        at_edge=at_edge,
+        approach=approach,
+        transmission_error=transmission_error,
+        equilibrium=equilibrium,
+    )

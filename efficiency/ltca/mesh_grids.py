@@ -1,0 +1,199 @@
+"""A mesh on two grids and its load at a torque, with contact lines as long as that load needs them.
+
+Light loads touch a small part of each line, heavy ones push edges further into the mating flank. The grid follows:
+where few points carry, the lines are cut down to what the load can close and all points fall there; where the approach
+goes beyond the gap up to which edges were followed, they are followed further.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from efficiency.contact.axis import Axis
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.ltca.edge_load import EdgeLoad, edge_load
+from efficiency.ltca.limits import limit_notes
+from efficiency.ltca.load_distribution import (
+    ElasticPosition,
+    LoadDistribution,
+    TeethElasticity,
+    distribute_load,
+    elastic_cycle,
+    require_torque,
+)
+from ehl.io.errors import InputError
+
+# below this share of loaded points on the line that carries most, the lines are cut down
+_FEWEST = 0.4
+# how far beyond the approach of the load lines and edges are followed
+_MARGIN = 1.2
+
+
+class MakeCycle(Protocol):
+    """MeshGrids cycle from a number of positions, of points per contact line, and from how far the load closes gaps."""
+
+    def __call__(self, positions: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
+        """See `efficiency.contact.contact_lines.mesh_cycle`."""
+
+
+@dataclass(frozen=True)
+class MeshGrids:
+    """Geometry of the mesh on two grids, and the compliance of the teeth.
+
+    Attributes
+    ----------
+    design, side : str
+        Name of the design and of the flank pair.
+    fine, coarse : tuple of MeshPosition
+        The same positions with all and with about half of the points per contact line.
+    teeth : TeethElasticity
+        Compliance of both members.
+    points_per_line : int
+        Of the fine grid.
+    axes : tuple of Axis, optional
+        Of pinion and gear; only friction in the equilibrium needs them.
+    notes : tuple of str
+        What is to be known of the geometry.
+    transmission_error : float
+        Without load, peak to peak of all pairs together [rad]; nan where only the positions know it.
+    make_cycle : callable, optional
+        Makes lines for another reach; without it the lines stay as they are.
+    reach : float
+        Gear rotation up to which edges are followed [rad].
+    under_torque : callable, optional
+        The mesh with shafts and bearings deflected by a pinion torque [N m]; without it they do not give way.
+    """
+
+    design: str
+    side: str
+    fine: tuple[MeshPosition, ...]
+    coarse: tuple[MeshPosition, ...]
+    teeth: TeethElasticity
+    points_per_line: int
+    axes: tuple[Axis, Axis] | None = None
+    notes: tuple[str, ...] = ()
+    transmission_error: float = math.nan
+    make_cycle: MakeCycle | None = field(default=None, repr=False, compare=False)
+    reach: float = math.inf
+    under_torque: Callable[[float], MeshGrids] | None = field(default=None, repr=False, compare=False)
+    _refitted: dict[int, MeshGrids] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @classmethod
+    def build(
+        cls,
+        design: str,
+        side: str,
+        make_cycle: MakeCycle,
+        teeth: TeethElasticity,
+        positions: int = 24,
+        points_per_line: int = 31,
+        axes: tuple[Axis, Axis] | None = None,
+        notes: tuple[str, ...] = (),
+        transmission_error: float = math.nan,
+        reach: float = math.inf,
+    ) -> MeshGrids:
+        """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
+        if positions < 4 or positions % 2:
+            raise InputError("positions", positions, "an even number of at least 4")
+        if points_per_line < 5:
+            raise InputError("points_per_line", points_per_line, "a number of at least 5")
+        fine = make_cycle(positions, points_per_line)
+        coarse = make_cycle(positions, (points_per_line + 1) // 2)
+        return cls(
+            design,
+            side,
+            fine,
+            coarse,
+            teeth,
+            points_per_line,
+            axes,
+            notes,
+            transmission_error,
+            make_cycle,
+            reach,
+        )
+
+    @property
+    def unloaded_error(self) -> float:
+        """Transmission error without load, peak to peak [rad]."""
+        if math.isnan(self.transmission_error):
+            return float(np.ptp([p.transmission_error for p in self.fine]))
+        return self.transmission_error
+
+    @cached_property
+    def elastic_fine(self) -> tuple[ElasticPosition, ...]:
+        """The fine grid with its compliance."""
+        return elastic_cycle(self.fine, self.teeth)
+
+    @cached_property
+    def elastic_coarse(self) -> tuple[ElasticPosition, ...]:
+        """The coarse grid with its compliance."""
+        return elastic_cycle(self.coarse, self.teeth)
+
+    def fitted(self, load: LoadDistribution) -> MeshGrids:
+        """The mesh with lines and edges as long as a load needs them, known from its solution on one of the grids."""
+        if self.make_cycle is None:
+            return self
+        closed = max(
+            float(np.max(p.approach * p.position.lever_pinion / p.position.lever_gear)) for p in load.positions
+        )
+        if _MARGIN * closed <= self.reach and loaded_share(load) >= _FEWEST:
+            return self
+        # in steps of two, so that torques near each other share their lines
+        step = math.ceil(math.log2(_MARGIN * closed))
+        if step not in self._refitted:
+            reach = 2.0**step
+            fine = self.make_cycle(len(self.fine), self.points_per_line, reach)
+            coarse = self.make_cycle(len(self.fine), (self.points_per_line + 1) // 2, reach)
+            self._refitted[step] = replace(self, fine=fine, coarse=coarse, make_cycle=None, reach=reach)
+        return self._refitted[step]
+
+
+def loaded_share(load: LoadDistribution) -> float:
+    """Share of the points that carry load on the line that carries most, mean over the positions [-]."""
+    shares = []
+    for p in load.positions:
+        line = max(p.position.lines, key=lambda at: float(p.force[at].sum()))
+        shares.append(np.count_nonzero(p.force[line]) / line.size)
+    return float(np.mean(shares))
+
+
+@dataclass(frozen=True)
+class LoadedGrids:
+    """A mesh under one torque: the load on both of its grids."""
+
+    mesh: MeshGrids
+    fine: LoadDistribution
+    coarse: LoadDistribution
+    friction_in_equilibrium: bool = False
+
+    @cached_property
+    def edges(self) -> EdgeLoad:
+        """Load and pressure at the edges."""
+        return edge_load(self.fine, self.mesh.teeth)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What a user has to know of geometry and load."""
+        return self.mesh.notes + limit_notes(self.fine, self.mesh.teeth, self.mesh.unloaded_error, self.edges)
+
+
+def load_grids(mesh: MeshGrids, torque_pinion: float) -> LoadedGrids:
+    """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0.
+
+    The mesh of the result is the one that carries: deflected, and with lines as long as the load needs them.
+    """
+    require_torque(torque_pinion)
+    if mesh.under_torque is not None:
+        mesh = mesh.under_torque(torque_pinion)
+    coarse = distribute_load(mesh.elastic_coarse, mesh.teeth, torque_pinion)
+    fitted = mesh.fitted(coarse)
+    if fitted is not mesh:
+        coarse = distribute_load(fitted.elastic_coarse, mesh.teeth, torque_pinion)
+    return LoadedGrids(fitted, distribute_load(fitted.elastic_fine, mesh.teeth, torque_pinion), coarse)

@@ -1,0 +1,220 @@
+"""One tooth of a member as a three-dimensional elastic solid on its ring of teeth, condensed to one flank.
+
+Deflection under loads on the flank is that of the flank, except near the load: there it is that of the middle surface
+of the tooth on the normal of the contact point, since between both lies the local deformation (`compliance`). Solved
+once per member at the nodes of a grid on the flank; in between by polynomials.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from efficiency.contact.tooth_grid import ToothGrid
+from efficiency.ltca.ring import ring_response
+from efficiency.ltca.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
+from efficiency.ltca.shape_functions import FloatArray, lagrange_values, lobatto_nodes
+from efficiency.ltca.tooth_cell import Part, ToothCell, tooth_cell
+from ehl.io.errors import ConvergenceError
+from ehl.material import Material
+
+_MIDDLE = 0.5
+_NEWTON = 4
+# of the local deformation, in half thicknesses: in a half-space the difference of displacement between the surface and
+# a depth is gone at a distance of that depth
+_REACH = 1.5
+
+
+@dataclass(frozen=True)
+class SolidTooth:
+    """Compliance of a tooth at its loaded flank.
+
+    Attributes
+    ----------
+    cell : ToothCell
+        Geometry.
+    nodes : (array, array)
+        Nodes over the height and along the face of the tooth block.
+    own : (n, n) array
+        Deflection at the nodes per unit normal force at the nodes [m/N], local deformation left out; symmetric and
+        positive semidefinite, height slowest.
+    ahead : tuple of (n, n) arrays
+        The same read on the next teeth on the side that the loaded flank looks to.
+    half_thickness : (n,) array
+        Distance along the normal from the flank to the middle surface at the nodes [m].
+    unknowns : int
+        Number of displacement unknowns.
+    discarded : float
+        Negative eigenvalue taken from `own` to make it positive semidefinite, over the largest [-].
+    """
+
+    cell: ToothCell
+    nodes: tuple[FloatArray, FloatArray]
+    own: FloatArray
+    ahead: tuple[FloatArray, ...]
+    half_thickness: FloatArray
+    unknowns: int
+    discarded: float
+
+    @property
+    def face_width(self) -> float:
+        """Face width [m]."""
+        return self.cell.width
+
+    def whole_depth(self, face: ArrayLike) -> FloatArray:
+        """Height of the tip over the root cone at a distance from the toe [m]."""
+        return np.asarray(np.interp(np.asarray(face, float), self.cell.stations, self.cell.top))
+
+    def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
+        """Deflection along the contact normal per unit normal force [m/N], (n, n).
+
+        Parameters
+        ----------
+        face, height : (n,) array_like
+            Contact points: distance from the toe along the pitch cone and over the root cone [m].
+        tooth : (n,) array_like
+            Number of the tooth each lies on, rising to the side that the loaded flanks look to.
+        """
+        shape = self._interpolation(face, height)
+        number = np.broadcast_to(tooth, shape.shape[:1])
+        matrix = np.zeros((number.size, number.size))
+        points = {int(n): np.flatnonzero(number == n) for n in np.unique(number)}
+        for n, at in points.items():
+            matrix[np.ix_(at, at)] = shape[at] @ self.own @ shape[at].T
+            for distance, response in enumerate(self.ahead, 1):
+                there = points.get(n + distance)
+                if there is not None:
+                    block = shape[there] @ response @ shape[at].T
+                    matrix[np.ix_(there, at)], matrix[np.ix_(at, there)] = block, block.T
+        return matrix
+
+    def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
+        """Distance along the contact normal from the flank to the middle surface [m], (n,)."""
+        return np.asarray(self._interpolation(face, height) @ self.half_thickness)
+
+    def outline(self) -> FloatArray:
+        """Closed outline of the flank: distance from the toe and over the root cone [m], (2, k)."""
+        face = self.cell.stations
+        there = np.stack([face, np.zeros_like(face)])
+        back = np.stack([face, self.cell.top])[:, ::-1]
+        return np.concatenate([there, back, there[:, :1]], axis=1)
+
+    def _interpolation(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
+        """Values (points, nodes) of the polynomials of the flank grid."""
+        b, c = self.cell.on_flank(np.asarray(face, float), np.asarray(height, float))
+        over, along = (lagrange_values(nodes, x) for nodes, x in zip(self.nodes, (b, c), strict=True))
+        return (over[:, :, None] * along[:, None, :]).reshape(b.size, -1)
+
+
+def solid_tooth(
+    grid: ToothGrid,
+    loaded: str,
+    material: Material,
+    rim_thickness: float,
+    held: frozenset[str] = frozenset({"base"}),
+    body_modulus: float | None = None,
+    orders: Orders = ORDERS,
+    cells: int | None = None,
+) -> SolidTooth:
+    """Solve a tooth for loads on one of its flanks.
+
+    Parameters
+    ----------
+    grid : ToothGrid
+        Both flanks.
+    loaded : {"concave", "convex"}
+        Which flank.
+    material : Material
+        Of the tooth, and of the body where `body_modulus` is not given.
+    rim_thickness : float
+        Of the body under the root cone [m].
+    held : set of {"base", "toe", "heel"}
+        Surfaces of the body without displacement.
+    body_modulus : float, optional
+        Young's modulus of the body [Pa].
+    orders : Orders
+        Polynomial orders.
+    cells : int, optional
+        Teeth in the ring, all if not given; a ring of fewer cells is closed as if it were whole.
+
+    Raises
+    ------
+    ConvergenceError
+        The tooth model is folded, or the body is not held.
+    """
+    if not held:
+        raise ConvergenceError("tooth_not_held", "no surface of the body is held")
+    cell = tooth_cell(grid, rim_thickness)
+    body = material.youngs_modulus if body_modulus is None else body_modulus
+    moduli: dict[Part, float] = {"foot": body, "slot": body, "tooth": material.youngs_modulus}
+    solid = ritz_solid(cell, moduli, material.poisson_ratio, held, orders)
+    functions = solid.functions["tooth"]
+    side = 1.0 if grid.sides[1] == loaded else 0.0
+    nodes = lobatto_nodes(orders.tooth[1] + 1), lobatto_nodes(orders.tooth[2] + 1)
+    b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
+    flank, into = _flank(cell, side, b, c)
+    middle, half = _middle_surface(cell, flank, into, b, c)
+    loading = _along_normal(functions, solid.count, (np.full_like(b, side), b, c), into)
+    count = b.size
+    reading = np.concatenate([loading, _along_normal(functions, solid.count, middle, into)])
+    response = ring_response(solid, cell.pitch, cells or cell.teeth, reading, count)
+    on_flank, on_middle = response.own[:count], response.own[count:]
+    near = _nearness(flank, half)
+    own, discarded = _positive(on_flank - near * (on_flank - on_middle))
+    # the loaded flank looks to the next tooth in rising azimuth if it is the upper one
+    ahead = tuple(matrix[:count] if side == 1.0 else matrix[:count].T for matrix in response.ahead)
+    return SolidTooth(cell, nodes, own, ahead, half, 3 * solid.count, discarded)
+
+
+def _flank(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points (n, 3) of a flank [m] and unit normals into the tooth."""
+    points, tangents = cell.tooth.place(np.full_like(b, side), b, c)
+    normal = np.cross(tangents[:, 1], tangents[:, 2])
+    inside = tangents[:, 0] * (0.5 - side)
+    normal *= np.sign(np.sum(normal * inside, axis=1) / np.linalg.norm(normal, axis=1) ** 2)[:, None]
+    return points, normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def _middle_surface(
+    cell: ToothCell, flank: FloatArray, into: FloatArray, b: FloatArray, c: FloatArray
+) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
+    """Where the normals meet the middle surface, at its ends put back onto it: places of the block and distances."""
+    # Newton's method on: point of the middle surface = flank point + distance times normal
+    b, c = b.copy(), c.copy()
+    distance = np.zeros_like(b)
+    for _ in range(_NEWTON):
+        points, tangents = cell.tooth.place(np.full_like(b, _MIDDLE), b, c)
+        matrix = np.stack([tangents[:, 1], tangents[:, 2], -into], axis=-1)
+        step = np.linalg.solve(matrix, (flank + distance[:, None] * into - points)[..., None])[..., 0]
+        # beyond an end of the tooth the normal leaves it before its middle surface
+        b, c = np.clip(b + step[:, 0], 0.0, 1.0), np.clip(c + step[:, 1], 0.0, 1.0)
+        distance = distance + step[:, 2]
+    points, _ = cell.tooth.place(np.full_like(b, _MIDDLE), b, c)
+    return (np.full_like(b, _MIDDLE), b, c), np.sum((points - flank) * into, axis=1)
+
+
+def _nearness(flank: FloatArray, half: FloatArray) -> FloatArray:
+    """1 where a load is so near that the local deformation takes part, falling to 0 at twice the half thickness."""
+    distance = np.linalg.norm(flank[:, None] - flank[None], axis=-1)
+    reach = _REACH * 0.5 * (half[:, None] + half[None])
+    return np.asarray(np.exp(-((distance / reach) ** 4)))
+
+
+def _along_normal(
+    functions: BlockFunctions, count: int, places: tuple[FloatArray, FloatArray, FloatArray], direction: FloatArray
+) -> FloatArray:
+    """Displacement in given directions (n, 3) at places of the tooth as functionals of all components (n, 3 count)."""
+    values = functions.values(*places)
+    rows = np.zeros((values.shape[0], 3, count))
+    rows[:, :, functions.number] = direction[:, :, None] * values[:, None, :]
+    return rows.reshape(values.shape[0], -1)
+
+
+def _positive(response: FloatArray) -> tuple[FloatArray, float]:
+    """Nearest symmetric positive semidefinite matrix, and the most negative eigenvalue dropped over the largest."""
+    values, vectors = np.linalg.eigh(0.5 * (response + response.T))
+    kept = np.maximum(values, 0.0)
+    matrix = (vectors * kept) @ vectors.T
+    return 0.5 * (matrix + matrix.T), float(max(-values[0], 0.0) / values[-1])

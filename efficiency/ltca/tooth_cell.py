@@ -1,0 +1,192 @@
+"""One tooth with its share of the body, as blocks in curvilinear coordinates: the repeating cell of the member.
+
+Three blocks, each the image of a unit cube by polynomials: the foot under the tooth and the body under the slot reach
+from the held base to the root, the tooth stands on the foot. Coordinates of a cube: a across (rising azimuth), b from
+the base to the tip, c along the face from toe to heel. Flanks and root line are those of `tooth_grid`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.piecewise_cubic import cubic_spline
+from efficiency.contact.tooth_grid import ToothGrid
+from efficiency.ltca.shape_functions import Pair, lagrange_polynomials, lobatto_nodes
+
+FloatArray = NDArray[np.float64]
+Part = Literal["foot", "tooth", "slot"]
+
+# nodes of the polynomials that map a cube to its block: across, over the height, along the face
+_ACROSS, _OVER, _ALONG = lobatto_nodes(7), lobatto_nodes(7), lobatto_nodes(9)
+_DEEP = lobatto_nodes(4)
+_FINE = 41  # points of a fillet and of the root line before they are shared out
+# the tooth begins where the fillet is as steep as this, at most this fraction of its depth over the root
+_STEEPNESS, _HIGHEST = 1.0, 0.25
+
+
+@dataclass(frozen=True)
+class Block:
+    """Polynomial image of the unit cube.
+
+    Attributes
+    ----------
+    part : {"foot", "tooth", "slot"}
+    nodes : (na, nb, nc, 3) array
+        Points at the Gauss-Lobatto nodes of the cube [m].
+    """
+
+    part: Part
+    nodes: FloatArray
+
+    def place(self, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points (n, 3) [m] and their derivatives (n, 3 coordinates of the cube, 3) at n places of the cube."""
+        (fa, da), (fb, db), (fc, dc) = self._polynomials(a, b, c)
+        by_c = np.moveaxis(self.nodes, 2, 0).reshape(fc.shape[1], -1)
+        shape = (a.size, *self.nodes.shape[:2], 3)
+        here, ahead = (fc @ by_c).reshape(shape), (dc @ by_c).reshape(shape)
+
+        def image(across: FloatArray, over: FloatArray, along: FloatArray) -> FloatArray:
+            return np.asarray(np.einsum("pj,pjx->px", over, np.einsum("pi,pijx->pjx", across, along)))
+
+        tangents = image(da, fb, here), image(fa, db, here), image(fa, fb, ahead)
+        return image(fa, fb, here), np.stack(tangents, axis=1)
+
+    def jacobian(self, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+        """Derivatives (na, nb, nc, 3 coordinates of the cube, 3) on a tensor grid of the cube [m]."""
+        polynomials = self._polynomials(a, b, c)
+        columns = []
+        for direction in range(3):
+            factors = [pair[int(axis == direction)] for axis, pair in enumerate(polynomials)]
+            columns.append(np.einsum("ai,bj,ck,ijkx->abcx", *factors, self.nodes, optimize=True))
+        return np.stack(columns, axis=-2)
+
+    def _polynomials(self, *coordinates: FloatArray) -> list[Pair]:
+        counts = self.nodes.shape[:3]
+        return [lagrange_polynomials(lobatto_nodes(n), x) for n, x in zip(counts, coordinates, strict=True)]
+
+
+@dataclass(frozen=True)
+class ToothCell:
+    """Blocks of one pitch of a member, and what finds places on its flanks.
+
+    Attributes
+    ----------
+    teeth : int
+        Number of teeth of the member.
+    foot, tooth, slot : Block
+        The slot follows the tooth in rising azimuth.
+    width : float
+        Face width [m].
+    stations : (k,) array
+        Distance from the toe at which the heights below are given [m].
+    floor, top : (k,) arrays
+        Height of the lower end and of the tip of the tooth block over the root cone [m].
+    """
+
+    teeth: int
+    foot: Block
+    tooth: Block
+    slot: Block
+    width: float
+    stations: FloatArray
+    floor: FloatArray
+    top: FloatArray
+
+    @property
+    def pitch(self) -> float:
+        """Angular pitch [rad]."""
+        return 2.0 * np.pi / self.teeth
+
+    def on_flank(self, face: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates (b, c) of the tooth block from distances from the toe and over the root cone [m], cut to it."""
+        along = np.clip(face / self.width, 0.0, 1.0)
+        floor, top = (np.interp(along * self.width, self.stations, h) for h in (self.floor, self.top))
+        return np.clip((height - floor) / (top - floor), 0.0, 1.0), along
+
+
+def tooth_cell(grid: ToothGrid, rim_thickness: float) -> ToothCell:
+    """Blocks of one tooth.
+
+    Parameters
+    ----------
+    grid : ToothGrid
+        Both flanks with fillets or root corners, at least five stations.
+    rim_thickness : float
+        Distance of the base from the root cone, square to the pitch cone [m].
+    """
+    u = grid.u[0]
+    width = float(u[-1] - u[0])
+    along = u[0] + width * _ALONG
+    bottom, tip = grid.height[0], grid.height[-1]
+    share = (grid.height - bottom) / (tip - bottom)
+    start = _start(grid, share)
+    fractions = start + (1.0 - start) * _OVER
+
+    def smooth(values: FloatArray) -> FloatArray:
+        return cubic_spline(u, values, along)
+
+    def flank(azimuth: FloatArray, at: FloatArray) -> FloatArray:
+        columns = zip(share.T, azimuth.T, strict=True)
+        return np.stack([cubic_spline(x, y, at) for x, y in columns], axis=-1)
+
+    lower, upper = (smooth(flank(azimuth, fractions)) for azimuth in (grid.lower, grid.upper))
+    low, depth = smooth(bottom), smooth(tip - bottom)
+    height = low + fractions[:, None] * depth
+    base = smooth(grid.blank.root(u)) - rim_thickness
+
+    def block(part: Part, azimuth: FloatArray, heights: FloatArray) -> Block:
+        shape = np.broadcast_shapes(azimuth.shape, heights.shape)
+        whole = [np.broadcast_to(x, shape) for x in (azimuth, along, heights)]
+        return Block(part, grid.point(*whole))
+
+    a, deep = _ACROSS[:, None, None], _DEEP[None, :, None]
+    tooth = block("tooth", lower + a * (upper - lower), height[None])
+    left, right, following = lower[0], upper[0], lower[0] + grid.pitch
+    foot = block("foot", left + a * (right - left) + 0.0 * deep, base + deep * (height[0] - base))
+    line_azimuth, sunk = _root_line(grid, flank, start)
+    top, line = smooth(line_azimuth)[:, None], (low + smooth(sunk) * depth)[:, None]
+    below = right + a * (following - right)
+    slot = block("slot", below + deep * (top - below), base + deep * (line - base))
+    root = grid.blank.root(u)
+    floor = bottom + start * (tip - bottom)
+    return ToothCell(grid.blank.teeth, foot, tooth, slot, width, u - u[0], floor - root, tip - root)
+
+
+def _start(grid: ToothGrid, share: FloatArray) -> float:
+    """Fraction of the depth at which the tooth block begins: half way round the fillets, 0 at sharp corners."""
+    radius, _ = grid.blank.axial(grid.u, grid.height)
+    highest = 0.0
+    for azimuth in (grid.lower, -grid.upper):
+        slope = radius * np.gradient(azimuth, axis=0) / np.gradient(grid.height, axis=0)
+        steep = np.where((slope > _STEEPNESS) & (share < _HIGHEST), share, 0.0)
+        highest = max(highest, float(steep.max(axis=0).mean()))
+    return highest
+
+
+def _root_line(
+    grid: ToothGrid, flank: Callable[[FloatArray, FloatArray], FloatArray], start: float
+) -> tuple[FloatArray, FloatArray]:
+    """From one tooth down its fillet, along the root and up to the next: azimuth and fraction of the depth.
+
+    At the nodes across, by equal shares of the length of the line, for each station (nodes, stations).
+    """
+    down = np.linspace(start, 0.0, _FINE) if start > 0.0 else np.zeros(1)
+    right, following = flank(grid.upper, down), flank(grid.lower, down) + grid.pitch
+    land = np.linspace(0.0, 1.0, _FINE)[1:-1, None]
+    azimuth = np.concatenate([right, right[-1] + land * (following[-1] - right[-1]), following[::-1]])
+    fraction = np.concatenate([down, np.zeros(land.size), down[::-1]])
+    radius, _ = grid.blank.axial(grid.u[0], grid.height[0])
+    depth = grid.height[-1] - grid.height[0]
+    steps = np.hypot(np.diff(azimuth, axis=0) * radius, np.diff(fraction)[:, None] * depth)
+    length = np.concatenate([np.zeros((1, depth.size)), np.cumsum(steps, axis=0)])
+    length /= length[-1]
+
+    def shared(values: FloatArray) -> FloatArray:
+        return np.stack([np.interp(_ACROSS, x, y) for x, y in zip(length.T, values.T, strict=True)], axis=-1)
+
+    return shared(azimuth), shared(np.broadcast_to(fraction[:, None], azimuth.shape))

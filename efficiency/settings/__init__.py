@@ -1,1 +1,0 @@
-"""Machine settings from a blank, a cutter and contact targets."""

@@ -1,0 +1,1 @@
+"""Synthesis of machine settings: from a blank, a cutter and contact targets."""

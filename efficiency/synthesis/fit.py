@@ -1,0 +1,313 @@
+"""Least-squares fit of machine and blade settings to wanted flanks.
+
+Residual: distance along the normal of the conjugate flank to the flank that the settings cut, minus the wanted relief.
+Its derivative by a setting is exact from one flank evaluation: at fixed cutting parameters the surface point moves by
+dr/dp, and to first order only the component along the flank normal changes the distance, ``dd/dp = n . (dr/dp) / (n .
+n_c)`` (envelope theorem). Where the normal misses the flank (undercut) the same formula continues the residual
+linearly, so that such a point never blocks a step; it is reported and left out of the measures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.cutting import newton
+from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.rotation import dot, turn
+from efficiency.synthesis.root_line import RootLine, RootState
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_STEP = 1e-30
+# rows of a linearised flank: the point and the condition
+_GAP = [0, 1, 2, 6]
+# weight of points whose residual is only continued linearly: enough to keep them near, too little to bend the others
+_MISSED = 0.1
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A free setting: the part that holds it, its name there, and the size of a natural step."""
+
+    part: Literal["machine", "blade", "phase"]
+    name: str
+    scale: float
+
+
+@dataclass(frozen=True)
+class WantedFlank:
+    """One pinion flank to be cut.
+
+    Attributes
+    ----------
+    flank : CutFlank
+        Flank of the start settings.
+    phase : float
+        Rotation of that flank about its axis [rad].
+    position, normal : (3, n) arrays
+        Points of the conjugate pinion flank in the frame of the unturned pinion [m], and unit normals out of the gear
+        tooth.
+    target : (n,) array
+        Wanted relief, positive where material is to be missing [m].
+    parameters : (3, n) array
+        Cutting parameters of the start, near the points.
+    root : RootLine, optional
+        Where the blade tips should cut the root.
+    """
+
+    flank: CutFlank
+    phase: float
+    position: FloatArray
+    normal: FloatArray
+    target: FloatArray
+    parameters: FloatArray
+    root: RootLine | None = None
+
+
+@dataclass(frozen=True)
+class FittedFlank:
+    """What settings make of a wanted flank.
+
+    Attributes
+    ----------
+    flank : CutFlank
+    phase : float
+    parameters : (3, n) array
+        Cutting parameters of the points.
+    relief : (n,) array
+        Distance to the conjugate flank [m], linearly continued where `found` is false.
+    residual : (n,) array
+        Relief minus target [m].
+    found : (n,) bool array
+        False where the flank does not exist (undercut).
+    root_error : (k,) array
+        Height of the cut root over the blank's at the stations of the root line [m].
+    """
+
+    flank: CutFlank
+    phase: float
+    parameters: FloatArray
+    relief: FloatArray
+    residual: FloatArray
+    found: BoolArray
+    root: RootState | None
+
+    @property
+    def root_error(self) -> FloatArray:
+        """Height of the cut root over the wanted one at the stations of the root line [m]."""
+        return np.zeros(0) if self.root is None or not np.isfinite(self.root.error).all() else self.root.error
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residual where the flank exists [m]."""
+        return float(np.sqrt(np.mean(self.residual[self.found] ** 2))) if self.found.any() else float("inf")
+
+    @property
+    def largest(self) -> float:
+        """Largest residual where the flank exists [m]."""
+        return float(np.abs(self.residual[self.found]).max()) if self.found.any() else float("inf")
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """Outcome of a fit.
+
+    Attributes
+    ----------
+    flanks : tuple of FittedFlank
+    iterations, evaluations : int
+    converged : bool
+        The last accepted step changed the sum of squares by less than the tolerance.
+    history : list of float
+        Root of the mean square of all rows [m] after each accepted step.
+    """
+
+    flanks: tuple[FittedFlank, ...]
+    iterations: int
+    evaluations: int
+    converged: bool
+    history: tuple[float, ...]
+
+    @property
+    def rms(self) -> float:
+        """Largest residual of the flanks, root mean square [m]."""
+        return max(flank.rms for flank in self.flanks)
+
+
+def with_setting(flank: CutFlank, parameter: Parameter, value: complex) -> CutFlank:
+    """The flank with one machine or blade setting changed."""
+    part = replace(getattr(flank, parameter.part), **{parameter.name: value})
+    return replace(flank, **{parameter.part: part})
+
+
+def _changed(flank: CutFlank, phase: float, parameter: Parameter, step: float) -> tuple[CutFlank, float]:
+    if parameter.part == "phase":
+        return flank, phase + step
+    return with_setting(flank, parameter, getattr(getattr(flank, parameter.part), parameter.name) + step), phase
+
+
+def measure(
+    wanted: WantedFlank,
+    flank: CutFlank,
+    phase: float,
+    start: FloatArray,
+    root: RootState | None = None,
+    held: BoolArray | None = None,
+) -> FittedFlank:
+    """Distance of a flank to the conjugate points, and the height of its root.
+
+    Points that were once missed stay linear (`held` false): a point that comes and goes would make the sum of squares
+    jump.
+    """
+    position, normal = turn(wanted.position, -phase), turn(wanted.normal, -phase)
+
+    border = np.concatenate([-normal.T, np.zeros((normal.shape[1], 1))], axis=1)[:, :, None]
+
+    def gap(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        state, slope = flank.linearise(y[:3])
+        value = np.concatenate([state[:3] - position - y[3] * normal, state[6:]])
+        return value, np.concatenate([slope[:, _GAP], border], axis=2)
+
+    point, facing, _ = flank.sweep(start)
+    linear = dot(facing, point - position) / dot(facing, normal)
+    size = flank.blank.mean_cone_distance
+    limit = np.array([0.05 * size, 0.1, 0.1, 0.02 * size])
+    tolerance = 1e-10 * np.array([size, 1.0, 1.0, 0.01 * size])
+    x, found = newton.iterate(gap, np.concatenate([start, linear[None]]), limit, tolerance, max_iterations=12)
+    found &= np.isfinite(x).all(axis=0) & (np.abs(x[3] - linear) < 0.02 * size)
+    if held is not None:
+        found &= held
+    if found.any():
+        # the bordered determinant changes its sign at the limit of undercut: beyond it lies the other branch
+        determinant = np.linalg.det(gap(np.where(found, x, x[:, found][:, :1]))[1])
+        found &= determinant * np.sign(np.median(determinant[found])) > 0.0
+    relief = np.where(found, x[3], linear)
+    parameters = np.where(found, x[:3], start)
+    state = None if wanted.root is None else wanted.root.cut(flank, root)
+    return FittedFlank(flank, phase, parameters, relief, relief - wanted.target, found, state)
+
+
+def _derivatives(wanted: WantedFlank, now: FittedFlank, parameters: Sequence[Parameter], weighed: bool) -> FloatArray:
+    """Rows of points, and of the root where it is weighed, over the settings, (n + k, m), in metres per scale."""
+    point, facing, _ = now.flank.sweep(now.parameters)
+    share = 1.0 / dot(facing, turn(wanted.normal, -now.phase))
+    root_state = now.root if weighed else None
+    columns = []
+    for parameter in parameters:
+        if parameter.part == "phase":
+            spun = np.stack([-point[1], point[0], np.zeros_like(point[0])])
+            change = dot(facing, spun) * share
+            root = np.zeros(0 if root_state is None else root_state.error.size)
+        else:
+            value = getattr(getattr(now.flank, parameter.part), parameter.name)
+            moved = with_setting(now.flank, parameter, value + 1j * _STEP)
+            change = dot(facing, np.asarray(moved.sweep(now.parameters)[0].imag) / _STEP) * share
+            root = np.zeros(0) if root_state is None else root_state.derivative(moved, _STEP)
+        columns.append(np.concatenate([np.real(change), root]) * parameter.scale)
+    return np.stack(columns, axis=1)
+
+
+def fit(
+    wanted: Sequence[WantedFlank],
+    common: Sequence[Parameter],
+    own: Sequence[Parameter],
+    *,
+    ridge: float = 1e-8,
+    tolerance: float = 5e-3,
+    max_iterations: int = 60,
+    progress: Callable[[int, float], None] | None = None,
+) -> FitResult:
+    """Levenberg-Marquardt fit of one or two flanks.
+
+    Parameters
+    ----------
+    wanted : sequence of WantedFlank
+        One flank, or both flanks of a member cut in one setting.
+    common, own : sequences of Parameter
+        Settings that all flanks share, and settings of each flank.
+    ridge : float
+        Pull towards the start [m per scale].
+    tolerance : float
+        The fit ends when an accepted step lowers the sum of squares by less than this share, twice in a row.
+    """
+    parameters = [*common, *own]
+    count, flanks = len(common), len(wanted)
+    total = count + flanks * len(own)
+    columns = [[*range(count), *range(count + k * len(own), count + (k + 1) * len(own))] for k in range(flanks)]
+
+    def place(vector: FloatArray, previous: Sequence[FittedFlank] | None) -> tuple[FittedFlank, ...]:
+        placed = []
+        for k, want in enumerate(wanted):
+            flank, phase = want.flank, want.phase
+            for parameter, step in zip(parameters, vector[columns[k]], strict=True):
+                flank, phase = _changed(flank, phase, parameter, float(step) * parameter.scale)
+            start = want.parameters if previous is None else previous[k].parameters
+            root = None if previous is None else previous[k].root
+            held = None if previous is None else previous[k].found
+            placed.append(measure(want, flank, phase, start, root, held))
+        return tuple(placed)
+
+    def rows(state: Sequence[FittedFlank], vector: FloatArray) -> FloatArray:
+        parts = []
+        for want, now in zip(wanted, state, strict=True):
+            parts.append(now.residual * np.where(now.found, 1.0, _MISSED))
+            if want.root is not None and want.root.weight > 0.0:
+                assert now.root is not None
+                parts.append(now.root.error * want.root.weight)
+        return np.concatenate([*parts, ridge * vector])
+
+    def jacobian(state: Sequence[FittedFlank]) -> FloatArray:
+        blocks = []
+        for k, (want, now) in enumerate(zip(wanted, state, strict=True)):
+            weighed = want.root is not None and want.root.weight > 0.0
+            block = _derivatives(want, now, parameters, weighed)
+            block[: now.residual.size] *= np.where(now.found, 1.0, _MISSED)[:, None]
+            block[now.residual.size :] *= want.root.weight if want.root else 0.0
+            wide = np.zeros((block.shape[0], total))
+            wide[:, columns[k]] = block
+            blocks.append(wide)
+        return np.concatenate([*blocks, ridge * np.eye(total)])
+
+    vector = np.zeros(total)
+    state = place(vector, None)
+    values = rows(state, vector)
+    cost = float(values @ values)
+    damping, growth, small, evaluations, history = 1e-5, 2.0, 0, 1, [cost]
+    iteration, converged = 0, False
+    while iteration < max_iterations and not converged:
+        iteration += 1
+        matrix = jacobian(state)
+        normal = matrix.T @ matrix
+        gradient = matrix.T @ values
+        diagonal = np.diag(normal).copy()
+        for _ in range(15):
+            step = -np.linalg.solve(normal + damping * np.diag(diagonal), gradient)
+            trial = place(vector + step, state)
+            evaluations += 1
+            values_new = rows(trial, vector + step)
+            cost_new = float(values_new @ values_new)
+            if np.isfinite(cost_new) and cost_new < cost:
+                break
+            damping, growth = damping * growth, 2.0 * growth
+        else:
+            break
+        # gain ratio of the accepted step steers the damping (Nielsen 1999)
+        predicted = float(-2.0 * gradient @ step - step @ normal @ step)
+        ratio = (cost - cost_new) / predicted if predicted > 0.0 else 0.0
+        damping, growth = max(damping * max(1.0 / 9.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-14), 2.0
+        gain = (cost - cost_new) / cost
+        vector, state, values, cost = vector + step, trial, values_new, cost_new
+        history.append(cost)
+        small = small + 1 if gain < tolerance else 0
+        converged = small >= 2 or gain < 1e-6
+        if progress is not None:
+            progress(iteration, cost)
+    size = values.size - total
+    final = [measure(w, now.flank, now.phase, now.parameters, now.root) for w, now in zip(wanted, state, strict=True)]
+    return FitResult(tuple(final), iteration, evaluations, converged, tuple(float(np.sqrt(c / size)) for c in history))

@@ -1,0 +1,258 @@
+"""Machine settings from targets: blank -> gear settings -> conjugate start -> fit -> design file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.result import PairBlank
+from efficiency.contact.assembly import dot
+from efficiency.contact.pair import Side, flank_pair
+from efficiency.contact.transmission import Transmission
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import CutFlank
+from efficiency.design.design import Design
+from efficiency.synthesis.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
+from efficiency.synthesis.cradle import fit_on_cradle
+from efficiency.synthesis.design_file import Table, design_text, ease_off_table, header, parse_design, written_flank
+from efficiency.synthesis.ease_off_target import wanted_relief
+from efficiency.synthesis.fit import FitResult, FittedFlank, fit, measure
+from efficiency.synthesis.free import FreeSettings, free_settings, with_motions
+from efficiency.synthesis.gear import SIDES, GearCut, PairGeometry, cut_gear, pair_geometry
+from efficiency.synthesis.inputs import FlankTarget, SettingsInput
+from efficiency.synthesis.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
+from efficiency.synthesis.wanted import standing_back, wanted_flank
+from ehl.io.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+
+_DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
+_AMPLITUDE_TOLERANCE = 0.01
+_LOOSER = 0.2
+# coefficients of the map of the mesh: enough for the transmission error to 0.03 arcsec
+_SHAPE = (12, 10)
+# a flank farther off than this needs no transmission error, and a larger one is none
+_MESHES, _MESHES_ANGLE = 2.0 * RESIDUAL_LIMIT, 0.01
+_WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
+
+
+def machine_settings(inputs: SettingsInput, transmission: bool = True) -> SettingsResult:
+    """Complete design of a pair from its blank and targets.
+
+    Parameters
+    ----------
+    inputs : SettingsInput
+        Content of a targets file.
+    transmission : bool
+        Whether to compute the unloaded transmission error where no target asks for it.
+
+    Raises
+    ------
+    InputError
+        The blank or the cutter is impossible.
+    ConvergenceError
+        The gear or the conjugate pinion does not exist over the working depth.
+    """
+    began = perf_counter()
+    blank = pair_blank(inputs.blank)
+    pair = pair_geometry(blank, inputs.cutting.gear == "generated")
+    gear = cut_gear(pair)
+    grid = grid_on_gear(pair, gear)
+    starts = {side: conjugate_start(pair, gear, side, grid) for side in SIDES}
+
+    targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    scale = dict.fromkeys(SIDES, 1.0)
+    for _ in range(5):
+        if inputs.cutting.pinion == "conjugate":
+            fits, fitted = [], {side: _uncut(pair, starts[side]) for side in SIDES}
+        else:
+            fits = _fit(inputs, pair, gear, grid, starts, scale)
+            fitted = _by_side(fits)
+        text, design = _design(inputs, blank, pair, gear, fitted, scale)
+        wanted = {side: targets[side].transmission_error for side in SIDES}
+        mesh = {
+            side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or wanted[side] else None
+            for side in SIDES
+        }
+        off = {
+            side: float(want / have.peak_to_peak)
+            for side, want in wanted.items()
+            if want and (have := mesh[side]) is not None
+        }
+        if all(abs(ratio - 1.0) < _AMPLITUDE_TOLERANCE for ratio in off.values()):
+            break
+        scale = {side: scale[side] * off.get(side, 1.0) for side in SIDES}
+
+    reports = {
+        side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), mesh[side])
+        for side in SIDES
+    }
+    warnings = _warnings(blank, reports, transmission)
+    if inputs.cutting.pinion == "conjugate":
+        warnings = ("pinion: flanks defined by conjugate plus ease-off, not cut by settings", *warnings)
+    if grid.lowest > 0.03:
+        warnings = (
+            f"gear: undercut below {grid.lowest:.2g} of its working depth; no contact was asked for there",
+            *warnings,
+        )
+    short = any(report.fitted.rms > RESIDUAL_LIMIT for report in reports.values())
+    return SettingsResult(
+        design=design,
+        text=text,
+        concave=reports["concave"],
+        convex=reports["convex"],
+        iterations=sum(result.iterations for result in fits),
+        seconds=perf_counter() - began,
+        status="residual" if short else "converged",
+        warnings=warnings,
+    )
+
+
+def _fit(
+    inputs: SettingsInput,
+    pair: PairGeometry,
+    gear: GearCut,
+    grid: FitGrid,
+    starts: dict[FlankSide, ConjugateFlankStart],
+    scale: dict[FlankSide, float],
+) -> list[FitResult]:
+    free = free_settings(inputs)
+    targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
+    thinner = standing_back(pair) if free.common and not pair.blade_groups else 0.0
+
+    def attempt(sides: Sequence[FlankSide], weight: float, settings: FreeSettings) -> FitResult:
+        wanted = [
+            wanted_flank(
+                pair, starts[side], scale[side] * wanted_relief(targets[side], grid.x, grid.y), weight, thinner
+            )
+            for side in sides
+        ]
+        if inputs.cutting.machine == "cradle":
+            return fit_on_cradle(pair, wanted, gear.screw, settings, inputs.cutting.tilt_limit)
+        return fit(wanted, settings.common, settings.own)
+
+    # where the plain settings do not do: more motions, then a root somewhat off the blank's as the lesser evil
+    weight = root_weight(inputs, pair)
+    ways = [(weight, free), (weight, with_motions(free))]
+    if weight > 0.0 and inputs.targets.root_weight is None:
+        ways.append((_LOOSER * weight, with_motions(free)))
+    fits = []
+    for sides in [SIDES] if free.common else [(side,) for side in SIDES]:
+        best: FitResult | None = None
+        for way in ways:
+            result = attempt(sides, *way)
+            best = result if best is None or result.rms < best.rms else best
+            if best.rms < RESIDUAL_LIMIT:
+                break
+        assert best is not None
+        fits.append(best)
+    return fits
+
+
+def root_weight(inputs: SettingsInput, pair: PairGeometry) -> float:
+    """Residual that a metre of root error counts as: less where both flanks share few settings."""
+    if inputs.targets.root_weight is not None:
+        return inputs.targets.root_weight
+    return 0.02 if pair.blade_groups and inputs.cutting.pinion == "both_flanks" else 0.03
+
+
+def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
+    found = {flank.flank.side: flank for result in fits for flank in result.flanks}
+    for side, flank in found.items():
+        if flank.found.mean() < 0.5:
+            raise ConvergenceError(
+                "undercut", f"the {side} pinion flank exists at {flank.found.mean():.0%} of its points only"
+            )
+    return found
+
+
+def _uncut(pair: PairGeometry, start: ConjugateFlankStart) -> FittedFlank:
+    """The conjugate flank itself: nothing is left to fit, only its undercut is looked for."""
+    wanted = wanted_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
+    return measure(wanted, wanted.flank, wanted.phase, wanted.parameters)
+
+
+def _design(
+    inputs: SettingsInput,
+    blank: PairBlank,
+    pair: PairGeometry,
+    gear: GearCut,
+    fitted: dict[FlankSide, FittedFlank],
+    scale: dict[FlankSide, float],
+) -> tuple[str, Design]:
+    cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in SIDES}
+    if inputs.cutting.pinion == "conjugate":
+        targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+        defined: dict[FlankSide, Table] = {side: ease_off_table(targets[side], scale[side]) for side in SIDES}
+        text = design_text(inputs, blank, defined, cut_flanks, header(inputs, fitted))
+        return text, parse_design(text)
+    # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
+    back = _backlash_turns(pair, fitted)
+    middle = 0.5 * sum(fitted[side].phase for side in SIDES)
+    pinion: dict[FlankSide, CutFlank] = {
+        side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in SIDES
+    }
+    text = design_text(inputs, blank, pinion, cut_flanks, header(inputs, fitted))
+    return text, parse_design(text)
+
+
+def _backlash_turns(pair: PairGeometry, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:
+    """Turn of each flank from contact on both sides into its tooth [rad]."""
+    turns: dict[FlankSide, float] = {}
+    for side in SIDES:
+        flank = fitted[side]
+        points = flank.flank.points(flank.parameters[:, flank.found])
+        spun = np.stack([-points.position[1], points.position[0], np.zeros(points.position.shape[1])])
+        # turning against the outward normal makes the tooth thinner
+        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * standing_back(pair)
+    return turns
+
+
+def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmission | None:
+    """Unloaded transmission error of the mesh; None where the pair does not mesh, or is far from what was wanted."""
+    if fitted.rms > _MESHES:
+        return None
+    try:
+        mesh = flank_pair(design, side, shape=_SHAPE).transmission
+    except ConvergenceError:
+        return None
+    return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None
+
+
+def _undercut(grid: FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
+    points = []
+    for k in np.flatnonzero(~fitted.found):
+        along = "toe" if grid.x[k] < -1 / 3 else "heel" if grid.x[k] > 1 / 3 else "middle"
+        across = "root" if grid.y[k] < -1 / 3 else "tip" if grid.y[k] > 1 / 3 else "mid-depth"
+        points.append(UndercutPoint(float(grid.u[k]), float(grid.h[k]), f"{along}, {across} of the gear"))
+    return tuple(points)
+
+
+def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission: bool) -> tuple[str, ...]:
+    out = []
+    for side, report in reports.items():
+        if report.fitted.rms > RESIDUAL_LIMIT:
+            out.append(
+                f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}"
+            )
+        if report.undercut:
+            count, where = len(report.undercut), report.undercut[0].place
+            out.append(f"{side}: {count} of {report.grid.u.size} points undercut ({where})")
+        error = report.fitted.root_error
+        clearance = blank.clearance
+        if error.size and np.abs(error).max() > 0.5 * clearance:
+            out.append(
+                f"{side}: root {np.abs(error).max() * 1e3:.2f} mm off the blank's, more than half the clearance of "
+                f"{clearance * 1e3:.2f} mm"
+            )
+        if report.transmission is None:
+            if transmission:
+                out.append(f"{side}: no unloaded transmission error, the flanks do not mesh over the whole map")
+        elif report.transmission.edges:
+            out.append(f"{side}: unloaded contact runs over an edge: {', '.join(report.transmission.edges)}")
+    return tuple(out)

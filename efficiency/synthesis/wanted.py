@@ -1,0 +1,60 @@
+"""What is asked of a pinion flank: relief over its conjugate points, root, backlash."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.assembly import dot, turn
+from efficiency.synthesis.conjugate import ConjugateFlankStart
+from efficiency.synthesis.fit import WantedFlank
+from efficiency.synthesis.free_axis import free_axis
+from efficiency.synthesis.gear import PairGeometry
+from efficiency.synthesis.root_line import RootLine
+
+FloatArray = NDArray[np.float64]
+
+_STATIONS = np.array([-0.5, 0.0, 0.5])
+
+
+def wanted_flank(
+    pair: PairGeometry, start: ConjugateFlankStart, relief: FloatArray, root_weight: float, thinner: float = 0.0
+) -> WantedFlank:
+    """A flank to be fitted, from its conjugate start.
+
+    Parameters
+    ----------
+    relief : (n,) array
+        Wanted relief at the points of the grid [m].
+    root_weight : float
+        Residual per root error; 0: the root is left alone and only measured.
+    thinner : float
+        Angle by which the flank is to stand back from contact [rad].
+    """
+    flank, parameters = free_axis(start.flank, start.parameters)
+    conjugate = start.points
+    phase = start.phase
+    if thinner:
+        point, facing, _ = flank.sweep(parameters)
+        spun = np.stack([-point[1], point[0], np.zeros(point.shape[1])])
+        rate = np.median(dot(np.real(facing), spun) / dot(np.real(facing), turn(conjugate.normal, -phase)))
+        phase -= float(np.sign(rate)) * thinner
+    root: RootLine | None = root_line(pair, conjugate.position, parameters, root_weight)
+    if root is not None and not np.isfinite(root.cut(flank).error).all():
+        root = None
+    return WantedFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)
+
+
+def root_line(pair: PairGeometry, position: FloatArray, parameters: FloatArray, weight: float) -> RootLine:
+    """The blank's root at toe, middle and heel of the pinion; the nearest flank points are where the search starts."""
+    blank = pair.pinion
+    u, h = blank.coordinates(np.hypot(position[0], position[1]), position[2])
+    stations = _STATIONS * blank.face_width
+    nearest = [int(np.argmin((u - at) ** 2 + (h - blank.root(np.array([at]))[0]) ** 2)) for at in stations]
+    return RootLine(stations, blank.root(stations), weight, parameters[1:, nearest])
+
+
+def standing_back(pair: PairGeometry) -> float:
+    """Angle of each pinion flank that gives the pair its backlash [rad]."""
+    radius, _ = pair.pinion.axial(np.array([pair.calculation_pinion]), np.zeros(1))
+    return 0.5 * pair.backlash / float(radius[0] * np.cos(pair.spiral_pinion))
