@@ -1,0 +1,333 @@
+"""Error bars as hard as values: every factor and every term of a stated error against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ehl import acceptance
+from ehl.case import Case, ModelInput, SurfaceInput
+from ehl.contact import LineContact
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat.estimate import estimate_thermal_effect
+from ehl.io.validation import validate
+from ehl.material import load_material
+from ehl.rough import RoughSurfaces, dry_limit
+from ehl.rough.batches import batch_means, neighbour_correlation, paired_error
+from ehl.rough.mixed import film_stress_ratio, roughness_effect
+from ehl.rough.window import Window, film_jumped, mesh_error, realisation_error
+from ehl.smooth import estimate, solve_steady, thermal
+from ehl.smooth.estimate import extrapolate
+from ehl.solve import ContactResult, solve_case
+
+STEEL = load_material("steel")
+CONTACT = {"radius_equivalent": 0.015, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}
+OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
+
+
+def case(**tables: object) -> Case:
+    return validate(Case, {"contact": CONTACT, "lubricant": OIL, **tables})
+
+
+# --- smooth contact: nested grids
+
+
+def test_error_of_three_grids_by_hand() -> None:
+    """Value 1.01 - 0.05/3; before it 1.06 - 0.24/3; error 2/7 of their distance, 3 % of the last change, 5e-7."""
+    found = extrapolate([np.array([1.30]), np.array([1.06]), np.array([1.01])], 49)
+    assert found.values[0] == pytest.approx(0.99333333333, rel=1e-10)
+    assert found.errors[0] == pytest.approx(0.0038095238 + 0.0015 + 4.9667e-7, rel=1e-8)
+    assert found.relative()[0] == pytest.approx(0.0053100205 / 0.9933333333, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("coarsest", "share"), [(13, 0.1), (41, 0.03 * 1.2**6), (97, 0.03 / 64.0), (193, 0.002), (385, 0.002)]
+)
+def test_share_of_the_last_change_falls_with_the_mesh(coarsest: int, share: float) -> None:
+    """Exact second order: only the last change is left, 0.03 of it on 49 nodes and as h^6 from 0.002 to 0.1."""
+    levels = [np.array([1e-3 * 4.0**-k]) for k in range(3)]
+    found = extrapolate(levels, coarsest)
+    assert abs(found.values[0]) < 1e-18
+    assert found.errors[0] == pytest.approx(max(share, 0.002) * 1e-3 * (0.25 - 0.0625), rel=1e-12)
+
+
+def test_error_of_third_order_is_twice_the_true_one() -> None:
+    """Errors e, e/8, e/64 leave -e/48 in the extrapolation; 2/7 of its change of 7 e/48 is 2 e/48."""
+    e = 0.48
+    levels = [np.array([1.0 + e * 8.0**-k]) for k in range(3)]
+    found = extrapolate(levels, 193)
+    assert found.values[0] == pytest.approx(1.0 - e / 48.0, rel=1e-14)
+    guards = 0.002 * e * (1 / 8 - 1 / 64) + 5e-7 * found.values[0]
+    assert found.errors[0] - guards == pytest.approx(2.0 * e / 48.0, rel=1e-10)
+
+
+def test_reported_errors_are_those_of_the_grids(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The result hands on the relative errors of film, smallest film, friction and pressure, each with its own."""
+    seen: list[Any] = []
+
+    def keep(levels: list[np.ndarray], coarsest: int) -> estimate.Extrapolation:
+        seen.append(extrapolate(levels, coarsest))
+        return seen[-1]
+
+    monkeypatch.setattr("ehl.smooth.refine.extrapolate", keep)
+    line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)
+    result = solve_steady(line, Lubricant(0.02, 18e-9))
+    relative = seen[-1].errors / np.abs(seen[-1].values)
+    reported = [
+        result.film_central_error, result.film_min_error, result.friction_error, result.pressure_max_error,
+    ]  # fmt: skip
+    assert reported == pytest.approx(list(relative[:4]), rel=1e-12)
+
+
+# --- smooth contact: heat
+
+
+@pytest.mark.parametrize(
+    ("change", "share"),
+    [
+        (1e-4, 0.5),  # settled: half of the last change is left
+        (0.04, 1.0),  # not settled after all rounds, but acceptable: all of it
+    ],
+)
+def test_error_of_the_heat_balance_has_three_terms(
+    monkeypatch: pytest.MonkeyPatch, change: float, share: float
+) -> None:
+    """Film, twice the nodes, and the last round: each with its own number for friction and film."""
+    refined = (3e-3, 2e-3)
+    balance = thermal._settled
+
+    def balanced(*arguments: Any) -> Any:
+        return replace(balance(*arguments), change=(change, 0.5 * change), refined=refined)
+
+    monkeypatch.setattr(thermal, "_settled", balanced)
+    line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)
+    result = thermal.solve_steady_thermal(line, Lubricant(0.02, 18e-9), (STEEL, STEEL), accuracy="fast")
+    assert result.status == "converged"
+    assert ("thermal_rounds" in result.notes) == (share == 1.0)
+    film = result.film
+    assert result.friction_error == pytest.approx(film.friction_error + refined[0] + share * change, rel=1e-12)
+    assert result.film_error == pytest.approx(film.film_error + refined[1] + share * 0.5 * change, rel=1e-12)
+
+
+def test_change_of_a_round_is_relative_to_the_newer_film() -> None:
+    before = SimpleNamespace(film_central=1.0, film_min=0.9, friction_fluid=0.05)
+    after = SimpleNamespace(film_central=1.25, film_min=0.75, friction_fluid=0.04)
+    assert thermal._changes(before, after) == pytest.approx((0.25, 0.2))  # type: ignore[arg-type]
+    assert thermal._changes(after, before) == pytest.approx((0.2, 0.25))  # type: ignore[arg-type]
+
+
+def test_heat_left_out_adds_its_estimate_to_both_errors() -> None:
+    slow = {**CONTACT, "speed_entrainment": 0.3, "slide_to_roll": 0.02, "pressure_hertz": 6e8}
+    plain = solve_case(case(contact=slow, model={"thermal": "off"}))
+    left_out = solve_case(case(contact=slow, model={"thermal": "auto"}))
+    given = case(contact=slow)
+    found = estimate_thermal_effect(
+        given.line_contact(), given.lubricant.lubricant(), (STEEL, STEEL), film_central=plain.film_central
+    )
+    assert not found.matters
+    assert found.friction_change > 0.001
+    assert found.film_change > 1e-4
+    assert left_out.friction_error == pytest.approx(plain.friction_error + found.friction_change, rel=1e-9)
+    assert left_out.film_error == pytest.approx(plain.film_error + found.film_change, rel=1e-9)
+    assert left_out.mesh_error == plain.mesh_error == plain.friction_error
+
+
+# --- rough contact: interval of a mean
+
+
+def test_interval_of_an_alternating_series_by_hand() -> None:
+    """Ten batch means of +-1: no positive correlation, so r = 0.1 for its bias; (1 + r)/(1 - r) = 1.2222.
+
+    Standard deviation sqrt(10/9), standard error 0.368514, freedom 10/1.2222 - 1 = 7.1818, t(95 %) = 1.88739.
+    """
+    series = np.tile([1.0, -1.0], 5) + 3.0
+    mean, half = batch_means(series, 2)
+    assert mean == 3.0
+    assert half == pytest.approx(1.887387 * 0.368514, rel=1e-6)
+
+
+def test_interval_corrects_the_correlation_of_its_batches() -> None:
+    """0 0 1 1 0 0 1 1 about 0.5: seven products of 0.25, four of them positive, over eight squares: r = 1/8.
+
+    With its bias 0.125 + 1.375/8 = 0.296875, inflation 1.844444, freedom 8/1.844444 - 1 = 3.337349.
+    """
+    series = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0])
+    assert neighbour_correlation(series) == pytest.approx(0.125)
+    # batches of one step, of which half a batch is one step as well
+    _, half = batch_means(series, 1)
+    error = math.sqrt(2.0 / 7.0 * 1.844444444 / 8.0)
+    assert half == pytest.approx(2.259480 * error, rel=1e-6)
+
+
+def test_interval_trusts_no_correlation_above_its_bound() -> None:
+    """A ramp of six: inflation 9, and Student's t with 2 degrees of freedom, 2.91999."""
+    _, half = batch_means(np.arange(6.0), 1)
+    assert half == pytest.approx(2.919986 * math.sqrt(3.5 * 9.0 / 6.0), rel=1e-6)
+
+
+def test_interval_merges_batches_that_correlate() -> None:
+    """Eighty half batches, always four alike (r = 1/2), become forty of which two are alike (r = 0), and stay so."""
+    fours, pairs = (np.repeat(np.tile([1.0, -1.0], 10), count) for count in (4, 2))
+    assert batch_means(fours, 2)[1] == pytest.approx(batch_means(pairs, 2)[1], rel=1e-12)
+
+
+def test_interval_needs_five_batches_and_widens_with_its_confidence() -> None:
+    assert math.isnan(batch_means(np.arange(8.0), 2)[1])
+    assert math.isfinite(batch_means(np.arange(10.0), 2)[1])
+    series = np.tile([1.0, -1.0], 5)
+    # t(97.5 %) over t(95 %) at 7.1818 degrees of freedom: 2.352/1.888
+    ratio = batch_means(series, 2, 0.95)[1] / batch_means(series, 2)[1]
+    assert ratio == pytest.approx(2.352 / 1.888, rel=2e-3)
+
+
+def test_error_by_the_companion_mesh_by_hand() -> None:
+    """Differences 1, 2, 3, 2: mean 2; standard deviation sqrt(2/3), of the mean 0.408248; hypot(2, 3 x 0.408248)."""
+    coarse = np.repeat([0.0, 0.0, 0.0, 0.0], 3)
+    fine = np.repeat([1.0, 2.0, 3.0, 2.0], 6)
+    assert paired_error(coarse, fine, 4) == pytest.approx(math.hypot(2.0, 1.22474487), rel=1e-8)
+    assert paired_error(coarse, fine, 1) == 2.0
+
+
+def window(friction: np.ndarray, steps_per_half_width: int = 5, batch: float = 2.0) -> Window:
+    """A window with this history of fluid friction and nothing on asperities."""
+    units = SimpleNamespace(steps_per_half_width=steps_per_half_width)
+    model = SimpleNamespace(fluid=SimpleNamespace(sliding=1.0), contact=SimpleNamespace(friction=0.1))
+    run: Any = SimpleNamespace(problem=SimpleNamespace(units=units, model=model))
+    from ehl.rough._kernels.march import COLUMNS, MU_FLUID
+
+    records = np.zeros((friction.size, COLUMNS))
+    records[:, MU_FLUID] = friction
+    found = Window(run, batch)
+    found.recorded.append(records)
+    return found
+
+
+def test_window_of_too_few_batches_counts_as_one_draw() -> None:
+    """1.645 standard deviations, those of the history: +-0.01 about 0.05."""
+    short = window(np.tile([0.04, 0.06], 10))
+    assert short.interval() == pytest.approx((0.05, 1.645 * 0.01), rel=1e-12)
+    long = window(np.tile([0.04, 0.06], 100))
+    assert long.interval()[1] == pytest.approx(batch_means(long.friction(), 10)[1], rel=1e-12)
+
+
+def test_window_counts_asperity_friction_and_its_companion() -> None:
+    from ehl.rough._kernels.march import SHARE
+
+    fine = window(np.tile([0.04, 0.06], 50))
+    fine.recorded[0][:, SHARE] = 0.2
+    assert fine.friction().mean() == pytest.approx(0.05 + 0.1 * 0.2)
+    coarse = window(np.full(50, 0.06))
+    # 100 steps at 5 per half-width and 2 half-widths a batch: ten parts, each of five or so periods
+    assert mesh_error(coarse, fine) == pytest.approx(paired_error(coarse.friction(), fine.friction(), 10), rel=1e-12)
+
+
+def test_other_stretches_of_the_surfaces_widen_the_interval() -> None:
+    """Surface 1 brings 10 b of 40 b travel, surface 2 all it can: growth 0.8 x 4 + 0.2 x 1 = 3.4."""
+    line = LineContact(0.01, 226e9, 1e5, 2.0, 0.0)
+    b = line.half_width
+
+    def profile(rms: float, length: float) -> Any:
+        return SimpleNamespace(rms=rms, length=length * b, correlation_length=0.0)
+
+    surfaces: Any = SimpleNamespace(
+        profile_1=profile(2.0, 10.0), profile_2=profile(1.0, 1000.0), rms=math.sqrt(5.0), heights=None
+    )
+    rolled = window(np.zeros(200))
+    assert realisation_error(rolled, surfaces, line, 0.01) == pytest.approx(0.01 * math.sqrt(3.4), rel=1e-12)
+    assert realisation_error(rolled, RoughSurfaces(), line, 0.01) == 0.0
+
+
+def test_a_step_of_five_times_the_median_film_went_astray() -> None:
+    from ehl.rough._kernels.march import FILM_MEAN
+
+    records = window(np.zeros(9)).recorded[0]
+    records[:, FILM_MEAN] = 1.0
+    for film, astray in ((4.9, False), (5.1, True), (math.nan, True)):
+        part = records.copy()
+        part[-1, FILM_MEAN] = film
+        assert film_jumped(part, records) is astray
+
+
+# --- rough contact: what is left out
+
+
+def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:
+    """0.031 (2.8/lambda)^1.8, divided by the stress ratio + 0.02 where the film is far below tau0."""
+    assert roughness_effect(2.8) == pytest.approx(0.031, rel=1e-12)
+    assert roughness_effect(5.6) == pytest.approx(0.031 / 3.4822022531845, rel=1e-9)
+    assert roughness_effect(2.8, 0.08) == pytest.approx(0.31, rel=1e-12)
+    assert roughness_effect(2.8, 0.0) == pytest.approx(1.55, rel=1e-12)
+    smooth = solve_case(case(model={"thermal": "off"}))
+    rough = case(
+        surface={"roughness_rms_1": smooth.film_central / 6.0}, model={"thermal": "off", "roughness": "deterministic"}
+    )
+    result = solve_case(rough)
+    assert result.transient is None
+    ratio = film_stress_ratio(smooth.friction_fluid, rough.line_contact(), rough.lubricant.lubricant())
+    expected = smooth.friction_error + roughness_effect(6.0, ratio)
+    assert result.friction_error == pytest.approx(expected, rel=1e-9)
+
+
+def test_error_of_a_dry_contact_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Share off the asperities, times the film's friction where that is above mu_b; film by the spread of six moments.
+
+    Gaps of 1 to 6 nm on a boundary film of 20 nm: mean 23.5 nm, standard deviation sqrt(3.5) nm.
+    """
+    gaps = iter([1e-9 * k for k in (1, 2, 3, 4, 5, 6)] * 2)
+
+    def contact_of(line: LineContact, *rest: Any) -> Any:
+        x = np.linspace(-2.0, 2.0, 41) * line.half_width
+        return SimpleNamespace(status="converged", x=x, gap=np.full(41, next(gaps)), pressure_max=2e9)
+
+    monkeypatch.setattr(dry_limit, "_dry_contact", contact_of)
+    line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)
+    oil = Lubricant(0.02, 10e-9)
+    surface = SurfaceInput(roughness_rms_1=0.4e-6, boundary_friction=0.1, boundary_film=20e-9)
+    model = ModelInput(accuracy="fast")
+    for friction, factor in ((0.05, 1.0), (0.2, 2.0)):
+        found = dry_limit.dry_limit(line, oil, 0.8e-9, friction, surface, model, (STEEL, STEEL))
+        assert found is not None
+        assert found.friction_error == pytest.approx(0.01 * factor, rel=1e-12)
+        spread = 1.645 * math.sqrt(3.5) / math.sqrt(6.0) / 23.5
+        assert found.film_error == pytest.approx(spread + 0.8 / 23.5, rel=1e-9)
+        assert found.film_mean == pytest.approx(23.5e-9, rel=1e-12)
+
+
+# --- verdict
+
+
+@pytest.fixture(scope="module")
+def heated() -> ContactResult:
+    result = solve_case(case(contact={**CONTACT, "slide_to_roll": 0.8}, model={"thermal": "on", "accuracy": "fast"}))
+    assert result.heat is not None
+    return result
+
+
+def test_friction_of_films_too_hot_for_any_law_counts_as_error(heated: ContactResult) -> None:
+    """A third of the shear on nodes above 1000 K: a third of the fluid friction has no law."""
+    x = np.linspace(0.0, 3.0, 301)
+    hot = np.where(x > 2.0, 1001.0, 900.0)
+    heat: Any = SimpleNamespace(x=x, shear_stress=np.full(301, 5e7), temperature_film=hot)
+    result = replace(heated, heat=heat, temperature_film_max=1001.0)
+    assert acceptance.hot_friction(result) == pytest.approx(heated.friction_fluid / 3.0, rel=0.01)
+    assert acceptance.hot_friction(replace(result, temperature_film_max=999.0)) == 0.0
+
+
+def test_rough_films_too_hot_count_by_the_larger_of_two_shares(heated: ContactResult) -> None:
+    """Hot spots of the last step count twice: 2 x 0.2; under the mean profile half of the pressure is hot."""
+
+    def rough(spots: float, mean: float) -> ContactResult:
+        state = SimpleNamespace(shear=np.array([spots, 1.0 - spots]), temperature=np.array([1100.0, 400.0]))
+        profiles = SimpleNamespace(
+            pressure_fluid=np.array([mean, 1.0 - mean]), temperature_film=np.array([1100.0, 400.0])
+        )
+        transient: Any = SimpleNamespace(run=SimpleNamespace(state=state), profiles=profiles)
+        return replace(heated, transient=transient, temperature_film_max=1100.0, friction_fluid=0.04)
+
+    for spots, mean, share in ((0.2, 0.1, 0.4), (0.2, 0.5, 0.5), (0.8, 0.0, 1.0)):
+        assert acceptance.hot_friction(rough(spots, mean)) == pytest.approx(share * 0.04, rel=1e-12)
