@@ -97,8 +97,7 @@ static double hull_margin(const double x[])
     double least = INFINITY;
     for (int j = 0; j < ROWS; j++) {
         const double *row = hull_margin_rows[j];
-        const double dx = x[(int)row[0]] - row[2], dy = x[(int)row[1]] - row[3];
-        const double margin = row[4] * dx + row[5] * dy + row[6];
+        const double margin = row[2] * x[(int)row[0]] + row[3] * x[(int)row[1]] + row[4];
         least = margin < least ? margin : least;
     }
     return least;

@@ -8,7 +8,6 @@ hull_margin    least margin of (x_i, x_k) to the edges of the convex hulls, nega
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +15,7 @@ import numpy as np
 
 from regression.export.record import Value
 from regression.friction.conditions import Array
-from regression.friction.data_cloud import HULL_SLACK, DataCloud
+from regression.friction.data_cloud import DataCloud
 from regression.friction.gaussian_process import GpResidual
 
 NAMES = ("gp_mean", "gp_reduction", "case_distance", "hull_margin")
@@ -31,8 +30,8 @@ class DataFunction:
     name : str
         One of `NAMES`.
     rows : array, shape (m, c)
-        gp_mean: z/l and weight. gp_reduction: z/l and row B_i. case_distance: z. hull_margin: i, k (counted from 0),
-        corner x, y, normal x, y, slack.
+        gp_mean: z/l and weight. gp_reduction: z/l and row B_i. case_distance: z. hull_margin: those of
+        `regression.friction.data_cloud.DataCloud.half_planes`.
     size : int
         Number of coordinates.
     """
@@ -74,12 +73,4 @@ def case_distance(cloud: DataCloud, whitened: list[Any]) -> Any:
 
 def hull_margin(cloud: DataCloud, logarithms: list[Any]) -> Any:
     """Least margin to the edges of all hulls; `logarithms` in the order of the cloud's variables."""
-    rows = []
-    for hull in cloud.hulls:
-        pair = (cloud.variables.index(hull.x), cloud.variables.index(hull.y))
-        corners = np.log(np.array(hull.vertices))
-        slack = HULL_SLACK * float(np.ptp(corners, axis=0).min())
-        for (cx, cy), (nx, ny) in itertools.pairwise((*corners, corners[0])):
-            length = max(np.hypot(nx - cx, ny - cy), 1e-300)
-            rows.append((*pair, cx, cy, -(ny - cy) / length, (nx - cx) / length, slack))
-    return DataValue(DataFunction("hull_margin", np.array(rows), len(logarithms)), logarithms)
+    return DataValue(DataFunction("hull_margin", cloud.half_planes, len(logarithms)), logarithms)

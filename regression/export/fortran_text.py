@@ -76,12 +76,12 @@ _LOOPS = {
     "hull_margin": """
   pure function hull_margin(x) result(least)
     real(dp), intent(in) :: x(:)
-    real(dp) :: least, row(7)
+    real(dp) :: least, row(5)
     integer :: j
     least = huge(least)
     do j = 1, ROWS
       row = hull_margin_rows(:, j)
-      least = min(least, row(5) * (x(1 + int(row(1))) - row(3)) + row(6) * (x(1 + int(row(2))) - row(4)) + row(7))
+      least = min(least, row(3) * x(1 + int(row(1))) + row(4) * x(1 + int(row(2))) + row(5))
     end do
   end function hull_margin""",
 }

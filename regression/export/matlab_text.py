@@ -94,8 +94,7 @@ function least = hull_margin(x)
   least = Inf;
   for j = 1:size(rows, 1)
     row = rows(j, :);
-    margin = row(5) * (x{row(1) + 1} - row(3)) + row(6) * (x{row(2) + 1} - row(4)) + row(7);
-    least = min(least, margin);
+    least = min(least, row(3) * x{row(1) + 1} + row(4) * x{row(2) + 1} + row(5));
   end
 end
 """,

@@ -49,9 +49,8 @@ def case_distance(*x):
     "hull_margin": """
 def hull_margin(*x):
     least = np.inf
-    for i, k, corner_x, corner_y, normal_x, normal_y, slack in HULL_MARGIN:
-        margin = normal_x * (x[int(i)] - corner_x) + normal_y * (x[int(k)] - corner_y) + slack
-        least = np.minimum(least, margin)
+    for i, k, a, b, c in HULL_MARGIN:
+        least = np.minimum(least, a * x[int(i)] + b * x[int(k)] + c)
     return least
 """,
 }

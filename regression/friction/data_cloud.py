@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from enum import IntEnum
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -29,6 +30,7 @@ HULL_SLACK = 0.03  # of the spread of the cases
 RADIUS_SLACK = 1.2
 _LEAST_SPREAD = 1e-6  # of ln x: what varies less is a constant
 _DIGITS = 5
+_BLOCK = 256  # points at a time: their products stay in the cache
 
 
 class Extrapolation(IntEnum):
@@ -45,19 +47,6 @@ class PairHull(InputModel):
     x: str
     y: str
     vertices: tuple[tuple[Positive, Positive], ...]
-
-    def inside(self, log_x: Array, log_y: Array) -> NDArray[np.bool_]:
-        """Whether points lie in the hull, or at most 3 % of its smaller spread beside it."""
-        corners = np.log(np.array(self.vertices))
-        edges = np.roll(corners, -1, axis=0) - corners
-        # positive to the left of every edge, as a distance
-        offset = np.stack(
-            [
-                (ex * (log_y - cy) - ey * (log_x - cx)) / max(np.hypot(ex, ey), 1e-300)
-                for (cx, cy), (ex, ey) in zip(corners, edges, strict=True)
-            ]
-        )
-        return np.asarray(np.all(offset >= -HULL_SLACK * np.ptp(corners, axis=0).min(), axis=0))
 
 
 class DataCloud(InputModel):
@@ -95,6 +84,9 @@ class DataCloud(InputModel):
         for name in (*self.variables, *(n for hull in self.hulls for n in (hull.x, hull.y))):
             if name not in UNITS:
                 raise InputError("variables", name, "one of " + ", ".join(UNITS))
+        for hull in self.hulls:
+            if not {hull.x, hull.y} <= set(self.variables):
+                raise InputError("hulls", f"{hull.x}, {hull.y}", "pairs out of " + ", ".join(self.variables))
         for field, rows in (("whitening", self.whitening), ("points", self.points)):
             if any(len(row) != size for row in rows):
                 raise InputError(field, "rows of another length", f"rows of {size} numbers, one per variable")
@@ -112,15 +104,52 @@ class DataCloud(InputModel):
         """Distance to the nearest of `points` over the covering radius: at most 1 at every fitted case."""
         return _nearest(self.whitened(conditions), np.array(self.points)) / self.radius
 
+    @cached_property
+    def half_planes(self) -> Array:
+        """Edges of all hulls, shape (m, 5): i, k, a, b, c of a ln x_i + b ln x_k + c >= 0 inside.
+
+        i and k count the variables from 0; a and b have length 1, so that the left side is a distance. Each edge is
+        moved outwards by 3 % of the smaller spread of its hull.
+        """
+        rows = []
+        for hull in self.hulls:
+            pair = (self.variables.index(hull.x), self.variables.index(hull.y))
+            corners = np.log(np.array(hull.vertices))
+            slack = HULL_SLACK * float(np.ptp(corners, axis=0).min())
+            for (x, y), (dx, dy) in zip(corners, np.roll(corners, -1, axis=0) - corners, strict=True):
+                length = max(np.hypot(dx, dy), 1e-300)
+                rows.append((*pair, -dy / length, dx / length, (dy * x - dx * y) / length + slack))
+        return np.array(rows).reshape(-1, 5)
+
+    def in_hulls(self, logarithms: Array) -> NDArray[np.bool_]:
+        """Whether points lie within all hulls, or at most 3 % of the smaller spread outside; input of shape (n, d)."""
+        offset = self.half_planes[:, 4:]
+        inside = np.ones(len(logarithms), dtype=bool)
+        for start in range(0, len(logarithms), _BLOCK):
+            block = logarithms[start : start + _BLOCK].T
+            # an edge that leaves the bounding box of the points on its inner side needs no look at each of them
+            centre, reach = 0.5 * (block.min(axis=1) + block.max(axis=1)), 0.5 * np.ptp(block, axis=1)
+            smallest = self._normals @ centre + offset[:, 0] - np.abs(self._normals) @ reach
+            near = ~(smallest > 1e-9)
+            inside[start : start + _BLOCK] = (self._normals[near] @ block + offset[near] >= 0.0).all(axis=0)
+        return inside
+
+    @cached_property
+    def _normals(self) -> Array:
+        """a and b of `half_planes` in the columns of their variables, shape (m, d)."""
+        normals = np.zeros((len(self.half_planes), len(self.variables)))
+        for place, normal in ((0, 2), (1, 3)):
+            normals[np.arange(len(normals)), self.half_planes[:, place].astype(int)] = self.half_planes[:, normal]
+        return normals
+
     def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
         """`Extrapolation` of every point, in the shape of the conditions."""
         shape = np.shape(conditions["pressure_hertz"])
-        flat = {name: np.ravel(conditions[name]) for name in {*self.variables, "pressure_hertz"}}
-        z = self.whitened(flat)
+        logarithms = _logarithms(conditions, self.variables)
+        z = (logarithms - np.array(self.mean)) @ np.array(self.whitening).T
         distance = _nearest(z, np.array(self.points)) / self.radius
         outside = (distance > RADIUS_SLACK) | (np.linalg.norm(z, axis=1) > self.mahalanobis * RADIUS_SLACK)
-        for hull in self.hulls:
-            outside |= ~hull.inside(*_logarithms(flat, (hull.x, hull.y)).T)
+        outside |= ~self.in_hulls(logarithms)
         level = np.where(outside, Extrapolation.NEAR, Extrapolation.INSIDE)
         return np.where(distance > 2.0, Extrapolation.FAR, level).astype(np.int8).reshape(shape)
 
@@ -182,8 +211,11 @@ def _independent(table: Mapping[str, Array], names: tuple[str, ...]) -> tuple[st
 
 def _nearest(z: Array, points: Array) -> Array:
     """Distance of every row of z to the nearest of the points."""
-    square = np.sum(z**2, axis=1)[:, None] + np.sum(points**2, axis=1)[None, :] - 2.0 * z @ points.T
-    return np.asarray(np.sqrt(np.maximum(square.min(axis=1), 0.0)))
+    square = np.sum(z**2, axis=1)
+    factors, constants = -2.0 * points, np.sum(points**2, axis=1)[:, None]
+    for start in range(0, len(z), _BLOCK):
+        square[start : start + _BLOCK] += (factors @ z[start : start + _BLOCK].T + constants).min(axis=0)
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
 def covering_points(z: Array, count: int) -> tuple[NDArray[np.int64], float]:

@@ -62,6 +62,22 @@ def test_every_way_out_leads_from_inside_to_far(direction: list[float]) -> None:
     assert levels[-1] == Extrapolation.FAR
 
 
+def test_hulls_are_those_of_each_pair_with_the_slack() -> None:
+    # also at points close together, where most edges are left out of the test
+    random = np.random.default_rng(8)
+    for spread in (1.3, 0.05):
+        logs = np.log([1e9, 0.02, 5.0]) + random.uniform(-1.3, 1.3, 3) + random.uniform(-spread, spread, (500, 3))
+        expected = np.ones(500, dtype=bool)
+        for hull in CLOUD.hulls:
+            corners = np.log(np.array(hull.vertices))
+            plane = logs[:, [CLOUD.variables.index(hull.x), CLOUD.variables.index(hull.y)]]
+            slack = 0.03 * np.ptp(corners, axis=0).min()
+            for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+                (ex, ey), (dx, dy) = (end - start) / np.hypot(*(end - start)), (plane - start).T
+                expected &= ex * dy - ey * dx >= -slack
+        np.testing.assert_array_equal(CLOUD.in_hulls(logs), expected)
+
+
 def test_nothing_and_infinity_are_far() -> None:
     for value in (0.0, np.inf):
         assert CLOUD.extrapolation({**at(0.0, 0.0, 0.0), "speed_entrainment": np.array([value])})[0] == (
