@@ -28,26 +28,38 @@ def _registry() -> Any:
 # a unit follows after a space, or at once if it cannot be read as part of the number
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
 
-# the units of nearly all input: their SI unit, factor, and zero in it; all others, and what is wrong with any, are left
-# to pint, which takes longer to load than a design to be read
-_COMMON = {
+KELVIN = 273.15  # zero of the Celsius scale [K]
+ARCSEC = math.pi / (180.0 * 3600.0)  # an arc second [rad]
+
+# units of input and output: the SI unit they belong to, factor, and zero in it. Input in any other, and what is wrong
+# with it, is left to pint, which takes longer to load than a design to be read
+UNITS = {
     "m": ("m", 1.0, 0.0),
     "mm": ("m", 1e-3, 0.0),
     "um": ("m", 1e-6, 0.0),
     "nm": ("m", 1e-9, 0.0),
+    "1/mm": ("1/m", 1e3, 0.0),
     "m/s": ("m/s", 1.0, 0.0),
     "rad": ("rad", 1.0, 0.0),
     "deg": ("rad", math.pi / 180.0, 0.0),
+    "arcmin": ("rad", math.pi / 180.0 / 60.0, 0.0),
+    "arcsec": ("rad", ARCSEC, 0.0),
     "rpm": ("rad/s", 2.0 * math.pi / 60.0, 0.0),
+    "kN": ("N", 1e3, 0.0),
     "N m": ("N*m", 1.0, 0.0),
     "N/mm": ("N/m", 1e3, 0.0),
+    "kW": ("W", 1e3, 0.0),
+    "GW/m^2": ("W/m^2", 1e9, 0.0),
+    "kJ": ("J", 1e3, 0.0),
+    "h": ("s", 3600.0, 0.0),
     "MPa": ("Pa", 1e6, 0.0),
     "GPa": ("Pa", 1e9, 0.0),
     "1/GPa": ("1/Pa", 1e-9, 0.0),
     "mPa s": ("Pa*s", 1e-3, 0.0),
     "cSt": ("m^2/s", 1e-6, 0.0),
     "K": ("K", 1.0, 0.0),
-    "degC": ("K", 1.0, 273.15),
+    "degC": ("K", 1.0, KELVIN),
+    "%": ("", 1e-2, 0.0),
 }
 
 # what a user may type for each SI unit, shown in error messages
@@ -122,8 +134,8 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
         pass
     cleaned = text.strip().replace("°C", "degC").replace("µ", "u").replace("μ", "u")
     match = _NUMBER_AND_UNIT.fullmatch(cleaned)
-    if match is not None and match[2] in _COMMON:
-        common, factor, zero = _COMMON[match[2]]
+    if match is not None and match[2] in UNITS:
+        common, factor, zero = UNITS[match[2]]
         if common == unit:
             return float(match[1]) * factor + zero, True
     import pint

@@ -1,9 +1,8 @@
-"""docs/nomenclature.md is the one list of names: every TOML key and every result field stands in it."""
+"""The table of quantities holds every TOML key and every result field, and docs/nomenclature.md is made from it."""
 
 from __future__ import annotations
 
 import dataclasses
-import re
 import typing
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,6 +21,7 @@ from efficiency.synthesis.inputs import SettingsInput
 from ehl.case import Case
 from ehl.fluid.oil import Oil
 from ehl.material import Material
+from ehl.quantities import nomenclature, quantities
 from ehl.solve import ContactResult
 from ehl.state import ContactState
 from regression.calibration.calibrate import CalibrationResult, ParameterEstimate
@@ -33,7 +33,7 @@ from regression.friction.formula import Formula
 from regression.plan.plan import Plan
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "nomenclature.md"
-NAMES = set(re.findall(r"`([A-Za-z_0-9]+)`", PAGE.read_text(encoding="utf-8")))
+NAMES = {part for name in quantities() for part in name.split(".")}
 
 
 def models_in(annotation: object) -> Iterator[type[BaseModel]]:
@@ -74,3 +74,12 @@ def test_every_result_is_listed(record: type) -> None:
 
 def test_every_column_is_listed() -> None:
     assert set(UNITS) | set(NUMBER_UNITS) | set(COLUMNS) <= NAMES
+
+
+def test_page_is_made_from_the_table() -> None:
+    assert PAGE.read_text(encoding="utf-8") == nomenclature() + "\n", "python -m ehl.quantities > docs/nomenclature.md"
+
+
+def test_units_of_dataset_columns_are_those_of_the_table() -> None:
+    for name, unit in {**UNITS, **NUMBER_UNITS}.items():
+        assert quantities()[name].unit == unit

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehl.io.errors import InputError
-from ehl.io.units import _COMMON, Quantity, _registry, parse_quantity
+from ehl.io.units import UNITS, Quantity, _registry, parse_quantity
 
 
 @pytest.mark.parametrize(
@@ -72,9 +72,9 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
         TORQUE.check_list("100, 2000 N m", "--torque")
 
 
-@pytest.mark.parametrize("name", _COMMON)
+@pytest.mark.parametrize("name", UNITS)
 def test_common_units_convert_to_the_last_bit_as_by_pint(name: str) -> None:
-    unit, _, _ = _COMMON[name]
+    unit, _, _ = UNITS[name]
     registry = _registry()
     for value in (0.1, -1.7, 12.34567890123, 2.3e-7, 8.9e8):
         quantity = registry.Quantity(value, registry.Unit(name))
