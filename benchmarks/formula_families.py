@@ -29,7 +29,7 @@ from regression.data.dataset import columns
 from regression.data.datasets import named_dataset
 from regression.fitting.coefficients import fit_coefficients
 from regression.fitting.cross_validation import cross_validate
-from regression.fitting.fit import usable_rows
+from regression.fitting.rows import usable_rows
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
 

@@ -33,8 +33,8 @@ def fit(
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     from regression.cli.files import FIGURE, check_outputs
     from regression.data.datasets import joined, named_dataset
+    from regression.fitting.cross_validation import process_factors
     from regression.fitting.fit import fit_families, fit_formula
-    from regression.fitting.held_out import process_factors
     from regression.friction.families import FAMILIES, family_named
     from regression.view.report import families_table, formula_report
 

@@ -17,7 +17,7 @@ from ehl.io.units import Quantity
 from ehl.state import ContactState
 from regression.data.dataset import columns
 from regression.data.datasets import joined, named_dataset
-from regression.fitting.fit import usable_rows
+from regression.fitting.rows import usable_rows
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import in_convex_hull
 from regression.friction.models import FormulaFriction, FrictionModel

@@ -1,4 +1,4 @@
-"""Held-out friction: whole cells of pressure and radius left out together; the choice of the family nested in it."""
+"""Grouped cross-validation: whole (p, R) cells are held out together; the choice of the family too where asked for."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ehl.io.errors import ConvergenceError, InputError
-from regression.data.dataset import columns
-from regression.fitting.fitted_form import fit_form
-from regression.fitting.scores import computed_friction
+from regression.data.dataset import Dataset, columns
+from regression.fitting.coefficients import fit_form
+from regression.fitting.rows import computed_friction, fitted_rows
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import Extrapolation, data_cloud
-from regression.friction.families import Family
+from regression.friction.families import FAMILIES, Family
+from regression.friction.formula import Formula
 from regression.friction.gaussian_process import GpResidual
 
 FOLDS = 10
@@ -164,3 +165,32 @@ def nested_cross_validate(families: Sequence[Family], frame: pd.DataFrame) -> tu
         chosen[best] += 1
         mu[held] = fit_form(next(f for f in families if f.name == best), rest).friction(frame[held])[0]
     return mu, chosen
+
+
+def held_out_friction(dataset: Dataset, formula: Formula) -> HeldOut:
+    """Friction of the rows of `fitted_rows` by the same form fitted without their fold.
+
+    At once for a formula this process has fitted; else it is cross-validated again.
+    """
+    frame, process = fitted_rows(dataset, formula), formula.residual
+    return held_out_of(FAMILIES[formula.family], frame, gaussian_process=process is not None, start=process)
+
+
+def process_factors(dataset: Dataset, formula: Formula) -> list[tuple[float, float, float]]:
+    """exp(w s) of the interval of a formula with a Gaussian process, for each of its bands; none without.
+
+    Returns
+    -------
+    list of (median, 5 %, 95 %)
+        Over the held-out cases of the band: s is the process's deviation at each, w the multiple of the band.
+    """
+    deviation = held_out_friction(dataset, formula).deviation if formula.residual is not None else None
+    if deviation is None:
+        return []
+    ratio = fitted_rows(dataset, formula)["film_ratio_formula"].to_numpy(dtype=float)
+    factors = []
+    for band in formula.interval.bands:
+        inside = (ratio >= band.low) & (True if band.high is None else ratio < band.high)
+        low, middle, high = np.quantile(np.exp(band.log_width * deviation[inside]), (0.05, 0.5, 0.95))
+        factors.append((float(middle), float(low), float(high)))
+    return factors

@@ -11,21 +11,16 @@ import pandas as pd
 from ehl.io.errors import ConvergenceError, InputError, MixedEhlError
 from regression import __version__
 from regression.data.dataset import Dataset, columns
+from regression.fitting.coefficients import fit_form
 from regression.fitting.cross_validation import cross_validate, nested_cross_validate
-from regression.fitting.fitted_form import fit_form
 from regression.fitting.noise import measured_noise, realisation_scatter
-from regression.fitting.scores import bands, computed_friction, covered_by_other_folds, interval_of, noise_floor, scores
+from regression.fitting.rows import checkable_rows, computed_friction, kept_rows, usable_rows
+from regression.fitting.scores import bands, covered_by_other_folds, interval_of, noise_floor, scores
 from regression.friction.conditions import UNITS
 from regression.friction.data_cloud import Extrapolation, data_cloud
 from regression.friction.error_tables import NoiseFloor, Scores
 from regression.friction.families import FAMILIES, family_named
 from regression.friction.formula import FORMULA_SCHEMA, DataIdentity, Formula, OilIdentity
-
-# a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
-# profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
-LARGEST_ERROR = 1.0
-# origins that are kept for checking, and why a row of them is not fitted
-_KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
 
 
 def fit_formula(
@@ -181,36 +176,6 @@ def fit_families(
         ordered[formula.name] = formula
         ordered = dict(sorted(ordered.items(), key=lambda item: -item[1].validation.r2_log))
     return ordered
-
-
-def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
-    """Rows ln mu can be fitted to, and how many were left out for which reason."""
-    frame = dataset.frame
-    mu = frame["friction_coefficient"]
-    reasons = pd.Series("", index=frame.index, dtype=object)
-    reasons[frame["slide_to_roll_total"] <= 0.0] = "no sliding"
-    reasons[~(mu > 0.0)] = "friction not positive"
-    reasons[frame["friction_error"] > LARGEST_ERROR] = f"friction error above {100.0 * LARGEST_ERROR:.0f} %"
-    for origin, reason in _KEPT.items():
-        if origin != "corner" or not corners:
-            reasons[frame["origin"] == origin] = reason
-    failed = frame["status"] == "failed"
-    reasons[failed] = "failed: " + frame.loc[failed, "reason"].astype(object)
-    left_out = reasons[reasons != ""].value_counts().sort_index()
-    excluded = {str(reason): int(count) for reason, count in left_out.items()}
-    return frame[reasons == ""].reset_index(drop=True), excluded
-
-
-def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:
-    """Rows a formula can be compared with: a case of large error of its own is no reference."""
-    usable = (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
-    usable &= ~(frame["friction_error"] > LARGEST_ERROR)
-    return frame[usable & (frame["slide_to_roll_total"] > 0.0)].reset_index(drop=True)
-
-
-def kept_rows(dataset: Dataset, origin: str) -> pd.DataFrame:
-    """Rows of an origin that is kept for checking."""
-    return checkable_rows(dataset.frame[dataset.frame["origin"] == origin])
 
 
 def checked_scores(formula: Formula, frame: pd.DataFrame) -> Scores | None:

@@ -10,16 +10,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from regression.fitting.noise import BANDS, band_noise
+from regression.fitting.rows import computed_friction
 from regression.friction.conditions import Array
 from regression.friction.error_tables import Band, Interval, NoiseFloor, Scores, WidthBand, WorstCase
 
 INTERVAL_LEVEL = 0.9
 _LEAST_IN_BAND = 20  # held-out cases a band needs for an interval of its own
-
-
-def computed_friction(frame: pd.DataFrame) -> Array:
-    """The friction coefficients of a dataset's rows."""
-    return frame["friction_coefficient"].to_numpy(dtype=float)
 
 
 def scores(frame: pd.DataFrame, predicted: Array) -> Scores:

@@ -17,8 +17,7 @@ from ehl.io.units import Quantity
 from ehl.state import ContactState
 from regression.friction.conditions import UNITS, Array, Conditions, conditions_of
 from regression.friction.data_cloud import Extrapolation
-from regression.friction.formula import Formula
-from regression.friction.formula_file import load_formula
+from regression.friction.formula import Formula, load_formula
 from regression.friction.oil_cards import card_hash
 from regression.friction.published_registry import PUBLISHED, PublishedFormula, evaluate_published
 

@@ -18,23 +18,23 @@ from ehl.io.errors import InputError
 from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
 from ehl.view.html_report import Formula as FormulaBlock
 from regression.data.dataset import Dataset, columns
-from regression.fitting.held_out import fitted_rows, process_factors
-from regression.fitting.scores import computed_friction
+from regression.fitting.cross_validation import process_factors
+from regression.fitting.rows import computed_friction, fitted_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
 from regression.friction.formula import Formula
 from regression.friction.published_registry import PUBLISHED, evaluate_published
-from regression.view.plots import plot_friction
-from regression.view.plots_curves import COLEMAN, plot_maps, plot_stribeck, plot_traction, scene_of, varies
-from regression.view.plots_fit import (
+from regression.view.plots import (
     AXES,
     checked_rows,
     friction_of_rows,
+    plot_friction,
     plot_regimes,
     plot_residuals,
     plot_sensitivity,
 )
+from regression.view.plots_curves import COLEMAN, plot_maps, plot_stribeck, plot_traction, scene_of, varies
 
 _OILS_SHOWN = 3
 _WORST = 10

@@ -1,19 +1,189 @@
-"""Figures of a dataset and of the formulas fitted to it."""
+"""Figures of a fit: parity by regime, residuals over every variable, sensitivity."""
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ehl.view.plots import BLUE, GREY, ORANGE
-from regression.data.dataset import Dataset
-from regression.fitting.held_out import fitted_rows, held_out_friction
+from regression.data.dataset import Dataset, columns
+from regression.fitting.cross_validation import held_out_friction
+from regression.fitting.noise import BANDS
+from regression.fitting.rows import boundary_friction_of, computed_friction, fitted_rows
+from regression.friction.conditions import Array
 from regression.friction.formula import Formula
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+
+    from regression.fitting.sensitivity import SobolIndices
+
+COLOURS = (BLUE, ORANGE, "#4f8f5b", "#8d5a97", "#b0413e", "#5f6b2d")
+RASTER_DPI = 160  # of the scattered points inside the vector figure
+# variable: label, factor from SI, shift, logarithmic axis
+AXES: dict[str, tuple[str, float, float, bool]] = {
+    "film_ratio": ("film ratio λ [-]", 1.0, 0.0, True),
+    "pressure_hertz": ("Hertz pressure [GPa]", 1e-9, 0.0, False),
+    "radius_equivalent": ("equivalent radius [mm]", 1e3, 0.0, True),
+    "speed_entrainment": ("entrainment speed [m/s]", 1.0, 0.0, True),
+    "slide_to_roll_total": ("|SR| [-]", 1.0, 0.0, True),
+    "temperature_oil": ("oil temperature [°C]", 1.0, -273.15, False),
+    "viscosity_inlet": ("viscosity at the inlet [mPa s]", 1e3, 0.0, True),
+    "roughness_rms": ("composite Rq [µm]", 1e6, 0.0, True),
+    "correlation_length": ("correlation length [µm]", 1e6, 0.0, True),
+    "asperity_load_share": ("asperity load share [-]", 1.0, 0.0, False),
+}
+
+
+def checked_rows(dataset: Dataset) -> pd.DataFrame:
+    """The rows a formula can be compared on: those with sliding and positive friction."""
+    frame = dataset.converged
+    usable = (frame["friction_coefficient"] > 0.0) & (frame["slide_to_roll_total"] > 0.0)
+    return frame[usable].reset_index(drop=True)
+
+
+def friction_of_rows(formula: Formula, frame: pd.DataFrame) -> Array:
+    """What a formula gives for rows of a dataset, with the boundary friction of each."""
+    mu, _ = formula.friction(columns(frame), boundary_friction_of(frame))
+    return mu
+
+
+def plot_regimes(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
+    """Held-out friction by every formula over the computed one, one panel for each band of the film ratio.
+
+    Cases that were left out of the fit are shown by the best formula itself.
+    """
+    from matplotlib.figure import Figure
+
+    frame = checked_rows(dataset)
+    mu, ratio = computed_friction(frame), frame["film_ratio"].to_numpy(dtype=float)
+    used = frame["key"].isin(fitted_rows(dataset, formulas[0])["key"]).to_numpy(dtype=bool)
+    shown = {formula.name: friction_of_rows(formula, frame) for formula in formulas}
+    for formula in formulas:
+        # both tables are sorted by key
+        shown[formula.name][used] = held_out_friction(dataset, formula).mu
+    limits = list(itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)))
+    bands = [(low, high) for low, high in limits if ((ratio >= low) & (ratio < high)).any()]
+    if np.isinf(ratio).any():
+        bands.append((math.inf, math.inf))
+    figure = Figure(figsize=(9.6, 4.2 * math.ceil(len(bands) / 2)), layout="constrained", dpi=RASTER_DPI)
+    panels = np.ravel(figure.subplots(math.ceil(len(bands) / 2), 2, squeeze=False))
+    for axes, (low, high) in zip(panels, bands, strict=False):
+        inside = (ratio >= low) & (ratio < high) if math.isfinite(low) else np.isinf(ratio)
+        ends = np.quantile(mu[inside], (0.005, 1.0)) * (0.7, 1.3)
+        # the best formula on top
+        for order, (name, values) in reversed(list(enumerate(shown.items()))):
+            x, y = np.maximum(mu, ends[0]), np.clip(values, 0.5 * ends[0], 2.0 * ends[1])
+            if order == 0:
+                rest = inside & ~used
+                axes.plot(x[rest], y[rest], ".", ms=4, color="#b9bec6", alpha=0.7, label="left out", rasterized=True)
+            here, style = inside & used, {"color": COLOURS[order % len(COLOURS)], "alpha": 0.75 if order == 0 else 0.35}
+            axes.plot(x[here], y[here], ".", ms=4, label=name, rasterized=True, **style)
+        axes.plot(ends, ends, color="black", lw=0.8)
+        for factor in (0.9, 1.1):
+            axes.plot(ends, factor * ends, color="black", lw=0.6, ls="--")
+        axes.set(xscale="log", yscale="log", xlim=ends, ylim=(0.5 * ends[0], 2.0 * ends[1]))
+        axes.set(xlabel="computed friction coefficient [-]", ylabel="by formula, held out [-]")
+        axes.set_title(_band_title(low, high, int((inside & used).sum())), fontsize=10)
+        plain_ticks(axes.xaxis, *ends)
+        plain_ticks(axes.yaxis, 0.5 * ends[0], 2.0 * ends[1])
+    for axes in panels[len(bands) :]:
+        axes.set_axis_off()
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=4, frameon=False)
+    return figure
+
+
+def _band_title(low: float, high: float, count: int) -> str:
+    if math.isinf(low):
+        return f"smooth, {count} cases fitted"
+    ends = f"λ < {high:g}" if low == 0.0 else f"λ ≥ {low:g}" if math.isinf(high) else f"{low:g} ≤ λ < {high:g}"
+    return f"{ends}, {count} cases fitted"
+
+
+def plain_ticks(axis: Axis, low: float, high: float) -> None:
+    """Numbers of a logarithmic axis as 0.01 rather than powers of ten, few enough to stand beside each other."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
+
+    steps = (1.0, 2.0, 5.0) if high < 40.0 * low else (1.0, 3.0) if high < 400.0 * low else (1.0,)
+    # within a factor of six there are too few of these numbers
+    axis.set_major_locator(LogLocator(subs=steps) if high > 6.0 * low else MaxNLocator(5, steps=(1, 2, 5, 10)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def plot_residuals(dataset: Dataset, formula: Formula) -> Figure:
+    """Held-out over computed friction of the fitted cases, with its running median and 5 to 95 % range."""
+    from matplotlib.figure import Figure
+
+    frame = fitted_rows(dataset, formula)
+    ratio = held_out_friction(dataset, formula).mu / computed_friction(frame)
+    shown = [name for name in AXES if _varies(frame[name].to_numpy(dtype=float))]
+    rows = math.ceil(len(shown) / 3)
+    figure = Figure(figsize=(10.4, 2.7 * rows), layout="constrained", dpi=RASTER_DPI)
+    panels = np.ravel(figure.subplots(rows, 3, squeeze=False, sharey=True))
+    limit = max(1.1, float(np.exp(1.2 * np.quantile(np.abs(np.log(ratio)), 0.98))))
+    for number, (axes, name) in enumerate(zip(panels, shown, strict=False)):
+        label, factor, shift, logarithmic = AXES[name]
+        values = frame[name].to_numpy(dtype=float)
+        here = np.isfinite(values) & ((values > 0.0) if logarithmic else True)
+        x, y = factor * (values[here] + shift), ratio[here]
+        axes.plot(x, np.clip(y, 1.0 / limit, limit), ".", color=BLUE, ms=3, alpha=0.4, rasterized=True)
+        centre, low, middle, high = _running(x, y)
+        axes.plot(centre, middle, color=ORANGE, lw=1.6)
+        axes.fill_between(centre, low, high, color=ORANGE, alpha=0.18, lw=0.0)
+        axes.axhline(1.0, color="black", lw=0.7)
+        axes.set(xlabel=label, yscale="log", ylim=(0.95 / limit, limit / 0.95))
+        plain_ticks(axes.yaxis, 1.0 / limit, limit)
+        if logarithmic:
+            axes.set_xscale("log")
+            plain_ticks(axes.xaxis, float(x.min()), float(x.max()))
+        if number % 3 == 0:
+            axes.set_ylabel("µ held out over\ncomputed µ [-]")
+    for axes in panels[len(shown) :]:
+        axes.set_axis_off()
+    return figure
+
+
+def _varies(values: Array) -> bool:
+    finite = values[np.isfinite(values)]
+    return finite.size > 1 and float(np.ptp(finite)) > 1e-6 * float(np.abs(finite).max())
+
+
+def _running(x: Array, y: Array, count: int = 12) -> tuple[Array, Array, Array, Array]:
+    """Centre, 5 %, 50 % and 95 % quantiles of y in slices of x that hold equally many points."""
+    order = np.argsort(x)
+    slices = [part for part in np.array_split(order, min(count, max(1, len(x) // 10))) if part.size]
+    centre = np.array([np.median(x[part]) for part in slices])
+    quantiles = np.array([np.quantile(y[part], (0.05, 0.5, 0.95)) for part in slices])
+    return centre, quantiles[:, 0], quantiles[:, 1], quantiles[:, 2]
+
+
+def plot_sensitivity(indices: SobolIndices) -> Figure:
+    """First-order and total Sobol indices of ln mu with their 90 % intervals, greatest first."""
+    from matplotlib.figure import Figure
+
+    order = np.argsort(indices.total)
+    figure = Figure(figsize=(6.0, 0.5 * len(order) + 1.3), layout="constrained")
+    axes = figure.add_subplot()
+    places = np.arange(len(order))
+    for shift, values, interval, colour, label in (
+        (0.19, indices.total, indices.total_interval, BLUE, "total, with interactions"),
+        (-0.19, indices.first, indices.first_interval, GREY, "alone"),
+    ):
+        reach = np.abs(interval[order].T - values[order])
+        axes.barh(places + shift, values[order], height=0.36, color=colour, label=label, xerr=reach, ecolor="black")
+    labels = [AXES[name][0].rpartition(" [")[0] if name in AXES else name for name in indices.names]
+    axes.set_yticks(places, [labels[i] for i in order])
+    axes.set(xlabel="share of the variance of ln µ [-]", xlim=(0.0, None))
+    axes.legend(frameon=False, loc="lower right")
+    return figure
 
 
 def plot_friction(dataset: Dataset) -> Figure:

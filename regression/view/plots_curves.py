@@ -12,11 +12,11 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.view.plots import GREY
 from regression.data.dataset import Dataset
-from regression.fitting.held_out import fitted_rows
+from regression.fitting.rows import fitted_rows
 from regression.friction.conditions import Array, Conditions, conditions_of
 from regression.friction.formula import Formula
 from regression.friction.published_registry import PUBLISHED, evaluate_published
-from regression.view.plots_fit import AXES, COLOURS, RASTER_DPI, plain_ticks
+from regression.view.plots import AXES, COLOURS, RASTER_DPI, plain_ticks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -188,7 +188,7 @@ def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
 def formula_report(formula: Formula, spread: Sequence[tuple[float, float, float]] = ()) -> None:
     """Equation, coefficients, errors by region and the worst case.
 
-    `spread` is that of the interval within each band, as of `regression.fitting.held_out.process_factors`.
+    `spread` is that of the interval within each band, as of `regression.fitting.cross_validation.process_factors`.
     """
     console = Console()
     console.print(formula.to_text(), highlight=False, soft_wrap=True, markup=False)

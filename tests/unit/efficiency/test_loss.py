@@ -32,7 +32,7 @@ from ehl.fluid.oil import Oil
 from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.state import ContactState
-from regression.friction.formula_file import load_formula
+from regression.friction.formula import load_formula
 from regression.friction.models import ConstantFriction, FormulaFriction, FrictionEstimate, FrictionFlag
 
 DESIGN = load_design("fm_spiral_bevel_14x39")

@@ -12,7 +12,7 @@ import pytest
 
 from ehl.io.data import data_path
 from regression.fitting.scores import interval_of
-from regression.friction.formula_file import load_formula
+from regression.friction.formula import load_formula
 
 SCALES = (0.005, 0.02, 0.04, 0.1)
 

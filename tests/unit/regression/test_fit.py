@@ -15,7 +15,8 @@ from ehl.io.validation import validate
 from regression.data.dataset import Dataset, export_table, load_dataset
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.cross_validation import cell_groups, fold_numbers
-from regression.fitting.fit import fit_families, fit_formula, usable_rows
+from regression.fitting.fit import fit_families, fit_formula
+from regression.fitting.rows import usable_rows
 from regression.fitting.scores import bands, conformal_width, interval_of, noise_floor, scores
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs

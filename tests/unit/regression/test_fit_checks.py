@@ -18,13 +18,12 @@ from ehl.io.validation import validate
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.cross_validation import fold_numbers, nested_cross_validate
-from regression.fitting.fit import fit_families, fit_formula, usable_rows
-from regression.fitting.scores import computed_friction
+from regression.fitting.fit import fit_families, fit_formula
+from regression.fitting.rows import computed_friction, usable_rows
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import Extrapolation
 from regression.friction.families import FAMILIES
-from regression.friction.formula import Formula
-from regression.friction.formula_file import load_formula
+from regression.friction.formula import Formula, load_formula
 from regression.friction.models import FormulaFriction, FrictionFlag
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan

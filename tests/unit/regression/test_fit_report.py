@@ -15,8 +15,8 @@ from small_plans import gear_plan
 
 from ehl.io.validation import validate
 from regression.data.dataset import Dataset, load_dataset
-from regression.fitting.fit import fit_formula, usable_rows
-from regression.fitting.held_out import fitted_rows
+from regression.fitting.fit import fit_formula
+from regression.fitting.rows import fitted_rows, usable_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.formula import Formula
 from regression.friction.published_registry import PUBLISHED
@@ -24,8 +24,8 @@ from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import sweep
 from regression.view.fit_report import write_fit_report
+from regression.view.plots import plot_regimes, plot_residuals, plot_sensitivity
 from regression.view.plots_curves import plot_maps, plot_stribeck, plot_traction, scene_of
-from regression.view.plots_fit import plot_regimes, plot_residuals, plot_sensitivity
 
 PLAN = gear_plan(
     "report",

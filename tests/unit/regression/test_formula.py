@@ -16,8 +16,7 @@ from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of
 from regression.friction.families import FAMILIES, LOAD_SHARE, load_share_parts
-from regression.friction.formula import FORMULA_SCHEMA, Formula
-from regression.friction.formula_file import load_formula
+from regression.friction.formula import FORMULA_SCHEMA, Formula, load_formula
 from regression.friction.models import FormulaFriction, FrictionFlag, FrictionModel, friction_model
 from regression.friction.published import XU_COEFFICIENTS, xu_kahraman_2007
 

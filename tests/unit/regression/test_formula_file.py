@@ -14,8 +14,7 @@ from ehl.io.data import data_path
 from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of
-from regression.friction.formula import FORMULA_SCHEMA
-from regression.friction.formula_file import load_formula
+from regression.friction.formula import FORMULA_SCHEMA, load_formula
 
 SHIPPED = data_path("formulas", "fva3_load_share.json")
 Call = Callable[..., Any]

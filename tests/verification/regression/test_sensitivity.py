@@ -10,7 +10,7 @@ from ehl.io.data import data_path
 from ehl.io.errors import InputError
 from regression.fitting.sensitivity import formula_sensitivity, sobol_indices
 from regression.friction.families import FAMILIES
-from regression.friction.formula_file import load_formula
+from regression.friction.formula import load_formula
 
 NAMES = ("x1", "x2", "x3")
 

@@ -1,0 +1,63 @@
+"""Rows of a dataset that formulas are fitted to, and those they are checked with."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from regression.data.dataset import Dataset
+from regression.friction.conditions import Array
+from regression.friction.formula import Formula
+
+# a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
+# profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
+LARGEST_ERROR = 1.0
+# origins that are kept for checking, and why a row of them is not fitted
+_KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
+
+
+def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
+    """Rows ln mu can be fitted to, and how many were left out for which reason."""
+    frame = dataset.frame
+    mu = frame["friction_coefficient"]
+    reasons = pd.Series("", index=frame.index, dtype=object)
+    reasons[frame["slide_to_roll_total"] <= 0.0] = "no sliding"
+    reasons[~(mu > 0.0)] = "friction not positive"
+    reasons[frame["friction_error"] > LARGEST_ERROR] = f"friction error above {100.0 * LARGEST_ERROR:.0f} %"
+    for origin, reason in _KEPT.items():
+        if origin != "corner" or not corners:
+            reasons[frame["origin"] == origin] = reason
+    failed = frame["status"] == "failed"
+    reasons[failed] = "failed: " + frame.loc[failed, "reason"].astype(object)
+    left_out = reasons[reasons != ""].value_counts().sort_index()
+    excluded = {str(reason): int(count) for reason, count in left_out.items()}
+    return frame[reasons == ""].reset_index(drop=True), excluded
+
+
+def fitted_rows(dataset: Dataset, formula: Formula | None = None) -> pd.DataFrame:
+    """The rows formulas are fitted to; with the corners where the formula was fitted to these too."""
+    corners = formula is not None and not any("corner" in reason for reason in formula.data.excluded)
+    return usable_rows(dataset, corners=corners)[0]
+
+
+def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:
+    """Rows a formula can be compared with: a case of large error of its own is no reference."""
+    usable = (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
+    usable &= ~(frame["friction_error"] > LARGEST_ERROR)
+    return frame[usable & (frame["slide_to_roll_total"] > 0.0)].reset_index(drop=True)
+
+
+def kept_rows(dataset: Dataset, origin: str) -> pd.DataFrame:
+    """Rows of an origin that is kept for checking."""
+    return checkable_rows(dataset.frame[dataset.frame["origin"] == origin])
+
+
+def computed_friction(frame: pd.DataFrame) -> Array:
+    """The friction coefficients of a dataset's rows."""
+    return frame["friction_coefficient"].to_numpy(dtype=float)
+
+
+def boundary_friction_of(frame: pd.DataFrame) -> float | Array:
+    """The boundary friction of the rows: one number, or a column where there are several."""
+    values = frame["boundary_friction"].to_numpy(dtype=float)
+    return float(values[0]) if np.ptp(values) == 0.0 else values
