@@ -21,8 +21,8 @@ from mixed_scenes import (
     write_csv,
 )
 
-from ehl.contact import LineContact
 from ehl.heat import FilmConductivity
+from ehl.line_contact import LineContact
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE
 from ehl.rough._kernels.motion import move_surfaces

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE

@@ -19,11 +19,11 @@ from unittest import mock
 import numpy as np
 from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.validation import validate
+from ehl.result import ContactResult
 from ehl.rough import solve_transient
 from ehl.rough.accuracy import BUDGET
-from ehl.solve import ContactResult, solve_case
 
 OUT = Path("benchmarks/out")
 RMS = 0.4e-6
@@ -49,7 +49,7 @@ NIL = (
 )  # fmt: skip
 
 
-def scene(ratio: float, gpa: float, slip: float, gamma: float, length: float, seed: int, **more: Any) -> Case:
+def scene(ratio: float, gpa: float, slip: float, gamma: float, length: float, seed: int, **more: Any) -> Contact:
     """A contact of the test line by its film ratio; the correlation length in half-widths."""
     speed = speed_of_film_ratio(ratio, RMS, eyring_oil(), pressure=gpa * 1e9)
     contact = line(speed, slip, gpa * 1e9)
@@ -57,7 +57,7 @@ def scene(ratio: float, gpa: float, slip: float, gamma: float, length: float, se
     surface |= {"correlation_length": length * contact.half_width, "peklenik_number": min(gamma, 1e6)}
     boundary, shortcuts = more.get("boundary", 20e-9), more.get("shortcuts", "auto")
     return validate(
-        Case,
+        Contact,
         {
             "contact": {
                 "effective_modulus": contact.effective_modulus, "radius_equivalent": contact.radius_equivalent,
@@ -75,11 +75,11 @@ def scene(ratio: float, gpa: float, slip: float, gamma: float, length: float, se
     )  # fmt: skip
 
 
-def solved(case: Case, nodes: int | None = None) -> tuple[ContactResult, float]:
+def solved(case: Contact, nodes: int | None = None) -> tuple[ContactResult, float]:
     """The result with another budget of nodes, and its processor time."""
     clock = time.process_time()
     with mock.patch.dict(BUDGET, {"fast": (nodes, nodes) if nodes else BUDGET["fast"]}):
-        result = solve_case(case)
+        result = case.solve()
     return result, time.process_time() - clock
 
 

@@ -21,8 +21,8 @@ from mixed_scenes import (
     write_csv,
 )
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE
 from ehl.rough.window import Window, net_exchange
 

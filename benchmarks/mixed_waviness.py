@@ -14,9 +14,9 @@ import numpy as np
 from mixed_scenes import MODULUS, RADIUS, Array, Scene, eyring_oil, line, print_table, write_csv
 from scipy.interpolate import PchipInterpolator
 
-from ehl.contact import LineContact
 from ehl.elasticity import DeflectionOperator
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import inlet_sweep
 from ehl.rough.scaling import film_estimate

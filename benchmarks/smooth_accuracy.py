@@ -20,8 +20,8 @@ import numpy as np
 import pandas as pd
 from smooth_sample import contact_of, gear_range, neighbour
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.smooth import SteadyResult, solve_steady
 from ehl.smooth.continuation import PATH_NODES, PathReport, cold_path, features_of_level, transfer
 from ehl.smooth.estimate import extrapolate

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.stats import qmc
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 
 MODULUS = 2.264e11
 # p_h [Pa], R [m], u_r [m/s], eta0 [Pa s], alpha [1/Pa], tau0 [Pa], slide-to-roll; logarithmic but for alpha

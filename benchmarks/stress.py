@@ -5,7 +5,7 @@
     python benchmarks/stress.py --range wide --report
     python benchmarks/stress.py --memory 1000
 
-Every contact goes through `ehl.solve.solve_case` in a worker process that is killed when a case takes more processor
+Every contact goes through `ehl.Contact.solve` in a worker process that is killed when a case takes more processor
 time than `--cap`. Rows are appended to a CSV as they come; the same command again goes on where it stopped. `--travel`
 fixes a shorter averaging window than the accuracy takes, which saves time; the interval of mu then counts for nothing.
 `--nodes-max` lowers the budget of nodes; `--defer` leaves what needs more (and what reaches the cap) to a second pass.
@@ -39,12 +39,11 @@ import numpy as np
 from stress_cases import Scene, scenes
 
 import ehl.rough.mixed
-from ehl.acceptance import hot_friction
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.result import ContactResult, friction_above_limit_temperature
 from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
 from ehl.rough.mixed import TOLERANCE
-from ehl.solve import ContactResult, solve_case
 
 OUT = Path("benchmarks/out")
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
@@ -122,8 +121,8 @@ def _doubt(result: ContactResult, accuracy: str, travel: float | None) -> str:
     """Reason why a result is not settled; the interval of a short window does not count, heat behind it does."""
     if not (travel and result.reason == "statistical_interval"):
         return result.reason if result.status == "unsettled" else ""
-    lawless = hot_friction(result) > 0.5 * TOLERANCE[accuracy] * result.friction_coefficient
-    return "too_hot" if lawless else ""
+    beyond_law = friction_above_limit_temperature(result) > 0.5 * TOLERANCE[accuracy] * result.friction_coefficient
+    return "too_hot" if beyond_law else ""
 
 
 def _deferred(*_: object) -> None:
@@ -150,7 +149,7 @@ def solved(
         tempfile.TemporaryDirectory() as folder,
     ):
         try:
-            result = solve_case(scene.case(Path(folder), accuracy))
+            result = scene.case(Path(folder), accuracy).solve()
         except InputError as error:
             return row | _ended("refused", f"input:{error.field}", str(error), started)
         except Exception as error:  # the campaign is there to find these

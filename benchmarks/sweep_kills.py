@@ -24,7 +24,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import InputError, MixedEhlError
 from regression.data.dataset import load_dataset, run_status
 from regression.fitting.fit import fit_formula
@@ -148,7 +148,7 @@ def dask_deadly_case(bench: Bench) -> Outcome:
     run = bench.run("dask_case")
     deadly = bench.random.choice([case.contact.slide_to_roll for _, case in bench.plan.cases()])
 
-    def evaluate(case: Case) -> Outputs:
+    def evaluate(case: Contact) -> Outputs:
         if case.contact.slide_to_roll == deadly:
             os.kill(os.getpid(), signal.SIGKILL)
         return published_outputs(case, NAME)
@@ -163,7 +163,7 @@ def dask_dying_workers(bench: Bench) -> Outcome:
     """dask workers that die whatever they compute."""
     run = bench.run("dask_workers")
 
-    def evaluate(case: Case) -> Outputs:
+    def evaluate(case: Contact) -> Outputs:
         os.kill(os.getpid(), signal.SIGKILL)
         return published_outputs(case, NAME)
 

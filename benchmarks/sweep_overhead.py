@@ -24,7 +24,7 @@ import time
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from ehl.case import Case
+from ehl.contact import Contact
 from regression.plan.plan import Plan, load_plan
 from regression.sweeping.dask_workers import dask_executor
 from regression.sweeping.evaluators import Outputs
@@ -35,7 +35,7 @@ from regression.sweeping.sweep import sweep
 WARM = 127
 
 
-def nothing(case: Case) -> Outputs:
+def nothing(case: Contact) -> Outputs:
     """A case that takes no time."""
     return {"friction_coefficient": 0.05}
 

@@ -2,20 +2,62 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ehl.path import solve_path
+    from ehl.contact import Contact
+    from ehl.fluid.lubricant import Lubricant
+    from ehl.fluid.oil import Oil
+    from ehl.io.data import shipped
+    from ehl.io.errors import ConvergenceError, InputError, MixedEhlError
+    from ehl.material import Material
+    from ehl.path import PathResult, solve_path
+    from ehl.result import ContactResult
+    from ehl.state import ContactState
 
 __version__ = "0.1.0"
 
-__all__ = ["__version__", "solve_path"]
+# name -> module: compiled code is loaded when it is asked for, not when the command line starts
+_MODULES = {
+    "Contact": "ehl.contact",
+    "ContactResult": "ehl.result",
+    "ContactState": "ehl.state",
+    "ConvergenceError": "ehl.io.errors",
+    "InputError": "ehl.io.errors",
+    "Lubricant": "ehl.fluid.lubricant",
+    "Material": "ehl.material",
+    "MixedEhlError": "ehl.io.errors",
+    "Oil": "ehl.fluid.oil",
+    "PathResult": "ehl.path",
+    "shipped": "ehl.io.data",
+    "solve_path": "ehl.path",
+}
+
+__all__ = [
+    "Contact",
+    "ContactResult",
+    "ContactState",
+    "ConvergenceError",
+    "InputError",
+    "Lubricant",
+    "Material",
+    "MixedEhlError",
+    "Oil",
+    "PathResult",
+    "__version__",
+    "shipped",
+    "solve_path",
+]
 
 
 def __getattr__(name: str) -> Any:
-    # compiled code is loaded when it is asked for, not when the command line starts
-    if name == "solve_path":
-        from ehl.path import solve_path
-
-        return solve_path
+    if name in _MODULES:
+        value = getattr(import_module(_MODULES[name]), name)
+        globals()[name] = value
+        return value
     raise AttributeError(f"module 'ehl' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+import ehl
 
 
 def solve(
@@ -13,30 +16,24 @@ def solve(
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
     animate: Annotated[Path | None, typer.Option(help="Write the moving roughness as a film (GIF, HTML).")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
 ) -> None:
     """Solve one lubricated contact."""
-    from ehl.case import load_case
-    from ehl.solve import solve_case
-    from ehl.view.report import print_json, result_table
-
-    case = load_case(case_file)
+    contact = ehl.Contact.from_file(case_file)
     if animate is not None:
-        from ehl.view.animation import check_animation
-
-        check_animation(case, animate)
-    result = solve_case(case)
+        contact.check_animation(animate)
+    result = contact.solve()
     if json_output:
-        print_json(result.to_dict())
+        typer.echo(json.dumps(result.to_dict(), allow_nan=False))
     else:
-        result_table(case, result)
-    if plot is not None and result.status != "failed":
-        from ehl.view.plots import plot_contact, save_figure
-
-        save_figure(plot_contact(case, result), plot)
-    if animate is not None and result.status != "failed":
-        from ehl.view.animation import animate_contact
-
-        animate_contact(case, result, animate)
+        result.print_table()
+    if report is not None:
+        result.report(report)
+    if result.status != "failed":
+        if plot is not None:
+            result.plot(plot)
+        if animate is not None:
+            result.animate(animate)
     if result.status != "converged":
         typer.echo(f"{result.status}: {result.reason}", err=True)
         raise typer.Exit(1)

@@ -1,110 +1,455 @@
-"""The lubricated line contact: geometry, load and motion, and the groups they form."""
+"""`Contact`: one lubricated line contact with all its inputs, by keywords or from a file."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import dataclasses
+import difflib
+import inspect
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from pydantic import ValidationError, model_validator
+
+from ehl.fluid.lubricant_inputs import DirectLubricant, LubricantInput, OilLubricant
+from ehl.inputs import (
+    MAX_PRESSURE_OVER_MODULUS,
+    MAX_SLIDING,
+    ContactInput,
+    ContactProblem,
+    ModelInput,
+    SolidInput,
+    SurfaceInput,
+)
+from ehl.io.errors import InputError
+from ehl.io.units import parse_quantity
+from ehl.io.validation import InputModel, input_error, read_toml
+from ehl.line_contact import LineContact
+from ehl.material import Material, effective_modulus
 
 if TYPE_CHECKING:
-    from ehl.fluid.lubricant import Lubricant
+    from ehl.result import ContactResult
+
+# keyword -> (table, key) of the input file
+KEYWORDS: dict[str, tuple[str, str]] = {
+    name: (table, name)
+    for table, model in (
+        ("contact", ContactInput),
+        ("lubricant", OilLubricant),
+        ("lubricant", DirectLubricant),
+        ("surface", SurfaceInput),
+        ("model", ModelInput),
+    )
+    for name in model.model_fields
+} | {
+    "temperature": ("lubricant", "temperature_oil"),
+    "roughness_rms": ("surface", "roughness_rms"),
+    "temperature_bulk_1": ("solid_1", "temperature_bulk"),
+    "temperature_bulk_2": ("solid_2", "temperature_bulk"),
+}
 
 
-@dataclass(frozen=True)
-class LineContact:
-    """Two bodies in line contact; x is normal to the contact line, y along it.
+class Contact(InputModel):
+    """One lubricated line contact: geometry, load, motion, oil, bodies, surfaces and the models to use.
+
+    Every quantity is an SI number or a string with its unit. The keywords are the keys of the input file of
+    `mixed-ehl solve`, without its tables; whole tables are taken as well (``surface={"seed": 3}``).
 
     Parameters
     ----------
-    radius_equivalent : float
+    radius_equivalent : float or str
         Radius R of the equivalent cylinder on a plane [m].
-    effective_modulus : float
-        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
-    load_per_length : float
-        w' [N/m].
-    speed_entrainment : float
-        u_r = (u1 + u2)/2 along x [m/s]; positive.
+    pressure_hertz, load_per_length : float or str
+        Maximum Hertz pressure [Pa], or load per length [N/m]: exactly one of the two.
+    speed_entrainment : float or str
+        Mean of both surface velocities across the contact line [m/s].
     slide_to_roll : float
-        (u1 - u2)/u_r, signed [-].
-    speed_sliding_lengthwise : float
-        Sliding along y [m/s].
+        Signed sliding across the line over `speed_entrainment` [-]; 0 when not given.
+    speed_sliding_lengthwise : float or str
+        Sliding along the contact line [m/s]; 0 when not given.
+    effective_modulus : float or str
+        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]; from both bodies when not given.
+    oil : str
+        Name of a shipped oil (`ehl.shipped("oils")`) or path of an oil card; it needs `temperature`.
+    temperature : float or str
+        Oil temperature at the inlet [K], also `temperature_oil`.
+    viscosity_inlet, pressure_viscosity : float or str
+        Dynamic viscosity [Pa s] and pressure-viscosity coefficient [1/Pa] at the inlet, instead of `oil`. With them
+        go `viscosity_law`, `density_law`, `density_coefficients`, `temperature_viscosity` [1/K] and `density` [kg/m3].
+    rheology : {"eyring", "newtonian", "carreau"}
+        Shear law. Its parameters are `eyring_stress` [Pa], `eyring_stress_law`, `eyring_stress_pressure`,
+        `carreau_stress` [Pa], `carreau_exponent`, `limiting_shear`, `limiting_shear_coefficient` and
+        `limiting_shear_ambient` [Pa].
+    thermal_conductivity, heat_capacity : float or str
+        Of the oil [W/(m K)], [J/(kg K)].
+    solid_1, solid_2 : str, Material or dict
+        Name of a shipped material, a `Material`, or the keys of the table in the input file; steel when not given.
+    temperature_bulk_1, temperature_bulk_2 : float or str
+        Bulk temperatures [K]; that of the oil when not given.
+    roughness_rms : float or str
+        Composite Rq [m], shared evenly by both surfaces; or `roughness_rms_1` and `roughness_rms_2`.
+    profile_1, profile_2 : str
+        Files of measured profiles instead, kept between `cutoff_short` and `cutoff_long` [m].
+    correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
+        Shape of generated roughness.
+    boundary_film : float or str
+        Gap at which asperities touch [m]; from the roughness when not given.
+    boundary_friction : float
+        Friction coefficient of asperity contact [-]; 0.1 when not given.
+    thermal : {"auto", "off", "on"}
+        Heat balance.
+    roughness : {"deterministic", "load_sharing"}
+        Both surfaces roll through in time, or a published load-sharing curve (`load_sharing`, `load_sharing_scale`).
+    accuracy : {"standard", "fast", "reference"}
+        With `friction_tolerance` [-], `elasticity` and `shortcuts`.
+
+    Raises
+    ------
+    InputError
+        Naming the field, its value and what is allowed.
+
+    Examples
+    --------
+    >>> import ehl
+    >>> contact = ehl.Contact(
+    ...     oil="75w90", temperature="90 degC", pressure_hertz="1.2 GPa", radius_equivalent="15 mm",
+    ...     speed_entrainment="5 m/s", slide_to_roll=0.2,
+    ... )
+    >>> round(contact.line_contact().half_width * 1e6)
+    318
+    >>> contact.replace(slide_to_roll=0.1).contact.slide_to_roll
+    0.1
     """
 
-    radius_equivalent: float
-    effective_modulus: float
-    load_per_length: float
-    speed_entrainment: float
-    slide_to_roll: float = 0.0
-    speed_sliding_lengthwise: float = 0.0
+    contact: ContactInput
+    lubricant: LubricantInput
+    solid_1: SolidInput = SolidInput()
+    solid_2: SolidInput = SolidInput()
+    surface: SurfaceInput = SurfaceInput()
+    model: ModelInput = ModelInput()
+
+    def __init__(self, **values: Any) -> None:
+        tables, written = _tables(values, type(self).model_fields)
+        if written:
+            tables.setdefault("contact", {})
+            if "lubricant" not in tables:
+                raise InputError("oil", None, "an oil such as '75w90', or viscosity_inlet and pressure_viscosity")
+        try:
+            super().__init__(**tables)
+        except ValidationError as error:
+            problem = input_error(error, type(self))
+            field = written.get(problem.field, problem.field)
+            table, _, key = field.partition(".")
+            if key and any(place.startswith(f"{table}.") for place in written):
+                field = key
+            raise InputError(field, problem.value, problem.allowed, problem.hint) from None
 
     @classmethod
-    def from_pressure(
-        cls,
-        *,
-        radius_equivalent: float,
-        effective_modulus: float,
-        pressure_hertz: float,
-        speed_entrainment: float,
-        slide_to_roll: float = 0.0,
-        speed_sliding_lengthwise: float = 0.0,
-    ) -> LineContact:
-        """The contact whose maximum Hertz pressure is given: w' = 2 pi p_h^2 R/E'."""
-        load = 2.0 * math.pi * pressure_hertz**2 * radius_equivalent / effective_modulus
-        return cls(
-            radius_equivalent,
-            effective_modulus,
-            load,
-            speed_entrainment,
-            slide_to_roll,
-            speed_sliding_lengthwise,
+    def from_file(cls, path: str | Path) -> Self:
+        """The contact of an input file (TOML), as `mixed-ehl solve` reads it.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Contact
+
+        Raises
+        ------
+        InputError
+            The file cannot be read, or naming field, value and what is allowed.
+        """
+        return cls(**read_toml(path))
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """The contact of a dictionary of keywords or of tables as in the input file.
+
+        Parameters
+        ----------
+        content : mapping
+
+        Returns
+        -------
+        Contact
+
+        Raises
+        ------
+        InputError
+            Naming field, value and what is allowed.
+
+        Examples
+        --------
+        >>> import ehl
+        >>> contact = ehl.Contact.from_dict({
+        ...     "contact": {"radius_equivalent": 0.01, "pressure_hertz": 1e9, "speed_entrainment": 5.0},
+        ...     "lubricant": {"oil": "fva3", "temperature_oil": "80 degC"},
+        ... })
+        >>> contact == ehl.Contact.from_dict(contact.to_dict())
+        True
+        """
+        return cls(**content)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The inputs that were given, as tables of the input file in SI units.
+
+        Returns
+        -------
+        dict
+        """
+        return self.model_dump(mode="json", exclude_unset=True)
+
+    def replace(self, **changes: Any) -> Self:
+        """The same contact with some inputs changed.
+
+        Parameters
+        ----------
+        **changes
+            Keywords as of `Contact`; None takes an input away.
+
+        Returns
+        -------
+        Contact
+
+        Raises
+        ------
+        InputError
+            As `Contact`.
+        """
+        tables, _ = _tables(changes, type(self).model_fields)
+        content = self.model_dump(exclude_unset=True)
+        for name, table in tables.items():
+            merged = {**content.get(name, {}), **table}
+            content[name] = {key: value for key, value in merged.items() if value is not None}
+        return type(self)(**content)
+
+    def solve(self, start: ContactResult | None = None) -> ContactResult:
+        """Solve the contact; a failure to converge is a status of the result.
+
+        Parameters
+        ----------
+        start : ContactResult, optional
+            Result of a similar contact, as a first guess.
+
+        Returns
+        -------
+        ContactResult
+
+        Raises
+        ------
+        InputError
+            A measured profile cannot be used.
+
+        Examples
+        --------
+        >>> import ehl
+        >>> contact = ehl.Contact(
+        ...     viscosity_inlet=0.04, pressure_viscosity="18 1/GPa", pressure_hertz="1 GPa", radius_equivalent="10 mm",
+        ...     speed_entrainment="5 m/s", slide_to_roll=0.2, thermal="off", accuracy="fast",
+        ... )
+        >>> contact.solve().status
+        'converged'
+        """
+
+        from ehl.solve import solve_contact
+
+        p = self.problem()
+        result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
+        return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs()))
+
+    def check_animation(self, path: str | Path) -> None:
+        """Check before solving that `ContactResult.animate` can write this file for this contact.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Raises
+        ------
+        InputError
+            Suffix other than .gif and .html, a missing folder, or a contact in which nothing moves.
+        """
+        from ehl.view.animation import check_animation
+
+        check_animation(self.problem(), Path(path))
+
+    @property
+    def effective_modulus(self) -> float:
+        """Effective modulus E' [Pa], as given or from the two bodies."""
+        given = self.contact.effective_modulus
+        return effective_modulus(self.solid_1.body(), self.solid_2.body()) if given is None else given
+
+    def line_contact(self) -> LineContact:
+        """Geometry, load and motion, with Hertz pressure, half-width and surface speeds.
+
+        Returns
+        -------
+        LineContact
+        """
+        c = self.contact
+        motion = {
+            "speed_entrainment": c.speed_entrainment,
+            "slide_to_roll": c.slide_to_roll,
+            "speed_sliding_lengthwise": c.speed_sliding_lengthwise,
+        }
+        if c.pressure_hertz is not None:
+            return LineContact.from_pressure(
+                radius_equivalent=c.radius_equivalent,
+                effective_modulus=self.effective_modulus,
+                pressure_hertz=c.pressure_hertz,
+                **motion,
+            )
+        assert c.load_per_length is not None
+        return LineContact(c.radius_equivalent, self.effective_modulus, c.load_per_length, **motion)
+
+    def bulk_temperatures(self) -> tuple[float, float]:
+        """Bulk temperatures of both bodies [K]; the oil's where none is given."""
+        oil = self.lubricant.temperature_oil
+        return (self.solid_1.temperature_bulk or oil, self.solid_2.temperature_bulk or oil)
+
+    def problem(self) -> ContactProblem:
+        """The contact as the solvers take it."""
+        return ContactProblem(
+            self.line_contact(),
+            self.lubricant.lubricant(),
+            self.surface,
+            self.model,
+            (self.solid_1.body(), self.solid_2.body()),
+            self.bulk_temperatures(),
         )
 
-    @property
-    def half_width(self) -> float:
-        """Hertz half-width b = sqrt(8 w' R/(pi E')) [m]."""
-        return math.sqrt(8.0 * self.load_per_length * self.radius_equivalent / (math.pi * self.effective_modulus))
+    def unused_inputs(self) -> tuple[str, ...]:
+        """One sentence for each given input that the chosen models do not use."""
+        unused: list[tuple[str, str]] = []
+        given, oil = self.surface.model_fields_set, self.lubricant
+        unused += [(f"lubricant.{name}", why) for name, why in oil.unused_inputs()]
+        incompressible = isinstance(oil, DirectLubricant) and oil.density_law == "incompressible"
+        if incompressible and "density_coefficients" in oil.model_fields_set:
+            unused.append(("lubricant.density_coefficients", "density_law is incompressible"))
+        if self.model.thermal == "off":
+            for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
+                if solid.temperature_bulk is not None:
+                    unused.append((f"{name}.temperature_bulk", "thermal is off"))
+        if self.model.elasticity == "fft" and self.model.roughness == "load_sharing":
+            unused.append(("model.elasticity", "load sharing has no transient"))
+        if self.model.roughness == "deterministic":
+            law = {"load_sharing", "load_sharing_scale"} & self.model.model_fields_set
+            unused += [(f"model.{name}", "the roughness is deterministic") for name in sorted(law)]
+        if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
+            shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
+            unused += [(f"surface.{name}", "load sharing uses Rq alone") for name in shape if name in given]
+        return tuple(f"{name} has no effect: {why}" for name, why in unused)
 
-    @property
-    def pressure_hertz(self) -> float:
-        """Maximum Hertz pressure p_h = E' b/(4 R) [Pa]."""
-        return self.effective_modulus * self.half_width / (4.0 * self.radius_equivalent)
+    def __repr__(self) -> str:
+        return f"Contact({', '.join(f'{name}={value!r}' for name, value in self._given().items())})"
 
-    @property
-    def speed_1(self) -> float:
-        """Surface velocity u1 along x [m/s]."""
-        return self.speed_entrainment * (1.0 + 0.5 * self.slide_to_roll)
+    __str__ = __repr__
 
-    @property
-    def speed_2(self) -> float:
-        """Surface velocity u2 along x [m/s]."""
-        return self.speed_entrainment * (1.0 - 0.5 * self.slide_to_roll)
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><td>{escape(k)}</td><td>{escape(str(v))}</td></tr>" for k, v in self._given().items())
+        return f"<table><caption>Contact</caption><tbody>{rows}</tbody></table>"
 
-    @property
-    def speed_sliding(self) -> float:
-        """Length of the sliding vector (u1 - u2, v_y) [m/s]."""
-        return math.hypot(self.slide_to_roll * self.speed_entrainment, self.speed_sliding_lengthwise)
+    def _given(self) -> dict[str, Any]:
+        """Given inputs by keyword."""
+        flat: dict[str, Any] = {}
+        for table, content in self.to_dict().items():
+            if table.startswith("solid_"):
+                flat[table] = content
+            else:
+                flat |= content
+        return flat
 
-    @property
-    def slide_to_roll_total(self) -> float:
-        """|sliding vector|/u_r [-]."""
-        return self.speed_sliding / abs(self.speed_entrainment)
+    @model_validator(mode="after")
+    def _one_modulus(self) -> Self:
+        elastic = {"E", "nu", "youngs_modulus", "poisson_ratio", "material"}
+        given = (self.solid_1.model_fields_set | self.solid_2.model_fields_set) & elastic
+        if self.contact.effective_modulus is not None and given:
+            raise InputError(
+                "contact.effective_modulus",
+                self.contact.effective_modulus,
+                "either effective_modulus or the elastic constants of [solid_1] and [solid_2]",
+            )
+        return self
 
-    @property
-    def sliding_cosine(self) -> float:
-        """cos of the angle between the sliding vector and x; 1 without sliding."""
-        speed = self.speed_sliding
-        return abs(self.slide_to_roll * self.speed_entrainment) / speed if speed > 0.0 else 1.0
+    @model_validator(mode="after")
+    def _within_the_theory(self) -> Self:
+        contact = self.line_contact()
+        if contact.pressure_hertz > MAX_PRESSURE_OVER_MODULUS * contact.effective_modulus:
+            raise InputError(
+                "contact.pressure_hertz",
+                f"{contact.pressure_hertz:.4g} Pa",
+                f"at most {MAX_PRESSURE_OVER_MODULUS * contact.effective_modulus:.4g} Pa for this effective modulus",
+                "The contact would be wider than a quarter of its radius, and bodies are half-spaces here.",
+            )
+        if contact.speed_sliding > MAX_SLIDING:
+            raise InputError(
+                "contact.slide_to_roll",
+                self.contact.slide_to_roll,
+                f"a sliding speed of at most {MAX_SLIDING:g} m/s",
+                f"It is {contact.speed_sliding:.4g} m/s.",
+            )
+        return self
 
-    def dowson_groups(self, lubricant: Lubricant) -> tuple[float, float, float]:
-        """Dowson-Higginson groups (U, W, G): eta0 u_r/(E'R), w'/(E'R), alpha E' [-]."""
-        scale = self.effective_modulus * self.radius_equivalent
-        return (
-            lubricant.viscosity_inlet * self.speed_entrainment / scale,
-            self.load_per_length / scale,
-            lubricant.pressure_viscosity * self.effective_modulus,
-        )
+    @model_validator(mode="after")
+    def _profiles_are_deterministic(self) -> Self:
+        deterministic = self.model.roughness == "deterministic"
+        if self.surface.measured and not deterministic:
+            raise InputError(
+                "surface.profile_1" if self.surface.profile_1 else "surface.profile_2",
+                self.surface.profile_1 or self.surface.profile_2,
+                "a measured profile only with model.roughness = 'deterministic'",
+                "Load sharing uses Rq alone.",
+            )
+        return self
 
-    def moes_groups(self, lubricant: Lubricant) -> tuple[float, float]:
-        """Moes groups (M, L): W (2U)^-1/2 and G (2U)^1/4 [-]."""
-        speed, load, material = self.dowson_groups(lubricant)
-        return load / math.sqrt(2.0 * speed), material * (2.0 * speed) ** 0.25
+
+def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Keywords sorted into tables of the input file, and the keyword of each place that was given by one.
+
+    Whole tables pass as they are, so that an error in one names its place in the file.
+    """
+    tables: dict[str, Any] = {}
+    written: dict[str, str] = {}
+    for name, value in values.items():
+        if name in names:
+            tables[name] = _solid(value) if name.startswith("solid_") else value
+    for name, value in values.items():
+        if name in names:
+            continue
+        if name not in KEYWORDS:
+            close = difflib.get_close_matches(name, [*KEYWORDS, *names], n=3)
+            known = f"Did you mean {' or '.join(close)}?" if close else ""
+            raise InputError(name, value, "only the documented inputs of a contact", known)
+        table, key = KEYWORDS[name]
+        content = dict(tables.get(table, {}))
+        if name == "roughness_rms":
+            content |= _shared_roughness(value)
+        else:
+            content[key] = value
+        tables[table] = content
+        written[f"{table}.{key}"] = name
+    return tables, written
+
+
+def _shared_roughness(composite: Any) -> dict[str, float]:
+    """Rq of both surfaces from the composite one."""
+    each = parse_quantity(composite, "m", field="roughness_rms") / 2.0**0.5
+    return {"roughness_rms_1": each, "roughness_rms_2": each}
+
+
+def _solid(value: Any) -> Any:
+    """Table of a body from the name of a material or a `Material`."""
+    if isinstance(value, str):
+        return {"material": value}
+    if isinstance(value, Material):
+        return value.model_dump(include=set(SolidInput.model_fields) - {"material"})
+    return value
+
+
+# for completion and help
+Contact.__signature__ = inspect.Signature(
+    [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in (*KEYWORDS, "solid_1", "solid_2")]
+)

@@ -10,14 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.case import ModelInput, SurfaceInput
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
+from ehl.inputs import ModelInput, SurfaceInput
 from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.validation import validate
+from ehl.line_contact import LineContact
 from ehl.material import Material, load_material
-from ehl.solve import ContactResult, solve_contact
+from ehl.result import ContactResult
+from ehl.solve import solve_contact
 from ehl.state import ContactState
 
 FloatArray = NDArray[np.float64]

@@ -7,21 +7,23 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from ehl.acceptance import disbelief, hot_friction, notes_of, unresolved
-from ehl.case import Case, ModelInput, SurfaceInput
-from ehl.contact import LineContact
 from ehl.fluid.load_sharing import load_sharing
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import ThermalTraction
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.io.errors import ConvergenceError
+from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.rough import TransientResult
-from ehl.rough.dry import DryContactResult
+from ehl.result import (
+    ContactResult,
+    friction_above_limit_temperature,
+    limit_notes,
+    mesh_error_too_large,
+    rejection_reason,
+)
 from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
 from ehl.rough.mixed import (
     TOLERANCE,
@@ -33,117 +35,14 @@ from ehl.rough.mixed import (
     roughness_matters,
     solve_mixed,
 )
-from ehl.smooth import SteadyResult
-from ehl.smooth.film import smooth_film, without_balance
+from ehl.smooth.film import isothermal_fallback, smooth_film
 from ehl.smooth.thermal import ThermalSteadyResult
 
 NO_INLET_HEAT = "heat of the pressure-driven flow left out: the smooth contact has no thermal balance"
-_PROFILES = ("film", "isothermal", "heat", "transient", "dry")
 
 
-@dataclass(frozen=True)
-class ContactResult:
-    """What one contact gave; SI units, names of docs/nomenclature.md.
-
-    Parameters
-    ----------
-    status : str
-        "converged"; "unsettled" where the time mean is usable but its interval wider than asked for; "failed", all
-        figures nan. `reason` says why.
-    reason : str
-        Empty when converged; else a reason of the solver that ended it, "shear_strength" (a film shear stress beyond
-        1 GPa: the shear law needs a limit), "mesh_budget" (unsettled: no mesh in budget shows the roughness, its fine
-        part is a wall between bounds), "too_hot" (unsettled: films above 1000 K, where no law of the oil holds, make
-        more of mu than half the tolerance), "thermal_rounds" (unsettled: film and heat still changed by more than the
-        tolerance), or "mesh_error" (unsettled: the mesh error of mu is four times the tolerance or more).
-    friction_coefficient, friction_fluid, friction_asperity : float
-        mu = fluid + asperity part [-]; rolling traction is not in it.
-    film_central, film_min : float
-        h at x = 0 and the smallest h [m].
-    pressure_max : float
-        [Pa].
-    film_ratio : float
-        lambda: smooth isothermal film_central over the composite Rq [-]; infinity for smooth surfaces.
-    asperity_load_share : float
-        Share of the load carried by asperity contact [-].
-    roughness_load_share : float
-        Share of the load above the macroscopic pressure [-]; the same as the above with load sharing.
-    rolling_traction : float
-        Traction of the pressure gradient over w' [-], apart from friction.
-    temperature_film_max, temperature_flash : float
-        Largest film temperature and larger flash temperature [K]; the inlet temperature where heat was skipped.
-    film_error, friction_error : float
-        Relative error estimates [-]: discretisation, the 90 % interval of the time mean where there is one, what was
-        skipped, films too hot for any law, and the bounds of roughness finer than the mesh.
-    mesh_error, statistical_error : float
-        The first two parts of `friction_error` [-].
-    realisation_error : float
-        Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu; not in
-        `friction_error`, which is about the surfaces given [-].
-    friction_boundary_half, friction_boundary_double : float
-        mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-]. With
-        the reason "mesh_budget" mu without and with all of the fine roughness.
-    skipped : tuple of str
-        What was left out, and the estimate that allowed it.
-    notes : tuple of str
-        Limits of the model this case touches, and inputs without effect.
-    iterations : int
-        Newton iterations, all grids and paths together.
-    seconds : float
-        Wall time.
-    film, isothermal : SteadyResult
-        The solution, for plots, and the one without heat, for warm starts.
-    heat : ThermalTraction
-        Temperature profiles; None where heat was left out.
-    transient : TransientResult
-        The run of the deterministic solver; None without it.
-    dry : DryContactResult
-        The contact at one moment where the film was found to be nil; None elsewhere.
-    """
-
-    status: str
-    reason: str
-    friction_coefficient: float = math.nan
-    friction_fluid: float = math.nan
-    friction_asperity: float = math.nan
-    film_central: float = math.nan
-    film_min: float = math.nan
-    pressure_max: float = math.nan
-    film_ratio: float = math.nan
-    asperity_load_share: float = math.nan
-    roughness_load_share: float = math.nan
-    rolling_traction: float = math.nan
-    temperature_film_max: float = math.nan
-    temperature_flash: float = math.nan
-    film_error: float = math.nan
-    friction_error: float = math.nan
-    mesh_error: float = math.nan
-    statistical_error: float = math.nan
-    realisation_error: float = math.nan
-    friction_boundary_half: float = math.nan
-    friction_boundary_double: float = math.nan
-    skipped: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    iterations: int = 0
-    seconds: float = math.nan
-    film: SteadyResult | None = field(default=None, repr=False, compare=False)
-    isothermal: SteadyResult | None = field(default=None, repr=False, compare=False)
-    heat: ThermalTraction | None = field(default=None, repr=False, compare=False)
-    transient: TransientResult | None = field(default=None, repr=False, compare=False)
-    dry: DryContactResult | None = field(default=None, repr=False, compare=False)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Scalars for JSON; not-a-number and infinity become None."""
-        values = {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in _PROFILES}
-        values |= {"skipped": list(self.skipped), "notes": list(self.notes)}
-        return {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in values.items()
-        }
-
-
-def _failed(reason: str, iterations: int, seconds: float) -> ContactResult:
-    return ContactResult("failed", reason, iterations=iterations, seconds=seconds)
+def _failed(reason: str, iterations: int) -> ContactResult:
+    return ContactResult("failed", reason, iterations=iterations)
 
 
 def solve_contact(
@@ -178,7 +77,15 @@ def solve_contact(
     InputError
         A profile or a number of the surfaces cannot be used.
     """
+    problem = ContactProblem(contact, lubricant, surface, model, bodies, bulk)
     clock = time.perf_counter()
+    result = _solve(problem, start, window)
+    return replace(result, problem=problem, seconds=time.perf_counter() - clock)
+
+
+def _solve(problem: ContactProblem, start: ContactResult | None, window: float | None) -> ContactResult:
+    contact, lubricant, surface, model = problem.line, problem.lubricant, problem.surface, problem.model
+    bodies, bulk = problem.bodies, problem.temperature_bulk
     smooth = smooth_film(
         contact,
         lubricant,
@@ -192,9 +99,9 @@ def solve_contact(
     # a rough run makes its own heat: the isothermal film will do to start it
     lost_heat = smooth.status != "converged" and deterministic and smooth.isothermal.status == "converged"
     if lost_heat:
-        smooth = without_balance(smooth)
+        smooth = isothermal_fallback(smooth)
     if smooth.status != "converged":
-        return _failed(smooth.reason, smooth.iterations, time.perf_counter() - clock)
+        return _failed(smooth.reason, smooth.iterations)
     film, skipped = smooth.film, _without_repeats(smooth.skipped)
     # what an estimate left out is part of the error
     left_out = smooth.estimate if isinstance(smooth, ThermalSteadyResult) and smooth.heat is None else None
@@ -234,28 +141,27 @@ def solve_contact(
         result = _rough(
             result, contact, lubricant, surface, model, bodies, bulk, skipped, heated=lost_heat, window=window
         )
-    seconds = time.perf_counter() - clock
     if result.status == "failed":
-        return replace(result, seconds=seconds)
-    reason = disbelief(result)
+        return result
+    reason = rejection_reason(result)
     if reason:
-        return _failed(reason, result.iterations, seconds)
-    result = _judged(result, model.friction_tolerance or TOLERANCE[model.accuracy])
+        return _failed(reason, result.iterations)
+    result = _accepted(result, model.friction_tolerance or TOLERANCE[model.accuracy])
     hardness = min(body.hardness for body in bodies)
-    notes = tuple(dict.fromkeys((*result.notes, *notes_of(result, contact, lubricant, hardness))))
-    return replace(result, notes=notes, skipped=tuple(skipped), seconds=seconds)
+    notes = tuple(dict.fromkeys((*result.notes, *limit_notes(result, contact, lubricant, hardness))))
+    return replace(result, notes=notes, skipped=tuple(skipped))
 
 
-def _judged(result: ContactResult, tolerance: float) -> ContactResult:
+def _accepted(result: ContactResult, tolerance: float) -> ContactResult:
     """The result with films beyond any law in its error, and unsettled where an error is far above the tolerance."""
     mu = result.friction_coefficient
-    lawless = hot_friction(result) / mu if mu > 0.0 else 0.0
-    result = replace(result, friction_error=result.friction_error + lawless)
+    beyond_law = friction_above_limit_temperature(result) / mu if mu > 0.0 else 0.0
+    result = replace(result, friction_error=result.friction_error + beyond_law)
     if result.status != "converged":
         return result
-    if lawless > 0.5 * tolerance:
+    if beyond_law > 0.5 * tolerance:
         return replace(result, status="unsettled", reason="too_hot")
-    if unresolved(result, tolerance):
+    if mesh_error_too_large(result, tolerance):
         return replace(result, status="unsettled", reason="mesh_error")
     if "thermal_rounds" in result.notes and result.transient is None and result.mesh_error > tolerance:
         return replace(result, status="unsettled", reason="thermal_rounds")
@@ -325,9 +231,9 @@ def _rough(
             window=window,
         )
     except ConvergenceError as error:
-        return _failed(error.reason, smooth.iterations, 0.0)
+        return _failed(error.reason, smooth.iterations)
     if run.status == "failed":
-        return replace(_failed(run.reason, smooth.iterations, 0.0), transient=run)
+        return replace(_failed(run.reason, smooth.iterations), transient=run)
     middle = float(np.interp(0.0, run.profiles.x, run.profiles.film))
     if run.wall_error > 0.0:
         skipped.append(f"waves finer than the mesh: their bounds change friction by {100.0 * run.wall_error:.2g} %")
@@ -392,17 +298,3 @@ def _dry(
         heat=None,
         dry=nil.contact,
     )
-
-
-def solve_case(case: Case, start: ContactResult | None = None) -> ContactResult:
-    """Solve the contact of one input file; a failure is a status."""
-    result = solve_contact(
-        case.line_contact(),
-        case.lubricant.lubricant(),
-        case.surface,
-        case.model,
-        (case.solid_1.body(), case.solid_2.body()),
-        case.bulk_temperatures(),
-        start,
-    )
-    return replace(result, notes=(*result.notes, *case.without_effect()))

@@ -97,8 +97,8 @@ def _cache() -> Check:
 
 
 def _solver() -> Check:
-    from ehl.contact import LineContact
     from ehl.fluid.lubricant import Lubricant
+    from ehl.line_contact import LineContact
     from ehl.smooth import solve_steady
 
     # case g01 of data/reference/ehl_smooth_cases.json

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ehl.case import Length, PeklenikNumber
+from ehl.inputs import Length, PeklenikNumber
 from ehl.io.validation import InputModel
 
 

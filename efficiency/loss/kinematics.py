@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from efficiency.contact.axis import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
-from ehl.case import SurfaceInput
 from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.expectation import quantity_of
 from ehl.state import ContactState

@@ -60,8 +60,8 @@ class ShearInput(InputModel):
             given["eyring_stress"] = self.eyring_stress_pressure.law()
         return given
 
-    def idle_keys(self) -> list[tuple[str, str]]:
-        """Keys given that the chosen law does not use, and why."""
+    def unused_inputs(self) -> list[tuple[str, str]]:
+        """Given keys that the chosen law does not use, and why."""
         given = {name for name in self.model_fields_set if getattr(self, name) is not None}
         idle = []
         if self.rheology != "eyring":

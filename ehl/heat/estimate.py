@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ehl.contact import LineContact
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, peclet_number
 from ehl.heat.film import FilmConductivity, inlet_thermal_factors
+from ehl.line_contact import LineContact
 from ehl.material import Material
 
 # of the change of ln(viscosity) and of the relative change of film, below which heat is left out

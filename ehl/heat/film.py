@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 from scipy.interpolate import PchipInterpolator
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 
 FloatArray = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, Conduction, peclet_number, surface_matrix
 from ehl.heat.film import CouetteFilm, FilmConductivity, couette_film, flux_to_surface_1
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]

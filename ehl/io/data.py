@@ -27,6 +27,35 @@ def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
     return tuple(sorted(path.name.removesuffix(suffix) for path in data_path(folder).glob(f"*{suffix}")))
 
 
+def shipped(kind: str) -> tuple[str, ...]:
+    """Names of what the program brings along.
+
+    Parameters
+    ----------
+    kind : {"oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets"}
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    InputError
+        There is no such kind.
+
+    Examples
+    --------
+    >>> import ehl
+    >>> "75w90" in ehl.shipped("oils")
+    True
+    """
+    suffixes = {"formulas": ".json", "datasets": ".h5"}
+    kinds = ("oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets")
+    if kind not in kinds:
+        raise InputError("kind", kind, "one of " + ", ".join(kinds))
+    return data_names(kind, suffixes.get(kind, ".toml"))
+
+
 def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
     """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
     path = Path(name)

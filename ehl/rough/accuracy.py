@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ehl.contact import LineContact
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.line_contact import LineContact
 from ehl.rough.scaling import solved_length
 from ehl.rough.surfaces import RoughSurfaces
 

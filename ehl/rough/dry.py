@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact import LineContact
 from ehl.elasticity import DeflectionOperator
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 
 FloatArray = NDArray[np.float64]
 

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehl.case import ModelInput, SurfaceInput
-from ehl.contact import LineContact
 from ehl.elasticity import FloatArray
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import surface_matrix
 from ehl.heat.film import flux_to_surface_1
+from ehl.inputs import ModelInput, SurfaceInput
+from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid

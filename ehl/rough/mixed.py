@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.case import ModelInput, SurfaceInput
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import ThermalTraction
+from ehl.inputs import ModelInput, SurfaceInput
 from ehl.io.errors import ConvergenceError
+from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, fewest_nodes, level_of, mesh_length

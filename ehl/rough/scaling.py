@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact import LineContact
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import KELVIN, ROELANDS_TEMPERATURE, Lubricant
+from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.motion import SAMPLES

@@ -14,10 +14,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import FilmConductivity
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.material import Material, load_material
 from ehl.rough._kernels.march import (
     CAPPED_NODES,

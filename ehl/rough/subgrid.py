@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehl.case import SurfaceInput
-from ehl.contact import LineContact
+from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
 from ehl.surface.roughness import RoughProfile, generate_profile

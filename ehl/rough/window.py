@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from ehl.contact import LineContact
+from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE
 from ehl.rough.accuracy import BATCH, FRONT_STARTUP, Plan
 from ehl.rough.batches import batch_means, paired_error

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehl.case import ModelInput
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import ThermalTraction
+from ehl.inputs import ModelInput
+from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth import SteadyResult, solve_steady
 from ehl.smooth.thermal import ThermalSteadyResult, solve_steady_thermal
@@ -32,7 +32,7 @@ class SmoothFilm:
     notes: tuple[str, ...] = ()
 
 
-def without_balance(smooth: SmoothFilm | ThermalSteadyResult) -> SmoothFilm:
+def isothermal_fallback(smooth: SmoothFilm | ThermalSteadyResult) -> SmoothFilm:
     """The isothermal film of a contact whose heat balance was not found."""
     return _isothermal(smooth.isothermal, smooth.temperature_film_max, smooth.temperature_flash, smooth.iterations)
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact import LineContact
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology_numbers import PLAIN, ShearNumbers
+from ehl.line_contact import LineContact
 
 Array = NDArray[np.float64]
 Offset = Callable[[Array], Array]

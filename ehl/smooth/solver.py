@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.smooth.continuation import PATH_NODES, PathReport, cold_path, from_neighbour
 from ehl.smooth.estimate import Extrapolation
 from ehl.smooth.newton import Level, NewtonFailure

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
     FilmConductivity,
@@ -28,6 +27,7 @@ from ehl.heat import (
     thermal_traction,
 )
 from ehl.heat.conduction import Conduction
+from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth import SteadyResult, solve_steady
 from ehl.smooth.refine import Accuracy

@@ -24,8 +24,8 @@ from ehl.view.rough_plots import DARK, SHOWN, hertz_line
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from ehl.case import Case
-    from ehl.solve import ContactResult
+    from ehl.inputs import ContactProblem
+    from ehl.line_contact import LineContact
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def roll_on(transient: TransientResult, count: int = FRAMES, travel: float = ROL
     return frames
 
 
-def check_animation(case: Case, path: Path) -> None:
+def check_animation(problem: ContactProblem, path: Path) -> None:
     """Whether an animation can come of this, before anything is computed.
 
     Raises
@@ -99,18 +99,18 @@ def check_animation(case: Case, path: Path) -> None:
         raise InputError("animate", str(path), "a file name ending in .gif or .html")
     if not path.parent.is_dir():
         raise InputError("animate", str(path), "a file in an existing folder")
-    if case.model.roughness != "deterministic":
+    if problem.model.roughness != "deterministic":
         raise InputError(
             "animate",
             str(path),
             "a contact with model.roughness = 'deterministic'",
-            f"Nothing moves in the {case.model.roughness} model.",
+            f"Nothing moves in the {problem.model.roughness} model.",
         )
-    if case.surface.roughness_rms == 0.0 and not case.surface.measured:
+    if not problem.rough:
         raise InputError("animate", str(path), "a contact with a rough surface", "Nothing moves between smooth ones.")
 
 
-def animate_contact(case: Case, result: ContactResult, path: Path) -> Path:
+def animate_contact(problem: ContactProblem, transient: TransientResult | None, friction: float, path: Path) -> Path:
     """Write the animation of a deterministic solution as GIF or as a self-contained HTML page.
 
     Raises
@@ -118,15 +118,15 @@ def animate_contact(case: Case, result: ContactResult, path: Path) -> Path:
     InputError
         As `check_animation`; the roughness was left out because the film is thick; the file cannot be written.
     """
-    check_animation(case, path)
-    if result.transient is None:
+    check_animation(problem, path)
+    if transient is None:
         raise InputError(
             "animate",
             str(path),
             "a solution with its roughness",
             "It was left out because the film is thick; model.shortcuts = 'off' keeps it.",
         )
-    film = _Pictures(case, result, roll_on(result.transient))
+    film = _Pictures(problem.line, friction, roll_on(transient))
     try:
         WRITERS[path.suffix.lower()](film, path)
     except OSError as error:
@@ -137,11 +137,10 @@ def animate_contact(case: Case, result: ContactResult, path: Path) -> Path:
 class _Pictures:
     """The figure and what changes in it from frame to frame; only that is drawn anew, four times as fast."""
 
-    def __init__(self, case: Case, result: ContactResult, frames: list[Frame]) -> None:
+    def __init__(self, contact: LineContact, mean_friction: float, frames: list[Frame]) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        contact = case.line_contact()
         self.frames = frames
         self.x = frames[0].contact.x / contact.half_width
         self.figure = Figure(figsize=(7.0, 6.6), dpi=DOTS_PER_INCH, layout="constrained")
@@ -167,7 +166,7 @@ class _Pictures:
 
         mu = [frame.friction for frame in frames]
         spread = max(max(mu) - min(mu), 1e-6)
-        friction.axhline(result.friction_coefficient, color=GREY, ls="--", lw=1.0, label="time mean")
+        friction.axhline(mean_friction, color=GREY, ls="--", lw=1.0, label="time mean")
         (self.trace,) = friction.plot([], [], color=BLUE, lw=1.2)
         friction.set(
             xlim=(0.0, frames[-1].travel),

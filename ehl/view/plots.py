@@ -10,54 +10,43 @@ from ehl.io.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ehl.case import Case
-    from ehl.solve import ContactResult
+    from ehl.heat import ThermalTraction
+    from ehl.line_contact import LineContact
+    from ehl.smooth import SteadyResult
 
 BLUE, ORANGE, GREY = "#1f5a99", "#c8651b", "#8a8f98"
 
 
-def plot_contact(case: Case, result: ContactResult) -> Figure:
-    """Pressure and film over x/b, with the Hertz pressure; temperatures below where heat was computed.
-
-    The figure of a deterministic solution is that of `ehl.view.rough_plots.plot_transient`.
-    """
+def plot_smooth(line: LineContact, film: SteadyResult, heat: ThermalTraction | None, title: str) -> Figure:
+    """Pressure and film over x/b, with the Hertz pressure; temperatures below where heat was computed."""
     import numpy as np
     from matplotlib.figure import Figure
 
-    if result.transient is not None:
-        from ehl.view.rough_plots import plot_transient
-
-        return plot_transient(case, result)
-    assert result.film is not None
-    contact = case.line_contact()
-    b = contact.half_width
-    figure = Figure(figsize=(7.0, 6.6 if result.heat else 4.2), layout="constrained")
-    if result.heat:
+    b = line.half_width
+    figure = Figure(figsize=(7.0, 6.6 if heat else 4.2), layout="constrained")
+    if heat:
         axes, temperature_axes = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     else:
         axes = figure.add_subplot()
     inside = np.linspace(-1.0, 1.0, 201)
-    hertz = contact.pressure_hertz * np.sqrt(np.maximum(1.0 - inside**2, 0.0))
+    hertz = line.pressure_hertz * np.sqrt(np.maximum(1.0 - inside**2, 0.0))
     axes.plot(inside, hertz / 1e9, color=GREY, lw=1.0, ls="--", label="Hertz")
-    axes.plot(result.film.x / b, result.film.pressure / 1e9, color=BLUE, label="pressure")
+    axes.plot(film.x / b, film.pressure / 1e9, color=BLUE, label="pressure")
     axes.set(ylabel="pressure [GPa]", xlim=(-2.0, 1.5), ylim=(0.0, None))
     film_axes = axes.twinx()
-    film_axes.plot(result.film.x / b, result.film.film * 1e9, color=ORANGE, label="film thickness")
-    film_axes.set(ylabel="film thickness [nm]", ylim=(0.0, 4.0 * result.film_central * 1e9))
+    film_axes.plot(film.x / b, film.film * 1e9, color=ORANGE, label="film thickness")
+    film_axes.set(ylabel="film thickness [nm]", ylim=(0.0, 4.0 * film.film_central * 1e9))
     lines = [*axes.get_lines(), *film_axes.get_lines()]
     axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
-    axes.set_title(
-        f"mu = {result.friction_coefficient:.4f}, h_c = {result.film_central * 1e9:.1f} nm, "
-        f"h_min = {result.film_min * 1e9:.1f} nm"
-    )
-    if result.heat:
-        x, kelvin = result.heat.x / b, 273.15
-        temperature_axes.plot(x, result.heat.temperature_film - kelvin, color=ORANGE, label="film, mid-layer")
-        temperature_axes.plot(x, result.heat.temperature_flash_1 - kelvin, color=BLUE, label="surface 1")
-        temperature_axes.plot(x, result.heat.temperature_flash_2 - kelvin, color=BLUE, ls="--", label="surface 2")
+    axes.set_title(title)
+    if heat:
+        x, kelvin = heat.x / b, 273.15
+        temperature_axes.plot(x, heat.temperature_film - kelvin, color=ORANGE, label="film, mid-layer")
+        temperature_axes.plot(x, heat.temperature_flash_1 - kelvin, color=BLUE, label="surface 1")
+        temperature_axes.plot(x, heat.temperature_flash_2 - kelvin, color=BLUE, ls="--", label="surface 2")
         temperature_axes.set(ylabel="temperature [degC]")
         temperature_axes.legend(loc="upper left", frameon=False)
-    figure.axes[1 if result.heat else 0].set_xlabel("x/b [-]")
+    figure.axes[1 if heat else 0].set_xlabel("x/b [-]")
     return figure
 
 

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ehl.case import Case
-    from ehl.solve import ContactResult
+    from ehl.inputs import ContactProblem
+    from ehl.line_contact import LineContact
+    from ehl.smooth import SteadyResult
 
 Array = NDArray[np.float64]
 
@@ -30,18 +31,16 @@ KELVIN = 273.15
 SHOWN = (-2.0, 1.35)  # [b]
 
 
-def plot_transient(case: Case, result: ContactResult) -> Figure:
+def plot_transient(problem: ContactProblem, run: TransientResult, smooth: SteadyResult, title: str) -> Figure:
     """All of a deterministic solution on one page.
 
     Left the means over time, right the last step, below friction over the rolled distance and the profiles.
     """
     from matplotlib.figure import Figure
 
-    run = result.transient
-    assert run is not None
-    b = case.line_contact().half_width
-    hot = result.heat is not None
-    surfaces = rough_surfaces(case.surface, b)
+    b = problem.line.half_width
+    hot = run.run.problem.settings.thermal
+    surfaces = rough_surfaces(problem.surface, b)
     figure = Figure(figsize=(11.0, 13.0), layout="constrained")
     axes = figure.subplot_mosaic(
         [
@@ -54,12 +53,12 @@ def plot_transient(case: Case, result: ContactResult) -> Figure:
         ],
         height_ratios=(3.0, 2.4, 1.8, 2.2, 1.9, 2.2),
     )
-    figure.suptitle(_summary(result), fontsize=10)
-    _mean_pressure(axes["pressure"], case, run)
-    _mean_film(axes["film"], result, run, b)
+    figure.suptitle(title, fontsize=10)
+    _mean_pressure(axes["pressure"], problem.line, run)
+    _mean_film(axes["film"], smooth, run, b)
     if hot:
         _mean_temperature(axes["temperature"], run, b)
-    _last_pressure(axes["pressure_now"], case, run)
+    _last_pressure(axes["pressure_now"], problem.line, run)
     _last_film(axes["film_now"], run, b)
     _last_filling(axes["filling"], run, b)
     for name in ("pressure", "film", "pressure_now", "film_now"):
@@ -74,26 +73,14 @@ def plot_transient(case: Case, result: ContactResult) -> Figure:
     return figure
 
 
-def _summary(result: ContactResult) -> str:
-    errors = f"mesh ±{100.0 * result.mesh_error:.2g} %, 90 % interval ±{100.0 * result.statistical_error:.2g} %"
-    first = f"$\\mu$ = {result.friction_coefficient:.4f} ({errors})"
-    if math.isfinite(result.friction_boundary_half):
-        half, double = result.friction_boundary_half, result.friction_boundary_double
-        first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
-    second = f"$\\lambda$ = {result.film_ratio:.2g},  asperities carry {100.0 * result.asperity_load_share:.2g} %"
-    if math.isfinite(result.roughness_load_share):
-        second += f", {100.0 * result.roughness_load_share:.2g} % above the macroscopic pressure"
-    return f"{first}\n{second},  {result.status} {result.reason}".rstrip()
-
-
 def hertz_line(axes: Axes, pressure_hertz: float) -> None:
     """The Hertz pressure over x/b [GPa]."""
     inside = np.linspace(-1.0, 1.0, 201)
     axes.plot(inside, pressure_hertz / 1e9 * np.sqrt(1.0 - inside**2), color=GREY, lw=1.0, ls="--", label="Hertz")
 
 
-def _mean_pressure(axes: Axes, case: Case, run: TransientResult) -> None:
-    contact, profiles = case.line_contact(), run.profiles
+def _mean_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> None:
+    profiles = run.profiles
     x = profiles.x / contact.half_width
     hertz_line(axes, contact.pressure_hertz)
     axes.plot(x, (profiles.pressure_fluid + profiles.pressure_asperity) / 1e9, color=DARK, lw=1.0, label="total")
@@ -106,9 +93,7 @@ def _mean_pressure(axes: Axes, case: Case, run: TransientResult) -> None:
     axes.legend(loc="upper left", frameon=False, fontsize=8)
 
 
-def _mean_film(axes: Axes, result: ContactResult, run: TransientResult, b: float) -> None:
-    assert result.isothermal is not None
-    smooth = result.isothermal
+def _mean_film(axes: Axes, smooth: SteadyResult, run: TransientResult, b: float) -> None:
     axes.plot(smooth.x / b, smooth.film * 1e9, color=GREY, lw=1.0, ls="--", label="smooth, isothermal")
     axes.plot(run.profiles.x / b, run.profiles.film * 1e9, color=BLUE, label="film")
     axes.axhline(run.boundary_film * 1e9, color=RED, lw=0.8, ls=":", label="boundary film")
@@ -125,8 +110,8 @@ def _mean_temperature(axes: Axes, run: TransientResult, b: float) -> None:
     axes.legend(loc="upper left", frameon=False, fontsize=8)
 
 
-def _last_pressure(axes: Axes, case: Case, run: TransientResult) -> None:
-    contact, last = case.line_contact(), run.snapshot
+def _last_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> None:
+    last = run.snapshot
     x = last.x / contact.half_width
     hertz_line(axes, contact.pressure_hertz)
     axes.plot(x, last.pressure_fluid / 1e9, color=BLUE, lw=1.2, label="fluid")

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact import LineContact
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
-from ehl.solve import ContactResult
+from ehl.line_contact import LineContact
+from ehl.result import ContactResult
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl import case as inputs
+from ehl import inputs
 from ehl.fluid.oil import Temperature
 from ehl.io.errors import InputError
 from ehl.io.table_files import numbered_table

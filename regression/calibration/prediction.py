@@ -15,12 +15,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.case import ModelInput
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
+from ehl.inputs import ModelInput
 from ehl.material import Material
 from ehl.path import solve_path
-from ehl.solve import ContactResult, solve_contact
+from ehl.result import ContactResult
+from ehl.solve import solve_contact
 from regression.calibration.held_film import HeldFilm, held_film
 from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of
 from regression.calibration.scenes import Group

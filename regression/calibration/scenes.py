@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.case import MOST_PRESSURE_OVER_MODULUS, MOST_SLIDING, SurfaceInput
-from ehl.contact import LineContact
+from ehl.inputs import MAX_PRESSURE_OVER_MODULUS, MAX_SLIDING, SurfaceInput
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.material import effective_modulus
 from regression.calibration.hertz import MEAN_LINE, MEAN_POINT, hertz_point_pressure
 from regression.calibration.measurement import CONDITIONS, Measurement
@@ -82,7 +82,7 @@ def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
     if point and specimens.match == "mean_pressure":
         pressure = pressure * (MEAN_POINT / MEAN_LINE)
     allowed = CONDITIONS["pressure_hertz"]
-    most = min(allowed.le or np.inf, MOST_PRESSURE_OVER_MODULUS * modulus)
+    most = min(allowed.le or np.inf, MAX_PRESSURE_OVER_MODULUS * modulus)
     least = allowed.ge or 0.0
     for row, value in enumerate(pressure):
         if not least <= value <= most:
@@ -117,11 +117,11 @@ def groups_of(measurement: Measurement, setup: CalibrationSetup) -> tuple[Group,
         for i in range(measurement.size)
     ]
     for row, contact in enumerate(contacts):
-        if contact.speed_sliding > MOST_SLIDING:
+        if contact.speed_sliding > MAX_SLIDING:
             raise InputError(
                 f"{measurement.name}, row {measurement.row_numbers[row]}, slide_to_roll",
                 contact.slide_to_roll,
-                f"a sliding speed of at most {MOST_SLIDING:g} m/s; it is {contact.speed_sliding:.4g} m/s",
+                f"a sliding speed of at most {MAX_SLIDING:g} m/s; it is {contact.speed_sliding:.4g} m/s",
             )
     together: dict[tuple[str, float], list[int]] = {}
     for row, label in enumerate(measurement.curve):

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from ehl import case as inputs
-from ehl.case import ModelInput, SolidInput, SurfaceInput
+from ehl import inputs
 from ehl.fluid.oil import Oil, Temperature
+from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.units import Quantity
 from ehl.io.validation import InputModel, read_toml, validate

@@ -9,7 +9,7 @@ from typing import get_args
 
 import numpy as np
 
-from ehl import case as inputs
+from ehl import inputs
 from ehl.fluid.oil import Oil, Temperature
 from ehl.io.data import data_names
 from ehl.io.errors import InputError

@@ -8,9 +8,10 @@ from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BeforeValidator, model_validator
 
-from ehl import case as case_inputs
-from ehl.case import SurfaceInput
+from ehl import inputs as case_inputs
+from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
 from ehl.fluid.oil import Temperature
+from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.units import Quantity
 from ehl.io.validation import InputModel
@@ -116,9 +117,9 @@ VARIABLES: dict[str, Any] = {
     "peklenik_number": _surface("peklenik_number"),
     "boundary_film": _surface("boundary_film"),
     "boundary_friction": _surface("boundary_friction"),
-    "viscosity_inlet": case_inputs.Viscosity,
-    "pressure_viscosity": case_inputs.PressureViscosity,
-    "eyring_stress": case_inputs.Stress,
+    "viscosity_inlet": Viscosity,
+    "pressure_viscosity": PressureViscosity,
+    "eyring_stress": Stress,
 }
 REQUIRED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll")
 EXCLUSIVE = (

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
-from ehl.case import LoadPerLength, SlidingSpeed
 from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.io.errors import InputError
 from ehl.io.units import Quantity
 from ehl.io.validation import InputModel

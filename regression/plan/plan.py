@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from ehl import case as case_inputs
-from ehl.case import Case, ModelInput, SolidInput, SurfaceInput
+from ehl import inputs as case_inputs
+from ehl.contact import Contact
+from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.table_files import Column, read_columns
 from ehl.io.units import Quantity
@@ -251,12 +252,12 @@ class Plan(InputModel):
         """Both bodies."""
         return self.solid_1.body(), self.solid_2.body()
 
-    def cases(self) -> Iterator[tuple[str, Case]]:
+    def cases(self) -> Iterator[tuple[str, Contact]]:
         """Origin and case of every point of the plan, in a fixed order."""
         for index, origin in enumerate(self.points.origin):
             yield origin, self.case_at(index)
 
-    def case_at(self, index: int) -> Case:
+    def case_at(self, index: int) -> Contact:
         """The case of one point of `points`."""
         points = self.points
         seed = None if points.seed is None else int(points.seed[index])
@@ -268,7 +269,7 @@ class Plan(InputModel):
     def _row_oil(self, row: int) -> str | None:
         return str(self.table["oil"][row]) if "oil" in self.table else None
 
-    def case(self, values: Mapping[str, float], *, oil: str | None = None, seed: int | None = None) -> Case:
+    def case(self, values: Mapping[str, float], *, oil: str | None = None, seed: int | None = None) -> Contact:
         """The case at one point.
 
         Raises
@@ -293,7 +294,7 @@ class Plan(InputModel):
         if self.effective_modulus is not None:
             tables["contact"]["effective_modulus"] = self.effective_modulus
         bodies = {"solid_1": self.solid_1, "solid_2": self.solid_2, "model": self.model}
-        return validate(Case, {**tables, **bodies})
+        return validate(Contact, {**tables, **bodies})
 
 
 TABLE_OF = {

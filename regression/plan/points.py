@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.case import DirectLubricant, OilLubricant
+from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.io.units import Quantity
 from ehl.io.validation import validate
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_row

@@ -8,19 +8,20 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ehl import __version__ as solver_version
-from ehl.case import Case, OilLubricant
+from ehl.contact import Contact
+from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.io.errors import ConvergenceError
 from regression.data.row_format import OUTPUT_UNITS, SURFACE_UNITS
 from regression.friction.conditions import UNITS, derive, lubricant_row
 from regression.friction.published_registry import PUBLISHED, evaluate_published
 
 Outputs = Mapping[str, float | str]
-Evaluator = Callable[[Case], Outputs]
+Evaluator = Callable[[Contact], Outputs]
 
 SOLVER = f"ehl {solver_version}"
 
 
-def case_key(case: Case, version: str) -> str:
+def case_key(case: Contact, version: str) -> str:
     """Key of a case: hash of the validated input, the seed and the version of what computes it.
 
     The seed of the roughness is one of the validated inputs.
@@ -28,7 +29,7 @@ def case_key(case: Case, version: str) -> str:
     return hashlib.sha256(f"{version}\n{case.model_dump_json()}".encode()).hexdigest()
 
 
-def input_row(case: Case) -> dict[str, float | str]:
+def input_row(case: Contact) -> dict[str, float | str]:
     """What the dataset stores of a case beside the results: its figures, and the name of its oil card."""
     contact = case.line_contact()
     lubricant = case.lubricant.lubricant()
@@ -48,7 +49,7 @@ def input_row(case: Case) -> dict[str, float | str]:
     }
 
 
-def solve_outputs(case: Case) -> Outputs:
+def solve_outputs(case: Contact) -> Outputs:
     """Results of the contact solver, with its status (converged, unsettled) and reason.
 
     Raises
@@ -56,9 +57,8 @@ def solve_outputs(case: Case) -> Outputs:
     ConvergenceError
         With the solver's reason.
     """
-    from ehl.solve import solve_case
 
-    result = solve_case(case)
+    result = case.solve()
     if result.status == "failed":
         raise ConvergenceError(result.reason)
     values: dict[str, float | str] = {name: float(getattr(result, name, np.nan)) for name in OUTPUT_UNITS}
@@ -70,7 +70,7 @@ def solve_outputs(case: Case) -> Outputs:
     return values | {"status": result.status, "reason": result.reason, "skipped": skipped}
 
 
-def published_outputs(case: Case, name: str) -> Outputs:
+def published_outputs(case: Contact, name: str) -> Outputs:
     """Friction by a formula of the registry: a sweep of milliseconds, to try a plan and to test the fit.
 
     Raises

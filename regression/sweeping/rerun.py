@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import InputError
 from regression.data.dataset import Dataset
 from regression.plan.plan import Plan
@@ -113,7 +113,7 @@ def rerun(
         )
 
 
-def _row_of(dataset: Dataset, case: Case) -> dict[Hashable, Any]:
+def _row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
     """The row of a case, found by its figures: its key changes with every version of the solver."""
     figures, frame = input_row(case), dataset.frame
     here = frame["oil"] == figures["oil"]

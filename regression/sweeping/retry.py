@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from typing import get_args
 
-from ehl.case import Accuracy, Case
+from ehl.contact import Contact
+from ehl.inputs import Accuracy
 
 # the case itself is at fault, or the formula has no value there: no setting helps
 FINAL_REASONS = frozenset({"too_hot", "shear_strength", "undefined"})
 _LEVELS: tuple[str, ...] = get_args(Accuracy)
 
 
-def safer_setting(case: Case, step: int) -> tuple[Case, str] | None:
+def safer_setting(case: Contact, step: int) -> tuple[Contact, str] | None:
     """The case with its settings made safer by so many steps, and what was changed; None beyond the safest.
 
     Parameters
     ----------
-    case : Case
+    case : Contact
         As planned.
     step : int
         0 is the case itself; each further step takes the next accuracy, the last one switches off the shortcuts.

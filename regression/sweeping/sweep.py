@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.data.store import ResultStore, finished_keys
@@ -178,7 +178,7 @@ class PlannedCase:
     """A case to be computed, made when it is needed: a long plan would fill the memory."""
 
     origin: str
-    case: Callable[[], Case]
+    case: Callable[[], Contact]
 
 
 def compute_cases(

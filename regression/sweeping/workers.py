@@ -14,7 +14,7 @@ from functools import cache
 from types import FrameType
 from typing import Any
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import ConvergenceError
 from regression.sweeping.evaluators import Evaluator, input_row
 from regression.sweeping.retry import FINAL_REASONS, safer_setting
@@ -31,7 +31,7 @@ class Task:
 
     key: str
     origin: str
-    case: Case
+    case: Contact
     tried: int = 0
 
 

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from efficiency.run import Conditions, run_gear
-from ehl.case import load_case
-from ehl.solve import solve_case
+from ehl.contact import Contact
 
 HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parents[1] / "docs" / "examples"
@@ -20,7 +19,7 @@ RELATIVE = 1e-6
 
 
 def contact_figures(name: str) -> dict[str, float]:
-    result = solve_case(load_case(EXAMPLES / name)).to_dict()
+    result = Contact.from_file(EXAMPLES / name).solve().to_dict()
     keep = ("friction_coefficient", "friction_fluid", "film_central", "film_min", "pressure_max", "rolling_traction")
     return {key: result[key] for key in (*keep, "temperature_film_max", "asperity_load_share")}
 

@@ -18,11 +18,11 @@ from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
 from efficiency.study.points import Study, StudyPoint
 from efficiency.synthesis.inputs import SettingsInput
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.material import Material
 from ehl.quantities import nomenclature, quantities
-from ehl.solve import ContactResult
+from ehl.result import ContactResult
 from ehl.state import ContactState
 from regression.calibration.calibrate import CalibrationResult, ParameterEstimate
 from regression.calibration.measurement import COLUMNS
@@ -53,7 +53,7 @@ def keys(model: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(
-    "model", [Case, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, Formula, CalibrationSetup]
+    "model", [Contact, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, Formula, CalibrationSetup]
 )
 def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     assert set(keys(model, set())) <= NAMES

@@ -10,9 +10,9 @@ import json
 
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.data import data_path
+from ehl.line_contact import LineContact
 from ehl.smooth import solve_steady
 
 CASES = {c["name"]: c for c in json.loads(data_path("reference", "ehl_smooth_cases.json").read_text())["cases"]}

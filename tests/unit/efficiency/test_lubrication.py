@@ -15,9 +15,9 @@ from efficiency.loss.lubrication import (
     surface_temperature,
 )
 from efficiency.loss.power_loss import efficiency_of, rolling_losses
-from ehl.case import ModelInput, SurfaceInput
-from ehl.contact import LineContact
 from ehl.fluid.oil import Oil
+from ehl.inputs import ModelInput, SurfaceInput
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough.dry_limit import flash_of_rubbing
 from ehl.solve import solve_contact

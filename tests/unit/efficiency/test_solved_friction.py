@@ -26,10 +26,10 @@ from efficiency.output.tables import efficiency_rows
 from efficiency.run import run_duty, run_gear, run_map, run_parameter_map
 from efficiency.study.levels import Levels
 from efficiency.study.solve import run_study
-from ehl.contact import LineContact
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
+from ehl.line_contact import LineContact
 from ehl.state import ContactState
 from regression.friction.models import ConstantFriction, FrictionEstimate, friction_model
 

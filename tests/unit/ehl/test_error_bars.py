@@ -10,28 +10,28 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl import acceptance
-from ehl.case import Case, ModelInput, SurfaceInput
-from ehl.contact import LineContact
+from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
+from ehl.inputs import ModelInput, SurfaceInput
 from ehl.io.validation import validate
+from ehl.line_contact import LineContact
 from ehl.material import load_material
+from ehl.result import ContactResult, friction_above_limit_temperature
 from ehl.rough import RoughSurfaces, dry_limit
 from ehl.rough.batches import batch_means, neighbour_correlation, paired_error
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.window import Window, film_jumped, mesh_error, realisation_error
 from ehl.smooth import estimate, solve_steady, thermal
 from ehl.smooth.estimate import extrapolate
-from ehl.solve import ContactResult, solve_case
 
 STEEL = load_material("steel")
 CONTACT = {"radius_equivalent": 0.015, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}
 OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
 
 
-def case(**tables: object) -> Case:
-    return validate(Case, {"contact": CONTACT, "lubricant": OIL, **tables})
+def case(**tables: object) -> Contact:
+    return validate(Contact, {"contact": CONTACT, "lubricant": OIL, **tables})
 
 
 # --- smooth contact: nested grids
@@ -123,8 +123,8 @@ def test_change_of_a_round_is_relative_to_the_newer_film() -> None:
 
 def test_heat_left_out_adds_its_estimate_to_both_errors() -> None:
     slow = {**CONTACT, "speed_entrainment": 0.3, "slide_to_roll": 0.02, "pressure_hertz": 6e8}
-    plain = solve_case(case(contact=slow, model={"thermal": "off"}))
-    left_out = solve_case(case(contact=slow, model={"thermal": "auto"}))
+    plain = case(contact=slow, model={"thermal": "off"}).solve()
+    left_out = case(contact=slow, model={"thermal": "auto"}).solve()
     given = case(contact=slow)
     found = estimate_thermal_effect(
         given.line_contact(), given.lubricant.lubricant(), (STEEL, STEEL), film_central=plain.film_central
@@ -262,11 +262,11 @@ def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:
     assert roughness_effect(5.6) == pytest.approx(0.031 / 3.4822022531845, rel=1e-9)
     assert roughness_effect(2.8, 0.08) == pytest.approx(0.31, rel=1e-12)
     assert roughness_effect(2.8, 0.0) == pytest.approx(1.55, rel=1e-12)
-    smooth = solve_case(case(model={"thermal": "off"}))
+    smooth = case(model={"thermal": "off"}).solve()
     rough = case(
         surface={"roughness_rms_1": smooth.film_central / 6.0}, model={"thermal": "off", "roughness": "deterministic"}
     )
-    result = solve_case(rough)
+    result = rough.solve()
     assert result.transient is None
     ratio = film_stress_ratio(smooth.friction_fluid, rough.line_contact(), rough.lubricant.lubricant())
     expected = smooth.friction_error + roughness_effect(6.0, ratio)
@@ -303,7 +303,7 @@ def test_error_of_a_dry_contact_by_hand(monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.fixture(scope="module")
 def heated() -> ContactResult:
-    result = solve_case(case(contact={**CONTACT, "slide_to_roll": 0.8}, model={"thermal": "on", "accuracy": "fast"}))
+    result = case(contact={**CONTACT, "slide_to_roll": 0.8}, model={"thermal": "on", "accuracy": "fast"}).solve()
     assert result.heat is not None
     return result
 
@@ -314,8 +314,8 @@ def test_friction_of_films_too_hot_for_any_law_counts_as_error(heated: ContactRe
     hot = np.where(x > 2.0, 1001.0, 900.0)
     heat: Any = SimpleNamespace(x=x, shear_stress=np.full(301, 5e7), temperature_film=hot)
     result = replace(heated, heat=heat, temperature_film_max=1001.0)
-    assert acceptance.hot_friction(result) == pytest.approx(heated.friction_fluid / 3.0, rel=0.01)
-    assert acceptance.hot_friction(replace(result, temperature_film_max=999.0)) == 0.0
+    assert friction_above_limit_temperature(result) == pytest.approx(heated.friction_fluid / 3.0, rel=0.01)
+    assert friction_above_limit_temperature(replace(result, temperature_film_max=999.0)) == 0.0
 
 
 def test_rough_films_too_hot_count_by_the_larger_of_two_shares(heated: ContactResult) -> None:
@@ -330,4 +330,4 @@ def test_rough_films_too_hot_count_by_the_larger_of_two_shares(heated: ContactRe
         return replace(heated, transient=transient, temperature_film_max=1100.0, friction_fluid=0.04)
 
     for spots, mean, share in ((0.2, 0.1, 0.4), (0.2, 0.5, 0.5), (0.8, 0.0, 1.0)):
-        assert acceptance.hot_friction(rough(spots, mean)) == pytest.approx(share * 0.04, rel=1e-12)
+        assert friction_above_limit_temperature(rough(spots, mean)) == pytest.approx(share * 0.04, rel=1e-12)

@@ -6,7 +6,9 @@ import pytest
 from pydantic import BaseModel
 
 from efficiency.design.design import OPERATION_LIMITS, Design
-from ehl.case import Case, ContactInput, DirectLubricant, OilLubricant
+from ehl.contact import Contact
+from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
+from ehl.inputs import ContactInput
 from ehl.io.expectation import expectation, find_place, quantity_of
 from ehl.material import Material
 from regression.friction.formula import Formula
@@ -15,9 +17,9 @@ from regression.friction.formula import Formula
 @pytest.mark.parametrize(
     ("model", "loc", "path", "words"),
     [
-        (Case, ("lubricant", "card", "temperature_oil"), "lubricant.temperature_oil", "233.15 K"),
-        (Case, ("lubricant", "direct", "density"), "lubricant.density", "at least 500 kg/m^3"),
-        (Case, ("contact", "effective_modulus"), "contact.effective_modulus", "at most 2e+12 Pa"),
+        (Contact, ("lubricant", "card", "temperature_oil"), "lubricant.temperature_oil", "233.15 K"),
+        (Contact, ("lubricant", "direct", "density"), "lubricant.density", "at least 500 kg/m^3"),
+        (Contact, ("contact", "effective_modulus"), "contact.effective_modulus", "at most 2e+12 Pa"),
         (
             Design,
             ("pinion", "concave", "cut", "cutter", "face_milling", "type"),
@@ -40,9 +42,9 @@ def test_place_and_words(model: type[BaseModel], loc: tuple[str | int, ...], pat
 
 
 def test_owner_is_the_member_of_the_union_in_use() -> None:
-    assert find_place(Case, ("lubricant", "card", "colour")).owner is OilLubricant
-    assert find_place(Case, ("lubricant", "direct", "colour")).owner is DirectLubricant
-    assert expectation(find_place(Case, ("lubricant", "direct", "colour")), "") == ""
+    assert find_place(Contact, ("lubricant", "card", "colour")).owner is OilLubricant
+    assert find_place(Contact, ("lubricant", "direct", "colour")).owner is DirectLubricant
+    assert expectation(find_place(Contact, ("lubricant", "direct", "colour")), "") == ""
 
 
 def test_limits_are_those_of_the_design_file() -> None:

@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 from scipy import integrate, optimize
 from scipy.stats import qmc
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
     FilmConductivity,
@@ -26,6 +25,7 @@ from ehl.heat import (
     zhu_cheng_1984,
 )
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.material import Material
 
 STEEL = Material(

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from ehl.case import Case, DirectLubricant, OilLubricant, load_case
+from ehl.contact import Contact
+from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
 
@@ -57,7 +58,7 @@ def test_the_documented_file_is_read(tmp_path: Path) -> None:
         accuracy = "standard"
         """
     )
-    case = load_case(path)
+    case = Contact.from_file(path)
     contact = case.line_contact()
     assert contact.pressure_hertz == pytest.approx(1e9)
     assert contact.load_per_length == pytest.approx(277525.85279061773)
@@ -76,9 +77,9 @@ def test_oil_and_solids() -> None:
             ),
         )
     )
-    case = validate(Case, content)
+    case = validate(Contact, content)
     assert isinstance(case.lubricant, OilLubricant)
-    assert case.modulus == pytest.approx(2.0 / ((1 - 0.09) / 210e9 + (1 - 0.09) / 206e9))
+    assert case.effective_modulus == pytest.approx(2.0 / ((1 - 0.09) / 210e9 + (1 - 0.09) / 206e9))
     assert case.bulk_temperatures() == (pytest.approx(368.15), pytest.approx(353.15))
 
 
@@ -122,7 +123,7 @@ def test_oil_and_solids() -> None:
 )
 def test_bad_input_names_field_value_and_range(change: Callable[[dict[str, Any]], object], words: list[str]) -> None:
     with pytest.raises(InputError) as caught:
-        validate(Case, changed(change))
+        validate(Contact, changed(change))
     sentence = str(caught.value)
     for word in words:
         assert word in sentence
@@ -135,18 +136,18 @@ def test_unreadable_files(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "case.toml"
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"case\.toml"):
-        load_case(path)
+        Contact.from_file(path)
 
 
 def test_missing_file_and_folder(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="existing"):
-        load_case(tmp_path / "none.toml")
+        Contact.from_file(tmp_path / "none.toml")
     with pytest.raises(InputError, match="readable"):
-        load_case(tmp_path)
+        Contact.from_file(tmp_path)
 
 
 def test_oil_card_takes_figures_of_its_own() -> None:
     oil = {"oil": "fva3", "temperature_oil": "80 degC", "thermal_conductivity": 0.2, "limiting_shear_coefficient": 0.06}
-    lubricant = validate(Case, changed(lambda c: c.update(lubricant=oil))).lubricant.lubricant()
+    lubricant = validate(Contact, changed(lambda c: c.update(lubricant=oil))).lubricant.lubricant()
     assert (lubricant.thermal_conductivity, lubricant.limiting_shear_coefficient) == (0.2, 0.06)
     assert lubricant.heat_capacity == 2000.0

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehl.case import ModelInput
 from ehl.fluid.load_sharing import LOAD_SHARES, load_sharing
+from ehl.inputs import ModelInput
 from ehl.io.errors import InputError
 
 

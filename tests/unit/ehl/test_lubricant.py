@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import KELVIN, Lubricant, walther_1931
 from ehl.fluid.oil import Oil
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.material import effective_modulus, load_material
 
 LAWS = {

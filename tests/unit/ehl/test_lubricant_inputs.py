@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import RisingStress
 from ehl.io.errors import InputError
@@ -22,8 +22,8 @@ CARREAU = {"rheology": "carreau", "carreau_stress": "4 MPa", "carreau_exponent":
 SMOOTH = {"limiting_shear": "smooth", "limiting_shear_ambient": "2 MPa"}
 
 
-def case(lubricant: dict[str, Any], **model: object) -> Case:
-    return validate(Case, {"contact": CONTACT, "lubricant": lubricant, "model": model})
+def case(lubricant: dict[str, Any], **model: object) -> Contact:
+    return validate(Contact, {"contact": CONTACT, "lubricant": lubricant, "model": model})
 
 
 @pytest.mark.parametrize("base", [NUMBERS, CARD])
@@ -98,14 +98,14 @@ def test_a_law_asks_for_its_figures(lubricant: dict[str, Any], words: list[str])
     ],
 )
 def test_figures_without_effect_are_named(lubricant: dict[str, Any], names: set[str]) -> None:
-    assert {text.partition(" ")[0] for text in case(lubricant).without_effect()} == names
+    assert {text.partition(" ")[0] for text in case(lubricant).unused_inputs()} == names
 
 
 def test_elastic_kernel() -> None:
     assert case(NUMBERS).model.elasticity == "soe"
     shared = case(NUMBERS, elasticity="fft", roughness="load_sharing")
-    assert any("model.elasticity" in text for text in shared.without_effect())
-    assert case(NUMBERS, elasticity="fft").without_effect() == ()
+    assert any("model.elasticity" in text for text in shared.unused_inputs())
+    assert case(NUMBERS, elasticity="fft").unused_inputs() == ()
     with pytest.raises(InputError, match=r"model\.elasticity"):
         case(NUMBERS, elasticity="exact")
 

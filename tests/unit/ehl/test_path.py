@@ -11,14 +11,14 @@ import pytest
 
 import ehl
 from ehl import path as module
-from ehl.case import ModelInput, SurfaceInput
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
+from ehl.inputs import ModelInput, SurfaceInput
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.path import solve_path
+from ehl.result import ContactResult
 from ehl.smooth import SteadyResult
-from ehl.solve import ContactResult
 from ehl.state import ContactState
 
 OIL = Oil.load("fva3")

@@ -11,21 +11,20 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
-from ehl.solve import ContactResult, solve_case
-from ehl.view.animation import animate_contact, check_animation, roll_on
-from ehl.view.plots import plot_contact, save_figure
+from ehl.result import ContactResult
+from ehl.view.animation import roll_on
 from ehl.view.rough_plots import running_mean
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
 
 
-def rough(**surface: Any) -> Case:
+def rough(**surface: Any) -> Contact:
     """Cheap, and thin enough that asperities touch."""
     return validate(
-        Case,
+        Contact,
         {
             "contact": {
                 "radius_equivalent": 0.01,
@@ -41,9 +40,9 @@ def rough(**surface: Any) -> Case:
 
 
 @pytest.fixture(scope="module")
-def solution() -> tuple[Case, ContactResult]:
+def solution() -> tuple[Contact, ContactResult]:
     case = rough()
-    result = solve_case(case)
+    result = case.solve()
     assert result.transient is not None
     return case, result
 
@@ -52,11 +51,11 @@ def line_of(axes: Any, label: str) -> Any:
     return next(line for line in axes.get_lines() if line.get_label() == label)
 
 
-def test_figure_holds_the_solution(solution: tuple[Case, ContactResult], tmp_path: Path) -> None:
-    case, result = solution
+def test_figure_holds_the_solution(solution: tuple[Contact, ContactResult], tmp_path: Path) -> None:
+    result = solution[1]
     run = result.transient
     assert run is not None
-    figure = plot_contact(case, result)
+    figure = result.plot(tmp_path / "rough.png")
     panels = {axes.get_label(): axes for axes in figure.axes}
     assert set(panels) == {
         "pressure", "pressure_now", "film", "film_now", "filling", "friction", "heights", "correlation", "spectrum",
@@ -72,12 +71,11 @@ def test_figure_holds_the_solution(solution: tuple[Case, ContactResult], tmp_pat
     assert "surface 2" not in panels["heights"].get_title()
     for axes in figure.axes:
         assert axes.get_xlabel() or axes.get_ylabel()
-    save_figure(figure, tmp_path / "rough.png")
     with Image.open(tmp_path / "rough.png") as picture:
         assert picture.width > 1000
 
 
-def test_running_mean_ends_at_the_result(solution: tuple[Case, ContactResult]) -> None:
+def test_running_mean_ends_at_the_result(solution: tuple[Contact, ContactResult]) -> None:
     run = solution[1].transient
     assert run is not None
     travel, mean, half_width = running_mean(run)
@@ -94,7 +92,7 @@ def test_smooth_figure_keeps_two_axes(mixed_ehl: Callable[..., Any], tmp_path: P
     assert "friction over" not in figure.read_text(encoding="utf-8")
 
 
-def test_frames_move_with_their_surface_and_leave_the_solution_alone(solution: tuple[Case, ContactResult]) -> None:
+def test_frames_move_with_their_surface_and_leave_the_solution_alone(solution: tuple[Contact, ContactResult]) -> None:
     case, result = solution
     run = result.transient
     assert run is not None
@@ -117,38 +115,38 @@ def test_frames_move_with_their_surface_and_leave_the_solution_alone(solution: t
     assert np.std(seen) > 0.05e-6
 
 
-def test_gif_and_page(solution: tuple[Case, ContactResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gif_and_page(solution: tuple[Contact, ContactResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import ehl.view.animation
 
-    case, result = solution
+    result = solution[1]
     assert result.transient is not None
     frames = roll_on(result.transient, count=4, travel=0.4)
     monkeypatch.setattr(ehl.view.animation, "roll_on", lambda transient: frames)
-    with Image.open(animate_contact(case, result, tmp_path / "rough.gif")) as film:
+    with Image.open(result.animate(tmp_path / "rough.gif")) as film:
         assert film.n_frames == len(frames)  # type: ignore[attr-defined]
         film.seek(0)
         first = np.asarray(film.convert("RGB"), dtype=int)
         film.seek(len(frames) - 1)
         assert np.abs(np.asarray(film.convert("RGB"), dtype=int) - first).max() > 50
-    page = animate_contact(case, result, tmp_path / "rough.html").read_text(encoding="utf-8")
+    page = result.animate(tmp_path / "rough.html").read_text(encoding="utf-8")
     assert len(re.findall(r'"UklGR', page)) == len(frames)  # every WebP begins so
     assert "http" not in page  # nothing is loaded from elsewhere
 
 
 def test_thick_film_has_nothing_to_show(tmp_path: Path) -> None:
     case = rough(roughness_rms_1=1e-9)
-    result = solve_case(case)
+    result = case.solve()
     assert result.transient is None
     with pytest.raises(InputError, match="shortcuts"):
-        animate_contact(case, result, tmp_path / "rough.gif")
+        result.animate(tmp_path / "rough.gif")
 
 
 def test_what_cannot_move_is_refused_before_solving(tmp_path: Path) -> None:
-    check_animation(rough(), tmp_path / "rough.GIF")
+    rough().check_animation(tmp_path / "rough.GIF")
     with pytest.raises(InputError, match="existing folder"):
-        check_animation(rough(), tmp_path / "nowhere" / "rough.html")
+        rough().check_animation(tmp_path / "nowhere" / "rough.html")
     with pytest.raises(InputError, match="rough surface"):
-        check_animation(rough(roughness_rms_1=0.0), tmp_path / "rough.gif")
+        rough(roughness_rms_1=0.0).check_animation(tmp_path / "rough.gif")
 
 
 @pytest.mark.parametrize(

@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl.case import Case, SurfaceInput, load_case
+from ehl.contact import Contact
+from ehl.inputs import SurfaceInput
 from ehl.io.validation import validate
-from ehl.solve import solve_case
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "contact_rough.toml"
 Cli = Callable[..., Any]
 
 
-def case(seed: int = 1, rms: float = 0.133e-6, slide_to_roll: float = 0.05, **model: Any) -> Case:
+def case(seed: int = 1, rms: float = 0.133e-6, slide_to_roll: float = 0.05, **model: Any) -> Contact:
     """A thick film over slight roughness; film ratio 4 where nothing else is said."""
     return validate(
-        Case,
+        Contact,
         {
             "contact": {
                 "radius_equivalent": 0.01,
@@ -66,21 +66,19 @@ def test_fast_gives_null_where_nothing_was_computed(mixed_ehl: Cli, tmp_path: Pa
 
 
 def test_seed_makes_the_surface() -> None:
-    friction = [
-        solve_case(case(seed, shortcuts="off", friction_tolerance=0.5)).friction_coefficient for seed in (1, 1, 2)
-    ]
+    friction = [case(seed, shortcuts="off", friction_tolerance=0.5).solve().friction_coefficient for seed in (1, 1, 2)]
     assert friction[0] == friction[1]
     assert friction[0] != friction[2]
 
 
 def test_roughness_left_out_of_a_thick_film_changes_no_more_than_said() -> None:
     change, unsure = [], []
-    skipped = solve_case(case())
+    skipped = case().solve()
     assert skipped.film_ratio == pytest.approx(4.0, rel=0.02)
     assert skipped.transient is None
     assert any("roughness and time: estimated change" in text for text in skipped.skipped)
     for seed in (1, 2, 3):
-        full = solve_case(case(seed, shortcuts="off"))
+        full = case(seed, shortcuts="off").solve()
         assert full.transient is not None
         change.append(full.friction_coefficient / skipped.friction_coefficient - 1.0)
         unsure.append(full.friction_error)
@@ -92,19 +90,19 @@ def test_roughness_left_out_of_a_thick_film_changes_no_more_than_said() -> None:
 
 def test_roughness_left_out_of_a_viscous_film_counts_for_more() -> None:
     viscous = {"slide_to_roll": 1e-3, "friction_tolerance": 0.5}
-    skipped = solve_case(case(**viscous))
+    skipped = case(**viscous).solve()
     assert skipped.transient is None
-    eyring = solve_case(case(friction_tolerance=0.5))
+    eyring = case(friction_tolerance=0.5).solve()
     assert skipped.friction_error > 3.0 * eyring.friction_error
     changes = []
     for seed in (1, 2):
-        full = solve_case(case(seed, **viscous, shortcuts="off"))
+        full = case(seed, **viscous, shortcuts="off").solve()
         changes.append(full.friction_coefficient / skipped.friction_coefficient - 1.0)
         assert abs(changes[-1]) < skipped.friction_error + full.friction_error
     # what is said holds without the error of the run, and what is said of other films would not
     assert eyring.friction_error < np.mean(changes) < skipped.friction_error
-    assert solve_case(case(slide_to_roll=1e-3)).transient is not None
-    assert solve_case(case(slide_to_roll=0.0)).transient is None
+    assert case(slide_to_roll=1e-3).solve().transient is not None
+    assert case(slide_to_roll=0.0).solve().transient is None
 
 
 @pytest.mark.parametrize("kind", ["waves", "scratch"])
@@ -116,8 +114,8 @@ def test_measured_roughness_left_out_changes_no_more_than_said(kind: str, tmp_pa
     path.write_text("x [um], height [um]\n" + rows + "\n", encoding="utf-8")
     surface = {"profile_1": str(path), "cutoff_short": "4 um", "cutoff_long": None}
     measured = case().model_copy(update={"surface": validate(SurfaceInput, surface)})
-    skipped = solve_case(measured)
-    full = solve_case(measured.model_copy(update={"model": measured.model.model_copy(update={"shortcuts": "off"})}))
+    skipped = measured.solve()
+    full = measured.model_copy(update={"model": measured.model.model_copy(update={"shortcuts": "off"})}).solve()
     assert skipped.transient is None
     assert full.transient is not None
     assert skipped.film_ratio == pytest.approx(full.film_ratio, rel=1e-6)
@@ -131,7 +129,7 @@ def test_heat_left_out_changes_no_more_than_said(slide_to_roll: float, speed: fl
     def friction(thermal: str) -> Any:
         base = case(rms=0.0, slide_to_roll=slide_to_roll, thermal=thermal)
         contact = base.contact.model_copy(update={"speed_entrainment": speed})
-        return solve_case(base.model_copy(update={"contact": contact}))
+        return base.model_copy(update={"contact": contact}).solve()
 
     auto, full = friction("auto"), friction("on")
     estimate = next(text for text in auto.skipped if "estimated change of ln(viscosity)" in text).split()[-1]
@@ -143,7 +141,7 @@ def test_heat_left_out_changes_no_more_than_said(slide_to_roll: float, speed: fl
 
 
 def test_heat_is_computed_where_it_matters() -> None:
-    assert solve_case(case(rms=0.0, slide_to_roll=0.3, thermal="auto")).heat is not None
+    assert case(rms=0.0, slide_to_roll=0.3, thermal="auto").solve().heat is not None
 
 
 # ---- measured profiles -------------------------------------------------------------------------------------------
@@ -176,7 +174,7 @@ def test_measured_profile_is_used(mixed_ehl: Cli, tmp_path: Path) -> None:
     result = json.loads(outcome.out)
     assert result["roughness_load_share"] > 0.0
     # Rq of two waves of 0.3 um and of the generated surface 2
-    smooth = solve_case(load_case(path).model_copy(update={"surface": case(rms=0.0).surface}))
+    smooth = Contact.from_file(path).model_copy(update={"surface": case(rms=0.0).surface}).solve()
     assert smooth.film_central / result["film_ratio"] == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
 
 

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.smooth import FALLBACKS, REASONS, continuation, scaling, solve_steady
 
 OIL = Lubricant(0.02, 1.8e-8, "roelands", rheology="eyring", eyring_stress=5e6)

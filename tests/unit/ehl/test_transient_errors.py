@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
+from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_plan
 from ehl.rough.batches import batch_means, paired_error

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.elementary import exp, log
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, thermal_factor

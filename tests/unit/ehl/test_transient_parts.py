@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
 from ehl.io.kernel_cache import drop_outdated_cache
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough import RoughSurfaces
 from ehl.rough.batches import batch_means, neighbour_correlation

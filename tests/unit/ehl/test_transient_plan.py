@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ehl.case import Case
-from ehl.contact import LineContact
+from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import COLUMNS, FILM_MEAN
@@ -20,7 +20,6 @@ from ehl.rough.accuracy import BATCH, BUDGET, make_plan, with_overrides
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.window import film_jumped
-from ehl.solve import solve_case
 from ehl.surface.roughness import RoughProfile, generate_profile
 
 LENGTH = 4.0  # of the mesh [b]
@@ -105,9 +104,9 @@ def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
         assert np.all(fine.macroscopic.conductance[exchanging] > 0.0)
 
 
-def case(**surface: object) -> Case:
+def case(**surface: object) -> Contact:
     return validate(
-        Case,
+        Contact,
         {
             "contact": {
                 "radius_equivalent": 0.5, "pressure_hertz": 2e9, "speed_entrainment": 0.5, "slide_to_roll": 0.5
@@ -121,7 +120,7 @@ def case(**surface: object) -> Case:
 
 def test_roughness_no_mesh_in_budget_can_show_gives_a_coarser_answer_that_says_so(monkeypatch) -> None:  # type: ignore[no-untyped-def]
     monkeypatch.setitem(BUDGET, "fast", (300, 300))
-    result = solve_case(case(roughness_rms_1=1e-6, correlation_length=1e-5))
+    result = case(roughness_rms_1=1e-6, correlation_length=1e-5).solve()
     assert (result.status, result.reason) == ("unsettled", "mesh_budget")
     low, high = result.friction_boundary_half, result.friction_boundary_double
     assert 0.0 < low < high
@@ -134,7 +133,7 @@ def test_too_short_profile_names_the_cutoff(tmp_path) -> None:  # type: ignore[n
     path = tmp_path / "short.csv"
     path.write_text("x [um], height [um]\n" + "\n".join(f"{i},{0.1 * (i % 3)}" for i in range(100)), encoding="utf-8")
     with pytest.raises(InputError, match="cutoff_long"):
-        solve_case(case(profile_1=str(path), cutoff_long="800 um"))
+        case(profile_1=str(path), cutoff_long="800 um").solve()
 
 
 @pytest.mark.parametrize(("ratio", "nodes"), [(0.3, 168), (0.15, 292), (0.05, 340)])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
@@ -40,14 +40,14 @@ def plan(*, size: int = 32, **adaptive: Any) -> Plan:
     return validate(Plan, content)
 
 
-def bumpy(case: Case) -> Outputs:
+def bumpy(case: Contact) -> Outputs:
     """A friction surface with a bump at high sliding that a few points do not show."""
     p, sr = (case.contact.pressure_hertz or 0.0) / 1e9, math.log(case.contact.slide_to_roll)
     bump = math.exp(-((p - 1.6) ** 2) / 0.05 - (sr + 0.3) ** 2 / 0.1)
     return {"friction_coefficient": 0.02 * (1.0 + 0.2 * p + bump), "friction_error": 1e-3}
 
 
-def failing(case: Case) -> Outputs:
+def failing(case: Contact) -> Outputs:
     if (case.contact.pressure_hertz or 0.0) > 1.5e9:
         raise ConvergenceError("diverged")
     return bumpy(case)
@@ -134,7 +134,7 @@ def test_a_region_that_fails_is_left_alone_and_one_nobody_saw_is_sought() -> Non
 
 
 def test_it_ends_when_two_batches_gain_too_little(tmp_path: Path) -> None:
-    def linear(case: Case) -> Outputs:
+    def linear(case: Contact) -> Outputs:
         rough = 0.3 * math.sin(1e4 * case.contact.slide_to_roll)
         return {"friction_coefficient": 0.02 * math.exp(rough), "friction_error": 0.0}
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from calibration_stub import OneLineSolver
 
-from ehl.case import OilLubricant
+from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
 from regression.calibration import robust
 from regression.calibration.calibrate import CalibrationResult, ParameterEstimate, solver_of

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from small_plans import sweep_plan
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset
@@ -54,7 +54,7 @@ def test_a_case_that_always_kills_its_worker_is_the_only_one_lost(
     slow = sorted(case.contact.slide_to_roll for _, case in plan.cases())[-2]
 
     # a local function: workers get it by value, they cannot import this module
-    def evaluate(case: Case) -> Outputs:
+    def evaluate(case: Contact) -> Outputs:
         if case.contact.slide_to_roll == deadly:
             os.kill(os.getpid(), signal.SIGKILL)
         if case.contact.slide_to_roll == slow:

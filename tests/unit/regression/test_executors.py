@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from small_plans import sweep_plan
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import ConvergenceError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
@@ -94,7 +94,7 @@ def test_a_few_cases_that_all_kill_are_recorded(tmp_path: Path) -> None:
 
 
 def needs(accuracy: str, seen: list[str] | None = None) -> Any:
-    def evaluate(case: Case) -> Outputs:
+    def evaluate(case: Contact) -> Outputs:
         if seen is not None:
             seen.append(case.model.accuracy)
         if case.model.accuracy != accuracy:
@@ -160,7 +160,7 @@ def test_a_case_with_nothing_left_to_try_keeps_its_reason(tmp_path: Path) -> Non
 def test_physical_failures_are_not_tried_again() -> None:
     tried = []
 
-    def hot(case: Case) -> Outputs:
+    def hot(case: Contact) -> Outputs:
         tried.append(case.model.accuracy)
         raise ConvergenceError("too_hot")
 
@@ -172,7 +172,7 @@ def test_the_cap_holds_in_a_thread_and_ends_with_the_case() -> None:
     case = make_plan().case_at(0)
     rows: list[dict[str, Any]] = []
 
-    def hang(case: Case) -> Outputs:
+    def hang(case: Contact) -> Outputs:
         end = time.monotonic() + 30.0
         while time.monotonic() < end:
             pass
@@ -191,7 +191,7 @@ def test_the_cap_holds_in_a_thread_and_ends_with_the_case() -> None:
 
 
 def test_a_retry_out_of_time_leaves_the_reason_of_the_solver() -> None:
-    def slow_retry(case: Case) -> Outputs:
+    def slow_retry(case: Contact) -> Outputs:
         if case.model.accuracy == "fast":
             raise ConvergenceError("mesh_budget")
         time.sleep(30.0)
@@ -207,7 +207,7 @@ def test_long_cases_come_first_and_the_rest_of_the_time_follows_their_cost(tmp_p
     cost = dict(zip(plan.points.columns["pressure_hertz"], case_seconds(plan), strict=True))
     order: list[float] = []
 
-    def evaluate(case: Case) -> Outputs:
+    def evaluate(case: Contact) -> Outputs:
         order.append(cost[case.contact.pressure_hertz or 0.0])
         return XU(case)
 

@@ -13,7 +13,7 @@ import h5py
 import pytest
 from small_plans import sweep_plan
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
@@ -31,7 +31,7 @@ def plan() -> Plan:
     return validate(Plan, sweep_plan("sweep", roughness="load_sharing"))
 
 
-def some_fail(case: Case) -> Outputs:
+def some_fail(case: Contact) -> Outputs:
     if case.contact.slide_to_roll > 0.8:
         raise ConvergenceError("diverged")
     if case.contact.slide_to_roll > 0.6:
@@ -39,7 +39,7 @@ def some_fail(case: Case) -> Outputs:
     return XU(case)
 
 
-def some_hang(case: Case) -> Outputs:
+def some_hang(case: Contact) -> Outputs:
     if case.contact.slide_to_roll > 0.9:
         time.sleep(60.0)
     return XU(case)
@@ -106,13 +106,13 @@ def test_a_case_that_hangs_is_given_up(plan: Plan, tmp_path: Path) -> None:
 def test_the_cap_holds_where_its_exception_is_swallowed(plan: Plan) -> None:
     _, case = next(plan.cases())
 
-    def swallow_once(case: Case) -> Outputs:
+    def swallow_once(case: Contact) -> Outputs:
         with contextlib.suppress(BaseException):
             time.sleep(60.0)
         time.sleep(60.0)
         return {}
 
-    def break_on_it(case: Case) -> Outputs:
+    def break_on_it(case: Contact) -> Outputs:
         try:
             time.sleep(60.0)
         except BaseException:
@@ -127,7 +127,7 @@ def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Pat
     deadly_ratio = max(case.contact.slide_to_roll for _, case in plan.cases())
 
     # a local function: workers get it by value, they cannot import this module
-    def some_kill_their_worker(case: Case) -> Outputs:
+    def some_kill_their_worker(case: Contact) -> Outputs:
         if case.contact.slide_to_roll == deadly_ratio:
             os.kill(os.getpid(), signal.SIGKILL)
         return XU(case)
@@ -206,7 +206,7 @@ def test_key_follows_input_seed_and_version(plan: Plan) -> None:
     seed = case.model_copy(update={"surface": case.surface.model_copy(update={"seed": 2})})
     keys = {case_key(case, "1"), case_key(case, "2"), case_key(seed, "1")}
     assert len(keys) == 3
-    assert case_key(Case.model_validate(case.model_dump(exclude_none=True)), "1") in keys
+    assert case_key(Contact.model_validate(case.model_dump(exclude_none=True)), "1") in keys
 
 
 def test_the_solver_gives_every_column(plan: Plan) -> None:
@@ -243,7 +243,7 @@ def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_unsettled_results_are_kept_and_counted_apart(plan: Plan, tmp_path: Path) -> None:
-    def some_unsettled(case: Case) -> Outputs:
+    def some_unsettled(case: Contact) -> Outputs:
         unsettled = case.contact.slide_to_roll > 0.5
         return {**XU(case), **({"status": "unsettled", "reason": "interval"} if unsettled else {})}
 

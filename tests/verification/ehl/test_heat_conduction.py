@@ -12,9 +12,9 @@ from scipy.integrate import quad
 from scipy.linalg import solve_banded
 from scipy.special import k0e
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import jaeger_matrix, material_point_matrix, thermal_traction
+from ehl.line_contact import LineContact
 from ehl.material import Material
 
 B = 2e-4

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.film_formulas import dowson_higginson_1968
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import FilmConductivity, thermal_traction
+from ehl.line_contact import LineContact
 from ehl.material import Material
 
 STEEL = Material(

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import ehl.smooth.film
-from ehl.case import Case
-from ehl.contact import LineContact
+from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.validation import validate
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID
@@ -27,7 +27,7 @@ from ehl.rough.mixed import (
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
 from ehl.smooth.thermal import ThermalSteadyResult, solve_steady_thermal
-from ehl.solve import NO_INLET_HEAT, solve_case
+from ehl.solve import NO_INLET_HEAT
 
 STEEL = load_material("steel")
 
@@ -42,9 +42,9 @@ def line(speed: float, slide_to_roll: float) -> LineContact:
     )
 
 
-def rough_case(rms: float, speed: float = 15.0, **model: object) -> Case:
+def rough_case(rms: float, speed: float = 15.0, **model: object) -> Contact:
     return validate(
-        Case,
+        Contact,
         {
             "contact": {
                 "radius_equivalent": 0.01,
@@ -105,9 +105,9 @@ def test_the_flow_heats_nothing_where_it_is_slow() -> None:
 
 
 def test_leaving_out_the_roughness_of_a_fast_film_makes_no_step() -> None:
-    left_out = solve_case(rough_case(0.15e-6))
+    left_out = rough_case(0.15e-6).solve()
     assert left_out.transient is None
-    rolled = solve_case(rough_case(0.15e-6, shortcuts="off"))
+    rolled = rough_case(0.15e-6, shortcuts="off").solve()
     assert rolled.transient is not None
     allowed = left_out.friction_error + rolled.friction_error
     assert rolled.friction_coefficient == pytest.approx(left_out.friction_coefficient, rel=allowed)
@@ -118,17 +118,17 @@ def test_leaving_out_the_roughness_of_a_fast_film_makes_no_step() -> None:
 def test_the_hot_film_decides_whether_roughness_is_left_out(speed: float) -> None:
     # film ratio at which the estimated effect of roughness is half the tolerance
     limit = ROUGHNESS_RATIO * (ROUGHNESS_EFFECT / (0.5 * TOLERANCE["fast"])) ** (1.0 / ROUGHNESS_POWER)
-    smooth = solve_case(rough_case(0.0, speed))
+    smooth = rough_case(0.0, speed).solve()
     assert smooth.isothermal is not None
     hot = smooth.film_central
     assert hot < 0.8 * smooth.isothermal.film_central
 
-    between = solve_case(rough_case(hot / (0.9 * limit), speed))
+    between = rough_case(hot / (0.9 * limit), speed).solve()
     assert between.film_ratio > limit  # stays the isothermal one
     assert between.transient is not None
 
     rms = hot / (1.05 * limit)
-    left_out, rolled = solve_case(rough_case(rms, speed)), solve_case(rough_case(rms, speed, shortcuts="off"))
+    left_out, rolled = rough_case(rms, speed).solve(), rough_case(rms, speed, shortcuts="off").solve()
     assert left_out.transient is None
     assert rolled.transient is not None
     assert left_out.film_ratio == pytest.approx(rolled.film_ratio)
@@ -143,6 +143,6 @@ def test_a_note_says_where_no_balance_gave_the_heat_of_the_flow(monkeypatch: pyt
         return replace(found, status="failed", reason="thermal_rounds", heat=None)
 
     monkeypatch.setattr(ehl.smooth.film, "solve_steady_thermal", lost)
-    result = solve_case(rough_case(0.5e-6, friction_tolerance=0.5))
+    result = rough_case(0.5e-6, friction_tolerance=0.5).solve()
     assert result.transient is not None
     assert NO_INLET_HEAT in result.notes

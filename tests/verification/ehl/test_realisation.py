@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.window import net_exchange
 from ehl.surface.roughness import generate_profile

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid._kernels import log_mobility
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import RisingStress
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, thermal_factor

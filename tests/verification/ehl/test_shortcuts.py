@@ -8,23 +8,22 @@ from typing import Any
 
 import pytest
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.validation import validate
 from ehl.material import load_material
 from ehl.rough.accuracy import BUDGET
 from ehl.rough.dry_limit import flash_of_rubbing, share_deficit
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
-from ehl.solve import solve_case
 
 RMS = 0.4e-6
 
 
-def case(speed: float, length: float, peklenik: float = 1.0, pressure: float = 1e9, **model: Any) -> Case:
+def case(speed: float, length: float, peklenik: float = 1.0, pressure: float = 1e9, **model: Any) -> Contact:
     """The test line of docs/validation_mixed.md; correlation length in half-widths (263 um at 1 GPa)."""
     rms = RMS / 2.0**0.5
     return validate(
-        Case,
+        Contact,
         {
             "contact": {
                 "effective_modulus": 228e9, "radius_equivalent": 0.015, "pressure_hertz": pressure,
@@ -42,8 +41,8 @@ def case(speed: float, length: float, peklenik: float = 1.0, pressure: float = 1
 
 @pytest.mark.parametrize(("speed", "peklenik"), [(3e-4, 1.0), (3e-4, 3.0), (1e-4, 1e6)])
 def test_dry_contact_instead_of_a_nil_film_changes_no_more_than_said(speed: float, peklenik: float) -> None:
-    quick = solve_case(case(speed, 0.1, peklenik))
-    full = solve_case(case(speed, 0.1, peklenik, shortcuts="off"))
+    quick = case(speed, 0.1, peklenik).solve()
+    full = case(speed, 0.1, peklenik, shortcuts="off").solve()
     assert quick.dry is not None
     assert any(text.startswith("film:") for text in quick.skipped)
     assert quick.status == "converged"
@@ -56,7 +55,7 @@ def test_dry_contact_instead_of_a_nil_film_changes_no_more_than_said(speed: floa
 
 
 def test_a_film_that_carries_load_is_not_skipped() -> None:
-    assert solve_case(case(0.03, 0.1)).dry is None
+    assert case(0.03, 0.1).solve().dry is None
 
 
 def test_share_off_the_asperities_grows_with_film_lay_and_pressure() -> None:
@@ -82,11 +81,11 @@ def test_flash_of_rubbing_follows_the_power() -> None:
 def test_coarser_answer_beyond_the_budget_bounds_the_resolved_one(
     monkeypatch: pytest.MonkeyPatch, speed: float, pressure: float
 ) -> None:
-    full = solve_case(case(speed, 0.05, pressure=pressure))
+    full = case(speed, 0.05, pressure=pressure).solve()
     assert full.transient is not None
     assert full.reason != "mesh_budget"
     monkeypatch.setitem(BUDGET, "fast", (200, 200))
-    coarse = solve_case(case(speed, 0.05, pressure=pressure))
+    coarse = case(speed, 0.05, pressure=pressure).solve()
     assert (coarse.status, coarse.reason) == ("unsettled", "mesh_budget")
     assert coarse.transient is not None
     assert coarse.transient.nodes < 140
@@ -98,9 +97,9 @@ def test_coarser_answer_beyond_the_budget_bounds_the_resolved_one(
 
 
 def test_a_wall_that_says_too_little_gives_way_to_a_mesh_as_fine_as_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
-    full = solve_case(case(0.7, 0.05))
+    full = case(0.7, 0.05).solve()
     monkeypatch.setitem(BUDGET, "fast", (200, 1200))
-    fine = solve_case(case(0.7, 0.05))
+    fine = case(0.7, 0.05).solve()
     assert fine.transient is not None
     assert fine.transient.nodes > 200
     assert fine.transient.wall_error == 0.0
@@ -110,9 +109,9 @@ def test_a_wall_that_says_too_little_gives_way_to_a_mesh_as_fine_as_it_takes(mon
 
 
 def test_a_wall_under_thick_films_is_an_answer_and_says_what_it_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    full = solve_case(case(19.0, 0.05))
+    full = case(19.0, 0.05).solve()
     monkeypatch.setitem(BUDGET, "fast", (200, 1200))
-    quick = solve_case(case(19.0, 0.05))
+    quick = case(19.0, 0.05).solve()
     assert quick.transient is not None
     assert quick.transient.nodes < 140
     assert 0.0 < quick.transient.wall_error < 0.2

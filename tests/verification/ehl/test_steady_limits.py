@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import cumulative_simpson, simpson
 from scipy.optimize import brentq
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.smooth import solve_steady
 from ehl.smooth._kernels import log_kernel
 from ehl.smooth.mesh import Features, grade

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.smooth import solve_steady
 from ehl.smooth.continuation import PathReport, cold_path, features_of_level, transfer
 from ehl.smooth.estimate import extrapolate

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
 from ehl.smooth import solve_steady
 
 

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import pytest
 
-from ehl.contact import LineContact
 from ehl.fluid.oil import Oil
 from ehl.heat import FilmConductivity
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.smooth.thermal import solve_steady_thermal
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.heat import FilmConductivity
+from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth import solve_steady
 from ehl.smooth import thermal as thermal_steady

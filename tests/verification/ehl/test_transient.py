@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, nnls
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE

@@ -9,10 +9,10 @@ import pytest
 import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
 
-from ehl.contact import LineContact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import FilmConductivity
 from ehl.heat.conduction import material_point_matrix
+from ehl.line_contact import LineContact
 from ehl.material import load_material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID, SHARE

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mixed_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
 
-from ehl.case import Case
+from ehl.contact import Contact
 from ehl.heat import FilmConductivity
 from ehl.io.validation import validate
 from ehl.rough import RoughSurfaces
@@ -137,7 +137,7 @@ def test_bodies_colder_than_the_oil() -> None:
 
 def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> None:
     case = validate(
-        Case,
+        Contact,
         {
             "contact": {
                 "radius_equivalent": 0.015,

@@ -19,7 +19,8 @@ from scipy.stats import binom
 
 import regression.calibration.calibrate as calibrate_module
 from ehl.fluid.oil import Oil
-from ehl.solve import ContactResult, solve_contact
+from ehl.result import ContactResult
+from ehl.solve import solve_contact
 from regression.calibration import prediction
 from regression.calibration.calibrate import (
     CalibrationResult,

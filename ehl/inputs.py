@@ -1,25 +1,20 @@
-"""The input file of one contact (`mixed-ehl solve CASE.toml`): tables, units and allowed ranges."""
+"""Inputs of a contact: the tables of its file with units and ranges, and the form the solvers take."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ehl.contact import LineContact
-from ehl.fluid.lubricant_inputs import DirectLubricant as DirectLubricant
-from ehl.fluid.lubricant_inputs import LubricantInput
-from ehl.fluid.lubricant_inputs import OilLubricant as OilLubricant
-from ehl.fluid.lubricant_inputs import PressureViscosity as PressureViscosity
-from ehl.fluid.lubricant_inputs import Stress as Stress
-from ehl.fluid.lubricant_inputs import Viscosity as Viscosity
+from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Temperature
 from ehl.io.errors import InputError
 from ehl.io.units import Quantity
-from ehl.io.validation import InputModel, read_toml, validate
-from ehl.material import Material, effective_modulus, load_material
+from ehl.io.validation import InputModel
+from ehl.line_contact import LineContact
+from ehl.material import Material, load_material
 
 Radius = Annotated[float, Quantity("m", ge=1e-4, le=10.0)]
 Modulus = Annotated[float, Quantity("Pa", ge=1e9, le=2e12)]
@@ -128,8 +123,8 @@ class SurfaceInput(InputModel):
         return math.hypot(self.roughness_rms_1, self.roughness_rms_2)
 
 
-MOST_PRESSURE_OVER_MODULUS = 1.0 / 16.0  # half-width a quarter of the radius
-MOST_SLIDING = 200.0  # [m/s]
+MAX_PRESSURE_OVER_MODULUS = 1.0 / 16.0  # half-width a quarter of the radius
+MAX_SLIDING = 200.0  # [m/s]
 
 Thermal = Literal["off", "auto", "on"]
 Accuracy = Literal["fast", "standard", "reference"]
@@ -157,117 +152,54 @@ class ModelInput(InputModel):
         return content
 
 
-class Case(InputModel):
-    """One contact: the content of the file `mixed-ehl solve` reads."""
+@dataclass(frozen=True)
+class ContactProblem:
+    """One contact as the solvers take it, in SI units.
 
-    contact: ContactInput
-    lubricant: LubricantInput
-    solid_1: SolidInput = SolidInput()
-    solid_2: SolidInput = SolidInput()
-    surface: SurfaceInput = SurfaceInput()
-    model: ModelInput = ModelInput()
+    Parameters
+    ----------
+    line : LineContact
+        Geometry, load and motion.
+    lubricant : Lubricant
+        The oil at its inlet temperature.
+    surface : SurfaceInput
+        Roughness and boundary friction.
+    model : ModelInput
+        Physics and accuracy.
+    bodies : tuple of Material
+        Both bodies.
+    temperature_bulk : tuple of float
+        Their bulk temperatures [K].
+    """
 
-    @model_validator(mode="after")
-    def _one_modulus(self) -> Self:
-        elastic = {"E", "nu", "youngs_modulus", "poisson_ratio", "material"}
-        given = (self.solid_1.model_fields_set | self.solid_2.model_fields_set) & elastic
-        if self.contact.effective_modulus is not None and given:
-            raise InputError(
-                "contact.effective_modulus",
-                self.contact.effective_modulus,
-                "either effective_modulus or the elastic figures of [solid_1] and [solid_2]",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _within_the_theory(self) -> Self:
-        contact = self.line_contact()
-        if contact.pressure_hertz > MOST_PRESSURE_OVER_MODULUS * contact.effective_modulus:
-            raise InputError(
-                "contact.pressure_hertz",
-                f"{contact.pressure_hertz:.4g} Pa",
-                f"at most {MOST_PRESSURE_OVER_MODULUS * contact.effective_modulus:.4g} Pa for this effective modulus",
-                "The contact would be wider than a quarter of its radius, and bodies are half-spaces here.",
-            )
-        if contact.speed_sliding > MOST_SLIDING:
-            raise InputError(
-                "contact.slide_to_roll",
-                self.contact.slide_to_roll,
-                f"a sliding speed of at most {MOST_SLIDING:g} m/s",
-                f"It is {contact.speed_sliding:.4g} m/s.",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _what_each_model_takes(self) -> Self:
-        deterministic = self.model.roughness == "deterministic"
-        if self.surface.measured and not deterministic:
-            raise InputError(
-                "surface.profile_1" if self.surface.profile_1 else "surface.profile_2",
-                self.surface.profile_1 or self.surface.profile_2,
-                "a measured profile only with model.roughness = 'deterministic'",
-                "Load sharing knows Rq alone.",
-            )
-        return self
+    line: LineContact
+    lubricant: Lubricant
+    surface: SurfaceInput
+    model: ModelInput
+    bodies: tuple[Material, Material]
+    temperature_bulk: tuple[float, float]
 
     @property
-    def modulus(self) -> float:
-        """Effective modulus E' [Pa], as given or from the two bodies."""
-        given = self.contact.effective_modulus
-        return effective_modulus(self.solid_1.body(), self.solid_2.body()) if given is None else given
+    def rough(self) -> bool:
+        """Whether either surface is rough."""
+        return self.surface.roughness_rms > 0.0 or self.surface.measured
 
-    def line_contact(self) -> LineContact:
-        """The contact the solvers take."""
-        c = self.contact
-        motion = {
-            "speed_entrainment": c.speed_entrainment,
-            "slide_to_roll": c.slide_to_roll,
-            "speed_sliding_lengthwise": c.speed_sliding_lengthwise,
+    def to_dict(self) -> dict[str, float]:
+        """Operating point in SI units, by the names of docs/nomenclature.md."""
+        line = self.line
+        return {
+            "pressure_hertz": line.pressure_hertz,
+            "load_per_length": line.load_per_length,
+            "radius_equivalent": line.radius_equivalent,
+            "effective_modulus": line.effective_modulus,
+            "speed_entrainment": line.speed_entrainment,
+            "slide_to_roll": line.slide_to_roll,
+            "speed_sliding_lengthwise": line.speed_sliding_lengthwise,
+            "temperature_oil": self.lubricant.temperature,
+            "temperature_bulk_1": self.temperature_bulk[0],
+            "temperature_bulk_2": self.temperature_bulk[1],
+            "viscosity_inlet": self.lubricant.viscosity_inlet,
+            "pressure_viscosity": self.lubricant.pressure_viscosity,
+            "roughness_rms_1": self.surface.roughness_rms_1,
+            "roughness_rms_2": self.surface.roughness_rms_2,
         }
-        if c.pressure_hertz is not None:
-            return LineContact.from_pressure(
-                radius_equivalent=c.radius_equivalent,
-                effective_modulus=self.modulus,
-                pressure_hertz=c.pressure_hertz,
-                **motion,
-            )
-        assert c.load_per_length is not None
-        return LineContact(c.radius_equivalent, self.modulus, c.load_per_length, **motion)
-
-    def without_effect(self) -> tuple[str, ...]:
-        """Inputs the chosen models do not use, in words."""
-        idle: list[tuple[str, str]] = []
-        given, oil = self.surface.model_fields_set, self.lubricant
-        idle += [(f"lubricant.{name}", why) for name, why in oil.idle_keys()]
-        incompressible = isinstance(oil, DirectLubricant) and oil.density_law == "incompressible"
-        if incompressible and "density_coefficients" in oil.model_fields_set:
-            idle.append(("lubricant.density_coefficients", "density_law is incompressible"))
-        if self.model.thermal == "off":
-            for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
-                if solid.temperature_bulk is not None:
-                    idle.append((f"{name}.temperature_bulk", "thermal is off"))
-        if self.model.elasticity == "fft" and self.model.roughness == "load_sharing":
-            idle.append(("model.elasticity", "load sharing has no transient"))
-        if self.model.roughness == "deterministic":
-            law = {"load_sharing", "load_sharing_scale"} & self.model.model_fields_set
-            idle += [(f"model.{name}", "the roughness is deterministic") for name in sorted(law)]
-        if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
-            shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
-            idle += [(f"surface.{name}", "load sharing knows Rq alone") for name in shape if name in given]
-        return tuple(f"{name} has no effect: {why}" for name, why in idle)
-
-    def bulk_temperatures(self) -> tuple[float, float]:
-        """Bulk temperatures of both bodies [K]; the oil's where none is given."""
-        oil = self.lubricant.temperature_oil
-        return (self.solid_1.temperature_bulk or oil, self.solid_2.temperature_bulk or oil)
-
-
-def load_case(path: str | Path) -> Case:
-    """Read and check the input file of one contact.
-
-    Raises
-    ------
-    InputError
-        Naming field, value and allowed range.
-    """
-    return validate(Case, read_toml(path))

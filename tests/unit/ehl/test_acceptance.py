@@ -10,16 +10,15 @@ from typing import cast
 import numpy as np
 import pytest
 
-from ehl.acceptance import disbelief
-from ehl.case import Case
-from ehl.contact import LineContact
+from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import carried_shear_heat
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
+from ehl.line_contact import LineContact
+from ehl.result import ContactResult, rejection_reason
 from ehl.rough import TransientResult
 from ehl.smooth import solve_steady
-from ehl.solve import ContactResult, solve_case
 
 CONTACT = {
     "radius_equivalent": 0.015,
@@ -31,17 +30,17 @@ OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
 SHARED = {"roughness": "load_sharing"}
 
 
-def case(**tables: object) -> Case:
-    return validate(Case, {"contact": CONTACT, "lubricant": OIL, **tables})
+def case(**tables: object) -> Contact:
+    return validate(Contact, {"contact": CONTACT, "lubricant": OIL, **tables})
 
 
 @pytest.fixture(scope="module")
 def good() -> ContactResult:
-    return solve_case(case(model={"thermal": "off"}))
+    return case(model={"thermal": "off"}).solve()
 
 
 def test_a_good_result_stands(good: ContactResult) -> None:
-    assert disbelief(good) == ""
+    assert rejection_reason(good) == ""
     assert good.status == "converged"
 
 
@@ -57,7 +56,7 @@ def test_a_good_result_stands(good: ContactResult) -> None:
     ],
 )
 def test_what_cannot_stand(good: ContactResult, change: dict[str, float], reason: str) -> None:
-    assert disbelief(replace(good, **change)) == reason
+    assert rejection_reason(replace(good, **change)) == reason
 
 
 def test_rough_film_beyond_any_shear_strength_in_the_mean_fails(good: ContactResult) -> None:
@@ -67,14 +66,14 @@ def test_rough_film_beyond_any_shear_strength_in_the_mean_fails(good: ContactRes
         problem=SimpleNamespace(units=SimpleNamespace(pressure=0.7e9)),
     )
     rough = replace(good, transient=cast("TransientResult", SimpleNamespace(run=run)))
-    assert disbelief(rough) == ""
-    assert disbelief(replace(rough, friction_coefficient=5e6, friction_fluid=5e6)) == "shear_strength"
+    assert rejection_reason(rough) == ""
+    assert rejection_reason(replace(rough, friction_coefficient=5e6, friction_fluid=5e6)) == "shear_strength"
 
 
 def test_newtonian_film_beyond_any_shear_strength_fails() -> None:
     """A Newtonian law without limit gives any stress; a friction coefficient above one is no answer."""
     stiff = {**OIL, "viscosity_inlet": 0.1, "pressure_viscosity": 25e-9, "rheology": "newtonian"}
-    result = solve_case(case(lubricant=stiff, model={"thermal": "off"}))
+    result = case(lubricant=stiff, model={"thermal": "off"}).solve()
     assert (result.status, result.reason) == ("failed", "shear_strength")
     assert math.isnan(result.friction_coefficient)
 
@@ -101,24 +100,22 @@ def test_limiting_stress_far_below_the_newtonian_stress(pressure: float) -> None
 
 def test_heat_left_out_is_counted_in_the_errors() -> None:
     slow = {**CONTACT, "speed_entrainment": 0.3, "slide_to_roll": 0.02, "pressure_hertz": 6e8}
-    left_out = solve_case(case(contact=slow, model={"thermal": "auto"}))
+    left_out = case(contact=slow, model={"thermal": "auto"}).solve()
     assert sum(text.startswith("heat") for text in left_out.skipped) == 1
-    computed = solve_case(case(contact=slow, model={"thermal": "on"}))
+    computed = case(contact=slow, model={"thermal": "on"}).solve()
     change = abs(left_out.friction_coefficient / computed.friction_coefficient - 1.0)
     assert change <= left_out.friction_error
     assert abs(left_out.film_central / computed.film_central - 1.0) <= left_out.film_error
 
 
 def test_inputs_without_effect_are_named() -> None:
-    result = solve_case(
-        case(
-            lubricant={**OIL, "rheology": "newtonian", "eyring_stress": 5e6},
-            contact={**CONTACT, "slide_to_roll": 0.0},
-            solid_1={"temperature_bulk": 363.15},
-            surface={"roughness_rms_1": 1e-7, "skewness": 1.0},
-            model={"thermal": "off", "roughness": "load_sharing"},
-        )
-    )
+    result = case(
+        lubricant={**OIL, "rheology": "newtonian", "eyring_stress": 5e6},
+        contact={**CONTACT, "slide_to_roll": 0.0},
+        solid_1={"temperature_bulk": 363.15},
+        surface={"roughness_rms_1": 1e-7, "skewness": 1.0},
+        model={"thermal": "off", "roughness": "load_sharing"},
+    ).solve()
     text = " ".join(result.notes)
     for name in ("eyring_stress", "solid_1.temperature_bulk", "skewness"):
         assert name in text
@@ -139,11 +136,11 @@ def test_outside_the_theory(change: dict[str, float], words: str) -> None:
 
 def test_no_friction_of_asperities_without_sliding() -> None:
     rough = {"roughness_rms_1": 3e-7, "roughness_rms_2": 3e-7}
-    rolling = solve_case(case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough, model=SHARED))
+    rolling = case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough, model=SHARED).solve()
     assert rolling.asperity_load_share > 0.01
     assert rolling.friction_coefficient == 0.0
     lengthwise = {**CONTACT, "slide_to_roll": 0.0, "speed_sliding_lengthwise": 1.0}
-    assert solve_case(case(contact=lengthwise, surface=rough, model=SHARED)).friction_asperity > 0.0
+    assert case(contact=lengthwise, surface=rough, model=SHARED).solve().friction_asperity > 0.0
 
 
 def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
@@ -152,7 +149,7 @@ def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
     fast = {"radius_equivalent": 0.02, "pressure_hertz": 8e8, "speed_entrainment": 14.0, "slide_to_roll": 1.0}
 
     def told(**change: float) -> list[str]:
-        result = solve_case(case(contact={**fast, **change}, lubricant=oil, model={"accuracy": "fast"}))
+        result = case(contact={**fast, **change}, lubricant=oil, model={"accuracy": "fast"}).solve()
         assert result.status == "converged"
         assert result.heat is not None
         return [note for note in result.notes if "shear heat" in note]

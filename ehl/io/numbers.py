@@ -1,0 +1,32 @@
+"""Numbers for files that hold finite ones only."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+
+def finite_or_none(value: Any) -> Any:
+    """The value, with None in place of a number that is not finite, as JSON takes it.
+
+    Parameters
+    ----------
+    value : Any
+        A scalar, or dicts, lists and tuples of them; tuples become lists.
+
+    Returns
+    -------
+    Any
+
+    Examples
+    --------
+    >>> finite_or_none({"a": float("nan"), "b": (1.0, float("inf"))})
+    {'a': None, 'b': [1.0, None]}
+    """
+    if isinstance(value, dict):
+        return {key: finite_or_none(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite_or_none(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

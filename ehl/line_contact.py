@@ -1,0 +1,110 @@
+"""The lubricated line contact: geometry, load and motion, and the groups they form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ehl.fluid.lubricant import Lubricant
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """Two bodies in line contact; x is normal to the contact line, y along it.
+
+    Parameters
+    ----------
+    radius_equivalent : float
+        Radius R of the equivalent cylinder on a plane [m].
+    effective_modulus : float
+        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
+    load_per_length : float
+        w' [N/m].
+    speed_entrainment : float
+        u_r = (u1 + u2)/2 along x [m/s]; positive.
+    slide_to_roll : float
+        (u1 - u2)/u_r, signed [-].
+    speed_sliding_lengthwise : float
+        Sliding along y [m/s].
+    """
+
+    radius_equivalent: float
+    effective_modulus: float
+    load_per_length: float
+    speed_entrainment: float
+    slide_to_roll: float = 0.0
+    speed_sliding_lengthwise: float = 0.0
+
+    @classmethod
+    def from_pressure(
+        cls,
+        *,
+        radius_equivalent: float,
+        effective_modulus: float,
+        pressure_hertz: float,
+        speed_entrainment: float,
+        slide_to_roll: float = 0.0,
+        speed_sliding_lengthwise: float = 0.0,
+    ) -> LineContact:
+        """The contact whose maximum Hertz pressure is given: w' = 2 pi p_h^2 R/E'."""
+        load = 2.0 * math.pi * pressure_hertz**2 * radius_equivalent / effective_modulus
+        return cls(
+            radius_equivalent,
+            effective_modulus,
+            load,
+            speed_entrainment,
+            slide_to_roll,
+            speed_sliding_lengthwise,
+        )
+
+    @property
+    def half_width(self) -> float:
+        """Hertz half-width b = sqrt(8 w' R/(pi E')) [m]."""
+        return math.sqrt(8.0 * self.load_per_length * self.radius_equivalent / (math.pi * self.effective_modulus))
+
+    @property
+    def pressure_hertz(self) -> float:
+        """Maximum Hertz pressure p_h = E' b/(4 R) [Pa]."""
+        return self.effective_modulus * self.half_width / (4.0 * self.radius_equivalent)
+
+    @property
+    def speed_1(self) -> float:
+        """Surface velocity u1 along x [m/s]."""
+        return self.speed_entrainment * (1.0 + 0.5 * self.slide_to_roll)
+
+    @property
+    def speed_2(self) -> float:
+        """Surface velocity u2 along x [m/s]."""
+        return self.speed_entrainment * (1.0 - 0.5 * self.slide_to_roll)
+
+    @property
+    def speed_sliding(self) -> float:
+        """Length of the sliding vector (u1 - u2, v_y) [m/s]."""
+        return math.hypot(self.slide_to_roll * self.speed_entrainment, self.speed_sliding_lengthwise)
+
+    @property
+    def slide_to_roll_total(self) -> float:
+        """|sliding vector|/u_r [-]."""
+        return self.speed_sliding / abs(self.speed_entrainment)
+
+    @property
+    def sliding_cosine(self) -> float:
+        """cos of the angle between the sliding vector and x; 1 without sliding."""
+        speed = self.speed_sliding
+        return abs(self.slide_to_roll * self.speed_entrainment) / speed if speed > 0.0 else 1.0
+
+    def dowson_groups(self, lubricant: Lubricant) -> tuple[float, float, float]:
+        """Dowson-Higginson groups (U, W, G): eta0 u_r/(E'R), w'/(E'R), alpha E' [-]."""
+        scale = self.effective_modulus * self.radius_equivalent
+        return (
+            lubricant.viscosity_inlet * self.speed_entrainment / scale,
+            self.load_per_length / scale,
+            lubricant.pressure_viscosity * self.effective_modulus,
+        )
+
+    def moes_groups(self, lubricant: Lubricant) -> tuple[float, float]:
+        """Moes groups (M, L): W (2U)^-1/2 and G (2U)^1/4 [-]."""
+        speed, load, material = self.dowson_groups(lubricant)
+        return load / math.sqrt(2.0 * speed), material * (2.0 * speed) ** 0.25

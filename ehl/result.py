@@ -1,0 +1,454 @@
+"""`ContactResult`: what one contact gave, whether it may stand, and which limits of the model it touches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ehl.fluid.lubricant import KELVIN, Lubricant
+from ehl.heat import ThermalTraction, carried_shear_heat
+from ehl.inputs import ContactProblem
+from ehl.io.errors import InputError
+from ehl.io.numbers import finite_or_none
+from ehl.line_contact import LineContact
+from ehl.rough import TransientResult
+from ehl.rough.dry import DryContactResult
+from ehl.rough.mixed import ERROR_ALLOWED
+from ehl.smooth import SteadyResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+_NOT_SCALAR = ("skipped", "notes", "problem", "film", "isothermal", "heat", "transient", "dry")
+
+# name, factor from SI, offset, shown unit, digits
+_ROWS: tuple[tuple[str, float, float, str, str], ...] = (
+    ("friction_coefficient", 1.0, 0.0, "", ".5f"),
+    ("friction_fluid", 1.0, 0.0, "", ".5f"),
+    ("friction_asperity", 1.0, 0.0, "", ".5f"),
+    ("friction_error", 100.0, 0.0, "%", ".2g"),
+    ("mesh_error", 100.0, 0.0, "%", ".2g"),
+    ("statistical_error", 100.0, 0.0, "%", ".2g"),
+    ("friction_boundary_half", 1.0, 0.0, "", ".5f"),
+    ("friction_boundary_double", 1.0, 0.0, "", ".5f"),
+    ("film_central", 1e9, 0.0, "nm", ".1f"),
+    ("film_min", 1e9, 0.0, "nm", ".1f"),
+    ("film_error", 100.0, 0.0, "%", ".2g"),
+    ("film_ratio", 1.0, 0.0, "", ".2f"),
+    ("asperity_load_share", 1.0, 0.0, "", ".3f"),
+    ("roughness_load_share", 1.0, 0.0, "", ".3f"),
+    ("pressure_max", 1e-9, 0.0, "GPa", ".4f"),
+    ("rolling_traction", 1.0, 0.0, "", ".5f"),
+    ("temperature_film_max", 1.0, -KELVIN, "degC", ".1f"),
+    ("temperature_flash", 1.0, -KELVIN, "degC", ".1f"),
+)
+
+# what may not stand as converged, whatever a solver's residuals say
+REASONS = ("not_finite", "negative", "shear_strength", "inaccurate")
+
+SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
+LIMIT_TEMPERATURE = 1000.0  # no law of the oil means anything there [K]
+HOT_NODE_WEIGHT = (
+    2.0  # the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
+)
+DECOMPOSITION_TEMPERATURE = 300.0 + KELVIN  # oils decompose [K]
+MAX_SMOOTH_ERROR = 0.1  # relative discretisation error from which a smooth result is no result [-]
+CARRIED_HEAT_NOTED = 0.02  # change of smooth friction by shear heat that the film carries along, from which it is told
+MOLECULAR_FILM = 1e-9  # films below this are thinner than a few molecules [m]
+
+
+@dataclass(frozen=True, repr=False)
+class ContactResult:
+    """What one contact gave; SI units, names of docs/nomenclature.md.
+
+    `friction_coefficient` is the answer, `friction_error` its relative error, `notes` the limits of the model it
+    touches. Made by `Contact.solve` and `solve_path`.
+
+    Parameters
+    ----------
+    status : str
+        "converged"; "unsettled" where the time mean is usable but its interval wider than asked for; "failed", all
+        figures nan. `reason` says why.
+    reason : str
+        Empty when converged; else a reason of the solver that ended it, "shear_strength" (a film shear stress beyond
+        1 GPa: the shear law needs a limit), "mesh_budget" (unsettled: no mesh in budget shows the roughness, its fine
+        part is a wall between bounds), "too_hot" (unsettled: films above 1000 K, where no law of the oil holds, make
+        more of mu than half the tolerance), "thermal_rounds" (unsettled: film and heat still changed by more than the
+        tolerance), or "mesh_error" (unsettled: the mesh error of mu is four times the tolerance or more).
+    friction_coefficient, friction_fluid, friction_asperity : float
+        mu = fluid + asperity part [-]; rolling traction is not in it.
+    film_central, film_min : float
+        h at x = 0 and the smallest h [m].
+    pressure_max : float
+        [Pa].
+    film_ratio : float
+        lambda: smooth isothermal film_central over the composite Rq [-]; infinity for smooth surfaces.
+    asperity_load_share : float
+        Share of the load carried by asperity contact [-].
+    roughness_load_share : float
+        Share of the load above the macroscopic pressure [-]; the same as the above with load sharing.
+    rolling_traction : float
+        Traction of the pressure gradient over w' [-], apart from friction.
+    temperature_film_max, temperature_flash : float
+        Largest film temperature and larger flash temperature [K]; the inlet temperature where heat was skipped.
+    film_error, friction_error : float
+        Relative error estimates [-]: discretisation, the 90 % interval of the time mean where there is one, what was
+        skipped, films too hot for any law, and the bounds of roughness finer than the mesh.
+    mesh_error, statistical_error : float
+        The first two parts of `friction_error` [-].
+    realisation_error : float
+        Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu; not in
+        `friction_error`, which is about the surfaces given [-].
+    friction_boundary_half, friction_boundary_double : float
+        mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-]. With
+        the reason "mesh_budget" mu without and with all of the fine roughness.
+    skipped : tuple of str
+        What was left out, and the estimate that allowed it.
+    notes : tuple of str
+        Limits of the model this case touches, and inputs without effect.
+    iterations : int
+        Newton iterations, all grids and paths together.
+    seconds : float
+        Wall time.
+    problem : ContactProblem
+        The inputs.
+    film, isothermal : SteadyResult
+        The solution, for plots, and the one without heat, for warm starts.
+    heat : ThermalTraction
+        Temperature profiles; None where heat was left out.
+    transient : TransientResult
+        The run of the deterministic solver; None without it.
+    dry : DryContactResult
+        The contact at one moment where the film was found to be nil; None elsewhere.
+    """
+
+    status: str
+    reason: str
+    friction_coefficient: float = math.nan
+    friction_fluid: float = math.nan
+    friction_asperity: float = math.nan
+    film_central: float = math.nan
+    film_min: float = math.nan
+    pressure_max: float = math.nan
+    film_ratio: float = math.nan
+    asperity_load_share: float = math.nan
+    roughness_load_share: float = math.nan
+    rolling_traction: float = math.nan
+    temperature_film_max: float = math.nan
+    temperature_flash: float = math.nan
+    film_error: float = math.nan
+    friction_error: float = math.nan
+    mesh_error: float = math.nan
+    statistical_error: float = math.nan
+    realisation_error: float = math.nan
+    friction_boundary_half: float = math.nan
+    friction_boundary_double: float = math.nan
+    skipped: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    iterations: int = 0
+    seconds: float = math.nan
+    problem: ContactProblem | None = field(default=None, compare=False)
+    film: SteadyResult | None = field(default=None, compare=False)
+    isothermal: SteadyResult | None = field(default=None, compare=False)
+    heat: ThermalTraction | None = field(default=None, compare=False)
+    transient: TransientResult | None = field(default=None, compare=False)
+    dry: DryContactResult | None = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        if self.status == "failed":
+            return f"ContactResult(failed: {self.reason})"
+        outcome = self.status if not self.reason else f"{self.status}: {self.reason}"
+        return (
+            f"ContactResult({outcome}, friction_coefficient={self.friction_coefficient:.5g} "
+            f"± {100.0 * self.friction_error:.2g} %, film_central={self.film_central:.4g} m, "
+            f"film_min={self.film_min:.4g} m, film_ratio={self.film_ratio:.3g}, "
+            f"asperity_load_share={self.asperity_load_share:.3g}, pressure_max={self.pressure_max:.4g} Pa)"
+        )
+
+    def _repr_html_(self) -> str:
+        cells = "".join(
+            "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in self.table_rows()
+        )
+        lines = "".join(f"<li>{escape(line)}</li>" for line in self.remarks())
+        return (
+            f"<table><caption>{escape(self.title())}</caption>"
+            f"<tbody>{cells}</tbody></table><p>{escape(self.outcome())}</p><ul>{lines}</ul>"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Results as scalars in SI units, for JSON; what is not finite becomes None.
+
+        Returns
+        -------
+        dict
+        """
+        names = (item.name for item in fields(self) if item.name not in _NOT_SCALAR)
+        values = {name: finite_or_none(getattr(self, name)) for name in names}
+        return values | {"skipped": list(self.skipped), "notes": list(self.notes)}
+
+    def to_frame(self) -> DataFrame:
+        """One row of operating point and results in SI units.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        return results_frame([self])
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Figure of pressure, film and temperatures; of a transient run also its history and roughness.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write it to as well; the suffix (.png, .svg, .pdf) chooses the format.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            There is no solution to draw, or the file cannot be written.
+        """
+        from ehl.view.plots import plot_smooth, save_figure
+        from ehl.view.rough_plots import plot_transient
+
+        if self.problem is None or self.film is None or self.isothermal is None:
+            raise InputError("plot", self.reason, "a contact that was solved")
+        if self.transient is not None:
+            figure = plot_transient(self.problem, self.transient, self.isothermal, self._caption())
+        else:
+            figure = plot_smooth(self.problem.line, self.film, self.heat, self._caption())
+        if path is not None:
+            save_figure(figure, Path(path))
+        return figure
+
+    def report(self, path: str | Path) -> Path:
+        """Write one HTML page: the answer with its error, notes, figure, operating point.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        from ehl.view.html_report import KeyFigures, Picture, Section, Table, Text, write_report
+
+        blocks: list[Any] = [Text(self.outcome())]
+        if self.status != "failed":
+            answer = f"{self.friction_coefficient:.4f} ± {100.0 * self.friction_error:.2g} %"
+            film = f"{self.film_central * 1e9:.4g} nm"
+            share = f"{100.0 * self.asperity_load_share:.3g} %"
+            blocks.insert(
+                0,
+                KeyFigures([(answer, "friction coefficient"), (film, "central film"), (share, "load on asperities")]),
+            )
+        sections = [Section("", blocks)]
+        if self.remarks():
+            sections.append(Section("Notes", [Text(line) for line in self.remarks()]))
+        if self.film is not None:
+            sections.append(Section("Solution", [Picture(self.plot(), "Pressure, film and temperatures over x/b.")]))
+        sections.append(Section("Results", [Table(("quantity", "value", "unit"), self.table_rows())]))
+        if self.problem is not None:
+            inputs = [(name, f"{value:.6g}") for name, value in self.problem.to_dict().items()]
+            sections.append(Section("Operating point (SI units)", [Table(("quantity", "value"), inputs)]))
+        return write_report(Path(path), "Lubricated line contact", self.title(), sections)
+
+    def animate(self, path: str | Path) -> Path:
+        """Write the moving roughness as an animation (GIF or self-contained HTML page).
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InputError
+            As `Contact.check_animation`; or roughness was left out because the film is thick; or the file cannot be
+            written.
+        """
+        from ehl.view.animation import animate_contact
+
+        if self.problem is None:
+            raise InputError("animate", self.reason, "a contact that was solved")
+        return animate_contact(self.problem, self.transient, self.friction_coefficient, Path(path))
+
+    def print_table(self) -> None:
+        """Print results, status, what was skipped and notes on the terminal."""
+        from ehl.view.report import print_rows
+
+        print_rows(self.title(), self.table_rows(), (self.outcome(), *self.remarks()))
+
+    def title(self) -> str:
+        """The operating point in one line."""
+        if self.problem is None:
+            return "line contact"
+        line = self.problem.line
+        return (
+            f"line contact, p_h {line.pressure_hertz / 1e9:.3g} GPa, R {line.radius_equivalent * 1e3:.3g} mm, "
+            f"u_r {line.speed_entrainment:.3g} m/s, SR {line.slide_to_roll:.3g}"
+        )
+
+    def outcome(self) -> str:
+        """Status, reason and effort in one line."""
+        status = self.status if not self.reason else f"{self.status} ({self.reason})"
+        return f"{status}, {self.iterations} Newton iterations, {self.seconds:.3g} s"
+
+    def remarks(self) -> tuple[str, ...]:
+        """What was skipped and the notes, one line each."""
+        return (*(f"skipped  {item}" for item in self.skipped), *(f"note     {item}" for item in self.notes))
+
+    def table_rows(self) -> list[tuple[str, str, str]]:
+        """Rows of the table: quantity, value, unit."""
+        rows = []
+        for name, factor, offset, unit, digits in _ROWS:
+            value = getattr(self, name)
+            rows.append((name, format(value * factor + offset, digits) if math.isfinite(value) else "-", unit))
+        return rows
+
+    def _caption(self) -> str:
+        """Title of the figure."""
+        if self.transient is None:
+            return (
+                f"mu = {self.friction_coefficient:.4f}, h_c = {self.film_central * 1e9:.1f} nm, "
+                f"h_min = {self.film_min * 1e9:.1f} nm"
+            )
+        errors = f"mesh ±{100.0 * self.mesh_error:.2g} %, 90 % interval ±{100.0 * self.statistical_error:.2g} %"
+        first = f"$\\mu$ = {self.friction_coefficient:.4f} ({errors})"
+        if math.isfinite(self.friction_boundary_half):
+            half, double = self.friction_boundary_half, self.friction_boundary_double
+            first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
+        second = f"$\\lambda$ = {self.film_ratio:.2g},  asperities carry {100.0 * self.asperity_load_share:.2g} %"
+        if math.isfinite(self.roughness_load_share):
+            second += f", {100.0 * self.roughness_load_share:.2g} % above the macroscopic pressure"
+        return f"{first}\n{second},  {self.status} {self.reason}".rstrip()
+
+
+def results_frame(results: Sequence[ContactResult]) -> DataFrame:
+    """One row per result: its operating point and its scalars in SI units; what is not known is nan.
+
+    Parameters
+    ----------
+    results : sequence of ContactResult
+
+    Returns
+    -------
+    pandas.DataFrame
+    """
+    import pandas as pd
+
+    names = [item.name for item in fields(ContactResult) if item.name not in (*_NOT_SCALAR, "skipped", "notes")]
+    rows = []
+    for result in results:
+        inputs = {} if result.problem is None else result.problem.to_dict()
+        rows.append({**inputs, **{name: getattr(result, name) for name in names}})
+    return pd.DataFrame(rows)
+
+
+def rejection_reason(result: ContactResult) -> str:
+    """Reason why a result cannot stand, one of `REASONS`; empty where it can."""
+    numbers = (result.friction_coefficient, result.film_central, result.film_min, result.pressure_max)
+    if not all(math.isfinite(value) for value in (*numbers, result.friction_error, result.film_error)):
+        return "not_finite"
+    if min(numbers) < 0.0 or not 0.0 <= result.asperity_load_share <= 1.0 + 1e-9:
+        return "negative"
+    if max_shear_stress(result) > SHEAR_STRENGTH:
+        return "shear_strength"
+    if result.transient is None and result.dry is None and max(result.mesh_error, result.film_error) > MAX_SMOOTH_ERROR:
+        return "inaccurate"
+    return ""
+
+
+def mesh_error_too_large(result: ContactResult, tolerance: float) -> bool:
+    """Whether the mesh of a rough run leaves an error far above the tolerance asked for."""
+    return result.transient is not None and result.mesh_error > ERROR_ALLOWED * tolerance
+
+
+def friction_above_limit_temperature(result: ContactResult) -> float:
+    """Part of mu that films above 1000 K make [-]: no law of the oil holds there, so that all of it is uncertain.
+
+    Of a rough run the larger of two: the share of the hot nodes in the last step, counted twice, and the share of the
+    pressure under the nodes that are so hot in the mean.
+    """
+    if max(result.temperature_film_max, result.temperature_flash) <= LIMIT_TEMPERATURE:
+        return 0.0
+    if result.transient is not None:
+        state, profiles = result.transient.run.state, result.transient.profiles
+        shear, load = float(state.shear.sum()), float(profiles.pressure_fluid.sum())
+        spots = float(state.shear[state.temperature > LIMIT_TEMPERATURE].sum()) / shear if shear > 0.0 else 0.0
+        mean = (
+            float(profiles.pressure_fluid[profiles.temperature_film > LIMIT_TEMPERATURE].sum()) / load
+            if load > 0.0
+            else 0.0
+        )
+        return min(max(HOT_NODE_WEIGHT * spots, mean), 1.0) * result.friction_fluid
+    heat = result.heat
+    if heat is None:
+        return 0.0
+    power = float(np.trapezoid(heat.shear_stress, heat.x))
+    hot = np.where(heat.temperature_film > LIMIT_TEMPERATURE, heat.shear_stress, 0.0)
+    return result.friction_fluid * float(np.trapezoid(hot, heat.x)) / power if power > 0.0 else 0.0
+
+
+def max_shear_stress(result: ContactResult) -> float:
+    """Largest shear stress of the film [Pa]; with roughness of the last step, or the mean of all where it is larger."""
+    if result.transient is not None:
+        run = result.transient.run
+        mean = result.friction_fluid * math.pi / 4.0  # over the Hertz width, in p_h
+        return max(float(run.state.shear.max()), mean) * run.problem.units.pressure
+    if result.dry is not None:
+        return 0.0
+    assert result.film is not None
+    return float(result.film.shear_stress.max())
+
+
+def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
+    """Limits of the model that a result touches."""
+    notes = []
+    if lubricant.extrapolated:
+        notes.append("oil card read outside the temperatures it was measured at")
+    if result.film_min < MOLECULAR_FILM:
+        notes.append(f"smallest film {result.film_min * 1e9:.2g} nm: thinner than a few molecules of oil")
+    if max(result.temperature_film_max, result.temperature_flash) > LIMIT_TEMPERATURE:
+        notes.append(
+            f"spots at {max(result.temperature_film_max, result.temperature_flash):.0f} K: no law of the oil holds "
+            f"there; they make {friction_above_limit_temperature(result):.2g} of mu, counted as error"
+        )
+    elif result.temperature_film_max > DECOMPOSITION_TEMPERATURE:
+        notes.append(f"film at {result.temperature_film_max - KELVIN:.0f} degC: oils decompose there")
+    if result.pressure_max > hardness:
+        notes.append(
+            f"pressure {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: bodies yield"
+        )
+    if result.heat is not None and contact.speed_sliding > 0.0:
+        assert result.film is not None
+        assert result.isothermal is not None
+        film = result.film.film_central
+        carried = carried_shear_heat(contact, lubricant, film, film / result.isothermal.film_central)
+        if carried.friction_change > CARRIED_HEAT_NOTED:
+            notes.append(
+                f"film Peclet number {carried.peclet_film:.2g}: shear heat the film carries along is left out, at most "
+                f"about {100.0 * carried.friction_change:.2g} % of smooth friction and "
+                f"{100.0 * carried.film_change:.2g} % of the smooth film"
+            )
+    return tuple(notes)
