@@ -26,11 +26,12 @@ from numpy.typing import NDArray
 from scipy.sparse import bmat, coo_matrix, kron
 from skfem import Basis, BilinearForm, ElementHex2, MeshHex
 
-from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
+from efficiency.contact.gear_flanks import Member
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import Design, load_design
 from efficiency.ltca.compliance import Tooth
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth
-from efficiency.ltca.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, loaded_flank, solid_tooth_of
+from efficiency.ltca.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, solid_tooth_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -83,7 +84,7 @@ class ToothElements:
         held: frozenset[str] = frozenset({"base"}),
     ) -> None:
         self.counts, self.cells = counts, cells
-        self.grid = grid = tooth_grid(design, member, counts.rows + 1, counts.along + 1)
+        self.grid = grid = tooth_grid(design.flanks(), member, counts.rows + 1, counts.along + 1)
         azimuth, height = _section(grid, counts, cells, rim)
         self.columns, levels = azimuth.shape[1] - 1, azimuth.shape[0] - 1
         index = MeshHex.init_tensor(*(np.arange(n + 1.0) for n in (counts.along, levels, self.columns)))
@@ -258,7 +259,7 @@ def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> N
         frozenset(given.body.held),
     )
     grid = elements.grid
-    upper = grid.sides[1] == loaded_flank(design, member, "drive")
+    upper = grid.sides[1] == design.flanks().loaded_side(member, "drive")
     levels = [round(share * counts.rows) for share in (0.25, 0.625, 1.0)]
     stations = [round(share * counts.along) for share in (0.125, 0.5, 0.875)]
     rows, columns = (np.asarray(x).ravel() for x in np.meshgrid(levels, stations, indexing="ij"))
@@ -288,15 +289,15 @@ def line_load(tooth: SolidTooth) -> FloatArray:
 
 def convergence(design: Design, member: Member) -> Iterator[tuple[Orders, int, float, float]]:
     """Orders, unknowns, seconds and the greatest error under line loads against the finest orders."""
-    finest = line_load(solid_tooth_of(design, member, "drive", ORDERS.scaled(1.7)))
     given = design.pinion if member == "pinion" else design.gear
-    grid = tooth_grid(design, member, ROWS, COLUMNS)
+    finest = line_load(solid_tooth_of(design.flanks(), given.tooth_body(), member, "drive", ORDERS.scaled(1.7)))
+    grid = tooth_grid(design.flanks(), member, ROWS, COLUMNS)
     for factor in (0.5, 0.75, 1.0, 1.35):
         orders = ORDERS.scaled(factor)
         clock = time.process_time()
         tooth = solid_tooth(
             grid,
-            loaded_flank(design, member, "drive"),
+            design.flanks().loaded_side(member, "drive"),
             given.elastic_material(),
             given.body.thickness(grid.blank),
             orders=orders,
@@ -357,8 +358,8 @@ def main() -> None:
                 f"  orders {orders.tooth} {orders.body}: {unknowns} unknowns, {seconds:.2f} s, {memory:.0f} MB, "
                 f"line loads {100 * error:.1f} %"
             )
-        solid = solid_tooth_of(design, member, "drive", cells=cells)
-        plate = elastic_teeth(design, "drive", "plate")[member == "gear"]
+        solid = solid_tooth_of(design.flanks(), getattr(design, member).tooth_body(), member, "drive", cells=cells)
+        plate = elastic_teeth(design.flanks(), design.tooth_bodies(), "drive", "plate")[member == "gear"]
         points = nine_points(design, member, COUNTS, cells)
         rows += compare(name, member, points, solid, plate, axes)
     panels[0].legend(frameon=False)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
@@ -62,8 +63,10 @@ def measure(mesh: MeshGrids, grid: tuple[int, int], orders: tuple[int, int], geo
 
 def with_orders(mesh: MeshGrids, factor: float) -> MeshGrids:
     """The same mesh with other polynomial orders of the teeth."""
+    flanks, bodies = load_design(DESIGN).flanks(), load_design(DESIGN).tooth_bodies()
     pinion, gear = (
-        solid_tooth_of(load_design(DESIGN), member, "drive", ORDERS.scaled(factor)) for member in ("pinion", "gear")
+        solid_tooth_of(flanks, body, member, "drive", ORDERS.scaled(factor))
+        for member, body in zip(MEMBERS, bodies, strict=True)
     )
     return replace(mesh, teeth=replace(mesh.teeth, pinion=pinion, gear=gear))
 

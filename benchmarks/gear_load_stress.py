@@ -84,7 +84,7 @@ def random_design(seed: int, index: int) -> tuple[Design | None, dict[str, Any]]
         )
         design = machine_settings(inputs, transmission=False).design
         # teeth that run to a point before their tip are no design
-        tooth_shapes(design)
+        tooth_shapes(design.flanks())
         return design, about
     except (InputError, ConvergenceError):
         return None, about

@@ -24,11 +24,12 @@ from direct_tangency import check_path
 
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.flank_grid import SHAPE
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.gear_flanks import Side
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.misalignment import misalignment_study
-from efficiency.contact.pair import Side, flank_pair
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import Design, load_design
+from efficiency.misalignment import misalignment_study
 from ehl.io.data import data_names
 
 SHAPES = ((6, 5), (9, 7), (13, 10), SHAPE, (24, 18))
@@ -64,18 +65,18 @@ def seconds(work: Callable[[], object], repeats: int = 2) -> float:
 
 def measure(design: Design, side: Side, shape: tuple[int, int]) -> Row:
     """Time and error of one map."""
-    pinion, gear = design.flanks(side)
+    pinion, gear = design.flanks().mating(side)
     assembly = design.placement()
     surface = mesh_surface(gear, pinion, assembly, shape=shape)
     path = contact_path(surface, surface.crest_roll + np.linspace(-0.7, 0.7, 7) * surface.pitch)
     check = check_path(surface, path)
-    pair = flank_pair(design, side, shape)
+    pair = flank_pair(design.flanks(), side, shape)
     return Row(
         design.name,
         side,
         f"{shape[0]} x {shape[1]}",
         seconds(lambda: mesh_surface(gear, pinion, assembly, shape=shape)),
-        seconds(lambda: flank_pair(design, side, shape)),
+        seconds(lambda: flank_pair(design.flanks(), side, shape)),
         seconds(pair.pattern),
         surface.interpolation_error * 1e9,
         check.transmission_error / ARCSEC,
@@ -102,7 +103,7 @@ def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
     folder.mkdir(parents=True, exist_ok=True)
     designs = [load_design(name) for name in data_names("designs")]
-    flank_pair(designs[0])
+    flank_pair(designs[0].flanks())
 
     rows = []
     print("map [s], whole unloaded analysis [s], pattern [s], estimated and true error")
@@ -119,7 +120,7 @@ def main() -> None:
     print("\nflanks of both members at 31 x 15 points [s]; unloaded analysis with 24 x 31 contact lines [s]; study [s]")
     steps = np.linspace(-1e-4, 1e-4, 10)
     for design in designs:
-        lines = seconds(lambda chosen=design: mesh_cycle(flank_pair(chosen), 24, 31))
+        lines = seconds(lambda chosen=design: mesh_cycle(flank_pair(chosen.flanks()).surface, 24, 31))
         study = seconds(lambda chosen=design: misalignment_study(chosen, E=steps, P=steps), 1)
         print(f"{design.name:28} {flank_points(design):7.3f} {lines:7.3f}   100 points {study:6.2f}", flush=True)
 

@@ -9,7 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
-from efficiency.contact.pair import FlankPair, Side, flank_pair
+from efficiency.contact.flank_pair import FlankPair, flank_pair
+from efficiency.contact.gear_flanks import Side
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import BlankInput, Design, MemberInput
 from efficiency.loss.closed_form import PitchGeometry
@@ -74,8 +75,8 @@ def gear_mesh(
     InputError
         An impossible number of positions or points.
     """
-    pair = flank_pair(design, side)
-    pinion, gear = (_mean_angles(flank) for flank in design.flanks(side))
+    pair = flank_pair(design.flanks(), side)
+    pinion, gear = (_mean_angles(flank) for flank in design.flanks().mating(side))
     materials = design.pinion.elastic_material(), design.gear.elastic_material()
     known = elastic_bodies(design, side) if bodies is None else bodies
     teeth_as_bodies, told = known
@@ -91,7 +92,7 @@ def gear_mesh(
         return cycle_lines(pair.surface, count)
 
     def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
-        return mesh_cycle(pair, count, points, reach, edges=True, lines=lines(count))
+        return mesh_cycle(pair.surface, count, points, reach, edges=True, lines=lines(count))
 
     placement = design.placement()
     axes = (
@@ -125,10 +126,10 @@ def gear_mesh(
 def elastic_bodies(design: Design, side: Side) -> Bodies:
     """Teeth as elastic bodies, and what is to be known of them."""
     try:
-        return elastic_teeth(design, side), ()
+        return elastic_teeth(design.flanks(), design.tooth_bodies(), side), ()
     except ConvergenceError as error:
         note = f"teeth as plates on an elastic root, less accurate: no solid can be made of them, {error}"
-        return elastic_teeth(design, side, "plate"), (note,)
+        return elastic_teeth(design.flanks(), design.tooth_bodies(), side, "plate"), (note,)
 
 
 def _edge_rounding(member: MemberInput, design: Design) -> float:

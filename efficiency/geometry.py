@@ -11,23 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
-from efficiency.contact.pair import FlankPair, Side, flank_pair
+from efficiency.contact.flank_pair import FlankPair, flank_pair
+from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member, Side
 from efficiency.contact.pattern import MARKING, ContactPattern
-from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
-from efficiency.output.inspection_grid import Member, lowest_fraction
+from efficiency.output.inspection_grid import lowest_fraction
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import Quantity
 
 FloatArray = NDArray[np.float64]
 
 MARKING_LIMITS = Quantity("m", gt=0.0, le=1e-3)
-_SIDES: tuple[Side, ...] = ("drive", "coast")
-_MEMBERS: tuple[Member, ...] = ("pinion", "gear")
 _STATIONS = 9
-_FLANKS: tuple[FlankSide, ...] = ("concave", "convex")
 
 
 @dataclass(frozen=True)
@@ -180,7 +178,7 @@ class PairGeometry:
         }
 
 
-def pair_geometry(design: Design, sides: Sequence[Side] = _SIDES, marking: float = MARKING) -> PairGeometry:
+def pair_geometry(design: Design, sides: Sequence[Side] = SIDES, marking: float = MARKING) -> PairGeometry:
     """Flanks and unloaded contact of a pair.
 
     Parameters
@@ -201,7 +199,7 @@ def pair_geometry(design: Design, sides: Sequence[Side] = _SIDES, marking: float
     """
     start = time.perf_counter()
     MARKING_LIMITS.check(marking, "marking")
-    flanks = {f"{name}_{side}": _flank_summary(design, name, side) for name in _MEMBERS for side in _FLANKS}
+    flanks = {f"{name}_{side}": _flank_summary(design, name, side) for name in MEMBERS for side in FLANK_SIDES}
     notes = tuple(note for name, flank in flanks.items() for note in _flank_notes(design, name, flank))
     found: dict[Side, SideGeometry] = {}
     failures: dict[Side, str] = {}
@@ -222,8 +220,8 @@ def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideG
         The flanks do not exist where they should meet, or do not mesh.
     """
     start = time.perf_counter()
-    pair = flank_pair(design, side)
-    cycle = mesh_cycle(pair)
+    pair = flank_pair(design.flanks(), side)
+    cycle = mesh_cycle(pair.surface)
     surface, path = pair.surface, pair.path
     pattern = pair.pattern(marking)
     per_pitch = 0.5 * (path.pinion_angle.size - 1)
@@ -310,8 +308,8 @@ def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
 def chosen_sides(text: str) -> tuple[Side, ...]:
     """Sides named on the command line: drive, coast or both."""
     if text == "both":
-        return _SIDES
-    for side in _SIDES:
+        return SIDES
+    for side in SIDES:
         if text == side:
             return (side,)
     raise InputError("--side", text, "drive, coast or both")

@@ -8,7 +8,7 @@ from math import cos
 from pathlib import Path
 from typing import Any
 
-from efficiency.contact.pair import Side
+from efficiency.contact.gear_flanks import Side
 from efficiency.design.cooling_input import CoolingInput
 from efficiency.design.design import OPERATION_LIMITS, Design, MemberInput, Misalignment, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh

@@ -7,13 +7,14 @@ height square to the pitch cone, positive towards the tooth tip.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.cutting.newton import Array
-
 FloatArray = NDArray[np.float64]
+Array = NDArray[np.inexact[Any]]
+"""Real or complex."""
 
 
 @dataclass(frozen=True)

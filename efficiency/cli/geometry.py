@@ -11,7 +11,7 @@ import typer
 from efficiency.cli.options import DesignArgument, JsonOption, UnitsOption, value_list
 
 if TYPE_CHECKING:
-    from efficiency.contact.tooth_grid import Member
+    from efficiency.contact.gear_flanks import Member
     from efficiency.design.design import Design
 
 _WHAT = ("tooth", "member", "grid", "summary")
@@ -191,10 +191,10 @@ def misalignment(
     """
     from threadpoolctl import threadpool_limits
 
-    from efficiency.contact.misalignment import misalignment_study
     from efficiency.contact.pattern import MARKING
     from efficiency.design.design import Misalignment, load_design
     from efficiency.geometry import MARKING_LIMITS, chosen_sides
+    from efficiency.misalignment import misalignment_study
     from efficiency.output.misalignment_table import print_study, write_study
     from ehl.io.errors import InputError
     from ehl.io.expectation import quantity_of

@@ -10,7 +10,7 @@ import typer
 
 if TYPE_CHECKING:
     from efficiency.cli.options import Lists
-    from efficiency.contact.pair import Side
+    from efficiency.contact.gear_flanks import Side
     from efficiency.design.design import Design
     from efficiency.output.gear_files import OutputFiles
     from efficiency.output.machine_summary import Units

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from efficiency.contact.pair import Side
+    from efficiency.contact.gear_flanks import Side
     from efficiency.design.design import Design
     from efficiency.output.gear_files import OutputFiles
     from efficiency.run import Conditions

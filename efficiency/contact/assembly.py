@@ -7,7 +7,7 @@ pinion axis, G along the gear axis, alpha added to the shaft angle.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -65,6 +65,11 @@ class Assembly:
     P: float = 0.0
     G: float = 0.0
     alpha: float = 0.0
+
+    @property
+    def aligned(self) -> Assembly:
+        """The same members without misalignment."""
+        return replace(self, E=0.0, P=0.0, G=0.0, alpha=0.0)
 
     @property
     def ratio(self) -> float:

@@ -18,7 +18,6 @@ from efficiency.contact.edge_lines import EdgePiece, edge_pieces, edge_points, n
 from efficiency.contact.line_frame import POSITION, line_frame
 from efficiency.contact.line_trace import Lines, Spans, line_points, line_spans, within_reach
 from efficiency.contact.mesh_surface import EDGES, NORMAL, MeshSurface
-from efficiency.contact.pair import FlankPair
 from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
@@ -194,7 +193,7 @@ def cycle_lines(surface: MeshSurface, positions: int) -> CycleLines:
 
 
 def mesh_cycle(
-    pair: FlankPair,
+    surface: MeshSurface,
     positions: int = 24,
     points_per_line: int = 31,
     reach: float | None = None,
@@ -205,8 +204,8 @@ def mesh_cycle(
 
     Parameters
     ----------
-    pair : FlankPair
-        Geometry of the pair.
+    surface : MeshSurface
+        Both flanks and the map of their mesh.
     positions : int
         Number of pinion angles in the pitch (the end of the pitch, equal to its start, is left out).
     points_per_line : int
@@ -226,7 +225,6 @@ def mesh_cycle(
     """
     if not isinstance(points_per_line, int) or points_per_line < 2:
         raise InputError("points_per_line", points_per_line, "a whole number of at least 2")
-    surface = pair.surface
     lines = lines or cycle_lines(surface, positions)
     tooth, owner, on_path, spans = lines.tooth, lines.owner, lines.on_path, lines.spans
     if reach is not None:

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.blanks.cones import ToothShape
-from efficiency.contact.ease_off import conjugate_points, pinion_phase
+from efficiency.contact.gear_flanks import GearFlanks
 from efficiency.cutting.flank import Flank, FlankPoints
-from efficiency.design.design import Design
 from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
@@ -54,31 +53,19 @@ def _normal_thickness(
     return np.asarray((radius * angle * np.cos(spiral))[:-1] + missing_one + missing_other)
 
 
-def gear_thickness(design: Design, u: FloatArray, h: FloatArray) -> FloatArray:
+def gear_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArray:
     """Normal circular tooth thickness of the gear [m] at blank coordinates (u, h); nan where a flank is undercut."""
-    member = design.gear
-    return _normal_thickness(member.flank("concave"), member.flank("convex"), (0.0, 0.0), u, h, "gear")
+    return _normal_thickness(flanks.gear["concave"], flanks.gear["convex"], (0.0, 0.0), u, h, "gear")
 
 
-def pinion_thickness(design: Design, u: FloatArray, h: FloatArray) -> FloatArray:
+def pinion_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArray:
     """Normal circular tooth thickness of the pinion [m] at blank coordinates (u, h), backlash taken off.
 
     nan where a flank is undercut.
     """
-    assembly = design.with_misalignment().placement()
-    flanks: dict[str, Flank] = {}
-    phases: dict[str, float] = {}
-    for side in ("drive", "coast"):
-        pinion, gear = design.flanks(side)
-        middle = np.array([0.5 * (gear.blank.mean_addendum - pinion.blank.mean_addendum)])
-        points, found = gear.solve(np.zeros(1), middle)
-        if not found.all():
-            raise ConvergenceError("undercut", f"the {gear.side} gear flank does not reach its design point")
-        flanks[pinion.side] = pinion
-        phases[pinion.side] = pinion_phase(conjugate_points(points, assembly), pinion)
-    turned = phases["concave"], phases["convex"]
-    width = _normal_thickness(flanks["concave"], flanks["convex"], turned, u, h, "pinion")
-    return np.asarray(width - design.assembly.normal_backlash)
+    phases = flanks.pinion_phases["concave"], flanks.pinion_phases["convex"]
+    width = _normal_thickness(flanks.pinion["concave"], flanks.pinion["convex"], phases, u, h, "pinion")
+    return np.asarray(width - flanks.normal_backlash)
 
 
 def _require_thickness(member: str, place: str, values: FloatArray, face: FloatArray) -> None:
@@ -106,7 +93,7 @@ def _filled(width: FloatArray, face: FloatArray) -> FloatArray:
     return filled
 
 
-def tooth_shapes(design: Design, stations: int = 7) -> tuple[ToothShape, ToothShape]:
+def tooth_shapes(flanks: GearFlanks, stations: int = 7) -> tuple[ToothShape, ToothShape]:
     """Depth and thickness of one tooth of the pinion and of the gear, toe to heel.
 
     Where a flank is undercut the thickness is that of the tooth continued from the rest.
@@ -118,15 +105,15 @@ def tooth_shapes(design: Design, stations: int = 7) -> tuple[ToothShape, ToothSh
     """
     shapes = []
     for name, member, thickness in (
-        ("pinion", design.pinion, pinion_thickness),
-        ("gear", design.gear, gear_thickness),
+        ("pinion", flanks.pinion, pinion_thickness),
+        ("gear", flanks.gear, gear_thickness),
     ):
-        blank = member.blank.blank()
+        blank = member["concave"].blank
         u = np.linspace(-0.5, 0.5, stations) * blank.face_width
         face = u + 0.5 * blank.face_width
         across = np.repeat(np.array(_FRACTIONS), stations)
         along = np.tile(u, len(_FRACTIONS))
-        width = thickness(design, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
+        width = thickness(flanks, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
         width = _filled(width, face)
         root = np.array([np.polyval(np.polyfit(_FRACTIONS, column, 2), 0.0) for column in width.T])
         for place, values in (("tip", width[-1]), ("root", root)):

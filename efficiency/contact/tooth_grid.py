@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.ease_off import conjugate_points, pinion_phase
+from efficiency.contact.gear_flanks import GearFlanks, Member
 from efficiency.contact.tooth_root import RootProfile, root_profile
 from ehl.io.errors import ConvergenceError
 
 if TYPE_CHECKING:
     from efficiency.blanks.cones import Blank
+    from efficiency.cutting.cutter import FlankSide
     from efficiency.cutting.flank import Flank, FlankPoints
-    from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
-Member = Literal["pinion", "gear"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class ToothGrid:
     height: FloatArray
     lower: FloatArray
     upper: FloatArray
-    sides: tuple[str, str]
+    sides: tuple[FlankSide, FlankSide]
     fillets: tuple[bool, bool]
 
     @property
@@ -101,27 +100,21 @@ def _faces_up(points: FlankPoints) -> bool:
     return bool(x * points.normal[1, 0] - y * points.normal[0, 0] > 0.0)
 
 
-def _pinion_turns(design: Design) -> dict[str, float]:
+def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
     """Rotation of each pinion flank that brings it into contact with its gear flank; backlash taken off evenly."""
-    assembly = design.with_misalignment().placement()
-    turns: dict[str, float] = {}
-    for side in ("drive", "coast"):
-        pinion, gear = design.flanks(side)
-        middle = np.array([0.5 * (gear.blank.mean_addendum - pinion.blank.mean_addendum)])
-        on_gear, found = gear.solve(np.zeros(1), middle)
-        mean, there = pinion.solve(np.zeros(1), np.zeros(1))
-        if not (found.all() and there.all()):
-            raise ConvergenceError("flank", "the flanks do not reach their mean points")
+    turns: dict[FlankSide, float] = {}
+    for side, pinion in flanks.pinion.items():
+        mean, found = pinion.solve(np.zeros(1), np.zeros(1))
+        if not found.all():
+            raise ConvergenceError("undercut", f"the {side} pinion flank does not reach the mean point")
         spiral = mean.angles(pinion.blank.pitch_angle)[0][0]
         radius = np.hypot(mean.position[0, 0], mean.position[1, 0])
-        off = 0.5 * design.assembly.normal_backlash / (radius * np.cos(spiral))
-        turns[pinion.side] = pinion_phase(conjugate_points(on_gear, assembly), pinion) - (
-            off if _faces_up(mean) else -off
-        )
+        off = 0.5 * flanks.normal_backlash / (radius * np.cos(spiral))
+        turns[side] = flanks.pinion_phases[side] - (off if _faces_up(mean) else -off)
     return turns
 
 
-def tooth_grid(design: Design, member: Member, rows: int = 15, columns: int = 31) -> ToothGrid:
+def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 31) -> ToothGrid:
     """Both flanks of one tooth of a member.
 
     Between flanks and root lies the fillet the cutter leaves, down to the root it cuts (`root_profile`).
@@ -130,7 +123,7 @@ def tooth_grid(design: Design, member: Member, rows: int = 15, columns: int = 31
 
     Parameters
     ----------
-    design : Design
+    pair : GearFlanks
         The pair; its misalignments do not matter here.
     member : {"pinion", "gear"}
         Which member.
@@ -142,24 +135,24 @@ def tooth_grid(design: Design, member: Member, rows: int = 15, columns: int = 31
     ConvergenceError
         A flank does not span its blank, or the flanks cross (pointed tooth, closed slot).
     """
-    this = design.pinion if member == "pinion" else design.gear
-    flanks = {side: design.flank(member, side) for side in ("concave", "convex")}
-    blank = this.blank.blank()
-    mate = design.gear if member == "pinion" else design.pinion
-    clearance = max(this.blank.mean_dedendum - mate.blank.mean_addendum, 0.0)
+    flanks = pair.of(member)
+    blank = pair.blank(member)
+    mate = pair.blank("gear" if member == "pinion" else "pinion")
+    clearance = max(blank.mean_dedendum - mate.mean_addendum, 0.0)
     roots = {side: root_profile(flank, columns, clearance) for side, flank in flanks.items()}
     stations = np.linspace(-0.5, 0.5, columns) * blank.face_width
     h = _heights(blank, stations, rows, list(roots.values()))
     u = np.broadcast_to(stations, h.shape)
-    azimuth, upper = {}, ""
+    azimuth: dict[FlankSide, FloatArray] = {}
+    upper: FlankSide = "concave"
     for side, flank in flanks.items():
         azimuth[side] = _flank_azimuth(flank, u, h, roots[side])
         if _faces_up(flank.solve(np.zeros(1), np.zeros(1))[0]):
             upper = side
-    lower = "convex" if upper == "concave" else "concave"
+    lower: FlankSide = "convex" if upper == "concave" else "concave"
     pitch = 2.0 * np.pi / blank.teeth
     if member == "pinion":
-        for side, turn in _pinion_turns(design).items():
+        for side, turn in _pinion_turns(pair).items():
             azimuth[side] += turn
         shift = 0.0
     else:

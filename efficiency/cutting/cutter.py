@@ -19,6 +19,7 @@ from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import cross, spin, turn, unit
 
 FlankSide = Literal["concave", "convex"]
+FLANK_SIDES: tuple[FlankSide, FlankSide] = ("concave", "convex")
 EdgePart = Literal["flank", "fillet"]
 
 

@@ -11,12 +11,14 @@ from pydantic import Field, model_validator
 
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
-from efficiency.cutting.cutter import FlankSide
+from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.body_input import BodyInput
 from efficiency.design.cooling_input import CoolingInput
 from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
 from efficiency.design.surface_input import FlankSurfaceInput
+from efficiency.ltca.teeth import Bodies, ToothBody
 from ehl.fluid.oil import Oil, Temperature
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
@@ -142,6 +144,11 @@ class MemberInput(InputModel):
     def elastic_material(self) -> Material:
         """Material of the member."""
         return load_material(self.material)
+
+    def tooth_body(self) -> ToothBody:
+        """Material of the teeth and the body under them."""
+        rim = self.body.thickness(self.blank.blank())
+        return ToothBody(self.elastic_material(), rim, frozenset(self.body.held), self.body.youngs_modulus)
 
 
 @lru_cache(maxsize=16)
@@ -277,7 +284,7 @@ class Design(InputModel):
             alpha=a.misalignment.alpha,
         )
 
-    def flank(self, member: Literal["pinion", "gear"], side: FlankSide) -> Flank:
+    def flank(self, member: Member, side: FlankSide) -> Flank:
         """One flank of one member; a pinion flank given by its ease-off is conjugate in the aligned pair."""
         if member == "gear":
             return self.gear.flank(side)
@@ -287,12 +294,15 @@ class Design(InputModel):
         mate = self.gear.flank("convex" if side == "concave" else "concave")
         return given.flank(mate, self.pinion.blank.blank(), self.with_misalignment().placement())
 
-    def flanks(self, side: Literal["drive", "coast"]) -> tuple[Flank, Flank]:
-        """Pinion and gear flank in contact on the drive or the coast side."""
-        drive: FlankSide = self.assembly.drive_flank_pinion
-        other: FlankSide = "convex" if drive == "concave" else "concave"
-        pinion, gear = (drive, other) if side == "drive" else (other, drive)
-        return self.flank("pinion", pinion), self.flank("gear", gear)
+    def flanks(self) -> GearFlanks:
+        """The four flanks in the assembly, misalignments included."""
+        pinion, gear = ({side: self.flank(member, side) for side in FLANK_SIDES} for member in MEMBERS)
+        given = self.assembly
+        return GearFlanks(self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash)
+
+    def tooth_bodies(self) -> Bodies:
+        """Material and body under the teeth of pinion and gear."""
+        return self.pinion.tooth_body(), self.gear.tooth_body()
 
 
 def load_design(name: str | Path) -> Design:

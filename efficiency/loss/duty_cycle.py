@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
-from efficiency.contact.pair import Side
+from efficiency.contact.gear_flanks import Side
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.loss.kinematics import Driver, Operation

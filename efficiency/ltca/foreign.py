@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition, conjugate_fields
 from efficiency.contact.edge_lines import nearest_edge
+from efficiency.contact.flank_pair import FlankPair
 from efficiency.contact.mesh_surface import MeshSurface
-from efficiency.contact.pair import FlankPair
 from efficiency.ltca.equilibrium import Equilibrium
 from efficiency.ltca.load_distribution import (
     ElasticPosition,
@@ -96,15 +96,17 @@ def write_load(load: LoadDistribution, path: Path) -> None:
                 )
 
 
-def read_load(path: Path, pair: FlankPair, teeth: TeethElasticity, torque_pinion: float | None = None) -> LoadedGrids:
+def read_load(
+    path: Path, contact: FlankPair, teeth: TeethElasticity, torque_pinion: float | None = None
+) -> LoadedGrids:
     """Load distribution of a foreign program on the flanks of a pair, in place of the own one.
 
     Parameters
     ----------
     path : Path
         CSV file, see above.
-    pair : FlankPair
-        Pair whose flanks carry the load.
+    contact : FlankPair
+        Flanks that carry the load.
     teeth : TeethElasticity
         Materials and edges; their compliance is not asked.
     torque_pinion : float, optional
@@ -126,7 +128,7 @@ def read_load(path: Path, pair: FlankPair, teeth: TeethElasticity, torque_pinion
     require_torque(torque)
     if abs(torque / stated - 1.0) > 1e-3:
         raise InputError("torque", f"{torque:.6g} N m", f"{stated:.6g} N m, the torque of {path.name}")
-    surface = pair.surface
+    surface = contact.surface
     u, v, tooth = _places(path, surface, columns, rows)
     if "force" not in columns and not {"load_per_length", "length"} <= columns.keys():
         raise InputError(str(path), "columns " + ", ".join(columns), "force, or load_per_length and length")
@@ -157,8 +159,8 @@ def read_load(path: Path, pair: FlankPair, teeth: TeethElasticity, torque_pinion
         f"load distribution from {path.name}: its forces carry {_carried(load):.4f} of the torque stated; transmission "
         "error and compatibility are not known, and no error of its grid along the lines"
     )
-    mesh = MeshGrids(pair.name, pair.side, cycle, cycle, teeth, most, None, (*pair.notes, note))
-    return LoadedGrids(replace(mesh, transmission_error=pair.transmission.peak_to_peak), load, load)
+    mesh = MeshGrids(contact.name, contact.side, cycle, cycle, teeth, most, None, (*contact.notes, note))
+    return LoadedGrids(replace(mesh, transmission_error=contact.transmission.peak_to_peak), load, load)
 
 
 def _carried(load: LoadDistribution) -> float:

@@ -1,21 +1,21 @@
-"""The teeth of a design as elastic bodies."""
+"""The teeth of a pair as elastic bodies."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from efficiency.contact.pair import Side
+from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.thickness import tooth_shapes
-from efficiency.contact.tooth_grid import Member, tooth_grid
-from efficiency.cutting.cutter import FlankSide
-from efficiency.design.design import Design
+from efficiency.contact.tooth_grid import tooth_grid
 from efficiency.ltca.compliance import Tooth
 from efficiency.ltca.plate import PlateTooth
 from efficiency.ltca.ritz_solid import ORDERS, Orders
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth
 from ehl.io.errors import ConvergenceError
+from ehl.material import Material
 
 ToothModel = Literal["solid", "plate"]
 
@@ -23,13 +23,41 @@ ToothModel = Literal["solid", "plate"]
 ROWS, COLUMNS = 15, 7
 
 
-def elastic_teeth(design: Design, side: Side, model: ToothModel = "solid") -> tuple[Tooth, Tooth]:
+@dataclass(frozen=True)
+class ToothBody:
+    """Material of a member and the body under its teeth.
+
+    Attributes
+    ----------
+    material : Material
+        Of the teeth.
+    rim_thickness : float
+        From the root cone to the base, square to the pitch cone [m].
+    held : frozenset of {"base", "toe", "heel"}
+        Surfaces of the body that do not move against the shaft.
+    youngs_modulus : float, optional
+        Of the body [Pa]; that of the teeth by default.
+    """
+
+    material: Material
+    rim_thickness: float
+    held: frozenset[str] = frozenset({"base"})
+    youngs_modulus: float | None = None
+
+
+Bodies = tuple[ToothBody, ToothBody]
+"""Of pinion and gear."""
+
+
+def elastic_teeth(flanks: GearFlanks, bodies: Bodies, side: Side, model: ToothModel = "solid") -> tuple[Tooth, Tooth]:
     """Pinion and gear tooth, loaded on the flanks of a side.
 
     Parameters
     ----------
-    design : Design
+    flanks : GearFlanks
         The pair.
+    bodies : (ToothBody, ToothBody)
+        Of pinion and gear.
     side : {"drive", "coast"}
         Which flanks are in contact.
     model : {"solid", "plate"}
@@ -43,44 +71,40 @@ def elastic_teeth(design: Design, side: Side, model: ToothModel = "solid") -> tu
         A flank does not span its blank.
     """
     if model == "solid":
-        return solid_tooth_of(design, "pinion", side), solid_tooth_of(design, "gear", side)
+        return solid_tooth_of(flanks, bodies[0], "pinion", side), solid_tooth_of(flanks, bodies[1], "gear", side)
     teeth = []
-    for shape, flank, member in zip(
-        tooth_shapes(design), design.flanks(side), (design.pinion, design.gear), strict=True
-    ):
+    for shape, flank, body in zip(tooth_shapes(flanks), flanks.mating(side), bodies, strict=True):
         points, found = flank.solve(np.zeros(1), np.zeros(1))
         if not found.all():
             raise ConvergenceError("undercut", f"the {flank.side} flank does not reach the mean point")
         spiral, pressure = points.angles(flank.blank.pitch_angle)
-        teeth.append(PlateTooth.from_shape(shape, float(spiral[0]), float(pressure[0]), member.elastic_material()))
+        teeth.append(PlateTooth.from_shape(shape, float(spiral[0]), float(pressure[0]), body.material))
     return teeth[0], teeth[1]
 
 
 def solid_tooth_of(
-    design: Design, member: Member, side: Side, orders: Orders = ORDERS, cells: int | None = None
+    flanks: GearFlanks,
+    body: ToothBody,
+    member: Member,
+    side: Side,
+    orders: Orders = ORDERS,
+    cells: int | None = None,
 ) -> SolidTooth:
     """Solid tooth of one member; `orders` and `cells` as in `solid_tooth`."""
-    given = design.pinion if member == "pinion" else design.gear
     try:
-        grid = tooth_grid(design, member, ROWS, COLUMNS)
+        grid = tooth_grid(flanks, member, ROWS, COLUMNS)
     except ConvergenceError as error:
         if error.reason == "flanks_cross":
             # says where and what to check, if they cross inside the tooth
-            tooth_shapes(design)
+            tooth_shapes(flanks)
         raise
     return solid_tooth(
         grid,
-        loaded_flank(design, member, side),
-        given.elastic_material(),
-        given.body.thickness(grid.blank),
-        frozenset(given.body.held),
-        given.body.youngs_modulus,
+        flanks.loaded_side(member, side),
+        body.material,
+        body.rim_thickness,
+        body.held,
+        body.youngs_modulus,
         orders,
         cells,
     )
-
-
-def loaded_flank(design: Design, member: Member, side: Side) -> FlankSide:
-    """The flank of a member that carries on a side."""
-    concave = (design.assembly.drive_flank_pinion == "concave") == ((member == "pinion") == (side == "drive"))
-    return "concave" if concave else "convex"

@@ -150,7 +150,7 @@ def _gear(result: DemoResult) -> Section:
     gear = result.comparison.results[0]
     pair = result.gear.pair
     cycle = tuple(load.position for load in gear.load.positions)
-    flank = FlankMap.of(pair.design, gear)
+    flank = FlankMap.of(pair.flanks, gear)
     return Section(
         "3. Gear pair",
         [

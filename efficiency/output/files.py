@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
+from efficiency.contact.gear_flanks import Member
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_summary
 from efficiency.output.setting_sheet import write_sheet
@@ -22,7 +23,7 @@ def export_tooth_space(
     design: Design, member: Member, folder: Path, rows: int, columns: int, rim: float | None = None
 ) -> str:
     """STL of one tooth space between two half teeth."""
-    grid = tooth_grid(design, member, rows, columns)
+    grid = tooth_grid(design.flanks(), member, rows, columns)
     return _solid(design, grid, tooth_space_solid(grid, rim), folder / f"{member}_tooth_space.stl")
 
 
@@ -36,7 +37,7 @@ def export_member(
     bore: float | None = None,
 ) -> str:
     """STL of a whole member."""
-    grid = tooth_grid(design, member, rows, columns)
+    grid = tooth_grid(design.flanks(), member, rows, columns)
     return _solid(design, grid, member_solid(grid, rim, bore), folder / f"{member}.stl")
 
 

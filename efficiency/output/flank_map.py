@@ -8,20 +8,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
-    from efficiency.design.design import Design
+    from efficiency.contact.gear_flanks import GearFlanks, Member
     from efficiency.loss.result import EfficiencyResult
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
-Member = Literal["pinion", "gear"]
 
 # lines, and points on a line, below which there is no field
 _LEAST = 2
@@ -33,7 +32,7 @@ class FlankMap:
 
     Attributes
     ----------
-    design : Design
+    flanks : GearFlanks
         The pair.
     result : EfficiencyResult
         Of one operating point.
@@ -45,14 +44,14 @@ class FlankMap:
         The same of the points where an edge touches the mating flank; they lie on no contact line.
     """
 
-    design: Design
+    flanks: GearFlanks
     result: EfficiencyResult
     roll: FloatArray
     lines: tuple[IntArray, ...]
     edges: IntArray
 
     @classmethod
-    def of(cls, design: Design, result: EfficiencyResult) -> FlankMap:
+    def of(cls, flanks: GearFlanks, result: EfficiencyResult) -> FlankMap:
         """The lines of a result in the order of their roll angle."""
         rolls, lines, edges = [], [], [np.zeros(0, np.int64)]
         start, step = 0, float(result.pinion_angle[1] - result.pinion_angle[0])
@@ -67,7 +66,7 @@ class FlankMap:
             start += p.pair.size
         order = np.argsort(rolls)
         ordered = tuple(lines[k] for k in order)
-        return cls(design, result, np.array(rolls)[order], ordered, np.concatenate(edges))
+        return cls(flanks, result, np.array(rolls)[order], ordered, np.concatenate(edges))
 
     @property
     def drawable(self) -> bool:
@@ -132,8 +131,7 @@ class FlankMap:
         return self._grid(u), self._grid(h)
 
     def _place(self, member: Member) -> tuple[FloatArray, FloatArray]:
-        part = self.design.gear if member == "gear" else self.design.pinion
-        blank = part.blank.blank()
+        blank = self.flanks.blank(member)
         u = self._of_positions(f"face_{member}") - 0.5 * blank.face_width
         return u, self._of_positions(f"height_{member}") + blank.root(u)
 
@@ -173,7 +171,7 @@ class FlankMap:
         # where the gear drives everything moves the other way
         speed = self.result.speed_pinion * (1.0 if self.result.driver == "pinion" else -1.0)
         positions = [load.position for load in self.result.load.positions]
-        parts = [_projected(p, self.design.gear.blank.pitch_angle) for p in positions]
+        parts = [_projected(p, self.flanks.blank("gear").pitch_angle) for p in positions]
         u, h = (self._grid(np.concatenate([part[k] for part in parts])) * speed for k in (0, 1))
         return u, h
 

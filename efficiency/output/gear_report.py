@@ -102,7 +102,7 @@ def mesh_figures(result: EfficiencyResult) -> Iterator[Named]:
 
 def save_gear_figures(design: Design, result: EfficiencyResult, folder: Path) -> None:
     """All figures of one operating point as PNG files."""
-    flank = FlankMap.of(design, result)
+    flank = FlankMap.of(design.flanks(), result)
     on_tooth = [*load_figures(flank), *loss_figures(flank)] if flank.drawable else []
     _save([*on_tooth, *mesh_figures(result)], folder)
 
@@ -136,7 +136,7 @@ def write_gear_report(
     InputError
         The file cannot be written.
     """
-    flank = FlankMap.of(design, result)
+    flank = FlankMap.of(design.flanks(), result)
     sections = [_headline(result)]
     parts: list[tuple[str, list[Block]]] = []
     if grid is not None:

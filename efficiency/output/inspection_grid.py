@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from ehl.io.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
+    from efficiency.contact.gear_flanks import Member
     from efficiency.cutting.cutter import FlankSide
     from efficiency.cutting.flank import Flank
     from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
-Member = Literal["pinion", "gear"]
 
 FORMAT = "mixed-ehl flank grid v1"
 COLUMNS = "row,column,x,y,z,nx,ny,nz"

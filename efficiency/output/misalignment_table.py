@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ehl.io.errors import InputError
 
 if TYPE_CHECKING:
-    from efficiency.contact.misalignment import MisalignmentStudy
+    from efficiency.misalignment import MisalignmentStudy
 
 AXES = ("E", "P", "G", "alpha")
 ARCSEC = math.degrees(1.0) * 3600.0

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from ehl.view.plots import GREY, ORANGE
 
 if TYPE_CHECKING:
-    from efficiency.output.flank_map import FlankMap, Member
+    from efficiency.contact.gear_flanks import Member
+    from efficiency.output.flank_map import FlankMap
 
 FloatArray = NDArray[np.float64]
 
@@ -192,7 +193,7 @@ def _one_position(axes: Axes, flank: FlankMap, member: Member) -> None:
     loads = flank.result.load.positions
     load = loads[int(np.argmax([part.pressure_hertz.max() for part in loads]))]
     p = load.position
-    blank = (flank.design.gear if member == "gear" else flank.design.pinion).blank.blank()
+    blank = flank.flanks.blank(member)
     u = getattr(p, f"face_{member}") - 0.5 * blank.face_width
     h = getattr(p, f"height_{member}") + blank.root(u)
     pieces, widths = [], []
@@ -215,8 +216,7 @@ def _place(flank: FlankMap, member: Member) -> tuple[FloatArray, FloatArray]:
 
 def _flank_figure(flank: FlankMap, member: Member, what: str) -> tuple[Figure, Axes]:
     """Figure as high as the flank needs, with a title."""
-    part = flank.design.gear if member == "gear" else flank.design.pinion
-    blank = part.blank.blank()
+    blank = flank.flanks.blank(member)
     u = np.array([-0.5, 0.5]) * blank.face_width
     extent = float(np.max(blank.tip(u)) - np.min(blank.root(u)))
     figure = Figure(figsize=(6.6, min(1.75 + 4.4 * extent / blank.face_width, 7.0)), layout="compressed")
@@ -227,7 +227,7 @@ def _flank_figure(flank: FlankMap, member: Member, what: str) -> tuple[Figure, A
 
 def _outline(axes: Axes, flank: FlankMap, member: Member, below: float = 1.0) -> None:
     """Blank of the member and the axes around it, with room for a legend below the root."""
-    blank = (flank.design.gear if member == "gear" else flank.design.pinion).blank.blank()
+    blank = flank.flanks.blank(member)
     u = np.linspace(-0.5, 0.5, 101) * blank.face_width
     root, tip = blank.root(u) * _MM, blank.tip(u) * _MM
     along = np.concatenate([u, u[::-1], u[:1]]) * _MM

@@ -19,7 +19,7 @@ from ehl.view.plots import BLUE, ORANGE
 
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
-    from efficiency.contact.pair import FlankPair
+    from efficiency.contact.flank_pair import FlankPair
     from efficiency.contact.pattern import ContactPattern
     from efficiency.contact.transmission import ContactPath
 

@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from efficiency.contact.pair import FlankPair, flank_pair
+from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.output.misalignment_table import ARCSEC, AXES, SHOWN_UNITS, varied
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.io.errors import ConvergenceError, InputError
@@ -20,9 +20,9 @@ from ehl.view.plots import BLUE, GREY, ORANGE, save_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from efficiency.contact.misalignment import MisalignmentPoint, MisalignmentStudy
     from efficiency.contact.pattern import ContactPattern
     from efficiency.design.design import Design
+    from efficiency.misalignment import MisalignmentPoint, MisalignmentStudy
 
 FloatArray = NDArray[np.float64]
 
@@ -179,7 +179,7 @@ def section_contacts(
         point = points[number]
         moved = design.with_misalignment(**{axis: getattr(start, axis) + getattr(point, axis) for axis in AXES})
         try:
-            pair = flank_pair(moved, study.side, grid=found[0][1].surface.grid if found else None)
+            pair = flank_pair(moved.flanks(), study.side, grid=found[0][1].surface.grid if found else None)
         except ConvergenceError:
             continue
         found.append((float(getattr(point, name)), pair, pair.pattern(study.marking)))

@@ -15,7 +15,7 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from ehl.view.plots import BLUE, ORANGE
 
 if TYPE_CHECKING:
-    from efficiency.contact.pair import FlankPair
+    from efficiency.contact.flank_pair import FlankPair
 
 FloatArray = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
             sheets.append((placed.T.reshape(sheet.shape), colour))
     contact = _contact_point(pair, angle)
     # along the face to the heel, and out of the gear teeth
-    along, out = _directions(contact, pair.design.gear.blank.pitch_angle)
+    along, out = _directions(contact, surface.gear.blank.pitch_angle)
     aside = np.cross(out, along)
     for axes, side, name in zip(figure.subplots(1, 2), (1.0, -1.0), ("heel", "toe"), strict=True):
         view = _View.of(side * along + 0.35 * side * aside + 0.45 * out, out)
@@ -91,7 +91,7 @@ def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
 
 def _teeth(pair: FlankPair, member: Literal["pinion", "gear"], teeth: int) -> list[FloatArray]:
     """Sheets (a, b, 3) of some teeth in the frame in which the real flank of the mesh is given, wound outwards."""
-    grid = tooth_grid(pair.design, member, _ROWS, _COLUMNS)
+    grid = tooth_grid(pair.flanks, member, _ROWS, _COLUMNS)
     flank = pair.surface.gear if member == "gear" else pair.surface.pinion
     row, column = _ROWS // 2, _COLUMNS // 2
     points, _ = flank.solve(grid.u[row, column : column + 1], grid.height[row, column : column + 1])

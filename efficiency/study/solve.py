@@ -20,7 +20,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from efficiency.contact.pair import Side
+from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import Bodies, elastic_bodies, gear_mesh
 from efficiency.loss.efficiency import mesh_efficiency

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.result import PairBlank
 from efficiency.contact.assembly import dot
-from efficiency.contact.pair import Side, flank_pair
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.gear_flanks import Side
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
@@ -218,7 +219,7 @@ def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmissi
     if fitted.rms > _MESHES:
         return None
     try:
-        mesh = flank_pair(design, side, shape=_SHAPE).transmission
+        mesh = flank_pair(design.flanks(), side, shape=_SHAPE).transmission
     except ConvergenceError:
         return None
     return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None

@@ -11,11 +11,11 @@ import pytest
 from pydantic import BaseModel
 
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.contact.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.design.design import Design
 from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
+from efficiency.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.study.points import Study, StudyPoint
 from efficiency.synthesis.inputs import SettingsInput
 from ehl.contact import Contact

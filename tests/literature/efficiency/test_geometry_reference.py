@@ -15,8 +15,8 @@ from efficiency.contact.assembly import turn
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.ease_off import conjugate_points, ease_off
+from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.pair import gear_pair
 from efficiency.contact.thickness import gear_thickness, pinion_thickness
 from efficiency.contact.transmission import contact_path
 from efficiency.cutting.cutter import Blade
@@ -37,7 +37,7 @@ def design() -> Design:
 
 @pytest.fixture(scope="module", params=SIDES)
 def surface(request: pytest.FixtureRequest, design: Design) -> tuple[str, MeshSurface]:
-    pinion, gear = design.flanks(request.param)
+    pinion, gear = design.flanks().mating(request.param)
     # the reference path runs over the flanks beyond their edges: the blanks are made higher, the flanks stay
     pinion, gear = (higher(flank, tip, root) for flank, tip, root in ((pinion, 2.8, 0.8), (gear, 1.0, 1.5)))
     return request.param, mesh_surface(gear, pinion, design.placement())
@@ -88,7 +88,7 @@ def test_transmission_error_per_pitch(surface: tuple[str, MeshSurface]) -> None:
 def test_ease_off_grid(design: Design, side: str) -> None:
     # printed to 0.001 um; the blank it was computed on is known to its printed digits only
     values = reference(side)
-    pinion, gear = design.flanks(side)  # type: ignore[arg-type]
+    pinion, gear = design.flanks().mating(side)  # type: ignore[arg-type]
     assembly = design.placement()
     u, v = (g.ravel() for g in np.meshgrid(np.array(values["ease_off_u_mm"]) * MM, values["ease_off_v"]))
     low = gear.blank.root(u) + REFERENCE["fm_spiral_bevel_14x39"]["clearance"] * MM
@@ -110,7 +110,7 @@ def test_ease_off_grid(design: Design, side: str) -> None:
 def test_mean_point(design: Design, side: str) -> None:
     values = reference(side)
     point = values["mean_point"]
-    pinion, gear = design.flanks(side)  # type: ignore[arg-type]
+    pinion, gear = design.flanks().mating(side)  # type: ignore[arg-type]
     assembly = design.placement()
     scale = np.array([[MM], [1.0], [1.0]])
     x_pinion = np.array(values["mean_parameters_pinion"])[:, None] * scale
@@ -150,8 +150,8 @@ def test_mean_point(design: Design, side: str) -> None:
 @pytest.mark.parametrize("side", SIDES)
 def test_equivalent_radius_of_the_mesh_cycle_at_the_mean_point(design: Design, side: str) -> None:
     """The radius the load and loss stages get, between its points, against that of both real flanks."""
-    pair = gear_pair(design, side)  # type: ignore[arg-type]
-    cycle = mesh_cycle(pair, positions=12, points_per_line=15)
+    pair = flank_pair(design.flanks(), side)  # type: ignore[arg-type]
+    cycle = mesh_cycle(pair.surface, positions=12, points_per_line=15)
     names = ("face_gear", "height_gear", "radius_equivalent")
     face, height, radius = (np.concatenate([getattr(position, name) for position in cycle]) for name in names)
     blank = pair.surface.gear.blank
@@ -238,7 +238,7 @@ def test_shipped_gear_agrees_with_agma_929_c(design: Design) -> None:
     shallower = (values["inputs"]["hfm2"] * MM - blank.mean_dedendum) / np.cos(blank.dedendum_angle)
     wider = 2.0 * np.tan(np.radians(20.0)) * shallower
     names = ("sn2_inner", "sn2_mean", "sn2_outer")
-    thickness = gear_thickness(design, u, np.zeros(3)) - wider
+    thickness = gear_thickness(design.flanks(), u, np.zeros(3)) - wider
     np.testing.assert_allclose(thickness / MM, [values["outputs"][n] for n in names], rtol=0.01)
     spiral = [
         design.gear.flank(side).solve(u, np.zeros(3))[0].angles(blank.pitch_angle)[0] for side in ("concave", "convex")
@@ -250,7 +250,11 @@ def test_shipped_gear_agrees_with_agma_929_c(design: Design) -> None:
 def test_teeth_and_backlash_fill_the_pitch(design: Design) -> None:
     """At the mean point pinion tooth, gear tooth and backlash add up to the normal pitch of AGMA 929 C."""
     at = np.zeros(1)
-    total = pinion_thickness(design, at, at) + gear_thickness(design, at, at) + design.assembly.normal_backlash
+    total = (
+        pinion_thickness(design.flanks(), at, at)
+        + gear_thickness(design.flanks(), at, at)
+        + design.assembly.normal_backlash
+    )
     assert total[0] / MM == pytest.approx(REFERENCE["agma929_c"]["outputs"]["p_n"], rel=2e-3)
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from efficiency.contact.contact_lines import mesh_cycle
-from efficiency.contact.misalignment import MisalignmentStudy, misalignment_study
-from efficiency.contact.pair import FlankPair, flank_pair
+from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import load_design
+from efficiency.misalignment import MisalignmentStudy, misalignment_study
 from ehl.io.errors import InputError
 
 BEVEL = "fm_spiral_bevel_14x39"
@@ -24,14 +24,14 @@ def study() -> MisalignmentStudy:
 
 @pytest.fixture(scope="module")
 def pair() -> FlankPair:
-    return flank_pair(load_design(BEVEL))
+    return flank_pair(load_design(BEVEL).flanks())
 
 
 def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy) -> None:
     """Reused flank points give what a pair computed alone gives."""
     assert [(p.E, p.P) for p in study.points] == [(e, p) for e in (-1e-4, 0.0, 2e-4) for p in (0.0, 5e-5)]
     for point in study.points[::2]:
-        alone = flank_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P))
+        alone = flank_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P).flanks())
         assert point.peak_to_peak == pytest.approx(alone.transmission.peak_to_peak, rel=1e-4)
         assert point.crest_u == pytest.approx(alone.surface.crest[0], abs=1e-7)
         assert point.pattern_area == pytest.approx(alone.pattern().area_share, abs=2e-3)
@@ -80,7 +80,7 @@ def test_pattern_is_where_the_flanks_come_close(pair: FlankPair) -> None:
     assert pattern.marked.any()
     assert (pattern.separation[pattern.inside] >= 0.0).all()
     surface = pair.surface
-    for position in mesh_cycle(pair, positions=3, points_per_line=9):
+    for position in mesh_cycle(pair.surface, positions=3, points_per_line=9):
         u = position.face_gear - 0.5 * surface.gear.blank.face_width
         v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
         relief, lever = surface.patch(u, v, ("ease_off", "lever"))

@@ -11,9 +11,9 @@ import pytest
 
 from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, conjugate_flank
 from efficiency.contact.ease_off_map import read_ease_off_map
+from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.pair import flank_pair
 from efficiency.contact.patch import Patch
 from efficiency.contact.transmission import transmission
 from efficiency.cutting import newton
@@ -28,7 +28,7 @@ PAIRS: tuple[tuple[str, Any], ...] = tuple((name, side) for name in (BEVEL, HYPO
 
 def conjugate_pair(name: str, side: Any, target: EaseOffTarget) -> MeshSurface:
     design = load_design(name)
-    pinion, gear = design.flanks(side)
+    pinion, gear = design.flanks().mating(side)
     flank = conjugate_flank(gear, pinion.blank, design.placement(), target)
     return mesh_surface(gear, flank, design.placement())
 
@@ -84,7 +84,7 @@ def test_terms_of_the_ease_off() -> None:
 def test_normal_of_the_conjugate_flank_with_ease_off() -> None:
     """Square to the flank's own derivatives along its condition; unit length, out of the tooth."""
     design = load_design(HYPOID)
-    pinion, gear = design.flanks("coast")
+    pinion, gear = design.flanks().mating("coast")
     flank = conjugate_flank(gear, pinion.blank, design.placement(), EaseOffTarget(60e-6, 20e-6, twist=15e-6))
     u = np.array([-0.2, 0.0, 0.3]) * pinion.blank.face_width
     points, found = flank.solve(u, np.array([1e-3, 0.0, 2e-3]))
@@ -220,14 +220,14 @@ def test_designs_with_an_ease_off_or_a_grid(tmp_path: Path) -> None:
         '[[pinion.concave.ease_off.terms]]\nlength_power = 3\ndepth_power = 0\nrelief = "2 um"\n'
     )
     design = load_design(design_file(tmp_path, "[pinion.concave.cutter]", new))
-    pair = flank_pair(design)
+    pair = flank_pair(design.flanks())
     assert isinstance(pair.surface.pinion, ConjugateFlank)
     assert "not cut by settings" in pair.notes[0]
     assert 10.0 < pair.transmission.peak_to_peak / ARCSEC < 20.0
     grid_file(tmp_path, load_design(BEVEL), 11, 17, 0.0)
     by_points = load_design(design_file(tmp_path, "[gear.convex.cutter]", '[gear.convex]\ngrid = "gear.csv"\n'))
-    measured = flank_pair(by_points)
-    cut = flank_pair(load_design(BEVEL))
+    measured = flank_pair(by_points.flanks())
+    cut = flank_pair(load_design(BEVEL).flanks())
     assert measured.transmission.peak_to_peak == pytest.approx(cut.transmission.peak_to_peak, rel=1e-5)
     assert "gear.csv" in measured.notes[0]
 

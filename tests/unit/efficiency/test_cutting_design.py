@@ -266,12 +266,14 @@ def test_pinion_given_by_points(tmp_path: Path) -> None:
 def test_pinion_given_by_an_ease_off(tmp_path: Path) -> None:
     relief = 'ease_off = { lengthwise_crowning = "40 um", profile_crowning = "12 um", bias = 0.1 }'
     design = load(tmp_path, pinion_given({"concave": relief, "convex": "ease_off = {}"}))
-    pinion, gear = design.flanks("drive")
+    pinion, gear = design.flanks().mating("drive")
     assert isinstance(pinion, ConjugateFlank)
     assert (pinion.side, gear.side) == ("concave", "convex")
     # misalignment moves the members, it does not make another pinion
     moved = design.with_misalignment(E=1e-4)
     at = np.zeros(1)
-    np.testing.assert_allclose(moved.flanks("drive")[0].solve(at, at)[0].position, pinion.solve(at, at)[0].position)
+    np.testing.assert_allclose(
+        moved.flanks().mating("drive")[0].solve(at, at)[0].position, pinion.solve(at, at)[0].position
+    )
     with pytest.raises(InputError, match="flank of a pair"):
         design.pinion.flank("convex")

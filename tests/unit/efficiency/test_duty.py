@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.contact.pair import Side
+from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.loss import duty as duty_module

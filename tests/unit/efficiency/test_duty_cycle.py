@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.contact.pair import Side
+from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss import parameter_map as module

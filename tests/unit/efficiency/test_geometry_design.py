@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from efficiency.contact.pair import flank_pair
+from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.thickness import tooth_shapes
 from efficiency.design.design import Design, load_design
 from ehl.io.data import data_path
@@ -28,9 +28,9 @@ def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
     assert design.operation.torque == 300.0
     assert design.operation.temperature_oil == pytest.approx(363.15)
     assert design.gear.convex.machine.radial_setting == pytest.approx(0.09485354936)  # type: ignore[union-attr]
-    pinion, gear = design.flanks("drive")
+    pinion, gear = design.flanks().mating("drive")
     assert (pinion.blade.side, gear.blade.side) == ("concave", "convex")
-    pinion, gear = design.flanks("coast")
+    pinion, gear = design.flanks().mating("coast")
     assert (pinion.blade.side, gear.blade.side) == ("convex", "concave")
 
 
@@ -119,23 +119,23 @@ def mirrored(design: Design) -> Design:
 
 def test_a_pair_of_opposite_hands_is_the_mirror_image() -> None:
     design = load_design("fm_spiral_bevel_14x39").with_misalignment(E=5e-5, P=-3e-5)
-    left, right = flank_pair(design, "drive"), flank_pair(mirrored(design), "drive")
+    left, right = flank_pair(design.flanks(), "drive"), flank_pair(mirrored(design).flanks(), "drive")
     assert left.surface.direction == -right.surface.direction
     np.testing.assert_allclose(left.path.transmission_error, right.path.transmission_error, atol=1e-12)
     np.testing.assert_allclose(left.path.u, right.path.u, atol=1e-10)
-    np.testing.assert_allclose(left.shape_pinion.thickness_root, right.shape_pinion.thickness_root, rtol=1e-9)
+    np.testing.assert_allclose(*(tooth_shapes(x.flanks)[0].thickness_root for x in (left, right)), rtol=1e-9)
 
 
 def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) -> None:
     # a cradle twice as far out leaves the cutter beside the blank
     path = changed(tmp_path, 'radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"')
     with pytest.raises(ConvergenceError, match=r"concave|pinion|flank"):
-        flank_pair(load_design(path), "drive")
+        flank_pair(load_design(path).flanks(), "drive")
 
 
 @pytest.mark.parametrize(("old", "new"), [("115.40012999999999 mm", "121 mm"), ("113.19987 mm", "107.5 mm")])
 def test_flanks_that_cross_are_told_by_member_and_place(tmp_path: Path, old: str, new: str) -> None:
     told = r"(pinion|gear): tooth thickness at the (tip|root) = '-.* mm at .* mm from the toe"
     with pytest.raises(InputError, match=told) as caught:
-        tooth_shapes(load_design(changed(tmp_path, old, new)))
+        tooth_shapes(load_design(changed(tmp_path, old, new)).flanks())
     assert "[" not in str(caught.value)

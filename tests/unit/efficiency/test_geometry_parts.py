@@ -13,8 +13,9 @@ from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly, turn
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.curvature import flank_curvature
-from efficiency.contact.pair import FlankPair, flank_pair
+from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.patch import Patch
+from efficiency.contact.thickness import tooth_shapes
 from efficiency.cutting import newton
 from efficiency.design.design import load_design
 from ehl.io.errors import InputError
@@ -24,7 +25,7 @@ BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.
 
 @pytest.fixture(scope="module")
 def pair() -> FlankPair:
-    return flank_pair(load_design("fm_spiral_bevel_14x39"))
+    return flank_pair(load_design("fm_spiral_bevel_14x39").flanks())
 
 
 @given(st.floats(-0.0127, 0.0127), st.floats(-0.006, 0.002), st.floats(-0.02, 0.02))
@@ -137,7 +138,7 @@ def test_pinion_frame_and_back() -> None:
 
 
 def test_tooth_shapes(pair: FlankPair) -> None:
-    for shape, teeth in ((pair.shape_pinion, 14), (pair.shape_gear, 39)):
+    for shape, teeth in zip(tooth_shapes(pair.flanks), (14, 39), strict=True):
         assert shape.teeth == teeth
         assert shape.face[0] == 0.0
         assert shape.face[-1] == pytest.approx(0.0254)
@@ -149,4 +150,4 @@ def test_tooth_shapes(pair: FlankPair) -> None:
 @pytest.mark.parametrize(("positions", "points"), [(0, 9), (4, 1), (2.5, 9)])
 def test_mesh_cycle_refuses_impossible_counts(pair: FlankPair, positions: int, points: int) -> None:
     with pytest.raises(InputError, match="whole number"):
-        mesh_cycle(pair, positions, points)
+        mesh_cycle(pair.surface, positions, points)

@@ -16,7 +16,7 @@ from efficiency.ltca.ring import ring_response
 from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid
 from efficiency.ltca.shape_functions import hierarchic_functions, lagrange_polynomials, lobatto_nodes
 from efficiency.ltca.solid_tooth import solid_tooth
-from efficiency.ltca.teeth import elastic_teeth, loaded_flank
+from efficiency.ltca.teeth import elastic_teeth
 from efficiency.ltca.tooth_cell import tooth_cell
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.material import load_material
@@ -34,7 +34,7 @@ def design() -> Design:
 
 @pytest.fixture(scope="module")
 def grid(design: Design) -> ToothGrid:
-    return tooth_grid(design, "gear", 15, 7)
+    return tooth_grid(design.flanks(), "gear", 15, 7)
 
 
 def cell_solid(grid: ToothGrid, held: frozenset[str], orders: Orders = LOW) -> RitzSolid:
@@ -177,15 +177,17 @@ def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
 
 
 def test_loaded_flanks(design: Design) -> None:
-    flanks = {(m, s): loaded_flank(design, m, s) for m in ("pinion", "gear") for s in ("drive", "coast")}
+    flanks = {(m, s): design.flanks().loaded_side(m, s) for m in ("pinion", "gear") for s in ("drive", "coast")}
     for side in ("drive", "coast"):
-        pinion, gear = design.flanks(side)
+        pinion, gear = design.flanks().mating(side)
         assert (flanks["pinion", side], flanks["gear", side]) == (pinion.side, gear.side)
 
 
 def test_plate_for_comparison(design: Design) -> None:
     """The plane root of the plate is softer than the body, and its teeth do not feel each other."""
-    solid, plate = (elastic_teeth(design, "drive", model)[1] for model in ("solid", "plate"))
+    solid, plate = (
+        elastic_teeth(design.flanks(), design.tooth_bodies(), "drive", model)[1] for model in ("solid", "plate")
+    )
     assert plate.face_width == pytest.approx(solid.face_width)
     face, share = flank_points()
     height = share * solid.whole_depth(face)

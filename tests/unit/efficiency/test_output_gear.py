@@ -60,7 +60,7 @@ def result(geared: Meshed) -> EfficiencyResult:
 
 @pytest.fixture(scope="module")
 def flank(geared: Meshed, result: EfficiencyResult) -> FlankMap:
-    return FlankMap.of(geared[0], result)
+    return FlankMap.of(geared[0].flanks(), result)
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ def test_loss_density_integrates_to_the_loss(flank: FlankMap, result: Efficiency
 def test_sliding_in_the_projection_is_the_rate_of_the_blank_coordinates(
     flank: FlankMap, result: EfficiencyResult
 ) -> None:
-    blank, step = flank.design.gear.blank.blank(), 1e-7
+    blank, step = flank.flanks.blank("gear"), 1e-7
     along, up = flank.sliding
     places = np.concatenate([load.position.position for load in result.load.positions])
     vectors = np.concatenate(
@@ -133,7 +133,7 @@ def test_sliding_in_the_projection_is_the_rate_of_the_blank_coordinates(
 def test_lines_follow_each_other_over_the_flank(flank: FlankMap) -> None:
     assert np.all(np.diff(flank.roll) > 0.0)
     u, h = flank.place("gear")
-    blank = flank.design.gear.blank.blank()
+    blank = flank.flanks.blank("gear")
     assert np.all(np.abs(u) <= 0.5 * blank.face_width * (1.0 + 1e-9))
     assert np.all(h >= blank.root(u) - 1e-9)
     assert np.all(h <= blank.tip(u) + 1e-9)

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from efficiency.contact.misalignment import MisalignmentStudy, misalignment_study
-from efficiency.contact.pair import flank_pair
+from efficiency.contact.flank_pair import flank_pair
 from efficiency.design.design import Design, load_design
+from efficiency.misalignment import MisalignmentStudy, misalignment_study
 from efficiency.output.misalignment_table import study_rows, varied, write_study
 from efficiency.output.plots_misalignment import map_figure, section_contacts, section_figure, sections
 
@@ -77,7 +77,7 @@ def test_patterns_of_a_section_are_those_of_the_study(study: MisalignmentStudy, 
     assert [value for value, _, _ in contacts] == [-1e-4, 0.0, 1e-4]
     for (_, _, pattern), point in zip(contacts, sections(study, "E")[1], strict=True):
         assert pattern.area_share == pytest.approx(point.pattern_area, rel=1e-9)
-    aligned = flank_pair(design).pattern(study.marking)
+    aligned = flank_pair(design.flanks()).pattern(study.marking)
     # counted on samples of maps that differ a little in extent
     assert contacts[1][2].area_share == pytest.approx(aligned.area_share, abs=2e-3)
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 
-from efficiency.contact.tooth_grid import Member, ToothGrid, tooth_grid
+from efficiency.contact.gear_flanks import Member
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design.design import Design, load_design
@@ -28,7 +29,7 @@ def design() -> Design:
 
 @pytest.fixture(scope="module")
 def grids(design: Design) -> dict[str, ToothGrid]:
-    return {member: tooth_grid(design, member, 11, 41) for member in MEMBERS}
+    return {member: tooth_grid(design.flanks(), member, 11, 41) for member in MEMBERS}
 
 
 def tooth_volume(grid: ToothGrid) -> float:
@@ -140,7 +141,7 @@ def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
 def test_solids_of_every_shipped_design_close(name: str) -> None:
     shipped = load_design(name)
     for member in MEMBERS:
-        grid = tooth_grid(shipped, member, 9, 9)
+        grid = tooth_grid(shipped.flanks(), member, 9, 9)
         np.testing.assert_allclose(grid.height[-1], grid.blank.tip(grid.u[-1]), atol=1e-12)
         for solid, euler in ((tooth_space_solid(grid), 2), (member_solid(grid, bore=0.0), 2)):
             assert solid.closed
@@ -150,10 +151,10 @@ def test_solids_of_every_shipped_design_close(name: str) -> None:
 
 def test_fillet_of_the_solid_is_the_one_the_cutter_leaves(design: Design) -> None:
     """Levels below the start of a gear flank, solved on the fillet as a flank of its own."""
-    grid = tooth_grid(design, "gear", 24, 9)
+    grid = tooth_grid(design.flanks(), "gear", 24, 9)
     assert grid.fillets == (True, True)
     # the settings of the pinion define its flanks only
-    assert tooth_grid(design, "pinion", 9, 9).fillets == (False, False)
+    assert tooth_grid(design.flanks(), "pinion", 9, 9).fillets == (False, False)
     for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
         flank = design.gear.flank("concave" if side == "concave" else "convex")
         assert isinstance(flank, CutFlank)

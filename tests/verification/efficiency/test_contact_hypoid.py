@@ -13,9 +13,9 @@ from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
+from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.pair import FlankPair, flank_pair
-from efficiency.contact.thickness import gear_thickness, pinion_thickness
+from efficiency.contact.thickness import gear_thickness, pinion_thickness, tooth_shapes
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.closed_form import buckingham_type, coleman_type
@@ -28,7 +28,7 @@ PAIRS: tuple[tuple[str, Any], ...] = tuple((name, side) for name in HYPOIDS for 
 
 @pytest.fixture(scope="module", params=PAIRS, ids=lambda pair: f"{pair[0]}-{pair[1]}")
 def pair(request: pytest.FixtureRequest) -> FlankPair:
-    return flank_pair(load_design(request.param[0]), request.param[1])
+    return flank_pair(load_design(request.param[0]).flanks(), request.param[1])
 
 
 def rigid(pair: FlankPair, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +44,7 @@ def rigid(pair: FlankPair, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def test_sliding_is_that_of_the_rigid_bodies(pair: FlankPair) -> None:
     """Offset axes: no velocity along the normal, both components of the sliding in the tangent plane."""
     assert pair.surface.assembly.offset > 0.01
-    for position in mesh_cycle(pair, positions=3, points_per_line=9):
+    for position in mesh_cycle(pair.surface, positions=3, points_per_line=9):
         pinion, gear = rigid(pair, position.position)
         sliding = pinion - gear
         assert np.abs((sliding * position.normal).sum(axis=1)).max() < 1e-14
@@ -63,7 +63,7 @@ def test_sliding_is_that_of_the_rigid_bodies(pair: FlankPair) -> None:
 def inner(pair: FlankPair, points: int = 7) -> tuple[MeshPosition, np.ndarray, np.ndarray]:
     """Points of one position that lie 0.5 mm inside the flanks, with (u, v)."""
     surface = pair.surface
-    position = mesh_cycle(pair, positions=3, points_per_line=points)[1]
+    position = mesh_cycle(pair.surface, positions=3, points_per_line=points)[1]
     u = position.face_gear - 0.5 * surface.gear.blank.face_width
     v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
     return position, u, v
@@ -165,7 +165,7 @@ def test_gap_is_the_least_distance_of_the_real_flanks_across_the_line(pair: Flan
 
 def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
     """The drive flank of the face-hobbed hypoid pinion is undercut at the toe of its root, near the tip of the gear."""
-    pair = flank_pair(load_design("fh_hypoid_9x34"), "drive")
+    pair = flank_pair(load_design("fh_hypoid_9x34").flanks(), "drive")
     absent = pair.surface.absent
     assert absent is not None
     assert 0.01 < absent.share < 0.05
@@ -174,14 +174,16 @@ def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
     assert "undercut" in pair.notes[0]
     pattern = pair.pattern()
     assert not pattern.inside[pattern.gear_u < -0.0129][-1]
-    for position in mesh_cycle(pair, positions=8, points_per_line=21):
+    for position in mesh_cycle(pair.surface, positions=8, points_per_line=21):
         for name in ("gap", "radius_equivalent", "length", "entrainment", "height_pinion"):
             assert np.isfinite(getattr(position, name)).all()
         assert (position.radius_equivalent > 0.0).all()
-    width = pinion_thickness(load_design("fh_hypoid_9x34"), np.array([-0.4, 0.4]) * 31e-3, np.array([-3.1e-3, 0.0]))
+    width = pinion_thickness(
+        load_design("fh_hypoid_9x34").flanks(), np.array([-0.4, 0.4]) * 31e-3, np.array([-3.1e-3, 0.0])
+    )
     assert np.isnan(width[0])
     assert width[1] > 5e-3
-    shape = pair.shape_pinion
+    shape = tooth_shapes(pair.flanks)[0]
     assert np.isfinite(shape.thickness_root).all()
 
 
@@ -196,7 +198,11 @@ def test_teeth_and_backlash_fill_the_normal_pitch(name: str) -> None:
         [design.gear.flank(side).solve(at, at)[0].angles(blank.pitch_angle)[0][0] for side in ("concave", "convex")]
     )
     pitch = 2.0 * np.pi * radius * np.cos(spiral) / blank.teeth
-    total = pinion_thickness(design, at, at) + gear_thickness(design, at, at) + design.assembly.normal_backlash
+    total = (
+        pinion_thickness(design.flanks(), at, at)
+        + gear_thickness(design.flanks(), at, at)
+        + design.assembly.normal_backlash
+    )
     assert total[0] == pytest.approx(pitch, rel=6e-3)
 
 

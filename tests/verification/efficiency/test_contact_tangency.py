@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from direct_tangency import check_path
 
+from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.pair import flank_pair
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import Design, load_design
 from ehl.io.data import data_names
@@ -32,7 +32,7 @@ def test_path_and_transmission_error_against_direct_tangency(name: str, side: An
     design = load_design(name)
     grid, before = None, None
     for state in STATES:
-        pinion, gear = design.flanks(side)
+        pinion, gear = design.flanks().mating(side)
         assembly = design.with_misalignment(**state).placement()
         surface = mesh_surface(gear, pinion, assembly, grid=grid)
         grid = surface.grid
@@ -54,7 +54,7 @@ def test_edges_of_both_members_against_direct_tangency(bevel: Design) -> None:
         ("coast", {"G": 2e-4}),
         ("coast", {"P": -1e-4}),
     ):
-        pinion, gear = bevel.flanks(side)  # type: ignore[arg-type]
+        pinion, gear = bevel.flanks().mating(side)  # type: ignore[arg-type]
         surface = mesh_surface(gear, pinion, bevel.with_misalignment(**state).placement())
         path = contact_path(surface, surface.crest_roll + np.linspace(-1.0, 1.0, 13) * surface.pitch)
         assert path.settled.all()
@@ -75,7 +75,7 @@ def bevel() -> Design:
 
 def test_error_falls_with_the_grid(bevel: Design) -> None:
     """More Chebyshev coefficients: the error falls fast, and the estimate is not far below it."""
-    pinion, gear = bevel.flanks("drive")
+    pinion, gear = bevel.flanks().mating("drive")
     errors, estimates = [], []
     for shape in ((6, 5), (9, 7), (13, 10)):
         surface = mesh_surface(gear, pinion, bevel.placement(), shape=shape)
@@ -89,7 +89,7 @@ def test_error_falls_with_the_grid(bevel: Design) -> None:
 
 
 def test_curve_of_the_mesh_is_the_upper_envelope_of_its_pairs(bevel: Design) -> None:
-    pair = flank_pair(bevel)
+    pair = flank_pair(bevel.flanks())
     mesh, pitch = pair.transmission, pair.surface.pitch
     angle = mesh.pinion_angle[5::97]
     single = [contact_path(pair.surface, angle + k * pitch).transmission_error for k in range(-2, 3)]
@@ -102,10 +102,10 @@ def test_curve_of_the_mesh_is_the_upper_envelope_of_its_pairs(bevel: Design) -> 
 
 def test_edge_contact_is_told_and_costs_transmission_error(bevel: Design) -> None:
     """A pinion far too high in the mesh runs on the tip of the gear."""
-    aligned = flank_pair(bevel, "drive")
+    aligned = flank_pair(bevel.flanks(), "drive")
     assert aligned.transmission.edges == ()
     assert aligned.notes == ()
-    moved = flank_pair(bevel.with_misalignment(E=2e-4), "drive")
+    moved = flank_pair(bevel.with_misalignment(E=2e-4).flanks(), "drive")
     assert moved.transmission.edges == ("gear tip",)
     assert "gear tip" in moved.notes[0]
     assert np.isfinite(moved.path.transmission_error).all()

@@ -12,8 +12,8 @@ from efficiency.contact.assembly import Assembly, turn
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
+from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.pair import FlankPair, flank_pair
 from efficiency.contact.patch import Patch
 from efficiency.contact.transmission import contact_path, transmission
 from efficiency.cutting.cutter import Blade
@@ -32,7 +32,7 @@ def design() -> Design:
 
 @pytest.fixture(scope="module", params=SIDES)
 def pair(request: pytest.FixtureRequest, design: Design) -> FlankPair:
-    return flank_pair(design, request.param)
+    return flank_pair(design.flanks(), request.param)
 
 
 def crown_pinion(gear: CutFlank, pinion: CutFlank) -> CutFlank:
@@ -58,7 +58,7 @@ def crown_pinion(gear: CutFlank, pinion: CutFlank) -> CutFlank:
 
 @pytest.fixture(scope="module", params=SIDES)
 def conjugate(request: pytest.FixtureRequest, design: Design) -> MeshSurface:
-    pinion, gear = design.flanks(request.param)
+    pinion, gear = design.flanks().mating(request.param)
     return mesh_surface(gear, crown_pinion(gear, pinion), design.placement())
 
 
@@ -140,18 +140,18 @@ def test_zero_ease_off_for_other_bevel_pairs(
 
 
 def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: Design, conjugate: MeshSurface) -> None:
-    real = flank_pair(design, "drive")
+    real = flank_pair(design.flanks(), "drive")
     pair = replace(real, surface=conjugate, transmission=transmission(conjugate))
     assert pair.transmission.peak_to_peak / ARCSEC < 1e-5
-    for position in mesh_cycle(pair, positions=4, points_per_line=9):
+    for position in mesh_cycle(pair.surface, positions=4, points_per_line=9):
         assert position.gap.max() < 1e-12
         assert abs(position.transmission_error) / ARCSEC < 1e-6
 
 
 def test_relative_curvature_of_the_conjugate_pair(conjugate: MeshSurface) -> None:
     """Curvatures of both real flanks: none along the line of contact, that of the mesh kinematics across it."""
-    pair = replace(flank_pair(load_design("fm_spiral_bevel_14x39"), "drive"), surface=conjugate)
-    position = mesh_cycle(pair, positions=1, points_per_line=7)[0]
+    pair = replace(flank_pair(load_design("fm_spiral_bevel_14x39").flanks(), "drive"), surface=conjugate)
+    position = mesh_cycle(pair.surface, positions=1, points_per_line=7)[0]
     u = position.face_gear - 0.5 * conjugate.gear.blank.face_width
     on_gear, found = conjugate.gear.solve(u, position.height_gear + conjugate.gear.blank.root(u))
     assert found.all()
@@ -176,7 +176,7 @@ def test_relative_curvature_of_the_conjugate_pair(conjugate: MeshSurface) -> Non
 def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: FlankPair) -> None:
     """Points on lines inside the blanks against the contact path of one pair: two ways to the same minimum."""
     surface = pair.surface
-    for position in mesh_cycle(pair, positions=6, points_per_line=31):
+    for position in mesh_cycle(pair.surface, positions=6, points_per_line=31):
         angle = position.pinion_angle + np.arange(-2, 3) * surface.pitch
         inside = np.abs(angle - surface.crest_roll) < 0.6 * surface.pitch
         highest = contact_path(surface, angle[inside]).transmission_error.max()
@@ -199,7 +199,7 @@ def separation(surface: MeshSurface, angle: float, back: float, u: np.ndarray, v
 
 def test_gap_is_the_smallest_distance_of_the_real_flanks_across_the_line(pair: FlankPair) -> None:
     surface = pair.surface
-    position = mesh_cycle(pair, positions=3, points_per_line=7)[1]
+    position = mesh_cycle(pair.surface, positions=3, points_per_line=7)[1]
     u = position.face_gear - 0.5 * surface.gear.blank.face_width
     v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
     angle = position.pinion_angle + position.pair * surface.pitch
@@ -231,7 +231,7 @@ def test_gap_is_the_smallest_distance_of_the_real_flanks_across_the_line(pair: F
 
 def test_misalignments_are_what_they_are_called(design: Design) -> None:
     """Each misalignment against another way to move the same member."""
-    pinion, gear = design.flanks("drive")
+    pinion, gear = design.flanks().mating("drive")
     nominal = design.placement()
     amount, angle = 8e-5, 4e-4
 
@@ -268,7 +268,7 @@ def test_contact_moves_to_opposite_ends_on_both_sides_with_offset_error(design: 
     shift = {}
     for side in SIDES:
         plus, minus = (
-            flank_pair(design.with_misalignment(E=e), side).surface.crest[0]  # type: ignore[arg-type]
+            flank_pair(design.with_misalignment(E=e).flanks(), side).surface.crest[0]  # type: ignore[arg-type]
             for e in (5e-5, -5e-5)
         )
         shift[side] = plus - minus
@@ -302,7 +302,7 @@ def test_patch_converges_geometrically(pair: FlankPair) -> None:
 
 
 def test_conjugate_points_have_no_normal_sliding_and_one_ratio_of_levers(pair: FlankPair) -> None:
-    for position in mesh_cycle(pair, positions=3, points_per_line=11):
+    for position in mesh_cycle(pair.surface, positions=3, points_per_line=11):
         ratio = position.lever_gear / position.lever_pinion
         np.testing.assert_allclose(ratio, pair.teeth_gear / pair.teeth_pinion, rtol=1e-12)
         assert position.lever_pinion.min() > 0.0
@@ -323,7 +323,7 @@ def surface_sliding(pair: FlankPair, position: MeshPosition) -> np.ndarray:
 def test_entrainment_follows_the_contact_line(pair: FlankPair) -> None:
     """Move the pinion a little and see how far the line has run over each flank."""
     surface = pair.surface
-    first = mesh_cycle(pair, positions=1, points_per_line=9)[0]
+    first = mesh_cycle(pair.surface, positions=1, points_per_line=9)[0]
     own = first.pair == 0
     u = first.face_gear[own] - 0.5 * surface.gear.blank.face_width
     h = first.height_gear[own] + surface.gear.blank.root(u)
@@ -342,8 +342,8 @@ def test_entrainment_follows_the_contact_line(pair: FlankPair) -> None:
 
 
 def test_line_lengths_and_points(pair: FlankPair) -> None:
-    coarse = mesh_cycle(pair, positions=2, points_per_line=11)[1]
-    fine = mesh_cycle(pair, positions=2, points_per_line=101)[1]
+    coarse = mesh_cycle(pair.surface, positions=2, points_per_line=11)[1]
+    fine = mesh_cycle(pair.surface, positions=2, points_per_line=101)[1]
     np.testing.assert_array_equal(np.unique(coarse.pair), np.unique(fine.pair))
     for k in np.unique(fine.pair):
         own = fine.pair == k
@@ -363,7 +363,7 @@ def test_line_lengths_and_points(pair: FlankPair) -> None:
 
 def test_the_cycle_closes_after_one_pitch(pair: FlankPair) -> None:
     """The lines just before the end of the pitch continue in those of its start, one pair further."""
-    cycle = mesh_cycle(pair, positions=200, points_per_line=5)
+    cycle = mesh_cycle(pair.surface, positions=200, points_per_line=5)
     first, last = cycle[0], cycle[-1]
     for k in np.unique(first.pair):
         before = last.position[last.pair == k - 1]

@@ -157,7 +157,8 @@ def test_light_load_approaches_the_unloaded_transmission_error(geared: GearMesh)
 
 def test_default_grid_has_one_per_cent_of_the_transmission_error(geared: GearMesh) -> None:
     teeth = geared.mesh.teeth
-    cycles = {points: elastic_cycle(mesh_cycle(geared.pair, 8, points, edges=True), teeth) for points in (31, 81)}
+    surface = geared.pair.surface
+    cycles = {points: elastic_cycle(mesh_cycle(surface, 8, points, edges=True), teeth) for points in (31, 81)}
     for torque in (30.0, 300.0):
         error = {points: distribute_load(cycle, teeth, torque).transmission_error for points, cycle in cycles.items()}
         assert np.ptp(error[31]) == pytest.approx(np.ptp(error[81]), rel=0.01)
@@ -222,7 +223,7 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Gea
 
 def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: GearMesh) -> None:
     """Without edges the ends of the lines carry what edges take; the lag hardly changes."""
-    lines = distribute_load(mesh_cycle(geared.pair, 8, 15), geared.mesh.teeth, 300.0)
+    lines = distribute_load(mesh_cycle(geared.pair.surface, 8, 15), geared.mesh.teeth, 300.0)
     assert lines.pressure_max > 1.02 * load.pressure_max
     np.testing.assert_allclose(load.transmission_error, lines.transmission_error, rtol=0.05)
 

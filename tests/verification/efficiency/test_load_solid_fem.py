@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from compliance_fem import Counts, line_load, nine_points
 
-from efficiency.contact.tooth_grid import Member
+from efficiency.contact.gear_flanks import Member
 from efficiency.design.design import load_design
 from efficiency.ltca.ritz_solid import ORDERS
-from efficiency.ltca.teeth import loaded_flank, solid_tooth_of
+from efficiency.ltca.teeth import solid_tooth_of
 
 COARSE = Counts(tooth=2, slot=2, rows=6, body=3, along=8)
 
@@ -21,7 +21,7 @@ def test_deflection_at_nine_flank_points(name: str, member: Member, cells: int) 
     """Worst point 6.8 and 7.6 %, rms 2.1 and 2.4 % of the largest deflection away from the load; 10 % is asked for."""
     design = load_design(name)
     points = nine_points(design, member, COARSE, cells)
-    tooth = solid_tooth_of(design, member, "drive", cells=cells)
+    tooth = solid_tooth_of(design.flanks(), getattr(design, member).tooth_body(), member, "drive", cells=cells)
     errors = points.errors(tooth)
     assert np.abs(errors).max() < 0.10
     assert np.sqrt(np.mean(errors**2)) < 0.03
@@ -31,7 +31,7 @@ def test_deflection_at_nine_flank_points(name: str, member: Member, cells: int) 
         face, height = np.tile(points.face, 2), np.tile(points.height, 2)
         ahead = tooth.influence(face, height, np.repeat([0, 1], 9))[9:, :9]
         # read on the tooth that the loaded flank looks to: the next one if that flank is the upper one
-        looks_back = loaded_flank(design, member, "drive") == "convex"
+        looks_back = design.flanks().loaded_side(member, "drive") == "convex"
         expected = points.ahead.T if looks_back else points.ahead
         assert np.abs(ahead - expected).max() < 0.06 * expected.max()
 
@@ -40,8 +40,9 @@ def test_deflection_at_nine_flank_points(name: str, member: Member, cells: int) 
 def test_orders_have_converged(name: str, member: Member) -> None:
     """Deflection along two lines of contact under their even load: the worst place and the mean."""
     design = load_design(name)
+    flanks, body = design.flanks(), getattr(design, member).tooth_body()
     coarse, default, fine = (
-        line_load(solid_tooth_of(design, member, "drive", ORDERS.scaled(factor))) for factor in (0.6, 1.0, 1.4)
+        line_load(solid_tooth_of(flanks, body, member, "drive", ORDERS.scaled(factor))) for factor in (0.6, 1.0, 1.4)
     )
     assert np.abs(default / fine - 1.0).max() < 0.04
     assert np.abs(default / fine - 1.0).max() < 0.5 * np.abs(coarse / fine - 1.0).max()

@@ -24,7 +24,7 @@ def test_design_has_the_wanted_ease_off(name: str) -> None:
     pair = pair_geometry(pair_blank(inputs.blank), inputs.cutting.gear == "generated")
     grid = fit_grid(pair)
     for side, target in (("drive", inputs.targets.drive), ("coast", inputs.targets.coast)):
-        pinion, gear = design.flanks("drive" if side == "drive" else "coast")
+        pinion, gear = design.flanks().mating("drive" if side == "drive" else "coast")
         points, found = gear.solve(grid.u, grid.h)
         assert found.all()
         conjugate = conjugate_points(points, design.placement())
@@ -78,7 +78,7 @@ def test_blade_phases_leave_the_tooth_that_touching_flanks_and_backlash_ask_for(
     spiral = 0.5 * (one.angles(blank.pitch_angle)[0] + other.angles(blank.pitch_angle)[0])
     cut = np.hypot(one.position[0], one.position[1]) * angle * np.cos(spiral)
     # turned until they touch one point of each flank, against the mean of the fit on both: a few micrometres
-    assert cut == pytest.approx(pinion_thickness(design, place, place), abs=5e-6)
-    assert gear_thickness(design, place, place) == pytest.approx(
+    assert cut == pytest.approx(pinion_thickness(design.flanks(), place, place), abs=5e-6)
+    assert gear_thickness(design.flanks(), place, place) == pytest.approx(
         pair_blank(load_targets(name).blank).gear.mean_normal_thickness, abs=1e-8
     )

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from efficiency.contact.flank_grid import FlankGrid
-from efficiency.contact.pair import FlankPair, Side, flank_pair
+from efficiency.contact.flank_pair import FlankPair, flank_pair
+from efficiency.contact.gear_flanks import Side
 from efficiency.contact.pattern import MARKING
 from efficiency.design.design import Design
 from ehl.io.errors import ConvergenceError, InputError
@@ -180,7 +181,7 @@ def misalignment_study(
     for number, state in enumerate(states):
         moved = design.with_misalignment(**{n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)})
         try:
-            pair = flank_pair(moved, side, grid=grid)
+            pair = flank_pair(moved.flanks(), side, grid=grid)
         except ConvergenceError as error:
             points.append(MisalignmentPoint(*state, reason=str(error)))
         else:

@@ -1,31 +1,25 @@
-"""The geometry of one gear pair and one flank pair in mesh: what stages 1 and 2 of the method leave behind."""
+"""Unloaded contact of one flank pair: ease-off, surface of roll angle, contact path and transmission error (TCA)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Literal
 
-from efficiency.blanks.cones import ToothShape
 from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.flank_grid import SHAPE, FlankGrid
+from efficiency.contact.gear_flanks import GearFlanks, Side
 from efficiency.contact.grid_flank import GridFlank
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
-from efficiency.contact.thickness import tooth_shapes
 from efficiency.contact.transmission import ContactPath, Transmission, transmission
-from efficiency.design.design import Design
-
-Side = Literal["drive", "coast"]
 
 
 @dataclass(frozen=True)
 class FlankPair:
-    """Geometry of a pair, for one side (drive or coast) and one set of misalignments.
+    """Tooth contact analysis of one flank pair (drive or coast) in one state of misalignment.
 
     Attributes
     ----------
-    design : Design
+    flanks : GearFlanks
         What it was computed from.
     side : str
         ``"drive"`` or ``"coast"``: which flank pair is in contact.
@@ -35,25 +29,25 @@ class FlankPair:
         Unloaded contact path of one tooth pair, transmission error of all.
     """
 
-    design: Design
+    flanks: GearFlanks
     side: Side
     surface: MeshSurface
     transmission: Transmission
 
     @property
     def name(self) -> str:
-        """Name of the design."""
-        return self.design.name
+        """Name of the pair."""
+        return self.flanks.name
 
     @property
     def teeth_pinion(self) -> int:
         """Number of teeth of the pinion."""
-        return self.design.pinion.blank.teeth
+        return self.flanks.assembly.teeth_pinion
 
     @property
     def teeth_gear(self) -> int:
         """Number of teeth of the gear."""
-        return self.design.gear.blank.teeth
+        return self.flanks.assembly.teeth_gear
 
     @property
     def path(self) -> ContactPath:
@@ -63,20 +57,6 @@ class FlankPair:
     def pattern(self, thickness: float = MARKING) -> ContactPattern:
         """Contact pattern for a thickness of the marking compound [m]."""
         return contact_pattern(self.surface, self.transmission, thickness)
-
-    @property
-    def shape_pinion(self) -> ToothShape:
-        """Depth and thickness of one tooth of the pinion along its face."""
-        return self._shapes[0]
-
-    @property
-    def shape_gear(self) -> ToothShape:
-        """Depth and thickness of one tooth of the gear along its face."""
-        return self._shapes[1]
-
-    @cached_property
-    def _shapes(self) -> tuple[ToothShape, ToothShape]:
-        return tooth_shapes(self.design)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -102,14 +82,14 @@ class FlankPair:
 
 
 def flank_pair(
-    design: Design, side: Side = "drive", shape: tuple[int, int] = SHAPE, grid: FlankGrid | None = None
+    flanks: GearFlanks, side: Side = "drive", shape: tuple[int, int] = SHAPE, grid: FlankGrid | None = None
 ) -> FlankPair:
-    """Compute the geometry of a pair.
+    """Tooth contact analysis of one side of a pair.
 
     Parameters
     ----------
-    design : Design
-        Design, misalignments included.
+    flanks : GearFlanks
+        The pair, misalignments included.
     side : str
         ``"drive"`` or ``"coast"``.
     shape : (int, int)
@@ -123,6 +103,6 @@ def flank_pair(
         A flank does not exist at its design point, the gear flank ends in the mating region, or the members do not
         mesh.
     """
-    pinion, gear = (grid.pinion, grid.gear) if grid is not None else design.flanks(side)
-    surface = mesh_surface(gear, pinion, design.placement(), shape=shape, grid=grid)
-    return FlankPair(design, side, surface, transmission(surface))
+    pinion, gear = (grid.pinion, grid.gear) if grid is not None else flanks.mating(side)
+    surface = mesh_surface(gear, pinion, flanks.assembly, shape=shape, grid=grid)
+    return FlankPair(flanks, side, surface, transmission(surface))

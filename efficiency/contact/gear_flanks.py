@@ -1,0 +1,84 @@
+"""The four flanks of a gear pair and how its members stand: what every computation of the contact starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from efficiency.blanks.cones import Blank
+from efficiency.contact.assembly import Assembly
+from efficiency.contact.ease_off import conjugate_points, pinion_phase
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import Flank
+from ehl.io.errors import ConvergenceError
+
+Member = Literal["pinion", "gear"]
+Side = Literal["drive", "coast"]
+MEMBERS: tuple[Member, ...] = ("pinion", "gear")
+SIDES: tuple[Side, ...] = ("drive", "coast")
+
+
+@dataclass(frozen=True)
+class GearFlanks:
+    """Flanks of a pair in its assembly.
+
+    Attributes
+    ----------
+    name : str
+        Name of the pair.
+    pinion, gear : mapping
+        Flank of each side, ``"concave"`` and ``"convex"``.
+    assembly : Assembly
+        Position of the members, misalignments included.
+    drive_flank_pinion : str
+        The pinion flank that carries on the drive side.
+    normal_backlash : float
+        Along the normal, taken off the pinion tooth [m].
+    """
+
+    name: str
+    pinion: Mapping[FlankSide, Flank]
+    gear: Mapping[FlankSide, Flank]
+    assembly: Assembly
+    drive_flank_pinion: FlankSide = "concave"
+    normal_backlash: float = 0.0
+
+    def of(self, member: Member) -> Mapping[FlankSide, Flank]:
+        """Both flanks of a member."""
+        return self.pinion if member == "pinion" else self.gear
+
+    def blank(self, member: Member) -> Blank:
+        """Blank of a member."""
+        return self.of(member)["concave"].blank
+
+    def loaded_side(self, member: Member, side: Side) -> FlankSide:
+        """The flank of a member that carries on the drive or the coast side."""
+        concave = (self.drive_flank_pinion == "concave") == ((member == "pinion") == (side == "drive"))
+        return "concave" if concave else "convex"
+
+    def mating(self, side: Side) -> tuple[Flank, Flank]:
+        """Pinion and gear flank in contact on the drive or the coast side."""
+        return self.pinion[self.loaded_side("pinion", side)], self.gear[self.loaded_side("gear", side)]
+
+    @cached_property
+    def pinion_phases(self) -> dict[FlankSide, float]:
+        """Rotation of each pinion flank that brings it into contact with its gear flank in the aligned pair [rad].
+
+        Raises
+        ------
+        ConvergenceError
+            A gear flank does not exist at its design point.
+        """
+        phases: dict[FlankSide, float] = {}
+        for side in SIDES:
+            pinion, gear = self.mating(side)
+            middle = np.array([0.5 * (gear.blank.mean_addendum - pinion.blank.mean_addendum)])
+            points, found = gear.solve(np.zeros(1), middle)
+            if not found.all():
+                raise ConvergenceError("undercut", f"the {gear.side} gear flank does not reach its design point")
+            phases[pinion.side] = pinion_phase(conjugate_points(points, self.assembly.aligned), pinion)
+        return phases
