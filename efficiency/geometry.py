@@ -20,11 +20,11 @@ from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
 from efficiency.output.inspection_grid import lowest_fraction
 from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 
 FloatArray = NDArray[np.float64]
 
-MARKING_LIMITS = Quantity("m", gt=0.0, le=1e-3)
+MARKING_LIMITS = ValueRange("m", gt=0.0, le=1e-3)
 _STATIONS = 9
 
 

@@ -11,25 +11,25 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Temperature
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from ehl.line_contact import LineContact
 from ehl.material import Material, load_material
 
-Radius = Annotated[float, Quantity("m", ge=1e-4, le=10.0)]
-Modulus = Annotated[float, Quantity("Pa", ge=1e9, le=2e12)]
-Pressure = Annotated[float, Quantity("Pa", ge=5e7, le=8e9)]
-LoadPerLength = Annotated[float, Quantity("N/m", ge=1.0, le=1e9)]
+Radius = Annotated[float, ValueRange("m", ge=1e-4, le=10.0)]
+Modulus = Annotated[float, ValueRange("Pa", ge=1e9, le=2e12)]
+Pressure = Annotated[float, ValueRange("Pa", ge=5e7, le=8e9)]
+LoadPerLength = Annotated[float, ValueRange("N/m", ge=1.0, le=1e9)]
 Speed = Annotated[
     float,
-    Quantity("m/s", ge=1e-4, le=200.0, hint="Point x the way the lubricant is drawn in, and give SR its sign."),
+    ValueRange("m/s", ge=1e-4, le=200.0, hint="Point x the way the lubricant is drawn in, and give SR its sign."),
 ]
-SlideToRoll = Annotated[float, Quantity("", ge=-200.0, le=200.0)]
-SlidingSpeed = Annotated[float, Quantity("m/s", ge=-200.0, le=200.0)]
-Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
-Length = Annotated[float, Quantity("m", ge=1e-6, le=1e-2)]
+SlideToRoll = Annotated[float, ValueRange("", ge=-200.0, le=200.0)]
+SlidingSpeed = Annotated[float, ValueRange("m/s", ge=-200.0, le=200.0)]
+Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
+Length = Annotated[float, ValueRange("m", ge=1e-6, le=1e-2)]
 PeklenikNumber = Annotated[
-    float, Quantity("", ge=1.0 / 3.0, le=1e6, hint="1 is isotropic, 3 to 9 ground across; above 1e5 sealed.")
+    float, ValueRange("", ge=1.0 / 3.0, le=1e6, hint="1 is isotropic, 3 to 9 ground across; above 1e5 sealed.")
 ]
 
 
@@ -57,13 +57,13 @@ class SolidInput(InputModel):
 
     material: str = "steel"
     youngs_modulus: Modulus | None = None
-    poisson_ratio: Annotated[float, Quantity("", gt=-1.0, lt=0.5)] | None = None
+    poisson_ratio: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] | None = None
     E: Modulus | None = None
-    nu: Annotated[float, Quantity("", gt=-1.0, lt=0.5)] | None = None
-    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=2000.0)] | None = None
-    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] | None = None
-    density: Annotated[float, Quantity("kg/m^3", gt=0.0, le=30000.0)] | None = None
-    hardness: Annotated[float, Quantity("Pa", gt=0.0, le=1e11)] | None = None
+    nu: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] | None = None
+    thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=2000.0)] | None = None
+    heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] | None = None
+    density: Annotated[float, ValueRange("kg/m^3", gt=0.0, le=30000.0)] | None = None
+    hardness: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)] | None = None
     temperature_bulk: Temperature | None = None
 
     @model_validator(mode="after")
@@ -96,13 +96,13 @@ class SurfaceInput(InputModel):
     profile_1: str | None = None
     profile_2: str | None = None
     cutoff_short: Length = 2.5e-6
-    cutoff_long: Annotated[float, Quantity("m", ge=1e-5, le=0.1)] | None = 8e-4
+    cutoff_long: Annotated[float, ValueRange("m", ge=1e-5, le=0.1)] | None = 8e-4
     correlation_length: Length = 30e-6
-    skewness: Annotated[float, Quantity("", ge=-3.0, le=3.0)] = 0.0
-    kurtosis: Annotated[float, Quantity("", ge=1.5, le=20.0)] = 3.0
+    skewness: Annotated[float, ValueRange("", ge=-3.0, le=3.0)] = 0.0
+    kurtosis: Annotated[float, ValueRange("", ge=1.5, le=20.0)] = 3.0
     peklenik_number: PeklenikNumber = 1.0
-    boundary_film: Annotated[float, Quantity("m", ge=5e-9, le=1e-7)] | None = None
-    boundary_friction: Annotated[float, Quantity("", ge=0.0, le=1.0)] = 0.10
+    boundary_film: Annotated[float, ValueRange("m", ge=5e-9, le=1e-7)] | None = None
+    boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
     seed: Annotated[int, Field(ge=0)] = 1
 
     @model_validator(mode="after")
@@ -138,10 +138,10 @@ class ModelInput(InputModel):
     accuracy: Accuracy = "standard"
     roughness: Literal["load_sharing", "deterministic"] = "deterministic"
     elasticity: Elasticity = "soe"
-    friction_tolerance: Annotated[float, Quantity("", ge=1e-4, le=0.5)] | None = None
+    friction_tolerance: Annotated[float, ValueRange("", ge=1e-4, le=0.5)] | None = None
     shortcuts: Literal["auto", "off"] = "auto"
     load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"
-    load_sharing_scale: Annotated[float, Quantity("", ge=0.05, le=20.0)] = 1.0
+    load_sharing_scale: Annotated[float, ValueRange("", ge=0.05, le=20.0)] = 1.0
 
     @model_serializer(mode="wrap")
     def _without_unit_scale(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

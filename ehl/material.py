@@ -9,7 +9,7 @@ from pydantic import AliasChoices, Field
 
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
 
@@ -18,16 +18,16 @@ class Material(InputModel):
 
     name: str = "custom"
     source: str = ""
-    youngs_modulus: Annotated[float, Quantity("Pa", ge=1e6, le=2e12)] = Field(
+    youngs_modulus: Annotated[float, ValueRange("Pa", ge=1e6, le=2e12)] = Field(
         validation_alias=AliasChoices("youngs_modulus", "E")
     )
-    poisson_ratio: Annotated[float, Quantity("", gt=-1.0, lt=0.5)] = Field(
+    poisson_ratio: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] = Field(
         validation_alias=AliasChoices("poisson_ratio", "nu")
     )
-    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=2000.0)] = 46.0
-    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 465.0
-    density: Annotated[float, Quantity("kg/m^3", gt=0.0, le=30000.0)] = 7830.0
-    hardness: Annotated[float, Quantity("Pa", gt=0.0, le=1e11)] = 8e9
+    thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=2000.0)] = 46.0
+    heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 465.0
+    density: Annotated[float, ValueRange("kg/m^3", gt=0.0, le=30000.0)] = 7830.0
+    hardness: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)] = 8e9
 
     @property
     def thermal_effusivity(self) -> float:

@@ -14,16 +14,16 @@ from pydantic import Field, model_validator
 
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
 Hand = Literal["left", "right"]
 Process = Literal["face_milling", "face_hobbing"]
 
-Length = Annotated[float, Quantity("m", gt=0.0, le=3.0)]
+Length = Annotated[float, ValueRange("m", gt=0.0, le=3.0)]
 Offset = Annotated[
     float,
-    Quantity(
+    ValueRange(
         "m",
         ge=0.0,
         le=0.5,
@@ -32,10 +32,10 @@ Offset = Annotated[
 ]
 SpiralAngle = Annotated[
     float,
-    Quantity("rad", ge=0.0, le=radians(65.0), hint="Spiral angles up to 65 deg can be cut; usual are 25 to 50 deg."),
+    ValueRange("rad", ge=0.0, le=radians(65.0), hint="Spiral angles up to 65 deg can be cut; usual are 25 to 50 deg."),
 ]
-PressureAngle = Annotated[float, Quantity("rad", ge=radians(8.0), le=radians(35.0))]
-TaperAngle = Annotated[float, Quantity("rad", ge=0.0, le=radians(15.0))]
+PressureAngle = Annotated[float, ValueRange("rad", ge=radians(8.0), le=radians(35.0))]
+TaperAngle = Annotated[float, ValueRange("rad", ge=0.0, le=radians(15.0))]
 Teeth = Annotated[int, Field(ge=4, le=300)]
 
 
@@ -44,29 +44,29 @@ class PressureAngles(InputModel):
 
     drive: PressureAngle = radians(20.0)
     coast: PressureAngle = radians(20.0)
-    limit_influence: Annotated[float, Quantity("", ge=0.0, le=1.0)] = 1.0
+    limit_influence: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 1.0
 
 
 class DepthTypeOne(InputModel):
     """Data type I: factors of the basic crown gear, in mean normal modules."""
 
     data_type: Literal["I"]
-    profile_shift: Annotated[float, Quantity("", ge=-1.0, le=1.0)] = 0.0
-    addendum_factor: Annotated[float, Quantity("", ge=0.5, le=1.5)] = 1.0
-    dedendum_factor: Annotated[float, Quantity("", ge=0.5, le=2.0)] = 1.25
-    thickness_modification: Annotated[float, Quantity("", ge=-0.3, le=0.3)] = 0.0
+    profile_shift: Annotated[float, ValueRange("", ge=-1.0, le=1.0)] = 0.0
+    addendum_factor: Annotated[float, ValueRange("", ge=0.5, le=1.5)] = 1.0
+    dedendum_factor: Annotated[float, ValueRange("", ge=0.5, le=2.0)] = 1.25
+    thickness_modification: Annotated[float, ValueRange("", ge=-0.3, le=0.3)] = 0.0
 
 
 class DepthTypeTwo(InputModel):
     """Data type II: addendum, depth, clearance and thickness factors; missing ones as the standard recommends."""
 
     data_type: Literal["II"] = "II"
-    gear_addendum_factor: Annotated[float, Quantity("", gt=0.0, lt=1.0)] | None = None
-    depth_factor: Annotated[float, Quantity("", ge=1.0, le=3.0)] | None = None
+    gear_addendum_factor: Annotated[float, ValueRange("", gt=0.0, lt=1.0)] | None = None
+    depth_factor: Annotated[float, ValueRange("", ge=1.0, le=3.0)] | None = None
     clearance_factor: Annotated[
-        float, Quantity("", ge=0.0, le=0.5, hint="A negative clearance makes tip and root collide.")
+        float, ValueRange("", ge=0.0, le=0.5, hint="A negative clearance makes tip and root collide.")
     ] = 0.125
-    thickness_factor: Annotated[float, Quantity("", ge=-0.6, le=0.6)] | None = None
+    thickness_factor: Annotated[float, ValueRange("", ge=-0.6, le=0.6)] | None = None
 
 
 class DepthTaper(InputModel):
@@ -90,7 +90,7 @@ class Backlash(InputModel):
     """Backlash at the heel or at the mean point, normal to the flank or along the pitch circle."""
 
     type: Literal["none", "outer_normal", "outer_transverse", "mean_normal", "mean_transverse"] = "none"
-    value: Annotated[float, Quantity("m", ge=0.0, le=5e-3)] = 0.0
+    value: Annotated[float, ValueRange("m", ge=0.0, le=5e-3)] = 0.0
 
     @model_validator(mode="after")
     def _value_belongs_to_type(self) -> Self:
@@ -115,7 +115,7 @@ class PairBlankInput(InputModel):
     teeth_gear: Teeth
     hand_pinion: Hand = "left"
     hand_gear: Hand | None = None
-    shaft_angle: Annotated[float, Quantity("rad", ge=radians(30.0), le=radians(150.0))] = pi / 2.0
+    shaft_angle: Annotated[float, ValueRange("rad", ge=radians(30.0), le=radians(150.0))] = pi / 2.0
     hypoid_offset: Offset = 0.0
     outer_pitch_diameter_gear: Length | None = None
     mean_pitch_diameter_gear: Length | None = None
@@ -184,7 +184,7 @@ def _left_out(model: InputModel, where: str) -> Iterator[str]:
         if isinstance(value, InputModel):
             yield from _left_out(value, f"{where}{name}.")
         elif name not in model.model_fields_set and value is not None and name not in ("source", "data_type", "value"):
-            unit = next((item.unit for item in info.metadata if isinstance(item, Quantity)), "")
+            unit = next((item.unit for item in info.metadata if isinstance(item, ValueRange)), "")
             shown = f"{degrees(value):.6g} deg" if unit == "rad" else f"{1e3 * value:.6g} mm" if unit == "m" else value
             yield f"{where}{name} = {shown}"
 

@@ -118,7 +118,7 @@ def _export_design(
     from efficiency.output.files import export_grids, export_member, export_summary, export_tooth_space
     from efficiency.output.machine_summary import chosen_units
     from ehl.io.errors import InputError
-    from ehl.io.units import Quantity
+    from ehl.io.units import ValueRange
 
     wanted = [part.strip() for part in what.split(",") if part.strip()]
     for part in wanted:
@@ -129,7 +129,7 @@ def _export_design(
             raise InputError(name, count, f"from {_LEAST} to {_MOST}")
     if not 0.0 <= margin <= 0.3:
         raise InputError("--margin", margin, "from 0 to 0.3")
-    length = Quantity("m", ge=0.0, le=3.0)
+    length = ValueRange("m", ge=0.0, le=3.0)
     thickness = None if rim is None else length.check(rim, "--rim", bare=False)
     hole = None if bore is None else length.check(bore, "--bore", bare=False)
     shown, members = chosen_units(units), _members(member)

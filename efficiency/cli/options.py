@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.output.gear_files import OutputFiles
     from efficiency.run import Conditions
-    from ehl.io.units import Quantity
+    from ehl.io.units import ValueRange
 
 OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
 OUTPUT, GEOMETRY = "Output", "Geometry only"
@@ -88,7 +88,7 @@ def operating_lists(torque: str | None, speed: str | None, temperature: str | No
     )
 
 
-def value_list(option: str, text: str, quantity: Quantity) -> tuple[float, ...]:
+def value_list(option: str, text: str, quantity: ValueRange) -> tuple[float, ...]:
     """Values in SI units: a list ``a, b, c unit``, or ``from:to:number unit``.
 
     Raises

@@ -11,11 +11,11 @@ from pydantic import Field
 from efficiency.blanks.cones import Blank
 from efficiency.design.flank_input import Length
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 
 Surface = Literal["base", "toe", "heel"]
-Modulus = Annotated[float, Quantity("Pa", gt=0.0, le=1e15)]
+Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
 
 # rim over whole depth where the design does not say: from this backup ratio on AGMA 2001 (from memory) counts no rim
 # as thin

@@ -7,16 +7,16 @@ from typing import Annotated, Literal, Self
 from pydantic import model_validator
 
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 
 
 class MemberCooling(InputModel):
     """Cooling of one member: its thermal resistance to the oil, or heat transfer coefficient and wetted area."""
 
-    thermal_resistance: Annotated[float, Quantity("K/W", gt=0.0, le=1e3)] | None = None
-    heat_transfer_coefficient: Annotated[float, Quantity("W/(m^2*K)", gt=0.0, le=1e6)] | None = None
-    cooled_area: Annotated[float, Quantity("m^2", gt=0.0, le=100.0)] | None = None
+    thermal_resistance: Annotated[float, ValueRange("K/W", gt=0.0, le=1e3)] | None = None
+    heat_transfer_coefficient: Annotated[float, ValueRange("W/(m^2*K)", gt=0.0, le=1e6)] | None = None
+    cooled_area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)] | None = None
 
     @model_validator(mode="after")
     def _one_description(self) -> Self:

@@ -23,17 +23,17 @@ from ehl.fluid.oil import Oil, Temperature
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.expectation import quantity_of
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material, load_material
 
-Error = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
-ConeAngle = Annotated[float, Quantity("rad", gt=0.0, lt=1.5707)]
-TaperAngle = Annotated[float, Quantity("rad", ge=-0.35, le=0.35)]
+Error = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
+ConeAngle = Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]
+TaperAngle = Annotated[float, ValueRange("rad", ge=-0.35, le=0.35)]
 EdgeRounding = Annotated[
-    float, Quantity("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
+    float, ValueRange("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
 ]
-Rms = Annotated[float, Quantity("m", ge=0.0, le=2e-5)]
+Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
 Teeth = Annotated[int, Field(ge=3, le=400)]
 
 
@@ -163,7 +163,7 @@ class Misalignment(InputModel):
     E: Error = 0.0
     P: Error = 0.0
     G: Error = 0.0
-    alpha: Annotated[float, Quantity("rad", ge=-0.01, le=0.01)] = 0.0
+    alpha: Annotated[float, ValueRange("rad", ge=-0.01, le=0.01)] = 0.0
 
 
 class Deflection(InputModel):
@@ -175,8 +175,8 @@ class Deflection(InputModel):
     E: Error = 0.0
     P: Error = 0.0
     G: Error = 0.0
-    alpha: Annotated[float, Quantity("rad", ge=-0.01, le=0.01)] = 0.0
-    torque: Annotated[float, Quantity("N*m", gt=0.0, le=1e6)] | None = None
+    alpha: Annotated[float, ValueRange("rad", ge=-0.01, le=0.01)] = 0.0
+    torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6)] | None = None
 
     @model_validator(mode="after")
     def _at_a_torque(self) -> Self:
@@ -193,8 +193,8 @@ class Deflection(InputModel):
 class AssemblyInput(InputModel):
     """Position of the axes and which flanks drive."""
 
-    shaft_angle: Annotated[float, Quantity("rad", ge=0.5, le=2.6)]
-    hypoid_offset: Annotated[float, Quantity("m", ge=0.0, le=0.5)] = 0.0
+    shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]
+    hypoid_offset: Annotated[float, ValueRange("m", ge=0.0, le=0.5)] = 0.0
     drive_flank_pinion: FlankSide = "concave"
     normal_backlash: Depth = 0.0
     misalignment: Misalignment = Misalignment()
@@ -204,8 +204,8 @@ class AssemblyInput(InputModel):
 class OperatingPoint(InputModel):
     """Default operating point: torque and speed of the pinion, oil and its temperature, the member that drives."""
 
-    torque: Annotated[float, Quantity("N*m", gt=0.0, le=1e6, hint="The torque at the pinion shaft, a positive number.")]
-    speed: Annotated[float, Quantity("rad/s", gt=0.0, le=5000.0)]
+    torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
+    speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]
     temperature_oil: Temperature
     oil: str
     driver: Literal["pinion", "gear"] = "pinion"
@@ -217,7 +217,7 @@ class OperatingPoint(InputModel):
 
 
 # units and ranges of an operating point that does not come from the design file
-OPERATION_LIMITS: dict[str, Quantity] = {
+OPERATION_LIMITS: dict[str, ValueRange] = {
     name: quantity_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
 }
 

@@ -18,20 +18,20 @@ from efficiency.cutting.edge import Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import MachineSettings
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 
 Hand = Literal["left", "right"]
 
-Length = Annotated[float, Quantity("m", gt=0.0, le=3.0)]
-Depth = Annotated[float, Quantity("m", ge=0.0, le=0.2)]
-Shift = Annotated[float, Quantity("m", ge=-1.0, le=1.0)]
-Turn = Annotated[float, Quantity("rad", ge=-3.1416, le=3.1416)]
-BladeAngle = Annotated[float, Quantity("rad", gt=-0.35, lt=0.9)]
-Curvature = Annotated[float, Quantity("1/m", ge=-100.0, le=100.0)]
-Small = Annotated[float, Quantity("rad", ge=-0.6, le=0.6)]
-Relieved = Annotated[float, Quantity("m", ge=-2e-3, le=2e-3)]
-Place = Annotated[float, Quantity("", ge=-1.0, le=1.0)]
+Length = Annotated[float, ValueRange("m", gt=0.0, le=3.0)]
+Depth = Annotated[float, ValueRange("m", ge=0.0, le=0.2)]
+Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
+Turn = Annotated[float, ValueRange("rad", ge=-3.1416, le=3.1416)]
+BladeAngle = Annotated[float, ValueRange("rad", gt=-0.35, lt=0.9)]
+Curvature = Annotated[float, ValueRange("1/m", ge=-100.0, le=100.0)]
+Small = Annotated[float, ValueRange("rad", ge=-0.6, le=0.6)]
+Relieved = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
+Place = Annotated[float, ValueRange("", ge=-1.0, le=1.0)]
 Groups = Annotated[int, Field(ge=1, le=60)]
 
 
@@ -40,7 +40,7 @@ class ReliefInput(InputModel):
 
     height: Length
     radius: Length
-    angle: Annotated[float, Quantity("rad", gt=0.0, le=0.5)] | None = None
+    angle: Annotated[float, ValueRange("rad", gt=0.0, le=0.5)] | None = None
 
     def relief(self) -> Relief:
         """Numbers of the relief."""
@@ -51,7 +51,7 @@ class ProtuberanceInput(InputModel):
     """Blade thickened by an amount below a height over its tip, led there by two arcs of one radius."""
 
     height: Length
-    amount: Annotated[float, Quantity("m", gt=0.0, le=2e-3)]
+    amount: Annotated[float, ValueRange("m", gt=0.0, le=2e-3)]
     radius: Length
 
     @model_validator(mode="after")
@@ -160,8 +160,8 @@ class FaceHobbingCutter(BladeInput):
     type: Literal["face_hobbing"]
     cutter_radius: Length
     blade_groups: Groups
-    blade_offset_angle: Annotated[float, Quantity("rad", ge=0.0, lt=1.2)]
-    radius_offset: Annotated[float, Quantity("m", ge=-0.05, le=0.05)] = 0.0
+    blade_offset_angle: Annotated[float, ValueRange("rad", ge=0.0, lt=1.2)]
+    radius_offset: Annotated[float, ValueRange("m", ge=-0.05, le=0.05)] = 0.0
     blade_phase: Turn = 0.0
     rake_angle: Small = 0.0
     hook_angle: Small = 0.0
@@ -198,12 +198,12 @@ class GeneratedMachine(MachineInput):
     """Settings of a generated flank by their trade names."""
 
     process: Literal["generated"] = "generated"
-    roll_ratio: Annotated[float, Quantity("", gt=0.0, le=100.0)]
-    modified_roll_2c: Annotated[float, Quantity("", ge=-1.0, le=1.0)] = 0.0
-    modified_roll_6d: Annotated[float, Quantity("", ge=-10.0, le=10.0)] = 0.0
-    modified_roll_24e: Annotated[float, Quantity("", ge=-100.0, le=100.0)] = 0.0
-    modified_roll_120f: Annotated[float, Quantity("", ge=-1000.0, le=1000.0)] = 0.0
-    modified_roll_720g: Annotated[float, Quantity("", ge=-10000.0, le=10000.0)] = 0.0
+    roll_ratio: Annotated[float, ValueRange("", gt=0.0, le=100.0)]
+    modified_roll_2c: Annotated[float, ValueRange("", ge=-1.0, le=1.0)] = 0.0
+    modified_roll_6d: Annotated[float, ValueRange("", ge=-10.0, le=10.0)] = 0.0
+    modified_roll_24e: Annotated[float, ValueRange("", ge=-100.0, le=100.0)] = 0.0
+    modified_roll_120f: Annotated[float, ValueRange("", ge=-1000.0, le=1000.0)] = 0.0
+    modified_roll_720g: Annotated[float, ValueRange("", ge=-10000.0, le=10000.0)] = 0.0
     helical_motion_1: Shift = 0.0
     helical_motion_2: Shift = 0.0
     helical_motion_3: Shift = 0.0
@@ -280,7 +280,7 @@ class EaseOffInput(InputModel):
 
     lengthwise_crowning: Relieved = 0.0
     profile_crowning: Relieved = 0.0
-    bias: Annotated[float, Quantity("", ge=-5.0, le=5.0)] = 0.0
+    bias: Annotated[float, ValueRange("", ge=-5.0, le=5.0)] = 0.0
     twist: Relieved = 0.0
     contact_face: Place = 0.0
     contact_depth: Place = 0.0

@@ -16,15 +16,15 @@ from efficiency.loss.kinematics import Driver, Operation, loaded_points
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.table_files import read_table
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from regression.plan.operating_range import WeightedPoints
 
 _MOST_TORQUE, _MOST_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
-COLUMNS: dict[str, Quantity | None] = {
-    "torque": Quantity("N*m", ge=-_MOST_TORQUE, le=_MOST_TORQUE, hint="Below zero on the coast side."),
-    "speed": Quantity("rad/s", ge=-_MOST_SPEED, le=_MOST_SPEED, hint="Below zero in reverse."),
+COLUMNS: dict[str, ValueRange | None] = {
+    "torque": ValueRange("N*m", ge=-_MOST_TORQUE, le=_MOST_TORQUE, hint="Below zero on the coast side."),
+    "speed": ValueRange("rad/s", ge=-_MOST_SPEED, le=_MOST_SPEED, hint="Below zero in reverse."),
     "temperature": OPERATION_LIMITS["temperature_oil"],
-    "hours": Quantity("h", ge=0.0),
+    "hours": ValueRange("h", ge=0.0),
 }
 POSITIONS, POINTS_PER_LINE = 12, 21
 

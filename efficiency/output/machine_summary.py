@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from ehl.io.errors import InputError
 from ehl.io.expectation import find_place
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 
 if TYPE_CHECKING:
     from efficiency.blanks.cones import Blank
@@ -142,7 +142,7 @@ def _entries(section: str, model: BaseModel) -> Iterator[tuple[tuple[str, str], 
             yield from _entries(f"{section}.{name}" if section else name, value)
         elif isinstance(value, (int, float, str)):
             metadata = find_place(type(model), (name,)).metadata
-            unit = next((item.unit for item in metadata if isinstance(item, Quantity)), "")
+            unit = next((item.unit for item in metadata if isinstance(item, ValueRange)), "")
             yield (section or "points", name), (value, unit)
 
 

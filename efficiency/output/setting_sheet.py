@@ -12,7 +12,7 @@ from efficiency.cutting.summary import LABELS
 from efficiency.output.machine_summary import KINDS, Units
 from ehl.io.errors import InputError
 from ehl.io.expectation import find_place
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -78,7 +78,7 @@ def _entries(model: BaseModel, prefix: str) -> Iterator[tuple[str, Any, str]]:
             yield from _entries(value, f"{prefix}{name}.")
         elif name in KINDS or value != fields[name].get_default():
             metadata = find_place(type(model), (name,)).metadata
-            unit = next((item.unit for item in metadata if isinstance(item, Quantity)), "")
+            unit = next((item.unit for item in metadata if isinstance(item, ValueRange)), "")
             yield f"{prefix}{name}", value, unit
 
 

@@ -12,14 +12,14 @@ from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.design.design import OperatingPoint, Rms
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import load_material
 
-Relief = Annotated[float, Quantity("m", ge=0.0, le=1e-3)]
-Slope = Annotated[float, Quantity("", ge=-2.0, le=2.0)]
-Twist = Annotated[float, Quantity("m", ge=-1e-3, le=1e-3)]
-Place = Annotated[float, Quantity("", ge=-0.6, le=0.6)]
+Relief = Annotated[float, ValueRange("m", ge=0.0, le=1e-3)]
+Slope = Annotated[float, ValueRange("", ge=-2.0, le=2.0)]
+Twist = Annotated[float, ValueRange("m", ge=-1e-3, le=1e-3)]
+Place = Annotated[float, ValueRange("", ge=-0.6, le=0.6)]
 
 
 class Cutting(InputModel):
@@ -45,7 +45,7 @@ class Cutting(InputModel):
     gear: Literal["formate", "generated"] = "formate"
     pinion: Literal["both_flanks", "each_flank", "conjugate"] = "both_flanks"
     machine: Literal["free_form", "cradle"] = "free_form"
-    tilt_limit: Annotated[float, Quantity("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
+    tilt_limit: Annotated[float, ValueRange("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
     blades: Literal["straight", "curved"] | None = None
     radius_offsets: Literal["free", "none"] = "free"
 
@@ -82,7 +82,7 @@ class FlankTarget(InputModel):
     twist: Twist = 0.0
     contact_face: Place = 0.0
     contact_depth: Place = 0.0
-    transmission_error: Annotated[float, Quantity("rad", gt=0.0, le=2e-3)] | None = None
+    transmission_error: Annotated[float, ValueRange("rad", gt=0.0, le=2e-3)] | None = None
 
     @model_validator(mode="after")
     def _some_relief(self) -> Self:
@@ -107,7 +107,7 @@ class Targets(InputModel):
 
     drive: FlankTarget = FlankTarget()
     coast: FlankTarget = FlankTarget()
-    root_weight: Annotated[float, Quantity("", ge=0.0, le=1.0)] | None = None
+    root_weight: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
 
 
 class MemberTargets(InputModel):

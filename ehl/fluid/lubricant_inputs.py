@@ -12,16 +12,16 @@ from ehl.fluid.lubricant import DOWSON_HIGGINSON, DensityLaw, Lubricant
 from ehl.fluid.oil import Oil, RisingStressInput, Temperature
 from ehl.fluid.rheology import Limit, Rheology
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 
-Viscosity = Annotated[float, Quantity("Pa*s", ge=1e-4, le=100.0)]
-PressureViscosity = Annotated[float, Quantity("1/Pa", ge=1e-10, le=5e-8)]
-Stress = Annotated[float, Quantity("Pa", ge=1e5, le=1e9)]
-LimitCoefficient = Annotated[float, Quantity("", gt=0.0, le=1.0)]
-Conductivity = Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)]
+Viscosity = Annotated[float, ValueRange("Pa*s", ge=1e-4, le=100.0)]
+PressureViscosity = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=5e-8)]
+Stress = Annotated[float, ValueRange("Pa", ge=1e5, le=1e9)]
+LimitCoefficient = Annotated[float, ValueRange("", gt=0.0, le=1.0)]
+Conductivity = Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)]
 RISING_TABLE = "a table with stress_low, stress_slope, pressure_start, pressure_end"
-HeatCapacity = Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)]
+HeatCapacity = Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)]
 
 
 class ShearInput(InputModel):
@@ -31,9 +31,9 @@ class ShearInput(InputModel):
     eyring_stress_law: Literal["constant", "pressure"] = "constant"
     eyring_stress_pressure: RisingStressInput | None = None
     carreau_stress: Stress | None = None
-    carreau_exponent: Annotated[float, Quantity("", ge=0.1, le=1.0)] | None = None
+    carreau_exponent: Annotated[float, ValueRange("", ge=0.1, le=1.0)] | None = None
     limiting_shear: Limit = "cut"
-    limiting_shear_ambient: Annotated[float, Quantity("Pa", ge=0.0, le=1e8)] | None = None
+    limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
 
     @model_validator(mode="after")
     def _parameters_of_the_law(self) -> Self:
@@ -88,8 +88,8 @@ class DirectLubricant(ShearInput):
     eyring_stress: Stress = 5e6
     limiting_shear_coefficient: LimitCoefficient | None = None
     temperature_oil: Temperature = 353.15
-    temperature_viscosity: Annotated[float, Quantity("1/K", ge=0.0, le=0.2)] = 0.03
-    density: Annotated[float, Quantity("kg/m^3", ge=500.0, le=2000.0)] = 850.0
+    temperature_viscosity: Annotated[float, ValueRange("1/K", ge=0.0, le=0.2)] = 0.03
+    density: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)] = 850.0
     thermal_conductivity: Conductivity = 0.14
     heat_capacity: HeatCapacity = 2000.0
 

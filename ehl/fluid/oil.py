@@ -23,27 +23,27 @@ from ehl.fluid.lubricant import (
 from ehl.fluid.rheology import RisingStress
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
 TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
 
 Temperature = Annotated[
     float,
-    Quantity("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'."),
+    ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'."),
 ]
-KinematicViscosity = Annotated[float, Quantity("m^2/s", gt=1e-7, le=1.0)]
-PressureViscosity = Annotated[float, Quantity("1/Pa", ge=1e-10, le=1e-7)]
+KinematicViscosity = Annotated[float, ValueRange("m^2/s", gt=1e-7, le=1.0)]
+PressureViscosity = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=1e-7)]
 
 
 class ModulusViscosity(InputModel):
     """eta = K exp(B/(T + C)) exp(p/(a1 + a2 T + (b1 + b2 T) p)), T in degC (modulus law)."""
 
     law: Literal["modulus"]
-    K: Annotated[float, Quantity("Pa*s", gt=0.0)]
+    K: Annotated[float, ValueRange("Pa*s", gt=0.0)]
     B: float
     C: float
-    a1: Annotated[float, Quantity("Pa", gt=0.0)]
+    a1: Annotated[float, ValueRange("Pa", gt=0.0)]
     a2: float  # [Pa/K]
     b1: float
     b2: float  # [1/K]
@@ -81,10 +81,10 @@ class ModulusAlpha(InputModel):
 class RisingStressInput(InputModel):
     """Eyring stress that rises with pressure (`ehl.fluid.rheology.RisingStress`)."""
 
-    stress_low: Annotated[float, Quantity("Pa", ge=1e4, le=1e9)]
-    stress_slope: Annotated[float, Quantity("", gt=0.0, le=0.5)]
-    pressure_start: Annotated[float, Quantity("Pa", ge=0.0, le=1e10)]
-    pressure_end: Annotated[float, Quantity("Pa", gt=0.0, le=1e11)]
+    stress_low: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)]
+    stress_slope: Annotated[float, ValueRange("", gt=0.0, le=0.5)]
+    pressure_start: Annotated[float, ValueRange("Pa", ge=0.0, le=1e10)]
+    pressure_end: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)]
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
@@ -139,16 +139,16 @@ class Oil(InputModel):
     viscosity_kinematic_40: KinematicViscosity
     viscosity_kinematic_100: KinematicViscosity
     base: Literal["mineral", "pao", "polyglycol", "ester"] = "mineral"
-    density_15: Annotated[float, Quantity("kg/m^3", ge=500.0, le=2000.0)]
-    density_temperature: Annotated[float, Quantity("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
+    density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)]
+    density_temperature: Annotated[float, ValueRange("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
     viscosity: Annotated[ModulusViscosity | WaltherViscosity, Field(discriminator="law")]
     pressure_viscosity: Annotated[TabulatedAlpha | GoldAlpha | ModulusAlpha, Field(discriminator="law")]
-    limiting_shear_coefficient: Annotated[float, Quantity("", gt=0.0, le=1.0)]
-    eyring_stress: Annotated[float, Quantity("Pa", ge=1e4, le=1e9)] | None = None
+    limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)]
+    eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
     # left out of the card's hash: formulas fitted with the constant stress stay valid
     eyring_stress_pressure: RisingStressInput | None = Field(default=None, exclude=True)
-    thermal_conductivity: Annotated[float, Quantity("W/(m*K)", gt=0.0, le=10.0)] = 0.14
-    heat_capacity: Annotated[float, Quantity("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
+    thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
+    heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
     # where figures come from does not change them
     calibration: CalibrationRecord | None = Field(default=None, exclude=True)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import AliasChoices, BaseModel, Tag
 from pydantic.fields import FieldInfo
 
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ def find_place(model: type[BaseModel], loc: Sequence[int | str]) -> Place:
     return Place(tuple(path), annotation if _is_model(annotation) else owner, annotation, metadata)
 
 
-def quantity_of(model: type[BaseModel], name: str) -> Quantity:
+def quantity_of(model: type[BaseModel], name: str) -> ValueRange:
     """Unit and range of a field of a model."""
-    return next(part for part in find_place(model, (name,)).metadata if isinstance(part, Quantity))
+    return next(part for part in find_place(model, (name,)).metadata if isinstance(part, ValueRange))
 
 
 def expectation(place: Place, table: str) -> str:
@@ -72,7 +72,7 @@ def expectation(place: Place, table: str) -> str:
         What the place is called if it is a table.
     """
     for part in place.metadata:
-        if isinstance(part, Quantity):
+        if isinstance(part, ValueRange):
             return part.expected
     kind = place.annotation
     if _is_model(kind):

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity, parse_quantity
+from ehl.io.units import ValueRange, parse_quantity
 
 # a header such as "pressure_hertz [GPa]"; round brackets are common in spreadsheets
 _HEADER = re.compile(r"(?P<name>[^\[(]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?")
@@ -30,7 +30,7 @@ Rows = list[tuple[int, list[Cell]]]
 
 def read_table(
     path: Path,
-    quantities: Mapping[str, Quantity | None],
+    quantities: Mapping[str, ValueRange | None],
     required: Sequence[str] = (),
     *,
     bare: bool = True,
@@ -59,7 +59,7 @@ def read_table(
 
 def numbered_table(
     path: Path,
-    quantities: Mapping[str, Quantity | None],
+    quantities: Mapping[str, ValueRange | None],
     required: Sequence[str] = (),
     *,
     bare: bool = True,
@@ -96,7 +96,7 @@ def numbered_table(
 
 
 def _check_names(
-    path: Path, names: Sequence[str], quantities: Mapping[str, Quantity | None], required: Sequence[str]
+    path: Path, names: Sequence[str], quantities: Mapping[str, ValueRange | None], required: Sequence[str]
 ) -> None:
     known = ", ".join(quantities)
     for name in names:
@@ -111,7 +111,7 @@ def _check_names(
 
 
 def _are_units(
-    row: Sequence[Cell], names: Sequence[str], units: Sequence[str | None], quantities: Mapping[str, Quantity | None]
+    row: Sequence[Cell], names: Sequence[str], units: Sequence[str | None], quantities: Mapping[str, ValueRange | None]
 ) -> bool:
     """Whether the second row holds units: a unit under every number column, and none in the header."""
     found = False
@@ -144,7 +144,7 @@ def _text(cell: Cell, where: str) -> str:
     return text
 
 
-def _number(cell: Cell, unit: str | None, quantity: Quantity, where: str, bare: bool) -> float:
+def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare: bool) -> float:
     value: Cell = cell.strip() if isinstance(cell, str) else cell
     if value is None or value == "":
         raise InputError(where, None, quantity.expected, "The cell is empty.")
@@ -219,7 +219,7 @@ def _cell(cell: object) -> Cell:
     return str(cell)
 
 
-def read_columns(value: Any, quantities: Mapping[str, Quantity | None]) -> dict[str, Column]:
+def read_columns(value: Any, quantities: Mapping[str, ValueRange | None]) -> dict[str, Column]:
     """Columns a plan holds itself, as lists of equal length, or those of the file it names.
 
     Raises

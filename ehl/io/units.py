@@ -42,7 +42,7 @@ UNITS = {
     "m/s": ("m/s", 1.0, 0.0),
     "rad": ("rad", 1.0, 0.0),
     "deg": ("rad", math.pi / 180.0, 0.0),
-    "arcmin": ("rad", math.pi / 180.0 / 60.0, 0.0),
+    "arcmin": ("rad", 2.9088820866572163e-4, 0.0),  # as pint has it, an ulp above 60 ARCSEC
     "arcsec": ("rad", ARCSEC, 0.0),
     "rpm": ("rad/s", 2.0 * math.pi / 60.0, 0.0),
     "kN": ("N", 1e3, 0.0),
@@ -144,7 +144,7 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
     try:
         if match is None:
             raise ValueError(text)
-        # Quantity(value, unit) and not a product: offset units (degC) are not multiplicative
+        # ValueRange(value, unit) and not a product: offset units (degC) are not multiplicative
         quantity = registry.Quantity(float(match[1]), registry.Unit(match[2]))
         return float(quantity.to(registry.Unit(unit) if unit else registry.dimensionless).magnitude), True
     except pint.DimensionalityError:
@@ -158,8 +158,8 @@ def _format(number: float, unit: str) -> str:
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """Annotation of a pydantic float field: SI unit and allowed range.
+class ValueRange:
+    """Annotation of a pydantic float field: SI unit and range of its values.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class Quantity:
 
     Examples
     --------
-    ``radius: Annotated[float, Quantity("m", gt=0.0, le=10.0)]``
+    ``radius: Annotated[float, ValueRange("m", gt=0.0, le=10.0)]``
     """
 
     unit: str

@@ -15,18 +15,18 @@ from ehl import inputs
 from ehl.fluid.oil import Temperature
 from ehl.io.errors import InputError
 from ehl.io.table_files import numbered_table
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 
 Array = NDArray[np.float64]
 
 
-def _quantity(annotation: object) -> Quantity:
-    return next(part for part in get_args(annotation) if isinstance(part, Quantity))
+def _quantity(annotation: object) -> ValueRange:
+    return next(part for part in get_args(annotation) if isinstance(part, ValueRange))
 
 
-CONDITIONS: dict[str, Quantity] = {
+CONDITIONS: dict[str, ValueRange] = {
     "pressure_hertz": _quantity(inputs.Pressure),
-    "load": Quantity("N", gt=0.0, le=1e7),
+    "load": ValueRange("N", gt=0.0, le=1e7),
     "load_per_length": _quantity(inputs.LoadPerLength),
     "radius_equivalent": _quantity(inputs.Radius),
     "speed_entrainment": _quantity(inputs.Speed),
@@ -36,14 +36,14 @@ CONDITIONS: dict[str, Quantity] = {
 }
 LOADS = ("pressure_hertz", "load", "load_per_length")
 NEEDED = ("radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
-MEASURED: dict[str, Quantity] = {
+MEASURED: dict[str, ValueRange] = {
     # the noise of a friction near nil may be negative
-    "friction_coefficient": Quantity("", ge=-0.1, le=2.0, hint="mu, not a friction force."),
-    "friction_uncertainty": Quantity("", gt=0.0, le=1.0, hint="One standard deviation of mu."),
+    "friction_coefficient": ValueRange("", ge=-0.1, le=2.0, hint="mu, not a friction force."),
+    "friction_uncertainty": ValueRange("", gt=0.0, le=1.0, hint="One standard deviation of mu."),
 }
 LABEL = "curve"
 SYNTHETIC = "# SYNTHETIC"  # how a table of synthetic friction begins
-COLUMNS: dict[str, Quantity | None] = {**CONDITIONS, **MEASURED, LABEL: None}
+COLUMNS: dict[str, ValueRange | None] = {**CONDITIONS, **MEASURED, LABEL: None}
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from ehl import inputs
 from ehl.fluid.oil import Oil, Temperature
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from regression.calibration.parameters import RISING, check_parameters
 
@@ -20,7 +20,7 @@ class ConditionsInput(InputModel):
     """Conditions that hold for every row of the table."""
 
     pressure_hertz: inputs.Pressure | None = None
-    load: Annotated[float, Quantity("N", gt=0.0, le=1e7)] | None = None
+    load: Annotated[float, ValueRange("N", gt=0.0, le=1e7)] | None = None
     load_per_length: inputs.LoadPerLength | None = None
     radius_equivalent: inputs.Radius | None = None
     speed_entrainment: inputs.Speed | None = None
@@ -42,7 +42,7 @@ class SpecimensInput(InputModel):
     geometry: Literal["line", "point"]
     match: Literal["hertz_pressure", "mean_pressure"] = "hertz_pressure"
     radius_transverse: inputs.Radius | None = None
-    length: Annotated[float, Quantity("m", ge=1e-5, le=1.0)] | None = None
+    length: Annotated[float, ValueRange("m", ge=1e-5, le=1.0)] | None = None
     coating: Annotated[str, Field(max_length=200)] = ""
 
     @model_validator(mode="after")
@@ -60,8 +60,8 @@ class SpecimensInput(InputModel):
 class NoiseInput(InputModel):
     """Standard deviation of measured mu: sqrt(absolute^2 + (relative mu)^2); estimated where none is given."""
 
-    absolute: Annotated[float, Quantity("", ge=0.0, le=1.0)] | None = None
-    relative: Annotated[float, Quantity("", ge=0.0, le=1.0)] | None = None
+    absolute: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
+    relative: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
     estimate: Literal["absolute", "relative"] = "absolute"
 
     @model_validator(mode="after")

@@ -14,7 +14,7 @@ import numpy as np
 
 from ehl import __version__
 from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from regression.calibration.calibrate import all_values, solver_of
 from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement
 from regression.calibration.parameters import PARAMETERS
@@ -88,7 +88,7 @@ def parse_true(texts: list[str]) -> dict[str, float]:
         if not equals or name not in PARAMETERS:
             raise InputError("--true", text, "NAME=VALUE with a name out of " + ", ".join(PARAMETERS))
         parameter = PARAMETERS[name]
-        quantity = Quantity(parameter.unit, ge=parameter.low, le=parameter.high)
+        quantity = ValueRange(parameter.unit, ge=parameter.low, le=parameter.high)
         values[name] = quantity.check(value, f"--true {name}", bare=not parameter.unit)
     return values
 

@@ -66,7 +66,7 @@ def sweep_run(
     from functools import partial
 
     from ehl.io.errors import InputError
-    from ehl.io.units import Quantity
+    from ehl.io.units import ValueRange
     from regression.friction.published_registry import PUBLISHED
     from regression.plan.plan import load_plan
     from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
@@ -77,7 +77,7 @@ def sweep_run(
     content = load_plan(plan, changes or ())
     if formula is not None and formula not in PUBLISHED:
         raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
-    cap = Quantity("s", gt=0.0).check(time_cap, "--time-cap", bare=False)
+    cap = ValueRange("s", gt=0.0).check(time_cap, "--time-cap", bare=False)
     workers = available_jobs() if jobs is None else jobs
     if estimate:
         estimate_report(content, workers)

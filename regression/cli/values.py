@@ -13,7 +13,7 @@ from ehl import inputs
 from ehl.fluid.oil import Oil, Temperature
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.state import ContactState
 from regression.data.dataset import columns
 from regression.data.datasets import joined, named_dataset
@@ -23,8 +23,8 @@ from regression.friction.data_cloud import in_convex_hull
 from regression.friction.models import FormulaFriction, FrictionModel
 
 # variable -> option, and its unit with range; in the order of the options
-POINT: dict[str, tuple[str, Quantity]] = {
-    name: (option, next(part for part in get_args(annotation) if isinstance(part, Quantity)))
+POINT: dict[str, tuple[str, ValueRange]] = {
+    name: (option, next(part for part in get_args(annotation) if isinstance(part, ValueRange)))
     for name, option, annotation in (
         ("pressure_hertz", "--pressure", inputs.Pressure),
         ("radius_equivalent", "--radius", inputs.Radius),

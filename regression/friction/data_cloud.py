@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from regression.friction.conditions import UNITS, Array, Conditions
 
-Finite = Annotated[float, Quantity("")]
-Positive = Annotated[float, Quantity("", gt=0.0)]
+Finite = Annotated[float, ValueRange("")]
+Positive = Annotated[float, ValueRange("", gt=0.0)]
 STORED_POINTS = 128  # more make the file longer than the formula is worth; the radius says how well they cover
 # between the cases there is room for others: with these, 1 to 3 % of new points of the same plan count as outside
 HULL_SLACK = 0.03  # of the spread of the cases

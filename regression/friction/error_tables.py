@@ -8,13 +8,13 @@ import numpy as np
 from pydantic import model_validator
 
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from regression.friction.conditions import Array, Conditions
 
-Finite = Annotated[float, Quantity("")]
-Width = Annotated[float, Quantity("", ge=0.0)]
-Share = Annotated[float, Quantity("", ge=0.0, le=1.0)]
+Finite = Annotated[float, ValueRange("")]
+Width = Annotated[float, ValueRange("", ge=0.0)]
+Share = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
 
 
 class WorstCase(InputModel):
@@ -86,7 +86,7 @@ class NoiseFloor(InputModel):
     """Scatter of mu over repeated roughness realisations: what no formula of these data can fall below."""
 
     points: int
-    realisations: Annotated[float, Quantity("", ge=2.0)]
+    realisations: Annotated[float, ValueRange("", ge=2.0)]
     single: Width
     mean: Width
     bands: tuple[NoiseBand, ...]
@@ -121,7 +121,7 @@ class Interval(InputModel):
     deviation at the point (that of a Gaussian-process residual).
     """
 
-    level: Annotated[float, Quantity("", gt=0.0, lt=1.0)]
+    level: Annotated[float, ValueRange("", gt=0.0, lt=1.0)]
     log_width: Width
     largest: Width
     bands: tuple[WidthBand, ...] = ()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, validate
 from regression.friction.conditions import UNITS, Array, Conditions
 from regression.friction.data_cloud import DataCloud, Extrapolation
@@ -28,7 +28,7 @@ FORMULA_SCHEMA = 2
 # ranges are met by numbers that went through unit conversion and roots
 RANGE_TOLERANCE = 1e-6
 
-Friction = Annotated[float, Quantity("", ge=0.0, le=1.0)]
+Friction = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
 
 
 class OilIdentity(InputModel):

@@ -18,14 +18,14 @@ import numpy as np
 from pydantic import model_validator
 
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from regression.friction.conditions import UNITS, Array, Conditions
 from regression.friction.data_cloud import covering_points
 
-Finite = Annotated[float, Quantity("")]
-Positive = Annotated[float, Quantity("", gt=0.0)]
-NotNegative = Annotated[float, Quantity("", ge=0.0)]
+Finite = Annotated[float, ValueRange("")]
+Positive = Annotated[float, ValueRange("", gt=0.0)]
+NotNegative = Annotated[float, ValueRange("", ge=0.0)]
 POINTS = 512  # held-out error of a noise-free dataset of 2000 cases: 1.0 % with 512, 0.8 % with all, 1.3 % with 256
 VARIANCE_POINTS = 128  # the variance costs the square of their number
 _SEARCHED = 400  # cases the likelihood of the length scales is computed on

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ehl.fluid.oil import Oil
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.state import ContactState
 from regression.friction.conditions import UNITS, Array, Conditions, conditions_of
 from regression.friction.data_cloud import Extrapolation
@@ -197,7 +197,7 @@ def friction_model(spec: str) -> FrictionModel:
     if kind == "constant":
         if not colon:
             raise InputError("friction constant", None, "its value, as in constant:0.05")
-        return ConstantFriction(Quantity("", ge=0.0, le=1.0).check(value, "friction constant"))
+        return ConstantFriction(ValueRange("", ge=0.0, le=1.0).check(value, "friction constant"))
     if kind == "strict" and colon:
         return replace(formula_friction(value), name=spec, refuse=True)
     if spec in PUBLISHED:

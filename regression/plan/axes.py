@@ -13,7 +13,7 @@ from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
 from ehl.fluid.oil import Temperature
 from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 
 MAX_LEVELS = 1000
@@ -27,9 +27,9 @@ class Axis(InputModel):
     scale: Literal["linear", "log"] = "linear"
 
 
-def quantity_of(annotation: Any) -> Quantity:
+def quantity_of(annotation: Any) -> ValueRange:
     """The unit and the allowed range an annotated type carries."""
-    return next(part for part in get_args(annotation)[1:] if isinstance(part, Quantity))
+    return next(part for part in get_args(annotation)[1:] if isinstance(part, ValueRange))
 
 
 def spread(low: float, high: float, scale: str, count: int) -> tuple[float, ...]:
@@ -47,7 +47,7 @@ def levels_of(axis: Axis, count: int) -> tuple[float, ...]:
     return spread(axis.values[0], axis.values[1], axis.scale, count)
 
 
-def read_ends(value: dict[str, Any], quantity: Quantity) -> tuple[float | None, float | None]:
+def read_ends(value: dict[str, Any], quantity: ValueRange) -> tuple[float | None, float | None]:
     """The ends of a range or window as numbers, None where one is not given, low below high."""
     low, high = (quantity.check(value[key], key) if key in value else None for key in ("low", "high"))
     if low is not None and high is not None and not low < high:
@@ -56,7 +56,7 @@ def read_ends(value: dict[str, Any], quantity: Quantity) -> tuple[float | None, 
     return low, high
 
 
-def _read_axis(value: Any, quantity: Quantity) -> Axis:
+def _read_axis(value: Any, quantity: ValueRange) -> Axis:
     """The axis a user wrote: a value, a list, or a table with low, high, scale and perhaps levels."""
     if isinstance(value, Axis):
         return value
@@ -95,7 +95,7 @@ def _axis(annotation: Any) -> Any:
 def _surface(name: str) -> Any:
     """Annotation of a field of the surface table, None left out."""
     info = SurfaceInput.model_fields[name]
-    found = next((part for part in info.metadata if isinstance(part, Quantity)), None)
+    found = next((part for part in info.metadata if isinstance(part, ValueRange)), None)
     if found is not None:
         return Annotated[float, found]
     return next(part for part in get_args(info.annotation) if part is not type(None))

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator
 from ehl.fluid.oil import TEMPERATURE_RANGE
 from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.io.errors import InputError
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from ehl.material import Material
 from regression.plan.axes import quantity_of, read_ends
@@ -43,7 +43,7 @@ class Window(InputModel):
         return inside
 
 
-def _read_window(value: Any, quantity: Quantity) -> Window:
+def _read_window(value: Any, quantity: ValueRange) -> Window:
     if isinstance(value, Window):
         return value
     if not isinstance(value, dict) or not value:
@@ -55,7 +55,7 @@ def _read_window(value: Any, quantity: Quantity) -> Window:
     return Window(low=low, high=high)
 
 
-def _window(quantity: Quantity) -> Any:
+def _window(quantity: ValueRange) -> Any:
     return Annotated[Window, BeforeValidator(partial(_read_window, quantity=quantity))]
 
 
@@ -80,13 +80,13 @@ class Constraints(InputModel):
         Oil temperature plus Blok's flash temperature with mu = 0.05 [K].
     """
 
-    film_ratio: _window(Quantity("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    film_ratio: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     load_per_length: _window(quantity_of(LoadPerLength)) | None = None  # type: ignore[valid-type]
-    half_width: _window(Quantity("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
-    speed_sliding: _window(Quantity("m/s", ge=0.0, le=quantity_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
-    slide_to_roll_total: _window(Quantity("", ge=0.0)) | None = None  # type: ignore[valid-type]
-    pressure_velocity: _window(Quantity("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
-    temperature_flash: _window(Quantity("K", ge=TEMPERATURE_RANGE[0], le=3000.0)) | None = None  # type: ignore[valid-type]
+    half_width: _window(ValueRange("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
+    speed_sliding: _window(ValueRange("m/s", ge=0.0, le=quantity_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
+    slide_to_roll_total: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    pressure_velocity: _window(ValueRange("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
+    temperature_flash: _window(ValueRange("K", ge=TEMPERATURE_RANGE[0], le=3000.0)) | None = None  # type: ignore[valid-type]
 
     @property
     def windows(self) -> dict[str, Window]:

@@ -21,7 +21,7 @@ from ehl.contact import Contact
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.table_files import Column, read_columns
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material, effective_modulus
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, Axis, Variables, levels_of, quantity_of
@@ -35,7 +35,7 @@ MAX_CASES = 1_000_000
 # 2^d corner points; beyond this a plan asks for more corners than samples
 MAX_CORNER_VARIABLES = 10
 # what a table of points may hold; the oil is a text
-QUANTITIES: dict[str, Quantity | None] = {**{n: quantity_of(a) for n, a in VARIABLES.items()}, "oil": None}
+QUANTITIES: dict[str, ValueRange | None] = {**{n: quantity_of(a) for n, a in VARIABLES.items()}, "oil": None}
 
 
 def _read_columns(value: Any) -> dict[str, Column]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
-from ehl.io.units import Quantity
+from ehl.io.units import ValueRange
 from ehl.io.validation import validate
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_row
 from regression.plan.axes import VARIABLES, quantity_of
@@ -18,7 +18,7 @@ from regression.plan.constraints import constrained_figures
 from regression.plan.plan import TABLE_OF, Plan
 from regression.plan.sampling import Accept, Array, Block, BoxSampler, IntArray, filtered, lattice
 
-_TEMPERATURE: Quantity = quantity_of(VARIABLES["temperature_oil"])
+_TEMPERATURE: ValueRange = quantity_of(VARIABLES["temperature_oil"])
 
 
 @dataclass(frozen=True)

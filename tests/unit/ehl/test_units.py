@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehl.io.errors import InputError
-from ehl.io.units import UNITS, Quantity, _registry, parse_quantity
+from ehl.io.units import UNITS, ValueRange, _registry, parse_quantity
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,11 @@ def test_bare_number_is_refused_where_it_is_ambiguous() -> None:
 
 def test_range_is_named_with_its_unit() -> None:
     with pytest.raises(InputError, match="above 0 m and at most 10 m"):
-        Quantity("m", gt=0.0, le=10.0).check(-1.0, "radius")
-    assert Quantity("m", gt=0.0, le=10.0).check("1 cm", "radius") == pytest.approx(0.01)
+        ValueRange("m", gt=0.0, le=10.0).check(-1.0, "radius")
+    assert ValueRange("m", gt=0.0, le=10.0).check("1 cm", "radius") == pytest.approx(0.01)
 
 
-TORQUE = Quantity("N*m", gt=0.0, le=1000.0)
+TORQUE = ValueRange("N*m", gt=0.0, le=1000.0)
 
 
 def test_list_takes_its_unit_from_the_last_entry() -> None:
