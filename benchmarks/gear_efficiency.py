@@ -35,8 +35,8 @@ from efficiency.loss.regions import friction_along_mesh
 from efficiency.loss.result import EfficiencyResult
 from efficiency.run import resolve_friction
 from ehl.fluid.oil import Oil
+from regression.formula import shipped_formulas
 from regression.friction.conditions import conditions_of
-from regression.friction.models import shipped_formulas
 
 DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
 POSITIONS = (12, 24, 48, 96)

@@ -22,7 +22,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.ltca.ritz_solid import ORDERS
 from efficiency.ltca.teeth import solid_tooth_of
 from ehl.fluid.oil import Oil
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 
 DESIGN = "fm_spiral_bevel_14x39"
 GRIDS = ((4, 9), (8, 9), (8, 15), (12, 15), (12, 31), (24, 31), (24, 61), (48, 61), (48, 121))

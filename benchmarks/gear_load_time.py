@@ -30,7 +30,7 @@ from efficiency.loss.map import efficiency_map
 from efficiency.ltca.load_distribution import elastic_cycle
 from efficiency.ltca.mesh_grids import load_grids
 from ehl.fluid.oil import Oil
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 
 DESIGNS = ("fm_spiral_bevel_14x39", "fh_hypoid_9x34")
 COLOURS = ("#1f5a99", "#c8651b")
@@ -48,7 +48,7 @@ from efficiency.gear_mesh import elastic_bodies, gear_mesh
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 marks.append(("imports", process_time()))
 design = load_design(sys.argv[1])
 marks.append(("reading the design", process_time()))

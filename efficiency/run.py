@@ -27,7 +27,8 @@ from efficiency.ltca.foreign import read_load
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.expectation import quantity_of
-from regression.friction.models import FrictionModel, friction_model, shipped_formulas
+from regression.formula import friction_model, shipped_formulas
+from regression.friction.models import FrictionModel
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # beside the formulas shipped for the oil in use

@@ -15,7 +15,7 @@ from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.fit import fit_families
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 from regression.plan.plan import load_plan
 from regression.sweeping.sweep import Progress, SweepReport, sweep
 
@@ -50,7 +50,7 @@ class DemoResult:
     folder: Path
     sweep_report: SweepReport
     dataset: Dataset
-    formulas: tuple[Formula, ...]
+    formulas: tuple[FittedFormula, ...]
     gear: GearMesh
     comparison: Comparison
     seconds: dict[str, float]

@@ -88,7 +88,7 @@ def export(
     A formula becomes one function with its range, interval and flag: .py, .c, .f90, .m, .tex, .xlsx (live cells), .txt
     (formula for one cell).
     """
-    from regression.friction.models import formula_friction, is_formula
+    from regression.formula import formula_friction, is_formula
 
     if is_formula(design):
         from regression.export.export import export_formula

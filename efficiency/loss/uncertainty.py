@@ -21,7 +21,8 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import SolvedFriction
 from efficiency.loss.result import EfficiencyResult
 from ehl.io.errors import InputError
-from regression.friction.models import FormulaFriction, FrictionModel
+from regression.formula import Formula
+from regression.friction.models import FrictionModel
 
 Solve = Callable[[FrictionModel, Operation], EfficiencyResult]
 
@@ -141,7 +142,7 @@ class EfficiencyUncertainty:
 
 def with_boundary_friction(model: FrictionModel, value: float) -> FrictionModel | None:
     """The same model with another mu_b; None where mu_b is no input of it."""
-    if isinstance(model, FormulaFriction):
+    if isinstance(model, Formula):
         return replace(model, formula=model.formula.model_copy(update={"boundary_friction": value}))
     if hasattr(model, "boundary_friction"):
         return replace(model, boundary_friction=value)  # type: ignore[type-var]
@@ -150,7 +151,7 @@ def with_boundary_friction(model: FrictionModel, value: float) -> FrictionModel 
 
 def boundary_friction_of(model: FrictionModel) -> float:
     """mu_b of a friction model; nan where it has none."""
-    holder = model.formula if isinstance(model, FormulaFriction) else model
+    holder = model.formula if isinstance(model, Formula) else model
     return float(getattr(holder, "boundary_friction", math.nan))
 
 
@@ -236,7 +237,7 @@ def _formula_error(result: EfficiencyResult, friction: FrictionModel) -> tuple[f
     half = 0.5 * (estimate.upper - estimate.lower)
     if not np.all(np.isfinite(half)):
         return math.nan, math.nan, "the model states no interval: its error is not in the result"
-    level = friction.formula.interval.level if isinstance(friction, FormulaFriction) else _LEVEL_EHL
+    level = friction.formula.interval.level if isinstance(friction, Formula) else _LEVEL_EHL
     sigma = half / NormalDist().inv_cdf(0.5 + 0.5 * level)
     # d efficiency / d loss
     slope = result.power_output / result.power_input**2 if result.driver == "gear" else 1.0 / result.power_input

@@ -30,7 +30,7 @@ from regression.view.plots import plot_friction, plot_parity
 
 if TYPE_CHECKING:
     from efficiency.cli.demo import DemoResult
-    from regression.friction.formula import Formula
+    from regression.friction.formula import FittedFormula
 
 _BAND_UNITS = {
     "film_ratio": ("film ratio", 1.0, 0.0, ""),
@@ -128,7 +128,7 @@ def _formulas(result: DemoResult) -> Section:
     )
 
 
-def _band_table(formula: Formula) -> Table:
+def _band_table(formula: FittedFormula) -> Table:
     rows = []
     for band in formula.bands:
         name, factor, shift, unit = _BAND_UNITS[band.variable]

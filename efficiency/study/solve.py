@@ -33,7 +33,8 @@ from efficiency.study.points import Study, StudyPoint, with_result
 from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
-from regression.friction.models import FormulaFriction, FrictionModel
+from regression.formula import Formula
+from regression.friction.models import FrictionModel
 
 State = tuple[float, float, float, float]
 """Torque, speed, temperature, roughness."""
@@ -70,7 +71,7 @@ class StudyTask:
     def key(self) -> str:
         """Hash of all that the result depends on, the version of the program included."""
         model: object = self.friction
-        if isinstance(model, FormulaFriction):
+        if isinstance(model, Formula):
             model = model.formula.model_dump_json()
         design = self.design.model_dump_json()
         content = (__version__, design, self.side, self.oil, model, self.states, self.grid, asdict(self.blank))
@@ -160,7 +161,7 @@ def run_study(
 
 def default_friction(oil: str) -> str:
     """The formula shipped for an oil, else a published one that knows pressure, speeds, viscosity and roughness."""
-    from regression.friction.models import shipped_formulas
+    from regression.formula import shipped_formulas
 
     shipped = shipped_formulas(oil)
     return shipped[0] if shipped else "xu_kahraman_2007"

@@ -98,7 +98,7 @@ def mu(
     from ehl.state import ContactState
     from ehl.view.report import print_json
     from regression.cli.values import POINT, check_point, in_hull_of, oil_of, with_options
-    from regression.friction.models import friction_model
+    from regression.formula import friction_model
     from regression.view.report import friction_content, friction_line
 
     friction = with_options(friction_model(model), boundary_friction, refuse)

@@ -18,9 +18,10 @@ from ehl.state import ContactState
 from regression.data.dataset import columns
 from regression.data.datasets import joined, named_dataset
 from regression.fitting.rows import usable_rows
+from regression.formula import Formula
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import in_convex_hull
-from regression.friction.models import FormulaFriction, FrictionModel
+from regression.friction.models import FrictionModel
 
 # variable -> option, and its unit with range; in the order of the options
 POINT: dict[str, tuple[str, ValueRange]] = {
@@ -59,9 +60,9 @@ def oil_of(friction: FrictionModel, given: str | None) -> str:
     """
     if given is not None:
         return given
-    if isinstance(friction, FormulaFriction) and friction.formula.oil.name is not None:
+    if isinstance(friction, Formula) and friction.formula.oil.name is not None:
         return friction.formula.oil.name
-    if isinstance(friction, FormulaFriction) and friction.formula.oils:
+    if isinstance(friction, Formula) and friction.formula.oils:
         raise InputError(
             "--oil", None, "one of the formula's: " + ", ".join(str(o.name) for o in friction.formula.oils)
         )
@@ -78,7 +79,7 @@ def with_options(friction: FrictionModel, boundary_friction: float | None, refus
     """
     if boundary_friction is None and not refuse:
         return friction
-    if not isinstance(friction, FormulaFriction):
+    if not isinstance(friction, Formula):
         option = "--refuse" if boundary_friction is None else "--boundary-friction"
         raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
     if boundary_friction is not None and friction.formula.form.design is not None:
@@ -95,7 +96,7 @@ def in_hull_of(friction: FrictionModel, runs: Sequence[Path], state: ContactStat
     InputError
         The model is no fitted formula with a cloud, or the runs are not those of its data.
     """
-    if not isinstance(friction, FormulaFriction) or friction.formula.cloud is None:
+    if not isinstance(friction, Formula) or friction.formula.cloud is None:
         raise InputError("--hull", friction.name, "a formula file of schema 2, fitted with a cloud of cases")
     dataset = joined([named_dataset(run) for run in runs])
     if dataset.data_hash != friction.formula.data.hash:

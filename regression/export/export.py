@@ -14,7 +14,7 @@ from regression.export.matlab_text import matlab_text
 from regression.export.program import Program, program_of
 from regression.export.python_text import python_text
 from regression.export.spreadsheet import spreadsheet_text, write_workbook
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 
 _TEXTS: dict[str, Callable[[Program, str], str]] = {
     "python": python_text,
@@ -39,7 +39,7 @@ _WITHOUT_LOOPS = ("latex", "spreadsheet")
 
 
 def export_formula(
-    formula: Formula,
+    formula: FittedFormula,
     path: Path,
     language: str | None = None,
     *,
@@ -50,7 +50,7 @@ def export_formula(
 
     Parameters
     ----------
-    formula : Formula
+    formula : FittedFormula
         A fitted formula.
     path : Path
         File to write; its stem becomes the name of the function. A spreadsheet is a workbook as .xlsx and the formula

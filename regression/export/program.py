@@ -27,7 +27,7 @@ from regression.export.oil_laws import oil_columns
 from regression.export.record import NotRecordable, Value
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, UNITS, derived_conditions
 from regression.friction.data_cloud import RADIUS_SLACK, DataCloud
-from regression.friction.formula import RANGE_TOLERANCE, Formula
+from regression.friction.formula import RANGE_TOLERANCE, FittedFormula
 from regression.friction.gaussian_process import FADE, GpResidual
 from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import card_hash
@@ -70,7 +70,7 @@ class Program:
 
     Parameters
     ----------
-    formula : Formula
+    formula : FittedFormula
         What is exported.
     oil : str or None
         The card whose laws are written into the program; None where the oil's properties are arguments.
@@ -82,7 +82,7 @@ class Program:
         The named values in the order they are computed, those of `OUTPUTS` last.
     """
 
-    formula: Formula
+    formula: FittedFormula
     oil: str | None
     arguments: tuple[Argument, ...]
     coefficients: tuple[Value, ...]
@@ -100,12 +100,14 @@ class Program:
         return frozenset(value.operation for value in reached(self.steps))
 
 
-def program_of(formula: Formula, *, oil: str | None = None, oil_arguments: bool = False, loops: bool = True) -> Program:
+def program_of(
+    formula: FittedFormula, *, oil: str | None = None, oil_arguments: bool = False, loops: bool = True
+) -> Program:
     """Record a formula.
 
     Parameters
     ----------
-    formula : Formula
+    formula : FittedFormula
         A fitted formula.
     oil : str, optional
         The card whose laws are written into the program; that of the formula if not given.
@@ -138,7 +140,7 @@ def program_of(formula: Formula, *, oil: str | None = None, oil_arguments: bool 
     return Program(formula, card.name if card else None, arguments, coefficients, _named_steps(used, outputs))
 
 
-def _card(formula: Formula, oil: str | None) -> Oil:
+def _card(formula: FittedFormula, oil: str | None) -> Oil:
     names = [identity.name for identity in formula.oils if identity.name is not None]
     if oil is not None:
         if names and oil not in names:
@@ -151,8 +153,8 @@ def _card(formula: Formula, oil: str | None) -> Oil:
     raise InputError("--oil", None, allowed, hint)
 
 
-def _outputs(formula: Formula, oil: Oil | None, loops: bool) -> tuple[Value, ...]:
-    """Friction, interval and flag as `Formula.evaluate` and `FormulaFriction` compute them."""
+def _outputs(formula: FittedFormula, oil: Oil | None, loops: bool) -> tuple[Value, ...]:
+    """Friction, interval and flag as `FittedFormula.evaluate` and `regression.formula.Formula` compute them."""
     table, within_laws = _conditions(oil)
     outside = _outside(formula, table)
     ramp, floored = _least_sliding(formula, table)
@@ -187,7 +189,7 @@ def _outputs(formula: Formula, oil: Oil | None, loops: bool) -> tuple[Value, ...
     return values
 
 
-def _card_flag(formula: Formula, oil: Oil) -> FrictionFlag:
+def _card_flag(formula: FittedFormula, oil: Oil) -> FrictionFlag:
     hashes = [identity.card_hash for identity in formula.oils if identity.name == oil.name]
     same = not hashes or hashes[0] in (None, card_hash(oil))
     return FrictionFlag.OK if same else FrictionFlag.OTHER_CARD
@@ -254,7 +256,7 @@ def _conditions(oil: Oil | None) -> tuple[dict[str, Any], Any]:
     return table, within_laws
 
 
-def _outside(formula: Formula, table: dict[str, Any]) -> Any:
+def _outside(formula: FittedFormula, table: dict[str, Any]) -> Any:
     outside = record.constant(0.0)
     for name, (low, high) in formula.ranges.items():
         slack = RANGE_TOLERANCE * max(abs(low), abs(high))
@@ -262,7 +264,7 @@ def _outside(formula: Formula, table: dict[str, Any]) -> Any:
     return outside
 
 
-def _least_sliding(formula: Formula, table: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+def _least_sliding(formula: FittedFormula, table: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
     """Below the least sliding of the data mu falls linearly to 0 with it."""
     least = formula.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
     total = table["slide_to_roll_total"]
@@ -274,7 +276,7 @@ def _least_sliding(formula: Formula, table: dict[str, Any]) -> tuple[Any, dict[s
     return ramp, {**table, "slide_to_roll_total": sliding_ratio, "speed_sliding": sliding}
 
 
-def _width(formula: Formula, film_ratio: Any) -> Any:
+def _width(formula: FittedFormula, film_ratio: Any) -> Any:
     width = record.constant(formula.interval.log_width)
     for band in formula.interval.bands:
         inside = film_ratio >= band.low

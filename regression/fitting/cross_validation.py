@@ -17,7 +17,7 @@ from regression.fitting.rows import computed_friction, fitted_rows
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import Extrapolation, data_cloud
 from regression.friction.families import FAMILIES, Family
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 from regression.friction.gaussian_process import GpResidual
 
 FOLDS = 10
@@ -167,7 +167,7 @@ def nested_cross_validate(families: Sequence[Family], frame: pd.DataFrame) -> tu
     return mu, chosen
 
 
-def held_out_friction(dataset: Dataset, formula: Formula) -> HeldOut:
+def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
     """Friction of the rows of `fitted_rows` by the same form fitted without their fold.
 
     At once for a formula this process has fitted; else it is cross-validated again.
@@ -176,7 +176,7 @@ def held_out_friction(dataset: Dataset, formula: Formula) -> HeldOut:
     return held_out_of(FAMILIES[formula.family], frame, gaussian_process=process is not None, start=process)
 
 
-def process_factors(dataset: Dataset, formula: Formula) -> list[tuple[float, float, float]]:
+def process_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:
     """exp(w s) of the interval of a formula with a Gaussian process, for each of its bands; none without.
 
     Returns

@@ -20,7 +20,7 @@ from regression.friction.conditions import UNITS
 from regression.friction.data_cloud import Extrapolation, data_cloud
 from regression.friction.error_tables import NoiseFloor, Scores
 from regression.friction.families import FAMILIES, family_named
-from regression.friction.formula import FORMULA_SCHEMA, DataIdentity, Formula, OilIdentity
+from regression.friction.formula import FORMULA_SCHEMA, DataIdentity, FittedFormula, OilIdentity
 
 
 def fit_formula(
@@ -31,7 +31,7 @@ def fit_formula(
     gaussian_process: bool = False,
     paths: Dataset | None = None,
     noise: Dataset | None = None,
-) -> Formula:
+) -> FittedFormula:
     """Fit one family of formulas to a dataset.
 
     The same data give bit-identical coefficients on one machine and build: rows are sorted by key and one thread
@@ -77,7 +77,7 @@ def fit_formula(
     score = error if held_out.deviation is None else error / held_out.deviation
     covered = covered_by_other_folds(frame["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
     mu_b = frame["boundary_friction"]
-    formula = Formula(
+    formula = FittedFormula(
         schema_version=FORMULA_SCHEMA,
         writer=f"mixed-ehl {__version__}",
         family=family.name,
@@ -135,7 +135,7 @@ def fit_families(
     nested: bool = False,
     paths: Dataset | None = None,
     noise: Dataset | None = None,
-) -> dict[str, Formula]:
+) -> dict[str, FittedFormula]:
     """Every family fitted to the same rows, best first: smallest RMS of the held-out error of ln mu.
 
     A family that these data cannot fit is left out. With `gaussian_process` the best of them comes a second time, with
@@ -145,7 +145,7 @@ def fit_families(
     Returns
     -------
     dict
-        Name (`Formula.name`) to formula.
+        Name (`FittedFormula.name`) to formula.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def fit_families(
     """
     from threadpoolctl import threadpool_limits
 
-    fitted: dict[str, Formula] = {}
+    fitted: dict[str, FittedFormula] = {}
     refused: dict[str, MixedEhlError] = {}
     for name in FAMILIES:
         try:
@@ -178,7 +178,7 @@ def fit_families(
     return ordered
 
 
-def checked_scores(formula: Formula, frame: pd.DataFrame) -> Scores | None:
+def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None:
     """Errors at cases that were not fitted, the coverage of the interval there, and the share called extrapolated.
 
     None where there are no cases, or the formula has no value at one of them.

@@ -7,7 +7,7 @@ import pandas as pd
 
 from regression.data.dataset import Dataset
 from regression.friction.conditions import Array
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 
 # a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
 # profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
@@ -34,7 +34,7 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
     return frame[reasons == ""].reset_index(drop=True), excluded
 
 
-def fitted_rows(dataset: Dataset, formula: Formula | None = None) -> pd.DataFrame:
+def fitted_rows(dataset: Dataset, formula: FittedFormula | None = None) -> pd.DataFrame:
     """The rows formulas are fitted to; with the corners where the formula was fitted to these too."""
     corners = formula is not None and not any("corner" in reason for reason in formula.data.excluded)
     return usable_rows(dataset, corners=corners)[0]

@@ -16,7 +16,7 @@ from ehl.io.errors import InputError
 from ehl.material import effective_modulus, load_material
 from ehl.state import ContactState
 from regression.friction.conditions import Array, conditions_of
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 
 SIZE = 4096
 _RESAMPLES = 200
@@ -111,7 +111,7 @@ def _estimates(f_a: Array, f_b: Array, mixed: Array) -> tuple[Array, Array]:
     return first, total
 
 
-def formula_sensitivity(formula: Formula, oil: Oil, size: int = SIZE, seed: int = 1) -> SobolIndices:
+def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE, seed: int = 1) -> SobolIndices:
     """Sobol indices of ln mu of a fitted formula over the box of its data, for one oil.
 
     Pressure and temperature are uniform over their range, the others in their logarithm; the sliding is across the
@@ -145,7 +145,7 @@ def formula_sensitivity(formula: Formula, oil: Oil, size: int = SIZE, seed: int 
     return sobol_indices(log_mu, names, size, seed)
 
 
-def _spread(formula: Formula, name: str, unit: Array) -> Array:
+def _spread(formula: FittedFormula, name: str, unit: Array) -> Array:
     low, high = formula.ranges[name]
     if name in _LINEAR:
         return np.asarray(low + unit * (high - low))

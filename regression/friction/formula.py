@@ -74,7 +74,7 @@ class FormulaValue:
     undefined: NDArray[np.bool_]
 
 
-class Formula(InputModel):
+class FittedFormula(InputModel):
     """A fitted friction formula: the content of a formula file.
 
     What schema 1 did not know is None there: `residual`, `cloud`, `paths`, `nested`, `noise`.
@@ -109,7 +109,7 @@ class Formula(InputModel):
     residual: GpResidual | None = None
 
     @model_validator(mode="after")
-    def _consistent(self) -> Formula:
+    def _consistent(self) -> FittedFormula:
         family = family_named(self.family)
         for term in family.terms:
             if term not in self.coefficients:
@@ -269,7 +269,7 @@ def _with_least_sliding(conditions: Conditions, least: float) -> tuple[Mapping[s
     return table, np.minimum(total / least, 1.0)
 
 
-def formula_text(formula: Formula) -> str:
+def formula_text(formula: FittedFormula) -> str:
     """JSON with a checksum; numbers keep all their digits, rows of numbers stand on one line."""
     content = formula.model_dump(mode="json", by_alias=True)
     content["checksum"] = _checksum(content)
@@ -278,7 +278,7 @@ def formula_text(formula: Formula) -> str:
     return numbers.sub(lambda found: "[" + re.sub(r"\s+", " ", found[1]) + "]", text) + "\n"
 
 
-def load_formula(path: str | Path) -> Formula:
+def load_formula(path: str | Path) -> FittedFormula:
     """Read a formula file of this or an earlier schema.
 
     Raises
@@ -305,9 +305,9 @@ def load_formula(path: str | Path) -> Formula:
             f"It was written by the newer version {content.get('writer', 'unknown')}; update mixed-ehl to read it.",
         )
     if schema < 2:
-        return validate(Formula, _from_schema_1(content), path.name)
+        return validate(FittedFormula, _from_schema_1(content), path.name)
     stated = content.pop("checksum", None)
-    formula = validate(Formula, content, path.name)
+    formula = validate(FittedFormula, content, path.name)
     if stated != _checksum(content):
         hint = "It was edited by hand or damaged, and its errors speak for other numbers: fit it again."
         raise InputError(f"{path.name}.checksum", stated, "the checksum of the file's content", hint)

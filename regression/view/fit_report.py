@@ -23,7 +23,7 @@ from regression.fitting.rows import computed_friction, fitted_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 from regression.friction.published_registry import PUBLISHED, evaluate_published
 from regression.view.plots import (
     AXES,
@@ -52,7 +52,9 @@ _WHERE = {
 _LIBRARIES = ("numpy", "scipy", "scikit-learn", "pandas", "h5py", "numba")
 
 
-def write_fit_report(path: Path, dataset: Dataset, formulas: Sequence[Formula], tried: Iterable[str] = ()) -> Path:
+def write_fit_report(
+    path: Path, dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str] = ()
+) -> Path:
     """Write the page.
 
     Parameters
@@ -61,7 +63,7 @@ def write_fit_report(path: Path, dataset: Dataset, formulas: Sequence[Formula], 
         HTML file.
     dataset : Dataset
         What the formulas were fitted to.
-    formulas : sequence of Formula
+    formulas : sequence of FittedFormula
         Best first.
     tried : iterable of str
         Families that were tried; those not among the formulas are named as not fitted.
@@ -111,7 +113,7 @@ def _where(record: Mapping[Hashable, Any]) -> tuple[str, ...]:
     return tuple(shown)
 
 
-def _summary(dataset: Dataset, best: Formula) -> Section:
+def _summary(dataset: Dataset, best: FittedFormula) -> Section:
     figures = [
         (best.name, "formula with the smallest held-out error"),
         (_percent(best.validation.mape), "mean error of held-out cases"),
@@ -153,7 +155,7 @@ def _data(dataset: Dataset) -> Section:
     )
 
 
-def _comparison(dataset: Dataset, formulas: Sequence[Formula], tried: Iterable[str]) -> Section:
+def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> Section:
     rows = []
     for formula in formulas:
         v = formula.validation
@@ -210,7 +212,7 @@ def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_
     )
 
 
-def _errors(dataset: Dataset, best: Formula) -> Section:
+def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     rows = []
     for band in best.bands:
         label, factor, shift, _ = AXES.get(band.variable, (band.variable, 1.0, 0.0, False))
@@ -257,7 +259,7 @@ def _errors(dataset: Dataset, best: Formula) -> Section:
     return Section("Errors by region", blocks)
 
 
-def _intervals(dataset: Dataset, formula: Formula) -> Table:
+def _intervals(dataset: Dataset, formula: FittedFormula) -> Table:
     """Interval by film ratio; that of a Gaussian process varies within a band, so that its spread stands there too."""
     level, bands = formula.interval.level, formula.interval.bands
     spread = process_factors(dataset, formula)
@@ -279,7 +281,7 @@ def _intervals(dataset: Dataset, formula: Formula) -> Table:
     )
 
 
-def _residuals(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
+def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
     best = formulas[0]
     return Section(
         "Parity and residuals",
@@ -302,7 +304,7 @@ def _residuals(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
     )
 
 
-def _curves(dataset: Dataset, formulas: Sequence[Formula], oil: str) -> Section:
+def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Section:
     scene = scene_of(dataset, oil)
     best = formulas[0]
     drawn = "Thick: fitted formulas, the best with its interval. Thin: published ones, not fitted, (M) from memory. "
@@ -326,7 +328,7 @@ def _curves(dataset: Dataset, formulas: Sequence[Formula], oil: str) -> Section:
     return Section(f"Curves and maps, {oil}", blocks)
 
 
-def _formula(best: Formula) -> Section:
+def _formula(best: FittedFormula) -> Section:
     rows = []
     for term in FAMILIES[best.family].terms:
         error, inflation = best.standard_errors.get(term), best.variance_inflation.get(term)
@@ -372,7 +374,7 @@ def _formula(best: Formula) -> Section:
     return Section("The formula", blocks)
 
 
-def _sensitivity(dataset: Dataset, best: Formula) -> Section:
+def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:
     if not dataset.oils:
         return Section("Sensitivity", [Text("Not computed: the lubricant was given by numbers, without an oil card.")])
     try:
@@ -391,7 +393,7 @@ def _sensitivity(dataset: Dataset, best: Formula) -> Section:
     )
 
 
-def _failures(dataset: Dataset, best: Formula) -> Section:
+def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     frame = dataset.frame
     counted = frame.groupby(["status", "reason"]).size().reset_index(name="count").sort_values("count", ascending=False)
     rows = [(r["status"], r["reason"] or "–", str(r["count"])) for r in counted.to_dict("records")]
@@ -428,7 +430,7 @@ def _failures(dataset: Dataset, best: Formula) -> Section:
     return Section("What failed, and the worst cases", blocks)
 
 
-def _provenance(dataset: Dataset, formulas: Sequence[Formula]) -> Section:
+def _provenance(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
     best = formulas[0]
     rows = [
         ("data", dataset.data_hash),

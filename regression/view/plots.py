@@ -15,7 +15,7 @@ from regression.fitting.cross_validation import held_out_friction
 from regression.fitting.noise import BANDS
 from regression.fitting.rows import boundary_friction_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,13 +48,13 @@ def checked_rows(dataset: Dataset) -> pd.DataFrame:
     return frame[usable].reset_index(drop=True)
 
 
-def friction_of_rows(formula: Formula, frame: pd.DataFrame) -> Array:
+def friction_of_rows(formula: FittedFormula, frame: pd.DataFrame) -> Array:
     """What a formula gives for rows of a dataset, with the boundary friction of each."""
     mu, _ = formula.friction(columns(frame), boundary_friction_of(frame))
     return mu
 
 
-def plot_regimes(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
+def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
     """Held-out friction by every formula over the computed one, one panel for each band of the film ratio.
 
     Cases that were left out of the fit are shown by the best formula itself.
@@ -118,7 +118,7 @@ def plain_ticks(axis: Axis, low: float, high: float) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def plot_residuals(dataset: Dataset, formula: Formula) -> Figure:
+def plot_residuals(dataset: Dataset, formula: FittedFormula) -> Figure:
     """Held-out over computed friction of the fitted cases, with its running median and 5 to 95 % range."""
     from matplotlib.figure import Figure
 
@@ -212,7 +212,7 @@ def plot_friction(dataset: Dataset) -> Figure:
     return figure
 
 
-def plot_parity(dataset: Dataset, formulas: Sequence[Formula]) -> Figure:
+def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
     """Held-out friction by each formula over the computed one, best formula on top; dashed lines 10 % off."""
     from matplotlib.figure import Figure
 

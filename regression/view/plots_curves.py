@@ -14,7 +14,7 @@ from ehl.view.plots import GREY
 from regression.data.dataset import Dataset
 from regression.fitting.rows import fitted_rows
 from regression.friction.conditions import Array, Conditions, conditions_of
-from regression.friction.formula import Formula
+from regression.friction.formula import FittedFormula
 from regression.friction.published_registry import PUBLISHED, evaluate_published
 from regression.view.plots import AXES, COLOURS, RASTER_DPI, plain_ticks
 
@@ -115,7 +115,7 @@ def varies(scene: Scene, name: str) -> bool:
     return high > low * (1.0 + 1e-6)
 
 
-def plot_stribeck(scene: Scene, formulas: Sequence[Formula]) -> Figure:
+def plot_stribeck(scene: Scene, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the film ratio at three slide-to-roll ratios, from slow and rough to fast and smooth."""
     from matplotlib.figure import Figure
 
@@ -141,7 +141,7 @@ def plot_stribeck(scene: Scene, formulas: Sequence[Formula]) -> Figure:
     return figure
 
 
-def plot_traction(scene: Scene, formulas: Sequence[Formula]) -> Figure:
+def plot_traction(scene: Scene, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the slide-to-roll ratio at three pressures."""
     from matplotlib.figure import Figure
 
@@ -166,7 +166,7 @@ def plot_traction(scene: Scene, formulas: Sequence[Formula]) -> Figure:
     return figure
 
 
-def plot_maps(scene: Scene, formula: Formula) -> Figure:
+def plot_maps(scene: Scene, formula: FittedFormula) -> Figure:
     """Friction over pressure and speed by a formula, with the computed cases near in the same colours.
 
     At three roughnesses, or at three slide-to-roll ratios where the roughness does not vary.
@@ -219,7 +219,7 @@ def _spread(scene: Scene, name: str) -> tuple[float, float, float]:
     return low, middle, high
 
 
-def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[Formula], base: str) -> None:
+def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[FittedFormula], base: str) -> None:
     from matplotlib import colormaps
 
     shades = colormaps["tab20"]

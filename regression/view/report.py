@@ -12,7 +12,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from regression.data.dataset import RunStatus
-    from regression.friction.formula import Formula
+    from regression.friction.formula import FittedFormula
     from regression.friction.models import FrictionEstimate
     from regression.plan.operating_range import SeenRange
     from regression.plan.plan import Plan
@@ -170,7 +170,7 @@ def _per_cent(share: float | None) -> str:
     return f"{100.0 * share:.1f}" if abs(share) < 0.9995 else f"{100.0 * share:.0f}"
 
 
-def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
+def families_table(formulas: Sequence[FittedFormula], tried: Iterable[str]) -> None:
     """Held-out errors of all fitted families, best first, and which of those tried could not be fitted."""
     title = "errors of held-out cases in %, whole (p, R) cells left out at a time"
     table = _compact(title, "family", "terms", "R2 ln mu", "R2 mu", "MAPE", "95 %", "worst", "bias")
@@ -185,7 +185,7 @@ def families_table(formulas: Sequence[Formula], tried: Iterable[str]) -> None:
         console.print(f"{name} could not be fitted to these data; --family {name} says why", highlight=False)
 
 
-def formula_report(formula: Formula, spread: Sequence[tuple[float, float, float]] = ()) -> None:
+def formula_report(formula: FittedFormula, spread: Sequence[tuple[float, float, float]] = ()) -> None:
     """Equation, coefficients, errors by region and the worst case.
 
     `spread` is that of the interval within each band, as of `regression.fitting.cross_validation.process_factors`.
@@ -255,7 +255,7 @@ def formula_report(formula: Formula, spread: Sequence[tuple[float, float, float]
         console.print(f"collinear terms (variance inflation above 10): {listed}", highlight=False)
 
 
-def _interval_table(formula: Formula, spread: Sequence[tuple[float, float, float]]) -> Table:
+def _interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, float]]) -> Table:
     interval = formula.interval
     # of a process: what of them the cases have, as the deviation differs from case to case
     factors = ("median factor", "90 % of cases") if spread else ("deviations",) if interval.normalised else ("factor",)

@@ -9,16 +9,17 @@ import pytest
 
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
+from regression.formula import Formula, friction_model, shipped_formulas
 from regression.friction.conditions import conditions_of
 from regression.friction.families import ROUGH_SHARE, rough_share_parts
-from regression.friction.formula import Formula
-from regression.friction.models import FormulaFriction, FrictionFlag, friction_model, shipped_formulas
+from regression.friction.formula import FittedFormula
+from regression.friction.models import FrictionFlag
 from regression.sweeping.sweep import oil_hash
 
 
-def shipped(name: str) -> Formula:
+def shipped(name: str) -> FittedFormula:
     model = friction_model(name)
-    assert isinstance(model, FormulaFriction)
+    assert isinstance(model, Formula)
     assert model.name == name
     return model.formula
 

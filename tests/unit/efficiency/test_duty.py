@@ -19,7 +19,7 @@ from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 from regression.plan.plan import load_plan
 
 DESIGN = "fm_spiral_bevel_14x39"

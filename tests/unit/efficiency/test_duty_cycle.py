@@ -23,7 +23,7 @@ from efficiency.loss.parameter_map import parameter_map
 from efficiency.run import Conditions, run_gear, run_parameter_map
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 OIL = Oil.load("75w90")

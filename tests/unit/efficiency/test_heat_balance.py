@@ -24,7 +24,7 @@ from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from ehl.material import load_material
 from ehl.state import ContactState
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 OIL = Oil.load("75w90")

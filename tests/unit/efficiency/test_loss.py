@@ -32,8 +32,9 @@ from ehl.fluid.oil import Oil
 from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.state import ContactState
+from regression.formula import Formula
 from regression.friction.formula import load_formula
-from regression.friction.models import ConstantFriction, FormulaFriction, FrictionEstimate, FrictionFlag
+from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 OIL = Oil.load("75w90")
@@ -116,7 +117,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
 def test_a_formula_without_a_value_fails_the_run() -> None:
     formula = load_formula(data_path("formulas", "75w90_load_share.json"))
     huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
-    result = run_gear(DESIGN, FormulaFriction(huge, "huge"), positions=4, points_per_line=9)
+    result = run_gear(DESIGN, Formula(huge, "huge"), positions=4, points_per_line=9)
     assert (result.status, result.reason) == ("failed", "friction_undefined")
     assert result.flags["undefined"] == result.points_loaded
 

@@ -36,7 +36,7 @@ from efficiency.output.plots_map import contour_figure, map_figures
 from efficiency.output.tables import comparison_rows, position_rows, range_rows
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 
 OIL = Oil.load("75w90")
 TORQUES, SPEEDS, TEMPERATURES = (60.0, 150.0, 300.0), (60.0, 120.0, 240.0), (333.15, 363.15)

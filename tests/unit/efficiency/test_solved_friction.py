@@ -31,7 +31,8 @@ from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
-from regression.friction.models import ConstantFriction, FrictionEstimate, friction_model
+from regression.formula import friction_model
+from regression.friction.models import ConstantFriction, FrictionEstimate
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 TEXTURED = DESIGN.model_copy(

@@ -28,7 +28,7 @@ from efficiency.study.points import Study
 from efficiency.study.solve import run_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
-from regression.friction.models import friction_model
+from regression.formula import friction_model
 
 MODEL = "xu_kahraman_2007"
 GRID = {"positions": 4, "points_per_line": 7}

@@ -25,7 +25,8 @@ from efficiency.loss.uncertainty import (
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.state import ContactState
-from regression.friction.models import FrictionEstimate, FrictionModel, friction_model
+from regression.formula import friction_model
+from regression.friction.models import FrictionEstimate, FrictionModel
 
 OIL = Oil.load("75w90")
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.3e-6)

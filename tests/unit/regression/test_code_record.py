@@ -24,10 +24,10 @@ from regression.export.printer import Printer
 from regression.export.program import program_of
 from regression.export.python_text import PythonPrinter, python_text
 from regression.export.record import NotRecordable, Value
+from regression.formula import formula_friction
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
 from regression.friction.families import FAMILIES
-from regression.friction.formula import Formula
-from regression.friction.models import formula_friction
+from regression.friction.formula import FittedFormula
 
 
 def text_of(value: Any) -> str:
@@ -124,7 +124,7 @@ def start_coefficients(family: str) -> Mapping[str, float]:
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_family_can_be_exported(family: str) -> None:
     shipped = formula_friction("fva3_load_share").formula
-    formula = Formula.model_validate(
+    formula = FittedFormula.model_validate(
         {
             **shipped.model_dump(by_alias=True),
             "family": family,

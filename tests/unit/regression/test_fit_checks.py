@@ -20,11 +20,12 @@ from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.cross_validation import fold_numbers, nested_cross_validate
 from regression.fitting.fit import fit_families, fit_formula
 from regression.fitting.rows import computed_friction, usable_rows
+from regression.formula import Formula
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import Extrapolation
 from regression.friction.families import FAMILIES
-from regression.friction.formula import Formula, load_formula
-from regression.friction.models import FormulaFriction, FrictionFlag
+from regression.friction.formula import FittedFormula, load_formula
+from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
@@ -53,7 +54,7 @@ def two_oils(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 
 @pytest.fixture(scope="module")
-def with_process(dataset: Dataset) -> Formula:
+def with_process(dataset: Dataset) -> FittedFormula:
     return fit_formula(dataset, "power_law", gaussian_process=True)
 
 
@@ -72,7 +73,7 @@ def state(**changes: Any) -> ContactState:
 
 
 def test_process_halves_the_held_out_error_and_survives_the_file(
-    dataset: Dataset, with_process: Formula, tmp_path: Path
+    dataset: Dataset, with_process: FittedFormula, tmp_path: Path
 ) -> None:
     plain = fit_formula(dataset, "power_law")
     assert with_process.validation.mape < 0.5 * plain.validation.mape
@@ -84,7 +85,7 @@ def test_process_halves_the_held_out_error_and_survives_the_file(
     np.testing.assert_allclose(again.evaluate(conditions).upper, with_process.evaluate(conditions).upper, rtol=1e-9)
 
 
-def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: Formula) -> None:
+def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: FittedFormula) -> None:
     assert fit_formula(dataset, "power_law", gaussian_process=True).to_json() == with_process.to_json()
 
 
@@ -193,7 +194,7 @@ def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
     assert {o.name: o.card_hash for o in formula.oils} == {name: oil_hash(name) for name in ("75w90", "fva3")}
     assert formula.oil.name is None
     assert formula.validation.mape < 0.1
-    model = FormulaFriction(formula, "two")
+    model = Formula(formula, "two")
     flags = {name: int(model.evaluate(state(), Oil.load(name)).flag) for name in ("fva3", "75w90", "pao100")}
     assert flags["fva3"] == flags["75w90"] == FrictionFlag.OK
     assert flags["pao100"] >= FrictionFlag.OTHER_OIL
@@ -211,7 +212,7 @@ def test_an_oil_whose_card_changed_is_said(dataset: Dataset) -> None:
     formula = fit_formula(dataset, "load_share")
     oil = Oil.load("fva3")
     changed = oil.model_copy(update={"limiting_shear_coefficient": 0.9 * oil.limiting_shear_coefficient})
-    model = FormulaFriction(formula, "one")
+    model = Formula(formula, "one")
     assert int(model.evaluate(state(), oil).flag) == FrictionFlag.OK
     assert int(model.evaluate(state(), changed).flag) == FrictionFlag.OTHER_CARD
     reworded = oil.model_copy(update={"description": "the same oil"})
@@ -244,7 +245,7 @@ def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Pat
 
 def test_refusing_formula_names_what_lies_outside(dataset: Dataset) -> None:
     formula = fit_formula(dataset, "load_share")
-    strict = FormulaFriction(formula, "f", refuse=True)
+    strict = Formula(formula, "f", refuse=True)
     oil = Oil.load("fva3")
     assert int(strict.evaluate(state(), oil).flag) == FrictionFlag.OK
     with pytest.raises(InputError, match=r"pressure_hertz = 3000000000.*1 of 2 points"):

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.state import ContactState
+from regression.formula import Formula, friction_model
 from regression.friction.conditions import conditions_of
 from regression.friction.families import FAMILIES, LOAD_SHARE, load_share_parts
-from regression.friction.formula import FORMULA_SCHEMA, Formula, load_formula
-from regression.friction.models import FormulaFriction, FrictionFlag, FrictionModel, friction_model
+from regression.friction.formula import FORMULA_SCHEMA, FittedFormula, load_formula
+from regression.friction.models import FrictionFlag, FrictionModel
 from regression.friction.published import XU_COEFFICIENTS, xu_kahraman_2007
 
 SCORES: dict[str, Any] = {
@@ -73,7 +74,7 @@ def content(family: str, coefficients: dict[str, float]) -> dict[str, Any]:
 
 XU = content("xu", dict(zip(FAMILIES["xu"].terms, XU_COEFFICIENTS, strict=True)))
 SHARE = content("load_share", dict(zip(LOAD_SHARE.terms, LOAD_SHARE.start, strict=True)))
-FORMULAS = {"xu": Formula.model_validate(XU), "load_share": Formula.model_validate(SHARE)}
+FORMULAS = {"xu": FittedFormula.model_validate(XU), "load_share": FittedFormula.model_validate(SHARE)}
 OIL = Oil.load("fva3")
 
 
@@ -121,10 +122,10 @@ def test_text_holds_equation_coefficients_and_ranges() -> None:
 
 def test_points_outside_are_flagged_and_get_the_widest_error() -> None:
     points = state(pressure_hertz=np.array([0.5e9, 0.4e9, 2e9 * (1 + 1e-9)]))
-    estimate = FormulaFriction(FORMULAS["xu"], "f").evaluate(points, OIL)
+    estimate = Formula(FORMULAS["xu"], "f").evaluate(points, OIL)
     assert estimate.flag.tolist() == [FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK]
     assert estimate.upper[1] / estimate.mu[1] == pytest.approx(np.exp(0.25), rel=1e-12)
-    other = FormulaFriction(FORMULAS["xu"], "f").evaluate(points, Oil.load("75w90"))
+    other = Formula(FORMULAS["xu"], "f").evaluate(points, Oil.load("75w90"))
     assert other.upper[0] / other.mu[0] == pytest.approx(np.exp(0.25), rel=1e-12)
     assert other.flag.tolist() == [FrictionFlag.OTHER_OIL, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OTHER_OIL]
 
@@ -247,7 +248,7 @@ def test_interval_follows_the_band_of_the_film_ratio() -> None:
             {"low": 2.0, "high": None, "count": 20, "log_width": 0.2},
         ],
     }
-    formula = Formula.model_validate(XU | {"interval": interval})
+    formula = FittedFormula.model_validate(XU | {"interval": interval})
     table = conditions_of(state(slide_to_roll=np.full(4, 0.5)), OIL)
     table["film_ratio_formula"] = np.array([0.1, 0.5, 1.999, np.inf])
     value = formula.evaluate(table)

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.state import ContactState
+from regression.formula import friction_model
 from regression.friction.conditions import UNITS, conditions_of
-from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel, friction_model
+from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR
 
 OIL = Oil.load("fva3")

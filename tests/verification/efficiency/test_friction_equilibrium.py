@@ -20,7 +20,8 @@ from efficiency.ltca.plate import PlateTooth
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.material import load_material
-from regression.friction.models import ConstantFriction, friction_model
+from regression.formula import friction_model
+from regression.friction.models import ConstantFriction
 
 OIL = Oil.load("75w90")
 OPERATION = Operation(100.0, 363.15)

@@ -19,7 +19,8 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.load_distribution import distribute_load
 from ehl.fluid.oil import Oil
-from regression.friction.models import ConstantFriction, friction_model
+from regression.formula import friction_model
+from regression.friction.models import ConstantFriction
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 OIL = Oil.load("75w90")

@@ -25,12 +25,13 @@ from regression.export.export import export_formula
 from regression.export.latex_text import equations
 from regression.export.matlab_text import matlab_text
 from regression.export.program import Program, program_of
+from regression.formula import Formula, formula_friction
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
 from regression.friction.data_cloud import data_cloud
 from regression.friction.error_tables import Interval
-from regression.friction.formula import Formula, OilIdentity
+from regression.friction.formula import FittedFormula, OilIdentity
 from regression.friction.gaussian_process import GpResidual
-from regression.friction.models import FormulaFriction, FrictionFlag, formula_friction
+from regression.friction.models import FrictionFlag
 
 Array = NDArray[np.float64]
 INPUTS = (
@@ -71,7 +72,7 @@ def state(table: dict[str, Array]) -> ContactState:
     return ContactState.of(**rest, roughness_rms_1=single, roughness_rms_2=single)
 
 
-def with_process(name: str) -> Formula:
+def with_process(name: str) -> FittedFormula:
     """A shipped formula with a made-up Gaussian process and a guard around 40 of the points."""
     formula = formula_friction(name).formula
     table = conditions_of(state(points(name)), Oil.load(formula.oils[0].name or ""))
@@ -99,7 +100,7 @@ def with_process(name: str) -> Formula:
 
 
 @cache
-def formula_of(name: str) -> Formula:
+def formula_of(name: str) -> FittedFormula:
     return with_process(name.removesuffix("+gp")) if name.endswith("+gp") else formula_friction(name).formula
 
 
@@ -107,7 +108,7 @@ def expected(name: str) -> Array:
     """mu, lower, upper, flag of the formula itself, shape (1000, 4)."""
     formula = formula_of(name)
     oil = Oil.load(formula.oils[0].name or "")
-    found = FormulaFriction(formula, name).evaluate(state(points(name.removesuffix("+gp"))), oil)
+    found = Formula(formula, name).evaluate(state(points(name.removesuffix("+gp"))), oil)
     return np.column_stack([found.mu, found.lower, found.upper, found.flag])
 
 
