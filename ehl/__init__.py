@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from ehl.io.errors import ConvergenceError, InputError, MixedEhlError
     from ehl.material import Material
     from ehl.path import PathResult, solve_path
+    from ehl.quantities import Quantity, quantity
     from ehl.result import ContactResult
     from ehl.state import ContactState
+    from ehl.view.table import Table
 
 __version__ = "0.1.0"
 
@@ -30,6 +32,9 @@ _MODULES = {
     "MixedEhlError": "ehl.io.errors",
     "Oil": "ehl.fluid.oil",
     "PathResult": "ehl.path",
+    "Quantity": "ehl.quantities",
+    "Table": "ehl.view.table",
+    "quantity": "ehl.quantities",
     "shipped": "ehl.io.data",
     "solve_path": "ehl.path",
 }
@@ -45,7 +50,10 @@ __all__ = [
     "MixedEhlError",
     "Oil",
     "PathResult",
+    "Quantity",
+    "Table",
     "__version__",
+    "quantity",
     "shipped",
     "solve_path",
 ]

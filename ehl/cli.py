@@ -26,7 +26,7 @@ def solve(
     if json_output:
         typer.echo(json.dumps(result.to_dict(), allow_nan=False))
     else:
-        result.print_table()
+        result.table().print()
     if report is not None:
         result.report(report)
     if result.status != "failed":

@@ -6,7 +6,6 @@ import dataclasses
 import difflib
 import inspect
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -48,6 +47,13 @@ KEYWORDS: dict[str, tuple[str, str]] = {
     "temperature_bulk_1": ("solid_1", "temperature_bulk"),
     "temperature_bulk_2": ("solid_2", "temperature_bulk"),
 }
+
+
+# for completion and help, in place of the tables
+_SIGNATURE = inspect.Signature(
+    [inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)]
+    + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in (*KEYWORDS, "solid_1", "solid_2")]
+)
 
 
 class Contact(InputModel):
@@ -141,9 +147,11 @@ class Contact(InputModel):
             problem = input_error(error, type(self))
             field = written.get(problem.field, problem.field)
             table, _, key = field.partition(".")
-            if key and any(place.startswith(f"{table}.") for place in written):
+            if written and key and table not in values:
                 field = key
             raise InputError(field, problem.value, problem.allowed, problem.hint) from None
+
+    __init__.__signature__ = _SIGNATURE  # type: ignore[attr-defined]
 
     @classmethod
     def from_file(cls, path: str | Path) -> Self:
@@ -349,8 +357,9 @@ class Contact(InputModel):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><td>{escape(k)}</td><td>{escape(str(v))}</td></tr>" for k, v in self._given().items())
-        return f"<table><caption>Contact</caption><tbody>{rows}</tbody></table>"
+        from ehl.view.table import Table
+
+        return Table.from_records([self._given()], title="Contact", vertical=True).html()
 
     def _given(self) -> dict[str, Any]:
         """Given inputs by keyword."""
@@ -447,9 +456,3 @@ def _solid(value: Any) -> Any:
     if isinstance(value, Material):
         return value.model_dump(include=set(SolidInput.model_fields) - {"material"})
     return value
-
-
-# for completion and help
-Contact.__signature__ = inspect.Signature(
-    [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in (*KEYWORDS, "solid_1", "solid_2")]
-)

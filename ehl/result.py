@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +20,7 @@ from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
 from ehl.rough.mixed import ERROR_ALLOWED
 from ehl.smooth import SteadyResult
+from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,26 +28,25 @@ if TYPE_CHECKING:
 
 _NOT_SCALAR = ("skipped", "notes", "problem", "film", "isothermal", "heat", "transient", "dry")
 
-# name, factor from SI, offset, shown unit, digits
-_ROWS: tuple[tuple[str, float, float, str, str], ...] = (
-    ("friction_coefficient", 1.0, 0.0, "", ".5f"),
-    ("friction_fluid", 1.0, 0.0, "", ".5f"),
-    ("friction_asperity", 1.0, 0.0, "", ".5f"),
-    ("friction_error", 100.0, 0.0, "%", ".2g"),
-    ("mesh_error", 100.0, 0.0, "%", ".2g"),
-    ("statistical_error", 100.0, 0.0, "%", ".2g"),
-    ("friction_boundary_half", 1.0, 0.0, "", ".5f"),
-    ("friction_boundary_double", 1.0, 0.0, "", ".5f"),
-    ("film_central", 1e9, 0.0, "nm", ".1f"),
-    ("film_min", 1e9, 0.0, "nm", ".1f"),
-    ("film_error", 100.0, 0.0, "%", ".2g"),
-    ("film_ratio", 1.0, 0.0, "", ".2f"),
-    ("asperity_load_share", 1.0, 0.0, "", ".3f"),
-    ("roughness_load_share", 1.0, 0.0, "", ".3f"),
-    ("pressure_max", 1e-9, 0.0, "GPa", ".4f"),
-    ("rolling_traction", 1.0, 0.0, "", ".5f"),
-    ("temperature_film_max", 1.0, -KELVIN, "degC", ".1f"),
-    ("temperature_flash", 1.0, -KELVIN, "degC", ".1f"),
+_SHOWN = (
+    "friction_coefficient",
+    "friction_fluid",
+    "friction_asperity",
+    "friction_error",
+    "mesh_error",
+    "statistical_error",
+    "friction_boundary_half",
+    "friction_boundary_double",
+    "film_central",
+    "film_min",
+    "film_error",
+    "film_ratio",
+    "asperity_load_share",
+    "roughness_load_share",
+    "pressure_max",
+    "rolling_traction",
+    "temperature_film_max",
+    "temperature_flash",
 )
 
 # what may not stand as converged, whatever a solver's residuals say
@@ -173,13 +172,23 @@ class ContactResult:
         )
 
     def _repr_html_(self) -> str:
-        cells = "".join(
-            "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in self.table_rows()
-        )
-        lines = "".join(f"<li>{escape(line)}</li>" for line in self.remarks())
-        return (
-            f"<table><caption>{escape(self.title())}</caption>"
-            f"<tbody>{cells}</tbody></table><p>{escape(self.outcome())}</p><ul>{lines}</ul>"
+        return self.table().html()
+
+    def table(self) -> Table:
+        """Results with their units, what was left out and the notes; for terminal, page and files.
+
+        Returns
+        -------
+        Table
+        """
+        status = self.status if not self.reason else f"{self.status} ({self.reason})"
+        return Table(
+            _SHOWN,
+            [[getattr(self, name) for name in _SHOWN]],
+            title=self._title(),
+            notes=(f"{status}, {self.iterations} Newton iterations, {self.seconds:.3g} s", *self._remarks()),
+            name="contact",
+            vertical=True,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -233,7 +242,7 @@ class ContactResult:
         return figure
 
     def report(self, path: str | Path) -> Path:
-        """Write one HTML page: the answer with its error, notes, figure, operating point.
+        """Write one HTML page: the answer with its error, notes, figure, all results and the operating point.
 
         Parameters
         ----------
@@ -248,27 +257,24 @@ class ContactResult:
         InputError
             The file cannot be written.
         """
-        from ehl.view.html_report import KeyFigures, Picture, Section, Table, Text, write_report
+        from ehl.view.html_report import KeyFigures, Picture, Section, Text, write_report
 
-        blocks: list[Any] = [Text(self.outcome())]
-        if self.status != "failed":
-            answer = f"{self.friction_coefficient:.4f} ± {100.0 * self.friction_error:.2g} %"
-            film = f"{self.film_central * 1e9:.4g} nm"
-            share = f"{100.0 * self.asperity_load_share:.3g} %"
-            blocks.insert(
-                0,
-                KeyFigures([(answer, "friction coefficient"), (film, "central film"), (share, "load on asperities")]),
-            )
-        sections = [Section("", blocks)]
-        if self.remarks():
-            sections.append(Section("Notes", [Text(line) for line in self.remarks()]))
+        if self.status == "failed":
+            answer: Any = Text(f"No solution: {self.reason}.")
+        else:
+            answer = KeyFigures([
+                (f"{self.friction_coefficient:.4f} ± {100.0 * self.friction_error:.2g} %", "friction coefficient"),
+                (f"{self.film_central * 1e9:.4g} nm", "central film thickness"),
+                (f"{self.film_ratio:.3g}", "film ratio"),
+                (f"{100.0 * self.asperity_load_share:.3g} %", "load on asperities"),
+            ])  # fmt: skip
+        sections = [Section("", [answer, self.table()])]
         if self.film is not None:
             sections.append(Section("Solution", [Picture(self.plot(), "Pressure, film and temperatures over x/b.")]))
-        sections.append(Section("Results", [Table(("quantity", "value", "unit"), self.table_rows())]))
         if self.problem is not None:
-            inputs = [(name, f"{value:.6g}") for name, value in self.problem.to_dict().items()]
-            sections.append(Section("Operating point (SI units)", [Table(("quantity", "value"), inputs)]))
-        return write_report(Path(path), "Lubricated line contact", self.title(), sections)
+            inputs = Table.from_records([self.problem.to_dict()], vertical=True)
+            sections.append(Section("Operating point", [inputs]))
+        return write_report(Path(path), "Lubricated line contact", self._title(), sections)
 
     def animate(self, path: str | Path) -> Path:
         """Write the moving roughness as an animation (GIF or self-contained HTML page).
@@ -293,14 +299,7 @@ class ContactResult:
             raise InputError("animate", self.reason, "a contact that was solved")
         return animate_contact(self.problem, self.transient, self.friction_coefficient, Path(path))
 
-    def print_table(self) -> None:
-        """Print results, status, what was skipped and notes on the terminal."""
-        from ehl.view.report import print_rows
-
-        print_rows(self.title(), self.table_rows(), (self.outcome(), *self.remarks()))
-
-    def title(self) -> str:
-        """The operating point in one line."""
+    def _title(self) -> str:
         if self.problem is None:
             return "line contact"
         line = self.problem.line
@@ -309,22 +308,8 @@ class ContactResult:
             f"u_r {line.speed_entrainment:.3g} m/s, SR {line.slide_to_roll:.3g}"
         )
 
-    def outcome(self) -> str:
-        """Status, reason and effort in one line."""
-        status = self.status if not self.reason else f"{self.status} ({self.reason})"
-        return f"{status}, {self.iterations} Newton iterations, {self.seconds:.3g} s"
-
-    def remarks(self) -> tuple[str, ...]:
-        """What was skipped and the notes, one line each."""
-        return (*(f"skipped  {item}" for item in self.skipped), *(f"note     {item}" for item in self.notes))
-
-    def table_rows(self) -> list[tuple[str, str, str]]:
-        """Rows of the table: quantity, value, unit."""
-        rows = []
-        for name, factor, offset, unit, digits in _ROWS:
-            value = getattr(self, name)
-            rows.append((name, format(value * factor + offset, digits) if math.isfinite(value) else "-", unit))
-        return rows
+    def _remarks(self) -> tuple[str, ...]:
+        return (*(f"skipped: {item}" for item in self.skipped), *(f"note: {item}" for item in self.notes))
 
     def _caption(self) -> str:
         """Title of the figure."""

@@ -221,7 +221,7 @@ def _write_html(film: _Pictures, path: Path) -> None:
         buffer = io.BytesIO()
         film.picture(k).save(buffer, format="WEBP", quality=80)
         pictures.append(base64.b64encode(buffer.getvalue()).decode("ascii"))
-    environment = Environment(loader=PackageLoader("ehl"), autoescape=True, undefined=StrictUndefined)
+    environment = Environment(loader=PackageLoader("ehl.view"), autoescape=True, undefined=StrictUndefined)
     page = environment.get_template("animation.html").render(pictures=pictures, per_second=PER_SECOND)
     path.write_text(page, encoding="utf-8")
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ehl.io.errors import InputError
+from ehl.view import table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,7 +74,7 @@ class KeyFigures:
     kind = "key_figures"
 
 
-Block = Text | Formula | Table | Picture | Pictures | KeyFigures
+Block = Text | Formula | Table | table.Table | Picture | Pictures | KeyFigures
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,11 @@ def write_report(path: Path, title: str, subtitle: str, sections: Sequence[Secti
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
-        loader=PackageLoader("ehl"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=PackageLoader("ehl.view"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     page = environment.get_template("report.html").render(
         title=title, subtitle=subtitle, sections=sections, footer=footer

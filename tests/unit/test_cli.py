@@ -54,7 +54,7 @@ def test_solve_table_and_figure(mixed_ehl: Cli, tmp_path: Path) -> None:
     figure = tmp_path / "contact.svg"
     outcome = mixed_ehl("solve", EXAMPLES / "contact.toml", "--plot", figure)
     assert outcome.code == 0
-    assert "film_ratio" in outcome.out
+    assert "film ratio" in outcome.out
     assert "converged" in outcome.out
     assert "film thickness" in figure.read_text(encoding="utf-8") or figure.stat().st_size > 10_000
 

@@ -1,0 +1,132 @@
+"""`ehl.Contact` and `ContactResult`: keywords, files, changes, tables and pages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib.figure
+import pytest
+
+import ehl
+from ehl.contact import KEYWORDS
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
+GIVEN: dict[str, Any] = {
+    "oil": "75w90",
+    "temperature": "90 degC",
+    "pressure_hertz": "1.2 GPa",
+    "radius_equivalent": "15 mm",
+    "speed_entrainment": "5 m/s",
+    "slide_to_roll": 0.2,
+    "roughness_rms": "0.4 um",
+    "roughness": "load_sharing",
+}
+
+
+@pytest.fixture(scope="module")
+def result() -> ehl.ContactResult:
+    return ehl.Contact(**GIVEN).solve()
+
+
+def test_every_public_name_is_there() -> None:
+    assert {name for name in ehl.__all__ if getattr(ehl, name) is not None} == set(ehl.__all__)
+    assert len(ehl.__all__) <= 16
+
+
+def test_keywords_and_tables_say_the_same() -> None:
+    tables = {
+        "contact": {
+            "pressure_hertz": 1.2e9,
+            "radius_equivalent": "15 mm",
+            "speed_entrainment": 5.0,
+            "slide_to_roll": 0.2,
+        },
+        "lubricant": {"oil": "75w90", "temperature_oil": 363.15},
+        "surface": {"roughness_rms_1": 0.4e-6 / 2.0**0.5, "roughness_rms_2": 0.4e-6 / 2.0**0.5},
+        "model": {"roughness": "load_sharing"},
+    }
+    contact = ehl.Contact(**GIVEN)
+    assert contact.model_dump() == ehl.Contact.from_dict(tables).model_dump()
+    assert contact.surface.roughness_rms == pytest.approx(0.4e-6)
+    assert ehl.Contact.from_dict(contact.to_dict()) == contact
+
+
+def test_every_key_of_the_file_is_a_keyword_of_the_signature() -> None:
+    import inspect
+
+    assert set(inspect.signature(ehl.Contact).parameters) == {*KEYWORDS, "solid_1", "solid_2"}
+
+
+def test_bodies_by_name_table_or_material() -> None:
+    steel = ehl.Contact(**GIVEN).effective_modulus
+    for solid in ("steel", {"material": "steel"}, {"E": "206 GPa", "nu": 0.3}):
+        assert ehl.Contact(**GIVEN, solid_1=solid).effective_modulus == pytest.approx(steel)
+    brass = ehl.Material(youngs_modulus="100 GPa", poisson_ratio=0.35)
+    assert ehl.Contact(**GIVEN, solid_2=brass).solid_2.body().youngs_modulus == 100e9
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"temperature": "500 degC"}, "temperature"),
+        ({"pressure_hertz": "1 m"}, "pressure_hertz"),
+        ({"radius_equivalent": -1.0}, "radius_equivalent"),
+        ({"load_per_length": 1e5}, "pressure_hertz"),
+        ({"pressure_herz": 1e9}, "pressure_herz"),
+        ({"oil": "whale"}, "oil"),
+        ({"solid_1": {"E": 1.0}}, "solid_1.E"),
+    ],
+)
+def test_errors_name_the_keyword(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(ehl.InputError) as error:
+        ehl.Contact(**(GIVEN | change))
+    assert error.value.field == field
+
+
+def test_missing_inputs_are_named() -> None:
+    with pytest.raises(ehl.InputError, match="oil is missing"):
+        ehl.Contact(pressure_hertz=1e9)
+    with pytest.raises(ehl.InputError, match="radius_equivalent is missing"):
+        ehl.Contact(oil="fva3", temperature=350.0)
+
+
+def test_replace_checks_again_and_can_take_away() -> None:
+    contact = ehl.Contact(**GIVEN)
+    assert contact.replace(temperature="80 degC").lubricant.temperature_oil == pytest.approx(353.15)
+    assert contact.replace(pressure_hertz=None, load_per_length=4e5).line_contact().load_per_length == 4e5
+    with pytest.raises(ehl.InputError, match="slide_to_roll"):
+        contact.replace(slide_to_roll=1e9)
+
+
+def test_texts_are_short(result: ehl.ContactResult) -> None:
+    contact = ehl.Contact.from_file(EXAMPLES / "contact_rough.toml")
+    for record in (contact, result):
+        assert len(repr(record)) < 1500
+        assert record._repr_html_().startswith("<table>")
+    assert "friction_coefficient=0.0" in repr(result)
+    assert "failed: no_reason" in repr(ehl.ContactResult("failed", "no_reason"))
+
+
+def test_frame_holds_inputs_and_results(result: ehl.ContactResult) -> None:
+    row = result.to_frame().iloc[0]
+    assert row["pressure_hertz"] == pytest.approx(1.2e9)
+    assert row["friction_coefficient"] == result.friction_coefficient
+
+
+def test_figure_and_page(result: ehl.ContactResult, tmp_path: Path) -> None:
+    assert isinstance(result.plot(tmp_path / "contact.png"), matplotlib.figure.Figure)
+    assert (tmp_path / "contact.png").stat().st_size > 10_000
+    with pytest.raises(ehl.InputError, match="png"):
+        result.plot(tmp_path / "contact.nothing")
+    page = result.report(tmp_path / "contact.html").read_text(encoding="utf-8")
+    answer, figure = page.index(f"{result.friction_coefficient:.4f}"), page.index("<svg")
+    assert answer < figure
+    assert "load-sharing" in page[:figure]
+
+
+def test_failed_results_have_a_page_and_no_figure(tmp_path: Path) -> None:
+    failed = ehl.ContactResult("failed", "path_stalled")
+    assert "path_stalled" in failed.report(tmp_path / "failed.html").read_text(encoding="utf-8")
+    with pytest.raises(ehl.InputError, match="plot"):
+        failed.plot()
