@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -51,3 +52,22 @@ def test_moes_for_arrays_is_the_same_formula() -> None:
     load, lubricant = (grid.ravel() for grid in np.meshgrid(np.geomspace(1e-6, 1e6, 13), np.geomspace(0.1, 100.0, 7)))
     one_by_one = [moes_1992(m, lu) for m, lu in zip(load.tolist(), lubricant.tolist(), strict=True)]
     np.testing.assert_allclose(moes_1992_array(load, lubricant), one_by_one, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("formula", "coefficient", "exponents"),
+    [
+        (dowson_higginson_1968, 2.65, (0.70, -0.13, 0.54)),
+        (pan_hamrock_1989_minimum, 1.714, (0.694, -0.128, 0.568)),
+        (pan_hamrock_1989_central, 2.922, (0.692, -0.166, 0.470)),
+    ],
+)
+def test_coefficient_and_exponents_as_printed(
+    formula: Callable[[float, float, float], float], coefficient: float, exponents: tuple[float, float, float]
+) -> None:
+    """Groups of 1 leave the coefficient; doubling U, W or G multiplies the film by 2 to its exponent."""
+    assert formula(1.0, 1.0, 1.0) == coefficient
+    for place, exponent in enumerate(exponents):
+        groups = [1.0, 1.0, 1.0]
+        groups[place] = 2.0
+        assert formula(*groups) == pytest.approx(coefficient * 2.0**exponent, rel=1e-14)

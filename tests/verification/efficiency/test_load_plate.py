@@ -208,3 +208,12 @@ def test_root_rotation_is_the_half_plane_under_bending_stress() -> None:
     compliance = root_compliance(np.ones(1), E, NU)[0]
     assert compliance[0, 0] == pytest.approx(rotation, rel=1e-6)
     assert compliance[0, 1] == pytest.approx(mixed, rel=1e-6)
+
+
+def test_root_compliance_has_webers_printed_constants() -> None:
+    """Weber and Banaschek, plane strain at nu 0.3: 5.2 (l/t)^2 + l/t + 1.4, for a unit force per length over E."""
+    thickness = 6e-3
+    compliance = root_compliance(np.array([thickness]), E, 0.3)[0] * E
+    assert compliance[0, 0] * thickness**2 == pytest.approx(5.2, abs=0.05)
+    assert 2.0 * compliance[0, 1] * thickness == pytest.approx(1.0, abs=0.05)
+    assert compliance[1, 1] == pytest.approx(1.4, rel=1e-12)

@@ -1,0 +1,92 @@
+"""Laws of the oil against printed coefficients: a wrong exponent or constant is far outside."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ehl.fluid.lubricant import (
+    GOLD_COEFFICIENTS,
+    KELVIN,
+    Lubricant,
+    density_at,
+    dowson_higginson_1966,
+    gold_2001,
+    walther_1931,
+    walther_slope,
+)
+from ehl.fluid.oil import GoldAlpha, Oil
+
+ROELANDS = Lubricant(0.02, 18e-9, viscosity_law="roelands")
+BARUS = Lubricant(0.02, 18e-9, viscosity_law="barus")
+
+
+@pytest.mark.parametrize(
+    ("base", "at_1_cst", "at_100_cst"),
+    [
+        # 1e9 alpha = s nu^t, nu in cSt (Gold et al. 2001): s and s 100^t
+        ("mineral", 9.904, 18.784975),
+        ("pao", 7.382, 13.651301),
+        ("polyglycol", 5.489, 10.876602),
+        ("ester", 6.605, 12.355856),
+    ],
+)
+def test_gold_at_two_viscosities(base: str, at_1_cst: float, at_100_cst: float) -> None:
+    assert gold_2001(1e-6, base) * 1e9 == pytest.approx(at_1_cst, rel=1e-12)
+    assert gold_2001(1e-4, base) * 1e9 == pytest.approx(at_100_cst, rel=1e-6)
+    assert gold_2001(3e-5, base) * 1e9 == pytest.approx(at_1_cst * 30 ** GOLD_COEFFICIENTS[base][1], rel=1e-12)
+
+
+def test_gold_through_a_measured_point_keeps_the_exponent_of_its_base() -> None:
+    """alpha falls as nu^0.1485 from the measured point of a polyglycol."""
+    law = GoldAlpha(law="gold", base="polyglycol", anchor_temperature=40.0 + KELVIN, anchor_value=15e-9)
+    oil = Oil.load("fva3").model_copy(update={"pressure_viscosity": law})
+    assert oil.alpha(40.0 + KELVIN) == pytest.approx(15e-9, rel=1e-12)
+    ratio = oil.viscosity_kinematic(373.15) / oil.viscosity_kinematic(313.15)
+    assert oil.alpha(373.15) == pytest.approx(15e-9 * ratio**0.1485, rel=1e-12)
+    free = oil.model_copy(update={"pressure_viscosity": GoldAlpha(law="gold", base="pao")})
+    nu = oil.viscosity_kinematic(333.15) * 1e6
+    assert free.alpha(333.15) == pytest.approx(7.382e-9 * nu**0.1335, rel=1e-12)
+
+
+def test_walther_between_its_points_by_hand() -> None:
+    """An oil of 100 and 11.1 cSt at 40 and 100 degC, at 70 degC on the line of log log (nu + 0.7) over log T."""
+    n = (math.log10(math.log10(100.7)) - math.log10(math.log10(11.8))) / (math.log10(373.15) - math.log10(313.15))
+    m = math.log10(math.log10(100.7)) + n * math.log10(313.15)
+    nu = 10 ** (10 ** (m - n * math.log10(343.15))) - 0.7
+    assert walther_1931(343.15, 1e-4, 11.1e-6) == pytest.approx(nu * 1e-6, rel=1e-12)
+    assert 25.0 < nu < 32.0
+    step = 1e-3
+    low, high = (math.log(walther_1931(343.15 + s, 1e-4, 11.1e-6)) for s in (-step, step))
+    assert walther_slope(343.15, 1e-4, 11.1e-6) == pytest.approx((low - high) / (2 * step), rel=1e-7)
+
+
+def test_density_by_hand() -> None:
+    """870 kg/m3 at 15 degC falls by 0.0675 % a kelvin: 820.0 at 100 degC. Under 1 GPa 1 + 0.6/2.7 times as dense."""
+    assert density_at(373.15, 870.0, -6.75e-4) == pytest.approx(870.0 * (1.0 - 0.057375), rel=1e-12)
+    np.testing.assert_allclose(dowson_higginson_1966(np.array([0.0, 1e9, 2e9])), [1.0, 1 + 0.6 / 2.7, 1 + 1.2 / 4.4])
+
+
+def test_roelands_by_hand() -> None:
+    """eta = eta0 exp((ln eta0 + 9.67)((1 + p/1.96e8)^z - 1)), z = alpha 1.96e8/(ln eta0 + 9.67)."""
+    level = math.log(0.02) + 9.67
+    z = 18e-9 * 1.96e8 / level
+    for pressure in (0.2e9, 1e9, 2e9):
+        expected = 0.02 * math.exp(level * ((1.0 + pressure / 1.96e8) ** z - 1.0))
+        assert float(ROELANDS.viscosity(np.array([pressure]))[0]) == pytest.approx(expected, rel=1e-12)
+
+
+def test_roelands_falls_with_temperature_as_a_power_of_t_minus_138() -> None:
+    """ln eta + 9.67 goes as (T - 138 K)^-S0 at every pressure; S0 by the slope at ambient pressure."""
+    oil = Lubricant(0.02, 18e-9, viscosity_law="roelands", temperature=353.15, temperature_viscosity=0.03)
+    s0 = 0.03 * (353.15 - 138.0) / (math.log(0.02) + 9.67)
+    for pressure in (0.0, 0.5e9):
+        cold = float(oil.log_viscosity(np.array([pressure]), np.array([353.15]))[0]) + 9.67
+        hot = float(oil.log_viscosity(np.array([pressure]), np.array([403.15]))[0]) + 9.67
+        assert hot / cold == pytest.approx((215.15 / 265.15) ** s0, rel=1e-9)
+
+
+def test_barus_by_hand() -> None:
+    assert float(BARUS.viscosity(np.array([0.1e9]))[0]) == pytest.approx(0.02 * math.exp(1.8), rel=1e-12)

@@ -1,0 +1,140 @@
+"""Error bars of the efficiency: every factor and every term, against numbers worked out apart."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from efficiency.design.design import load_design
+from efficiency.gear_mesh import gear_mesh
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
+from efficiency.loss.ehl_friction import EhlFriction, Solved, _friction
+from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
+from efficiency.loss.power_loss import rolling_losses
+from efficiency.loss.result import EfficiencyResult
+from efficiency.loss.uncertainty import Spread, UncertainInputs, efficiency_uncertainty
+from ehl.fluid.oil import Oil
+from ehl.state import ContactState
+from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel
+
+OIL = Oil.load("75w90")
+OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
+MU = 0.05
+NO_SPREAD = UncertainInputs(Spread(0.0), Spread(0.0), Spread(0.0))
+
+
+@pytest.fixture(scope="module")
+def loaded() -> LoadedGrids:
+    return load_grids(gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 9).mesh, 200.0)
+
+
+def loss_of(points: LoadedPoints, positions: int) -> float:
+    """Mean power loss at a constant friction coefficient [W]."""
+    return MU * float(points.force @ points.speed_sliding) / positions
+
+
+@pytest.mark.parametrize("driver", ["pinion", "gear"])
+def test_error_is_twice_what_half_the_positions_and_half_the_points_change(loaded: LoadedGrids, driver: str) -> None:
+    operation = replace(OPERATION, driver=driver)
+    result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, operation)
+    power = 200.0 * 125.0
+
+    def efficiency_at(loss: float) -> float:
+        return 1.0 - loss / power if driver == "pinion" else power / (power + loss)
+
+    fine = loaded_points(loaded.fine, loaded.mesh.teeth.effective_modulus, operation)
+    coarse = loaded_points(loaded.coarse, loaded.mesh.teeth.effective_modulus, operation)
+    every = efficiency_at(loss_of(fine, 4))
+    assert result.efficiency == pytest.approx(every, rel=1e-12)
+    second = fine.position % 2 == 0
+    half = efficiency_at(MU * float(fine.force[second] @ fine.speed_sliding[second]) / 2)
+    fewer = efficiency_at(loss_of(coarse, 4))
+    assert abs(half - every) > 1e-7
+    assert abs(fewer - every) > 1e-7
+    assert result.efficiency_error_positions == pytest.approx(2.0 * abs(half - every), rel=1e-9)
+    assert result.efficiency_error_points == pytest.approx(2.0 * abs(fewer - every), rel=1e-9)
+    assert result.efficiency_error == pytest.approx(2.0 * (abs(half - every) + abs(fewer - every)), rel=1e-9)
+
+
+def test_discretisation_is_a_source_of_its_own(loaded: LoadedGrids) -> None:
+    """The stated error as the ends of an even distribution: over the root of 3."""
+
+    def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:
+        return mesh_efficiency(loaded, model, OIL, operation)
+
+    found = efficiency_uncertainty(solve, ConstantFriction(MU), OPERATION, NO_SPREAD)
+    error = solve(ConstantFriction(MU), OPERATION).efficiency_error
+    assert found.sigma_efficiency == pytest.approx(error / math.sqrt(3.0), rel=1e-12)
+    reach = {0.9: 1.644854, 0.95: 1.959964}
+    for level, factor in reach.items():
+        wide = efficiency_uncertainty(solve, ConstantFriction(MU), OPERATION, NO_SPREAD, level)
+        assert wide.efficiency - wide.efficiency_lower == pytest.approx(factor * wide.sigma_efficiency, rel=1e-6)
+        assert wide.efficiency_upper - wide.efficiency == pytest.approx(factor * wide.sigma_efficiency, rel=1e-6)
+
+
+def test_default_spreads_are_those_of_their_sources() -> None:
+    """mu_b evenly from 0.065 to 0.13; Rq by 15 %."""
+    inputs = UncertainInputs()
+    assert inputs.boundary_friction.around(0.1) == pytest.approx(0.0187639, rel=1e-5)
+    assert inputs.roughness_pinion.around(0.4e-6) == pytest.approx(0.06e-6, rel=1e-12)
+    assert inputs.roughness_gear.around(0.2e-6) == pytest.approx(0.03e-6, rel=1e-12)
+
+
+def solved(mu: np.ndarray, scatter: np.ndarray, bias: np.ndarray) -> Solved:
+    rest = np.ones((4, mu.size))
+    reasons = tuple("" if math.isfinite(value) else "film_jump" for value in mu)
+    return Solved(np.vstack([mu, np.where(np.isfinite(mu), rest, np.nan)]), scatter, bias, reasons)
+
+
+def test_error_of_the_mean_over_solved_contacts_by_hand() -> None:
+    """Chance adds in squares, bias in a line: shares 1/2, 1/4, 1/4 of the sliding power.
+
+    chance = sqrt((0.5 x 4)^2 + (0.25 x 8)^2 + (0.25 x 8)^2) 1e-4 = sqrt(12) 1e-4; bias = (0.5 + 0.5 + 0.75) 1e-3.
+    """
+    place, power = np.eye(3), np.array([2.0, 1.0, 1.0])
+    mu, scatter = np.array([0.05, 0.04, 0.06]), np.array([4e-4, 8e-4, 8e-4])
+    bias = np.array([1e-3, 2e-3, 3e-3])
+    found = _friction(place, power, np.arange(3), solved(mu, scatter, bias))
+    assert found.mean_error == pytest.approx((math.sqrt(12.0) * 1e-4 + 1.75e-3) / 0.05, rel=1e-12)
+    np.testing.assert_allclose(found.upper - mu, scatter + bias, rtol=1e-12)
+    np.testing.assert_allclose(mu - found.lower, scatter + bias, rtol=1e-12)
+    assert np.all(found.flag == FrictionFlag.OK)
+
+
+def test_a_contact_keeps_chance_and_bias_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 3 % of which 2 % are chance, 1 % is bias; both in units of mu."""
+    from types import SimpleNamespace
+
+    from efficiency.loss import ehl_friction as module
+
+    def contact(*arguments: object) -> SimpleNamespace:
+        return SimpleNamespace(
+            status="converged", friction_coefficient=0.05, friction_error=0.03, statistical_error=0.02,
+            film_central=1e-7, film_ratio=1.0, temperature_flash=360.0, rolling_traction=1e-4,
+        )  # fmt: skip
+
+    monkeypatch.setattr(module, "solve_contact", contact)
+    state = ContactState.of(
+        pressure_hertz=[1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0,
+        slide_to_roll=0.2,
+    )  # fmt: skip
+    found = EhlFriction("ehl", jobs=1).evaluate(state, OIL)
+    np.testing.assert_allclose(found.upper - found.mu, 0.05 * 0.03, rtol=1e-12)
+    # two equal contacts: chance over the root of two
+    assert found.mean_error == pytest.approx(0.02 / math.sqrt(2.0) + 0.01, rel=1e-9)
+
+
+def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:
+    """2 t_r F u_r at each point: 2 x 1e-3 x 100 x 2 and 2 x 2e-3 x 50 x 2."""
+    state = ContactState.of(
+        pressure_hertz=[1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=2.0
+    )
+    points = LoadedPoints(state, np.array([100.0, 50.0]), np.ones(2), np.array([0, 2]), np.array([0, 0]))
+    np.testing.assert_allclose(rolling_losses(points, np.array([1e-3, 2e-3]), 3), [0.4, 0.0, 0.4], rtol=1e-12)
+    result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION)
+    assert result.power_loss_rolling == pytest.approx(result.power_loss_rolling_positions.mean(), rel=1e-12)
+    lost = (result.efficiency - result.efficiency_with_rolling) * result.power_input
+    assert lost == pytest.approx(result.power_loss_rolling, rel=1e-9)
