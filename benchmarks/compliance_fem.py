@@ -29,7 +29,7 @@ from skfem import Basis, BilinearForm, ElementHex2, MeshHex
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import Design, load_design
-from efficiency.ltca.compliance import Tooth
+from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth
 from efficiency.ltca.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, solid_tooth_of
 

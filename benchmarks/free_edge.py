@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, condense, solve
 from skfem.helpers import ddot, sym_grad, trace
 
-from efficiency.ltca.compliance import weber_local
 from efficiency.ltca.edge_contact import free_edge_compliance
+from efficiency.ltca.local_compliance import weber_local
 
 FloatArray = NDArray[np.float64]
 Body = Literal["quarter-plane", "strip"]

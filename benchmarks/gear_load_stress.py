@@ -26,11 +26,11 @@ from typing import Any
 import numpy as np
 from gear_stress_cases import blank_content, formate
 
-from efficiency.contact.thickness import tooth_shapes
+from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.design.design import Design
 from efficiency.gear_mesh import gear_mesh
-from efficiency.ltca.edge_load import edge_load
 from efficiency.ltca.limits import hardness
+from efficiency.ltca.load_distribution import edge_load
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.synthesis.inputs import SettingsInput
 from efficiency.synthesis.solve import machine_settings

@@ -16,8 +16,8 @@ from efficiency.design.design import BlankInput, Design, MemberInput
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.efficiency import MeshGrids
 from efficiency.loss.kinematics import Axis
-from efficiency.ltca.compliance import Tooth
 from efficiency.ltca.load_distribution import TeethElasticity
+from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.teeth import elastic_teeth
 from ehl.io.errors import ConvergenceError
 

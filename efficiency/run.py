@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.cooling_input import CoolingInput
-from efficiency.design.design import OPERATION_LIMITS, Design, MemberInput, Misalignment, load_design
+from efficiency.design.design import OPERATION_LIMITS, CoolingInput, Design, MemberInput, Misalignment, load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyRow

@@ -71,26 +71,3 @@ class Blank:
         """Height [m] of the fraction v of the whole depth, 0 at the root and 1 at the tip."""
         root = self.root(u)
         return root + v * (self.tip(u) - root)
-
-
-@dataclass(frozen=True)
-class ToothShape:
-    """What a plate model of one tooth needs, at stations along the face from toe to heel.
-
-    Attributes
-    ----------
-    teeth : int
-        Number of teeth of the member.
-    face : (m,) array
-        Distance from the toe along the pitch cone [m]; ``face[-1]`` is the face width.
-    height : (m,) array
-        Whole depth, root cone to face cone, square to the pitch cone [m].
-    thickness_root, thickness_tip : (m,) arrays
-        Normal tooth thickness at the root and at the tip [m]; fillets are not modelled.
-    """
-
-    teeth: int
-    face: FloatArray
-    height: FloatArray
-    thickness_root: FloatArray
-    thickness_tip: FloatArray

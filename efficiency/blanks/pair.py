@@ -19,6 +19,7 @@ from efficiency.blanks.dimensions import (
     face_widths,
     placement,
     thickness,
+    undercut_limits,
 )
 from efficiency.blanks.inputs import Hand, PairBlankInput
 from efficiency.blanks.lengthwise import Trace, check_trace
@@ -27,7 +28,6 @@ from efficiency.blanks.proportions import factors, taper_angles
 from efficiency.blanks.result import MemberBlank, PairBlank
 from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, tangent_cones
-from efficiency.blanks.undercut import undercut_limits
 from efficiency.blanks.virtual_gears import virtual_gears
 from ehl.io.errors import InputError
 

@@ -7,9 +7,9 @@ from math import tan
 from typing import Any
 
 from efficiency.blanks.cones import Blank
+from efficiency.blanks.dimensions import UndercutLimit
 from efficiency.blanks.inputs import Hand, Process
 from efficiency.blanks.slots import Three
-from efficiency.blanks.undercut import UndercutLimit
 from efficiency.blanks.virtual_gears import VirtualGears
 
 

@@ -8,37 +8,13 @@ pinion axis, G along the gear axis, alpha added to the shaft angle.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.cutting.newton import Array
+from efficiency.cutting.rotation import AnyArray, cross, dot, spin, turn
 
 FloatArray = NDArray[np.float64]
-AnyArray = TypeVar("AnyArray", NDArray[np.float64], Array)
-"""Real or complex, as given."""
-
-
-def turn(vector: AnyArray, angle: AnyArray | float) -> AnyArray:
-    """Rotate (3, n) vectors about z; real or complex."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.asarray(np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c]))
-
-
-def dot(a: AnyArray, b: AnyArray) -> AnyArray:
-    """Scalar product of (3, n) vectors."""
-    return np.asarray(np.sum(a * b, axis=0))
-
-
-def cross(a: AnyArray, b: AnyArray) -> AnyArray:
-    """Vector product of (3, n) vectors."""
-    return np.asarray(np.cross(a, b, axis=0))
-
-
-def _around(vector: AnyArray) -> AnyArray:
-    """Vector product of z with (3, n) vectors."""
-    return np.asarray(np.stack([-vector[1], vector[0], 0.0 * vector[2]]))
 
 
 @dataclass(frozen=True)
@@ -115,15 +91,15 @@ class Assembly:
 
     def sliding(self, point: AnyArray) -> AnyArray:
         """Velocity of the pinion minus that of the gear at mesh points, pinion at +1 rad/s about its axis [m/s]."""
-        return self.about_pinion(point - self.pinion_origin) - self.ratio * _around(point)
+        return self.about_pinion(point - self.pinion_origin) - self.ratio * spin(point)
 
     def about_pinion(self, vector: AnyArray) -> AnyArray:
         """Vector product of the pinion axis with (3, n) vectors."""
-        return np.asarray(np.cross(self.pinion_axis, vector, axis=0))
+        return cross(self.pinion_axis, vector)
 
     def slid(self, move: AnyArray) -> AnyArray:
         """Change of `sliding` when the mesh point moves."""
-        return self.about_pinion(move) - self.ratio * _around(move)
+        return self.about_pinion(move) - self.ratio * spin(move)
 
     def roll(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gear rotation at which gear points touch the conjugate pinion, and how fast they come into mesh.
@@ -159,3 +135,11 @@ class Assembly:
         f2 = np.arctan2(b, a) + half
         f2 = np.angle(np.exp(1j * (f2 + azimuth))) - azimuth
         return f2, self.ratio * (b * np.cos(f2) - a * np.sin(f2))
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Axis of one member in the mesh frame: unit direction (3,) and a point on it (3,) [m]."""
+
+    direction: NDArray[np.float64]
+    origin: NDArray[np.float64]

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.assembly import Assembly
 from efficiency.cutting import newton
 from efficiency.cutting.flank import Flank, FlankPoints
+from efficiency.cutting.rotation import turn
 from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.line_frame import POSITION, line_frame
-from efficiency.contact.mesh_surface import EDGES, MeshSurface
-from efficiency.contact.touch import touch
+from efficiency.contact.contact_search import touch
+from efficiency.contact.mesh_surface import EDGES, POSITION, MeshSurface, line_frame
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

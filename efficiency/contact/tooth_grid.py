@@ -1,4 +1,8 @@
-"""One tooth of a member: both flanks on one grid of its blank, placed to each other as they stand on the member."""
+"""One tooth of a member: flanks, fillets and root on one grid of its blank, and its thickness.
+
+The two flanks of the gear bound one slot, as the cutter leaves it. The pinion flanks are turned into that slot until
+both touch, and the backlash is then taken off the pinion tooth. Between flank and root lies the fillet the cutter cuts.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +13,100 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.gear_flanks import GearFlanks, Member
-from efficiency.contact.tooth_root import RootProfile, root_profile
-from ehl.io.errors import ConvergenceError
+from efficiency.cutting.flank import CutFlank, Flank, FlankPoints
+from efficiency.cutting.limits import flank_limits
+from ehl.io.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from efficiency.blanks.cones import Blank
     from efficiency.cutting.cutter import FlankSide
     from efficiency.cutting.flank import Flank, FlankPoints
 
+
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ToothShape:
+    """What a plate model of one tooth needs, at stations along the face from toe to heel.
+
+    Attributes
+    ----------
+    teeth : int
+        Number of teeth of the member.
+    face : (m,) array
+        Distance from the toe along the pitch cone [m]; ``face[-1]`` is the face width.
+    height : (m,) array
+        Whole depth, root cone to face cone, square to the pitch cone [m].
+    thickness_root, thickness_tip : (m,) arrays
+        Normal tooth thickness at the root and at the tip [m]; fillets are not modelled.
+    """
+
+    teeth: int
+    face: FloatArray
+    height: FloatArray
+    thickness_root: FloatArray
+    thickness_tip: FloatArray
+
+
+@dataclass(frozen=True)
+class RootProfile:
+    """Fillet of one flank at k stations along the face, toe to heel.
+
+    Attributes
+    ----------
+    start : (k,) array
+        Height where the flank begins [m].
+    bottom : (k,) array
+        Height where the fillet ends in the root [m].
+    height, azimuth : (m, k) arrays
+        Points of the fillet, the heights falling: over the pitch cone [m], about the axis of the member [rad].
+    """
+
+    start: FloatArray
+    bottom: FloatArray
+    height: FloatArray
+    azimuth: FloatArray
+
+    def at(self, height: FloatArray) -> FloatArray:
+        """Azimuth (rows, k) at heights (rows, k) below `start`; below `bottom` that of the bottom."""
+        return np.stack(
+            [
+                np.interp(column, heights[::-1], angles[::-1])
+                for column, heights, angles in zip(height.T, self.height.T, self.azimuth.T, strict=True)
+            ],
+            axis=1,
+        )
+
+
+def root_profile(flank: Flank, stations: int, clearance: float) -> RootProfile | None:
+    """Fillet and root of a cut flank; None where the settings say nothing sensible of them.
+
+    Parameters
+    ----------
+    flank : Flank
+        Any flank; only one given by cutter and machine has a fillet.
+    stations : int
+        Equally spaced from toe to heel.
+    clearance : float
+        Between root and mating tip [m]. A cutter that stays farther above the root cone of the blank would let the
+        mating tip run into the root: such settings are meant for the flank alone.
+    """
+    if not isinstance(flank, CutFlank):
+        return None
+    try:
+        limits = flank_limits(flank, stations)
+    except ConvergenceError:
+        return None
+    curve = limits.fillet
+    if not (curve.found.all() and np.isfinite(limits.start).all() and np.isfinite(limits.root).all()):
+        return None
+    if np.any(limits.root_error > clearance):
+        return None
+    # an edge so long that it turns up again behind its deepest point cuts nothing there
+    height = np.minimum.accumulate(curve.height, axis=0)
+    azimuth = np.unwrap(np.arctan2(curve.position[:, 1], curve.position[:, 0]), axis=0)
+    return RootProfile(limits.start, height[-1], height, azimuth)
 
 
 @dataclass(frozen=True)
@@ -181,3 +270,109 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
                 "flanks_cross", f"the {least} of the {member} closes at its {name}, {place:.3g} mm from the toe"
             )
     return grid
+
+
+# the root itself may be undercut or fillet: thickness there is extrapolated from these fractions of the whole depth
+_FRACTIONS = (0.2, 0.6, 1.0)
+# a tooth that fills more of its pitch than this at the mean point is one whose flanks cross
+_WIDEST = 0.9
+
+
+def _points(flank: Flank, u: FloatArray, h: FloatArray, member: str) -> tuple[FlankPoints, FloatArray]:
+    """Flank points with the mean point as the last one, and 0 where they exist, nan elsewhere."""
+    points, found = flank.solve(np.append(u, 0.0), np.append(h, 0.0))
+    if not found[-1]:
+        raise ConvergenceError("undercut", f"the {flank.side} {member} flank does not reach the mean point")
+    # a missing point takes the place of the mean point, so that no number of it spreads
+    points = flank.points(np.where(found, points.parameters, points.parameters[:, -1:]))
+    return points, np.where(found[:-1], 0.0, np.nan)
+
+
+def _normal_thickness(
+    concave: Flank, convex: Flank, phases: tuple[float, float], u: FloatArray, h: FloatArray, member: str
+) -> FloatArray:
+    """Normal circular tooth thickness at blank coordinates [m]; nan where a flank is undercut.
+
+    The tooth reaches around the axis from the flank that looks backwards to the one that looks forwards. On which of
+    the equal teeth a flank was cut does not matter: whole pitches are taken off.
+    """
+    (one, missing_one), (other, missing_other) = (_points(flank, u, h, member) for flank in (concave, convex))
+    looks = one.position[0, -1] * one.normal[1, -1] - one.position[1, -1] * one.normal[0, -1]
+    tooth = np.sign(looks) * (one.azimuth + phases[0] - other.azimuth - phases[1])
+    pitch = 2.0 * np.pi / concave.blank.teeth
+    mean = tooth[-1] % pitch
+    mean -= pitch * (mean > _WIDEST * pitch)
+    angle = mean + np.angle(np.exp(1j * (tooth - tooth[-1])))
+    radius = np.hypot(one.position[0], one.position[1])
+    pitch_angle = concave.blank.pitch_angle
+    spiral = 0.5 * (one.angles(pitch_angle)[0] + other.angles(pitch_angle)[0])
+    return np.asarray((radius * angle * np.cos(spiral))[:-1] + missing_one + missing_other)
+
+
+def gear_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArray:
+    """Normal circular tooth thickness of the gear [m] at blank coordinates (u, h); nan where a flank is undercut."""
+    return _normal_thickness(flanks.gear["concave"], flanks.gear["convex"], (0.0, 0.0), u, h, "gear")
+
+
+def pinion_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArray:
+    """Normal circular tooth thickness of the pinion [m] at blank coordinates (u, h), backlash taken off.
+
+    nan where a flank is undercut.
+    """
+    phases = flanks.pinion_phases["concave"], flanks.pinion_phases["convex"]
+    width = _normal_thickness(flanks.pinion["concave"], flanks.pinion["convex"], phases, u, h, "pinion")
+    return np.asarray(width - flanks.normal_backlash)
+
+
+def _require_thickness(member: str, place: str, values: FloatArray, face: FloatArray) -> None:
+    if np.all(values > 0.0):
+        return
+    thinnest = int(np.argmin(values))
+    raise InputError(
+        f"{member}: tooth thickness at the {place}",
+        f"{values[thinnest] * 1e3:.3g} mm at {face[thinnest] * 1e3:.3g} mm from the toe",
+        "above 0 mm",
+        f"The concave and the convex flank of the {member} cross: check point_radius and blade_angle of both cutters, "
+        "both machine settings, the addendum and the pitch angle.",
+    )
+
+
+def _filled(width: FloatArray, face: FloatArray) -> FloatArray:
+    """Missing values of (fractions, stations) from the smooth surface through the others: undercut thins the tooth."""
+    found = np.isfinite(width)
+    if found.all():
+        return width
+    across, along = np.meshgrid(np.array(_FRACTIONS), face / face[-1], indexing="ij")
+    terms = np.stack([across**i * along**j for i in range(3) for j in range(3 - i)], axis=-1)
+    filled = width.copy()
+    filled[~found] = terms[~found] @ np.linalg.lstsq(terms[found], width[found], rcond=None)[0]
+    return filled
+
+
+def tooth_shapes(flanks: GearFlanks, stations: int = 7) -> tuple[ToothShape, ToothShape]:
+    """Depth and thickness of one tooth of the pinion and of the gear, toe to heel.
+
+    Where a flank is undercut the thickness is that of the tooth continued from the rest.
+
+    Raises
+    ------
+    InputError
+        The flanks of a member cross: its tooth has no thickness left at the tip or at the root.
+    """
+    shapes = []
+    for name, member, thickness in (
+        ("pinion", flanks.pinion, pinion_thickness),
+        ("gear", flanks.gear, gear_thickness),
+    ):
+        blank = member["concave"].blank
+        u = np.linspace(-0.5, 0.5, stations) * blank.face_width
+        face = u + 0.5 * blank.face_width
+        across = np.repeat(np.array(_FRACTIONS), stations)
+        along = np.tile(u, len(_FRACTIONS))
+        width = thickness(flanks, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
+        width = _filled(width, face)
+        root = np.array([np.polyval(np.polyfit(_FRACTIONS, column, 2), 0.0) for column in width.T])
+        for place, values in (("tip", width[-1]), ("root", root)):
+            _require_thickness(name, place, values, face)
+        shapes.append(ToothShape(blank.teeth, face, blank.tip(u) - blank.root(u), root, width[-1]))
+    return shapes[0], shapes[1]

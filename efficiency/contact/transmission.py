@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.closest import closest
+from efficiency.contact.contact_search import closest, touch
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
-from efficiency.contact.piecewise_cubic import akima_curve
-from efficiency.contact.touch import touch
+from efficiency.contact.patch import akima_curve
 from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]

@@ -198,7 +198,7 @@ class CutFlank(Flank):
             point = pose.place(in_cutter)
             # the indexing work turns away under the blade
             cutting = pose.direct(spin(in_cutter)) + self.index_ratio * pose.about_work(point + pose.shift[0])
-            normal = -self.blade.sign * unit(cross(pose.direct(turn(along, th)), cutting))
+            normal = -self.blade.sign * unit(cross(np.asarray(pose.direct(turn(along, th))), cutting))
         condition = dot(normal, pose.rolling(point)) if self.machine.generated else phi + 0.0 * s
         return (*pose.to_work(point, normal, self._indexed(th)), condition)
 

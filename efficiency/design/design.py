@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from math import tan
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from efficiency.blanks.cones import Blank
@@ -14,18 +16,98 @@ from efficiency.contact.assembly import Assembly
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
-from efficiency.design.body_input import BodyInput
-from efficiency.design.cooling_input import CoolingInput
 from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
-from efficiency.design.surface_input import FlankSurfaceInput
 from efficiency.ltca.teeth import Bodies, ToothBody
 from ehl.fluid.oil import Oil, Temperature
+from ehl.inputs import Length as TextureLength
+from ehl.inputs import PeklenikNumber
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.expectation import quantity_of
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material, load_material
+
+Surface = Literal["base", "toe", "heel"]
+Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
+
+# rim over whole depth where the design does not say: from this backup ratio on AGMA 2001 (from memory) counts no rim
+# as thin
+BACKUP_RATIO = 1.2
+# at most this share of the way from the root to the axis, so that a slender pinion keeps a core
+_TO_AXIS, _MOST_TO_AXIS = 0.5, 0.9
+
+
+class BodyInput(InputModel):
+    """Body under the teeth: from the root cone down to its base, between the end faces of the teeth.
+
+    The base is the surface `rim_thickness` below the root cone, square to the pitch cone: the seat of a ring gear, the
+    bore or core of a pinion. `held` names the surfaces that do not move against the shaft: the base, the toe or the
+    heel face of the body. A very large `youngs_modulus` makes the body rigid, a small one stands for a web.
+    """
+
+    rim_thickness: Length | None = None
+    held: Annotated[tuple[Surface, ...], Field(min_length=1)] = ("base",)
+    youngs_modulus: Modulus | None = None
+
+    def thickness(self, blank: Blank) -> float:
+        """Rim thickness for a blank [m].
+
+        Raises
+        ------
+        InputError
+            The rim would reach the axis.
+        """
+        ends = np.array([-0.5, 0.5]) * blank.face_width
+        to_axis = float(blank.axial(ends, blank.root(ends))[0].min()) / math.cos(blank.pitch_angle)
+        if self.rim_thickness is None:
+            return min(BACKUP_RATIO * (blank.mean_addendum + blank.mean_dedendum), _TO_AXIS * to_axis)
+        if self.rim_thickness > _MOST_TO_AXIS * to_axis:
+            raise InputError(
+                "body.rim_thickness",
+                f"{self.rim_thickness * 1e3:.6g} mm",
+                f"at most {_MOST_TO_AXIS * to_axis * 1e3:.6g} mm, {_MOST_TO_AXIS:g} of the way from root to axis",
+            )
+        return self.rim_thickness
+
+
+class MemberCooling(InputModel):
+    """Cooling of one member: its thermal resistance to the oil, or heat transfer coefficient and wetted area."""
+
+    thermal_resistance: Annotated[float, ValueRange("K/W", gt=0.0, le=1e3)] | None = None
+    heat_transfer_coefficient: Annotated[float, ValueRange("W/(m^2*K)", gt=0.0, le=1e6)] | None = None
+    cooled_area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)] | None = None
+
+    @model_validator(mode="after")
+    def _one_description(self) -> Self:
+        if self.thermal_resistance is not None:
+            for name in ("heat_transfer_coefficient", "cooled_area"):
+                if getattr(self, name) is not None:
+                    allowed = "either thermal_resistance or heat_transfer_coefficient and cooled_area"
+                    raise InputError(name, getattr(self, name), allowed)
+        return self
+
+
+class CoolingInput(InputModel):
+    """Table [cooling]: heat from the teeth to the oil.
+
+    `oil_inlet`: the oil enters the contacts at the mean bulk temperature of both members ("bulk") or as it is ("oil").
+    """
+
+    pinion: MemberCooling = MemberCooling()
+    gear: MemberCooling = MemberCooling()
+    oil_inlet: Literal["bulk", "oil"] = "bulk"
+
+
+class FlankSurfaceInput(InputModel):
+    """Table [surface]: what the roughness of both flanks has in common, as [surface] of a contact file.
+
+    `correlation_length` is that across the contact line, `peklenik_number` its ratio along over across the line.
+    """
+
+    correlation_length: TextureLength = 30e-6
+    peklenik_number: PeklenikNumber = 1.0
+
 
 Error = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
 ConeAngle = Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]

@@ -10,8 +10,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.conjugate import EaseOff, EaseOffTarget, conjugate_flank
-from efficiency.contact.ease_off_map import read_ease_off_map
+from efficiency.contact.conjugate import EaseOff, EaseOffTarget, conjugate_flank, read_ease_off_map
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.edge import Protuberance, Relief

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.axis import Axis as Axis
+from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.fluid.oil import TEMPERATURE_RANGE
 from ehl.inputs import SurfaceInput

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.ltca.compliance import Tooth
-from efficiency.ltca.edge_load import EdgeLoad, edge_load
-from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
+from efficiency.ltca.load_distribution import EdgeLoad, LoadDistribution, TeethElasticity, edge_load
+from efficiency.ltca.local_compliance import Tooth
 
 FloatArray = NDArray[np.float64]
 

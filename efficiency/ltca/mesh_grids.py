@@ -15,15 +15,16 @@ from typing import Protocol
 
 import numpy as np
 
-from efficiency.contact.axis import Axis
+from efficiency.contact.assembly import Axis
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.ltca.edge_load import EdgeLoad, edge_load
 from efficiency.ltca.limits import limit_notes
 from efficiency.ltca.load_distribution import (
+    EdgeLoad,
     ElasticPosition,
     LoadDistribution,
     TeethElasticity,
     distribute_load,
+    edge_load,
     elastic_cycle,
     require_torque,
 )

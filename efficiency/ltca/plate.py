@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from efficiency.blanks.cones import ToothShape
+from efficiency.contact.tooth_grid import ToothShape
 from ehl.io.errors import InputError
 from ehl.material import Material
 

@@ -8,9 +8,8 @@ from typing import Literal
 import numpy as np
 
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
-from efficiency.contact.thickness import tooth_shapes
-from efficiency.contact.tooth_grid import tooth_grid
-from efficiency.ltca.compliance import Tooth
+from efficiency.contact.tooth_grid import tooth_grid, tooth_shapes
+from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.plate import PlateTooth
 from efficiency.ltca.ritz_solid import ORDERS, Orders
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.assembly import turn
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.rotation import turn
 from efficiency.synthesis.gear import GearCut, PairGeometry
 from efficiency.synthesis.generating import ToolPose, machine_pose
 from ehl.io.errors import ConvergenceError

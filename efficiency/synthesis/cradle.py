@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from efficiency.cutting.flank import CutFlank
 from efficiency.synthesis.fit import FitResult, FittedFlank, Parameter, WantedFlank, fit
-from efficiency.synthesis.free import AXIS, FreeSettings
-from efficiency.synthesis.free_axis import FreeAxisMachine, free_axis, tilt_and_swivel
+from efficiency.synthesis.free_settings import AXIS, FreeAxisMachine, FreeSettings, free_axis, tilt_and_swivel
 from efficiency.synthesis.gear import PairGeometry
 from efficiency.synthesis.generating import (
     GeneratingScrew,

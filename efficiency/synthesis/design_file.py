@@ -14,7 +14,7 @@ from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import Design
 from efficiency.synthesis.fit import FittedFlank
-from efficiency.synthesis.free_axis import tilt_and_swivel
+from efficiency.synthesis.free_settings import tilt_and_swivel
 from efficiency.synthesis.gear import SIDES
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput
 from ehl.io.validation import validate

@@ -10,23 +10,22 @@ from numpy.typing import NDArray
 
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.result import PairBlank
-from efficiency.contact.assembly import dot
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.rotation import dot
 from efficiency.design.design import Design
 from efficiency.synthesis.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
 from efficiency.synthesis.cradle import fit_on_cradle
 from efficiency.synthesis.design_file import Table, design_text, ease_off_table, header, parse_design, written_flank
-from efficiency.synthesis.ease_off_target import wanted_relief
 from efficiency.synthesis.fit import FitResult, FittedFlank, fit, measure
-from efficiency.synthesis.free import FreeSettings, free_settings, with_motions
+from efficiency.synthesis.free_settings import FreeSettings, free_settings, with_motions
 from efficiency.synthesis.gear import SIDES, GearCut, PairGeometry, cut_gear, pair_geometry
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput
 from efficiency.synthesis.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
-from efficiency.synthesis.wanted import standing_back, wanted_flank
+from efficiency.synthesis.target_flank import standing_back, wanted_flank, wanted_relief
 from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]

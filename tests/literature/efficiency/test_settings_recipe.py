@@ -20,13 +20,11 @@ from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from efficiency.synthesis.conjugate import conjugate_start, fit_grid, opposite
-from efficiency.synthesis.ease_off_target import wanted_relief
 from efficiency.synthesis.fit import Parameter, WantedFlank, fit, measure
-from efficiency.synthesis.free import ANGLE, CURVATURE, PHASE, RADIAL, RADIUS, free_settings
-from efficiency.synthesis.free_axis import tilt_and_swivel
+from efficiency.synthesis.free_settings import ANGLE, CURVATURE, PHASE, RADIAL, RADIUS, free_settings, tilt_and_swivel
 from efficiency.synthesis.gear import SIDES, cut_gear, pair_geometry
 from efficiency.synthesis.inputs import FlankTarget, load_targets
-from efficiency.synthesis.wanted import wanted_flank
+from efficiency.synthesis.target_flank import wanted_flank, wanted_relief
 
 MM, DEG = 1e-3, np.pi / 180.0
 TARGET = FlankTarget()

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, conjugate_flank
-from efficiency.contact.ease_off_map import read_ease_off_map
+from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, conjugate_flank, read_ease_off_map
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface

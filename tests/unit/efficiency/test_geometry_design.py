@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from efficiency.contact.flank_pair import flank_pair
-from efficiency.contact.thickness import tooth_shapes
+from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.design.design import Design, load_design
 from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError

@@ -6,17 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flank_curvature import flank_curvature
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from efficiency.blanks.cones import Blank
-from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.assembly import Assembly
 from efficiency.contact.contact_lines import mesh_cycle
-from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.patch import Patch
-from efficiency.contact.thickness import tooth_shapes
+from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.cutting import newton
+from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
 from ehl.io.errors import InputError
 

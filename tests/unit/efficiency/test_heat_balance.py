@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.design.cooling_input import CoolingInput, MemberCooling
-from efficiency.design.design import load_design
+from efficiency.design.design import CoolingInput, MemberCooling, load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.heat_balance import balance_heat, wetted_heat_transfer

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from efficiency.blanks.cones import ToothShape
-from efficiency.ltca.compliance import LocalCompliance, weber_local
+from efficiency.contact.tooth_grid import ToothShape
+from efficiency.ltca.local_compliance import LocalCompliance, weber_local
 from efficiency.ltca.plate import CantileverPlate, PlateTooth
 from ehl.io.errors import InputError
 from ehl.material import effective_modulus, load_material

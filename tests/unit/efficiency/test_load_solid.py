@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
-from efficiency.design.body_input import BACKUP_RATIO, BodyInput
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_design
 from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.ring import ring_response
 from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid

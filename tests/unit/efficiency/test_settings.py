@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from efficiency.design.design import load_design
-from efficiency.synthesis.ease_off_target import wanted_relief
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
 from efficiency.synthesis.solve import machine_settings
+from efficiency.synthesis.target_flank import wanted_relief
 from ehl.io.data import data_path
 from ehl.io.errors import InputError
 

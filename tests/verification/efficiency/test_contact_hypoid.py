@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flank_curvature import flank_curvature
 
-from efficiency.contact.assembly import turn
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
-from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.thickness import gear_thickness, pinion_thickness, tooth_shapes
+from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness, tooth_shapes
+from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.closed_form import buckingham_type, coleman_type

@@ -7,14 +7,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+from flank_curvature import flank_curvature
 from scipy.interpolate import CubicSpline
 
 from efficiency.blanks.cones import Blank
-from efficiency.contact.curvature import flank_curvature
-from efficiency.cutting.column import columns, regression
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank, index_start
-from efficiency.cutting.limits import FlankLimits, fillet, flank_limits, mutilation, slot_angle
+from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits, mutilation, regression, slot_angle
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flank_curvature import flank_curvature
 
 from efficiency.blanks.cones import Blank
-from efficiency.contact.curvature import flank_curvature
-from efficiency.cutting.column import regression
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.edge import Relief
 from efficiency.cutting.flank import CutFlank, FlankPoints, index_start
+from efficiency.cutting.limits import regression
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blanks.cones import ToothShape
 from efficiency.contact.contact_lines import MeshPosition
+from efficiency.contact.tooth_grid import ToothShape
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency

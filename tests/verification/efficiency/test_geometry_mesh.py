@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flank_curvature import flank_curvature
 
 from efficiency.blanks.cones import Blank
-from efficiency.contact.assembly import Assembly, turn
+from efficiency.contact.assembly import Assembly
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
-from efficiency.contact.curvature import flank_curvature
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
@@ -19,6 +19,7 @@ from efficiency.contact.transmission import contact_path, transmission
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.rotation import turn
 from efficiency.design.design import Design, load_design
 
 ARCSEC = np.pi / (180.0 * 3600.0)

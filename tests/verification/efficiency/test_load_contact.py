@@ -13,17 +13,17 @@ from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.design.design import load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
-from efficiency.ltca.compliance import weber_local
-from efficiency.ltca.edge_load import edge_load
 from efficiency.ltca.equilibrium import solve_equilibrium
 from efficiency.ltca.limits import limit_notes
 from efficiency.ltca.load_distribution import (
     ElasticPosition,
     LoadDistribution,
     distribute_load,
+    edge_load,
     elastic_cycle,
     loaded_position,
 )
+from efficiency.ltca.local_compliance import weber_local
 from efficiency.ltca.mesh_grids import load_grids
 from ehl.io.errors import InputError
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from free_edge import approach
 
-from efficiency.ltca.compliance import weber_local
 from efficiency.ltca.edge_contact import free_edge_compliance
+from efficiency.ltca.local_compliance import weber_local
 
 
 def test_elements_find_the_half_plane_far_from_all_faces() -> None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from efficiency.blanks.cones import ToothShape
 from efficiency.contact.contact_lines import MeshPosition
+from efficiency.contact.tooth_grid import ToothShape
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity, distribute_load

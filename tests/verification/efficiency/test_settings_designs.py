@@ -7,14 +7,14 @@ import pytest
 
 from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
-from efficiency.contact.thickness import gear_thickness, pinion_thickness
+from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
 from efficiency.synthesis.conjugate import fit_grid
-from efficiency.synthesis.ease_off_target import wanted_relief
 from efficiency.synthesis.gear import pair_geometry
 from efficiency.synthesis.inputs import load_targets
 from efficiency.synthesis.solve import machine_settings
+from efficiency.synthesis.target_flank import wanted_relief
 from ehl.io.data import data_names
 
 

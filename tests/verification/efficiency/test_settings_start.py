@@ -10,12 +10,11 @@ from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.cutting.flank import CutFlank
 from efficiency.synthesis.conjugate import conjugate_start, fit_grid
-from efficiency.synthesis.fit import Parameter, _derivatives, measure, with_setting
-from efficiency.synthesis.free_axis import free_axis, tilt_and_swivel
+from efficiency.synthesis.fit import Parameter, RootLine, _derivatives, measure, with_setting
+from efficiency.synthesis.free_settings import free_axis, tilt_and_swivel
 from efficiency.synthesis.gear import SIDES, PairGeometry, cut_gear, pair_geometry
 from efficiency.synthesis.generating import generating_screw
-from efficiency.synthesis.root_line import RootLine
-from efficiency.synthesis.wanted import wanted_flank
+from efficiency.synthesis.target_flank import wanted_flank
 
 
 def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairGeometry:

@@ -1,16 +1,16 @@
-"""What is asked of a pinion flank: relief over its conjugate points, root, backlash."""
+"""Target of a pinion flank: ease-off over its conjugate points, root line, backlash."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.assembly import dot, turn
+from efficiency.cutting.rotation import dot, turn
 from efficiency.synthesis.conjugate import ConjugateFlankStart
-from efficiency.synthesis.fit import WantedFlank
-from efficiency.synthesis.free_axis import free_axis
+from efficiency.synthesis.fit import RootLine, WantedFlank
+from efficiency.synthesis.free_settings import free_axis
 from efficiency.synthesis.gear import PairGeometry
-from efficiency.synthesis.root_line import RootLine
+from efficiency.synthesis.inputs import FlankTarget
 
 FloatArray = NDArray[np.float64]
 
@@ -58,3 +58,24 @@ def standing_back(pair: PairGeometry) -> float:
     """Angle of each pinion flank that gives the pair its backlash [rad]."""
     radius, _ = pair.pinion.axial(np.array([pair.calculation_pinion]), np.zeros(1))
     return 0.5 * pair.backlash / float(radius[0] * np.cos(pair.spiral_pinion))
+
+
+def wanted_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Relief [m] at places on the face (-1 toe, 1 heel) and the working depth (-1 root, 1 tip of the gear).
+
+    With ``X = x - contact_face - bias (y - contact_depth)`` and ``Y = y - contact_depth`` it is
+    ``(heel + toe)/2 X^2 + (heel - toe)/2 X^3 + (tip + root)/2 Y^2 + (tip - root)/2 Y^3 + twist (x - contact_face) Y``:
+    smooth, and the amounts of the targets at the ends of both axes for a contact in the middle.
+    """
+    across = y - target.contact_depth
+    along = x - target.contact_face - target.bias * across
+    lengthwise = _ends(along, target.crowning_toe, target.crowning_heel)
+    return (
+        lengthwise
+        + _ends(across, target.relief_root, target.relief_tip)
+        + target.twist * (x - target.contact_face) * across
+    )
+
+
+def _ends(x: FloatArray, low: float, high: float) -> FloatArray:
+    return np.asarray((0.5 * (high + low) + 0.5 * (high - low) * x) * x * x)

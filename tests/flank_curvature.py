@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.assembly import cross, dot
 from efficiency.cutting.flank import Flank
+from efficiency.cutting.rotation import cross, dot
 
 FloatArray = NDArray[np.float64]
 
