@@ -29,7 +29,7 @@ from efficiency.contact.patch import Patch
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.newton import Array
-from efficiency.cutting.rotation import dot, turn
+from efficiency.cutting.rotation import dot, spin, turn
 from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
@@ -139,8 +139,8 @@ class ConjugateFlank(Flank):
         condition = dot(normal, sliding)
 
         # change with the gear rotation as the turning pinion sees it
-        spun = np.stack([-normal[1], normal[0], 0.0 * f2])
-        about = np.stack([-point[1], point[0], 0.0 * f2])
+        spun = spin(normal)
+        about = spin(point)
         normal_f = spun - assembly.about_pinion(normal) / ratio
         condition_f = dot(spun, sliding) + dot(normal, assembly.slid(about))
         tangents = []

@@ -15,7 +15,7 @@ from efficiency.contact.gear_flanks import Side
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.rotation import dot
+from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design
 from efficiency.synthesis.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
 from efficiency.synthesis.cradle import fit_on_cradle
@@ -207,7 +207,7 @@ def _backlash_turns(pair: PairGeometry, fitted: dict[FlankSide, FittedFlank]) ->
     for side in SIDES:
         flank = fitted[side]
         points = flank.flank.points(flank.parameters[:, flank.found])
-        spun = np.stack([-points.position[1], points.position[0], np.zeros(points.position.shape[1])])
+        spun = spin(points.position)
         # turning against the outward normal makes the tooth thinner
         turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * standing_back(pair)
     return turns

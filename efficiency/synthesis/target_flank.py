@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.cutting.rotation import dot, turn
+from efficiency.cutting.rotation import dot, spin, turn
 from efficiency.synthesis.conjugate import ConjugateFlankStart
 from efficiency.synthesis.fit import RootLine, WantedFlank
 from efficiency.synthesis.free_settings import free_axis
@@ -36,7 +36,7 @@ def wanted_flank(
     phase = start.phase
     if thinner:
         point, facing, _ = flank.sweep(parameters)
-        spun = np.stack([-point[1], point[0], np.zeros(point.shape[1])])
+        spun = spin(np.real(point))
         rate = np.median(dot(np.real(facing), spun) / dot(np.real(facing), turn(conjugate.normal, -phase)))
         phase -= float(np.sign(rate)) * thinner
     root: RootLine | None = root_line(pair, conjugate.position, parameters, root_weight)
