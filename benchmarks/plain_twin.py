@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 FRONT, RAMP = -1.3, 0.3  # where the roughness starts and how softly [b]
 # iterations, share of the derivatives of the conductance, relaxation
 TURNS = ((25, 1.0, 1.0), (16, 0.0, 0.5), (20, 1.0, 1.0), (30, 0.0, 0.3), (20, 1.0, 1.0))
-SMALLEST_PART = 1.0 / 300.0
+MIN_PART = 1.0 / 300.0
 SMALL = 1e-5  # pressure change of the last iteration [p_h]
 
 
@@ -177,7 +177,7 @@ class PlainTwin:
                 start, done = (self.p, self.c, self.level), here
                 continue
             part *= 0.25
-            if self.last is None or part < SMALLEST_PART:
+            if self.last is None or part < MIN_PART:
                 self.failures += 1
                 break
             if done == 0.0:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _WHAT = ("tooth", "member", "grid", "summary")
 _LEAST, _MOST = 5, 200
-_MOST_STATES = 10_000
+_MAX_STATES = 10_000
 
 
 def show_geometry(
@@ -209,8 +209,8 @@ def misalignment(
     if all(text is None for text in given.values()):
         raise InputError("--E, --P, --G, --alpha", None, "at least one of them with its values")
     states = math.prod(len(part) for part in values.values())
-    if states > _MOST_STATES:
-        raise InputError("--E, --P, --G, --alpha", f"{states} states", f"at most {_MOST_STATES} combinations")
+    if states > _MAX_STATES:
+        raise InputError("--E, --P, --G, --alpha", f"{states} states", f"at most {_MAX_STATES} combinations")
     offset, along_pinion, along_gear, shaft = values.values()
     with threadpool_limits(1):
         pair = load_design(design)

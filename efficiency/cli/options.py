@@ -52,7 +52,7 @@ FiguresOption = Annotated[Path | None, typer.Option(help="Folder for figures (PN
 UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric or inch.", rich_help_panel=OUTPUT)]
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")]
 
-MOST_VALUES = 10_000
+MAX_VALUES = 10_000
 Lists = tuple[list[float], list[float], list[float]]
 Report = Callable[[int, int], None]
 
@@ -102,7 +102,7 @@ def value_list(option: str, text: str, quantity: ValueRange) -> tuple[float, ...
         return tuple(quantity.check_list(text, option))
     match = re.fullmatch(r"\s*([^:]+):([^:]+):\s*(\d+)\s*([^\d:][^:]*)", text)
     count = int(match[3]) if match else 0
-    if match is None or not 2 <= count <= MOST_VALUES:
+    if match is None or not 2 <= count <= MAX_VALUES:
         raise InputError(option, text, "'from:to:number unit' such as '-0.2:0.2:9 mm', with a number of at least 2")
     first, last = (quantity.check(f"{match[k].strip()} {match[4]}", option, bare=False) for k in (1, 2))
     # values that are zero but for the last binary digit are zero

@@ -42,7 +42,7 @@ _SHAPE = (24, 20)
 _BEYOND_FACE, _BEYOND_DEPTH = 0.2, 0.12
 # where the gear flank is undercut: more points than coefficients, and the share of its regularity that is still taken,
 # less than that of the map (`UNDERCUT`), so that the map lies inside
-_OVERSAMPLING, _LEAST_REGULAR = 1.5, 0.5 * UNDERCUT
+_OVERSAMPLING, _MIN_REGULAR = 1.5, 0.5 * UNDERCUT
 _FIELDS = (*POSITION, *NORMAL, "relief")
 
 
@@ -225,13 +225,13 @@ def _regular_points(
     points, found = gear.solve(np.append(u, 0.0), height)
     if not found[-1]:
         raise ConvergenceError("undercut", f"the {gear.side} gear flank does not exist halfway up its addendum")
-    present = relative_regularity(gear, points.parameters, found)[:-1] > _LEAST_REGULAR
+    present = relative_regularity(gear, points.parameters, found)[:-1] > _MIN_REGULAR
     nodes = FlankPoints(points.parameters[:, :-1], points.position[:, :-1], points.normal[:, :-1])
     return u, v, nodes, present
 
 
 COLUMNS = "length,depth,ease_off"
-_FEWEST, _HIGHEST = 6, 10
+_MIN_BATCHES, _HIGHEST = 6, 10
 
 
 @dataclass(frozen=True)
@@ -282,8 +282,8 @@ def read_ease_off_map(path: Path) -> EaseOffMap:
                 f"{path}, line {number}", line[:60], "length and depth from -1.5 to 1.5, ease-off to 1000 um"
             )
         table.append(values)
-    if len(table) < _FEWEST:
-        raise InputError("ease_off.map", f"{path} with {len(table)} points", f"at least {_FEWEST} points")
+    if len(table) < _MIN_BATCHES:
+        raise InputError("ease_off.map", f"{path} with {len(table)} points", f"at least {_MIN_BATCHES} points")
     length, depth, relief = np.array(table).T
     return _fit(str(path), length, depth, relief * 1e-6)
 

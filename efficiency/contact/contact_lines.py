@@ -188,9 +188,9 @@ def _end(
 # gear rotation up to which edges are followed where nothing else is said, as a share of the pitch of the gear
 EDGE_REACH = 1.0 / 60.0
 # least cosine squared of the angle between an edge and the lines for which the section square to the edge is taken
-_LEAST_CROSSING = 0.1
+_MIN_CROSSING = 0.1
 # of two flanks that still have a line of contact [m]
-LARGEST_RADIUS = 10.0
+MAX_RADIUS = 10.0
 
 
 @dataclass(frozen=True)
@@ -438,9 +438,9 @@ def _with_edges(
         points = points.at(points.closing < least[owner[points.owner]] + reach)
     own = conjugate_fields(surface, points.u, points.v, points.length)
     del own["valley"]
-    meets = own["radius_equivalent"] < 0.99 * LARGEST_RADIUS
+    meets = own["radius_equivalent"] < 0.99 * MAX_RADIUS
     points, own = points.at(meets), {name: values[meets] for name, values in own.items()}
-    crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _LEAST_CROSSING)
+    crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _MIN_CROSSING)
     # the section square to the edge
     own["radius_equivalent"] = own["radius_equivalent"] / crossing
     own["closing"] = points.closing
@@ -500,7 +500,7 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
     slope = eu * up + ev * vp
     curvature = rate / (surface_gear * surface_pinion) + euu * up**2 + 2.0 * euv * up * vp + evv * vp**2
     # next to a limit of undercut flanks part more and more slowly, beyond it they would cut into each other
-    curvature = np.maximum(curvature, 1.0 / LARGEST_RADIUS)
+    curvature = np.maximum(curvature, 1.0 / MAX_RADIUS)
     u1, h1 = p(u, v, ("u1", "h1"))
     gear, pinion = surface.gear.blank, surface.pinion.blank
     return {

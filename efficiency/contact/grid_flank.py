@@ -102,7 +102,7 @@ class SmoothFlank(Flank):
 FORMAT = "mixed-ehl flank grid v1"
 _UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
 _PLACE, _NORMAL = ("row", "column", "x", "y", "z"), ("nx", "ny", "nz")
-_FEWEST = 15
+_MIN_POINTS = 15
 # a point farther beyond its blank than this (fractions of face and depth) belongs to another blank or another unit
 _BEYOND = 0.35
 # a normal farther from that of the points around it is turned, or not a normal [rad]
@@ -191,8 +191,8 @@ def read_point_grid(path: Path) -> PointGrid:
             if not _finite(text):
                 raise InputError(f"{path}, line {number}, column {name}", text.strip(), "a finite number")
         table.append([float(text) for text in values])
-    if len(table) < _FEWEST:
-        raise InputError("grid", f"{path} with {len(table)} points", f"at least {_FEWEST} points")
+    if len(table) < _MIN_POINTS:
+        raise InputError("grid", f"{path} with {len(table)} points", f"at least {_MIN_POINTS} points")
     data = np.array(table).T
     grid = PointGrid(
         str(path),

@@ -79,9 +79,9 @@ EDGES = (
     "pinion undercut",
 )
 # share of the mating flank that may be absent; beyond it too little is left to speak of a pair (our choice)
-_LARGEST_ABSENT = 0.3
+_MAX_ABSENT = 0.3
 # interpolation error, as a share of the tooth depth, from which a map says nothing
-_LARGEST_ERROR = 0.01
+_MAX_ERROR = 0.01
 
 
 @dataclass(frozen=True)
@@ -324,26 +324,26 @@ def _map(
     # turn the pinion until its highest point touches: the smallest ease-off becomes zero
     crest, lowest = _crest(start)
     reached = relief[present] / lever[present]
-    if lowest < reached.min() - np.ptp(reached) - _LARGEST_ERROR * start.undercut_scale / lever[-1]:
+    if lowest < reached.min() - np.ptp(reached) - _MAX_ERROR * start.undercut_scale / lever[-1]:
         raise ConvergenceError("map", "the ease-off runs out of its points next to the limit of undercut")
     phase += direction * lowest / abs(assembly.ratio)
     relief, parameters, found = ease_off(conjugate, grid.pinion, phase, parameters)
     if not found[present].all():
         present = present & found
         on_pinion = _fitter(grid, present)
-    if present.mean() < 1.0 - 2.0 * _LARGEST_ABSENT:
+    if present.mean() < 1.0 - 2.0 * _MAX_ABSENT:
         raise _undercut(grid, 1.0 - float(present.mean()), "map")
     surface = replace(start, phase=phase, crest=crest, patch=with_ease_off(np.where(present, relief, 0.0)))
     tail = surface.patch.tail
     error = tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
     # the gear flank is interpolated as well: its azimuth, along the normal
     error += tail["azimuth"] * float(lever[-1])
-    if not error < _LARGEST_ERROR * start.undercut_scale:
+    if not error < _MAX_ERROR * start.undercut_scale:
         raise ConvergenceError(
             "map", f"the flanks are not smooth enough for the map of the mesh: error {error * 1e6:.3g} um"
         )
     absent = _absent(surface)
-    if absent is not None and absent.share > _LARGEST_ABSENT:
+    if absent is not None and absent.share > _MAX_ABSENT:
         raise _undercut(grid, absent.share, "mating flank")
     return replace(surface, interpolation_error=error, absent=absent)
 

@@ -35,7 +35,7 @@ Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
 # as thin
 BACKUP_RATIO = 1.2
 # at most this share of the way from the root to the axis, so that a slender pinion keeps a core
-_TO_AXIS, _MOST_TO_AXIS = 0.5, 0.9
+_TO_AXIS, _MAX_TO_AXIS = 0.5, 0.9
 
 
 class BodyInput(InputModel):
@@ -62,11 +62,11 @@ class BodyInput(InputModel):
         to_axis = float(blank.axial(ends, blank.root(ends))[0].min()) / math.cos(blank.pitch_angle)
         if self.rim_thickness is None:
             return min(BACKUP_RATIO * (blank.mean_addendum + blank.mean_dedendum), _TO_AXIS * to_axis)
-        if self.rim_thickness > _MOST_TO_AXIS * to_axis:
+        if self.rim_thickness > _MAX_TO_AXIS * to_axis:
             raise InputError(
                 "body.rim_thickness",
                 f"{self.rim_thickness * 1e3:.6g} mm",
-                f"at most {_MOST_TO_AXIS * to_axis * 1e3:.6g} mm, {_MOST_TO_AXIS:g} of the way from root to axis",
+                f"at most {_MAX_TO_AXIS * to_axis * 1e3:.6g} mm, {_MAX_TO_AXIS:g} of the way from root to axis",
             )
         return self.rim_thickness
 

@@ -19,10 +19,10 @@ from ehl.io.table_files import read_table
 from ehl.io.units import ValueRange
 from regression.plan.operating_range import WeightedPoints
 
-_MOST_TORQUE, _MOST_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
+_MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
 COLUMNS: dict[str, ValueRange | None] = {
-    "torque": ValueRange("N*m", ge=-_MOST_TORQUE, le=_MOST_TORQUE, hint="Below zero on the coast side."),
-    "speed": ValueRange("rad/s", ge=-_MOST_SPEED, le=_MOST_SPEED, hint="Below zero in reverse."),
+    "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Below zero on the coast side."),
+    "speed": ValueRange("rad/s", ge=-_MAX_SPEED, le=_MAX_SPEED, hint="Below zero in reverse."),
     "temperature": OPERATION_LIMITS["temperature_oil"],
     "hours": ValueRange("h", ge=0.0),
 }

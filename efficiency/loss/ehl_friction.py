@@ -33,9 +33,9 @@ Scene = tuple[LineContact, Lubricant, SurfaceInput, tuple[float, float]]
 # contacts solved for a mesh: of the smooth film (load sharing adds nothing to its cost), of the rolling rough surfaces
 POINTS, POINTS_DETERMINISTIC = 320, 80
 # contacts below which a worker process does not pay, and parts of the work for each: contacts differ in cost
-FEWEST_PER_JOB, PARTS_PER_JOB = 12, 4
+MIN_PER_JOB, PARTS_PER_JOB = 12, 4
 # share of the sliding power next to contacts that failed, from which there is no friction
-MOST_FAILED = 0.1
+MAX_FAILED = 0.1
 # interval of the prediction, in RMS errors of the contacts predicted by the others
 _WIDTH = 2.0
 # what is kept of each solution beside its errors
@@ -127,8 +127,8 @@ class EhlFriction:
 
     def _solve(self, state: ContactState, oil: Oil, chosen: IntArray, path: IntArray) -> Solved:
         """The chosen points; the path is the order in which neighbours start each other."""
-        jobs = max(1, min(self.jobs or _cores(), path.size // FEWEST_PER_JOB))
-        parts = 1 if jobs == 1 else min(PARTS_PER_JOB * jobs, path.size // FEWEST_PER_JOB)
+        jobs = max(1, min(self.jobs or _cores(), path.size // MIN_PER_JOB))
+        parts = 1 if jobs == 1 else min(PARTS_PER_JOB * jobs, path.size // MIN_PER_JOB)
         scenes = [self._contact(state, oil, int(at), self.seed + k) for k, at in enumerate(chosen)]
         tasks = [[scenes[k] for k in part] for part in np.array_split(path, parts)]
         if jobs == 1:
@@ -208,7 +208,7 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
     if every:
         values, half = np.where(known, solved.values, values), np.where(known, solved.scatter, half)
         chance = float(np.linalg.norm((share * solved.scatter)[known]))
-    if float(share[doubtful].sum()) > MOST_FAILED:
+    if float(share[doubtful].sum()) > MAX_FAILED:
         values[:, doubtful] = np.nan
     bias = solved.bias[known][nearest(place, place[chosen[known]])] if known.any() else np.full(size, np.nan)
     missing = chance + float((share * half)[doubtful].sum() + (share * bias).sum())

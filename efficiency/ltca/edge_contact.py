@@ -31,7 +31,7 @@ _CORNER = 6.0
 # last step of Newton's method on the angle a: the next one would be its square
 _LAST_STEP = 1e-9
 # keeps the start of it off the ends, where a has no slope by e
-_LEAST_SHARE = 1e-15
+_MIN_SHARE = 1e-15
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def edge_angle(distance: FloatArray, ratio: FloatArray) -> FloatArray:
     e, k = distance[at], ratio[at] / np.pi
     # e falls from 1 to -sqrt(1 + R/r), at both ends as the square of the angle
     share = (1.0 - e) / (1.0 + np.sqrt(1.0 + ratio[at]))
-    a = np.arccos(1.0 - 2.0 * np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE))
+    a = np.arccos(1.0 - 2.0 * np.clip(share, _MIN_SHARE, 1.0 - _MIN_SHARE))
     low, high = np.zeros(at.size), np.full(at.size, np.pi)
     for _ in range(60):
         s, c = np.sin(a), np.cos(a)

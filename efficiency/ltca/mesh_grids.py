@@ -31,7 +31,7 @@ from efficiency.ltca.load_distribution import (
 from ehl.io.errors import InputError
 
 # below this share of loaded points on the line that carries most, the lines are cut down
-_FEWEST = 0.4
+_MIN_LOADED_SHARE = 0.4
 # how far beyond the approach of the load lines and edges are followed
 _MARGIN = 1.2
 
@@ -144,7 +144,7 @@ class MeshGrids:
         closed = max(
             float(np.max(p.approach * p.position.lever_pinion / p.position.lever_gear)) for p in load.positions
         )
-        if _MARGIN * closed <= self.reach and loaded_share(load) >= _FEWEST:
+        if _MARGIN * closed <= self.reach and loaded_share(load) >= _MIN_LOADED_SHARE:
             return self
         # in steps of two, so that torques near each other share their lines
         step = math.ceil(math.log2(_MARGIN * closed))

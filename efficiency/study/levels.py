@@ -21,7 +21,7 @@ _ROUGHNESSES = (1e-7, 2e-7, 4e-7, 8e-7)
 _SHIFTS = (-1e-4, -5e-5, 5e-5, 1e-4)
 _ARCMIN = radians(1.0 / 60.0)
 _TURNS = (-4.0 * _ARCMIN, -2.0 * _ARCMIN, 2.0 * _ARCMIN, 4.0 * _ARCMIN)
-_MOST_POINTS = 200_000
+_MAX_POINTS = 200_000
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class Levels:
             if not getattr(self, name):
                 raise InputError(name, (), "at least one value")
         size = len(self.torque) * len(self.speed) * len(self.temperature_oil) * len(self.roughness_rms)
-        if size > _MOST_POINTS:
-            raise InputError("levels", f"{size} operating points", f"at most {_MOST_POINTS} for each design")
+        if size > _MAX_POINTS:
+            raise InputError("levels", f"{size} operating points", f"at most {_MAX_POINTS} for each design")
 
     @classmethod
     def around(cls, design: Design, **given: tuple[float, ...]) -> Levels:

@@ -296,7 +296,7 @@ def _newton(
 
     y = _log_stress(p, h, base, lubricant, speed)[0]
     # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
-    y = np.minimum(y, np.log(_LARGEST_RISE / np.maximum(np.diag(kernel) + across, 1e-300)))
+    y = np.minimum(y, np.log(_MAX_RISE / np.maximum(np.diag(kernel) + across, 1e-300)))
     value, slope, share = residual(y)
     for iteration in range(1, max_iterations + 1):
         jacobian = kernel * np.exp(y)[None, :]
@@ -320,7 +320,7 @@ def _newton(
     return _filled(y, wet), max_iterations, False
 
 
-_LARGEST_RISE = 500.0  # K
+_MAX_RISE = 500.0  # K
 
 
 def _across(

@@ -23,15 +23,15 @@ NODES_MIN, NODES_MAX = 64, 16384
 BUDGET: dict[str, tuple[int, int]] = {
     "fast": (2048, 8192), "standard": (4096, NODES_MAX), "reference": (8192, NODES_MAX)
 }  # fmt: skip
-FEWEST_PER_LENGTH = 3.0  # nodes per correlation length below which the answer would mean nothing
+MIN_PER_LENGTH = 3.0  # nodes per correlation length below which the answer would mean nothing
 SPARE = 2.0  # times as many nodes as the fewest where an accurate mesh is beyond the first number
-SHORTEST_MESH = 3.7  # inlet and outlet of the thinnest film [b]
+MIN_MESH_LENGTH = 3.7  # inlet and outlet of the thinnest film [b]
 PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the companion of twice the spacing must carry it as well
 LONG_WAVES = 3.0  # correlation lengths a batch of the mean holds at least
 LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contact
 # a contact holds so many waves of fine roughness that shorter ways give the same mean: the correlation length from
 # which on they are as long as ever [b], and the least share of the ways
-FINE_LENGTH, LEAST_SHARE = 0.1, 1.0 / 3.0
+FINE_LENGTH, MIN_SHARE = 0.1, 1.0 / 3.0
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 
 # node distance over the width of the inlet sweep (`inlet_sweep`). The smooth film comes out thinner by half its square:
@@ -145,7 +145,7 @@ def make_plan(
         ratio = film / surfaces.rms
         per_length = high if ratio > 0.3 else low if ratio > NEAR_BOUNDARY else FINER_THERE * low
         lc = surfaces.shortest_correlation_length / contact.half_width
-        coarsest = min(lc / FEWEST_PER_LENGTH, surfaces.shortest_wavelength / (PER_WAVELENGTH * contact.half_width))
+        coarsest = min(lc / MIN_PER_LENGTH, surfaces.shortest_wavelength / (PER_WAVELENGTH * contact.half_width))
         spacing = min(spacing, lc / per_length, coarsest)
         if ratio < SPOT_RATIO:
             spacing = min(spacing, 1.0 / (PER_SPOT[level] * min(SPOT_NODES / ratio**SPOT_POWER, SPOT_NODES_MAX)))
@@ -171,7 +171,7 @@ def make_plan(
 
 def _shortened(plan: Plan, correlation_length: float) -> Plan:
     """Shorter ways for fine roughness; ``correlation_length`` in b."""
-    share = min(max(correlation_length / FINE_LENGTH, LEAST_SHARE), 1.0)
+    share = min(max(correlation_length / FINE_LENGTH, MIN_SHARE), 1.0)
     return replace(
         plan,
         window_min=share * plan.window_min,
@@ -192,7 +192,7 @@ def inlet_sweep(contact: LineContact, film: float) -> float:
 
 def fewest_nodes(correlation_length: float) -> float:
     """Nodes below which an answer for generated roughness would mean nothing; ``correlation_length`` in b."""
-    return FEWEST_PER_LENGTH * SHORTEST_MESH / correlation_length
+    return MIN_PER_LENGTH * MIN_MESH_LENGTH / correlation_length
 
 
 def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: float) -> Plan:

@@ -10,8 +10,8 @@ from scipy.stats import t as student
 
 Array = NDArray[np.float64]
 
-FEWEST = 5  # batches below which no interval is given
-MOST_CORRELATED = 0.8  # correlation of neighbours that the correction still trusts
+MIN_BATCHES = 5  # batches below which no interval is given
+MAX_CORRELATION = 0.8  # correlation of neighbours that the correction still trusts
 
 
 def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[float, float]:
@@ -41,15 +41,15 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
     """
     mean = float(np.mean(series))
     count = series.size // max(batch, 1)
-    if count < FEWEST:
+    if count < MIN_BATCHES:
         return mean, math.nan
     size = max(batch // 2, 1)
     count = series.size // size
     means = series[series.size - count * size :].reshape(count, size).mean(axis=1)
-    while means.size >= 4 * FEWEST and neighbour_correlation(means) > 0.2:
+    while means.size >= 4 * MIN_BATCHES and neighbour_correlation(means) > 0.2:
         means = means[means.size % 2 :].reshape(-1, 2).mean(axis=1)
     found = max(neighbour_correlation(means), 0.0)
-    correlation = min(found + (1.0 + 3.0 * found) / means.size, MOST_CORRELATED)
+    correlation = min(found + (1.0 + 3.0 * found) / means.size, MAX_CORRELATION)
     inflation = (1.0 + correlation) / (1.0 - correlation)
     spread = float(np.std(means, ddof=1)) * math.sqrt(inflation / means.size)
     freedom = max(means.size / inflation - 1.0, 2.0)

@@ -30,7 +30,7 @@ from ehl.surface.roughness import boundary_film
 DEFICIT_DRAINED, DEFICIT_SEALED, DEFICIT_GROWTH, DEFICIT_POWER = 0.01, 0.12, 0.85, 1.5
 FILM_SHARE, STIFFENING = 0.04, 15.0
 NODES_PER_LENGTH, NODES_PER_WAVE = 12.0, 2.2
-NODES_LEAST, NODES_MOST = 512, 8192
+NODES_MIN, NODES_MAX = 512, 8192
 REACH = 2.0  # half length of the dry mesh [b]
 MOMENTS = (0.0, 5.3, 9.9, 16.1, 21.7, 27.2)  # travel of the surfaces at which it is solved [b]
 HEAT_NODES = 97
@@ -120,7 +120,7 @@ def dry_limit(
         # known before any profile is made
         if left_out(surface.boundary_film or boundary_film(surface.roughness_rms).thickness)[1] > 0.5 * tolerance:
             return None
-        if NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MOST * surface.correlation_length:
+        if NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length:
             return None
     surfaces = rough_surfaces(surface, contact.half_width)
     boundary = surface.boundary_film or surfaces.default_boundary_film
@@ -151,8 +151,8 @@ def _dry_contact(
 ) -> DryContactResult | None:
     """The contact of both profiles after some travel; None where no mesh shows them."""
     finest = min(surfaces.shortest_correlation_length / NODES_PER_LENGTH, surfaces.shortest_wavelength / NODES_PER_WAVE)
-    count = max(NODES_LEAST, math.ceil(2.0 * REACH * contact.half_width / finest))
-    if count > NODES_MOST:
+    count = max(NODES_MIN, math.ceil(2.0 * REACH * contact.half_width / finest))
+    if count > NODES_MAX:
         return None
     x = uniform_grid(contact, count, REACH)
     heights = np.zeros_like(x)

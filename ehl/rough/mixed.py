@@ -20,22 +20,24 @@ from ehl.rough.accuracy import BUDGET, NODES_MIN, fewest_nodes, level_of, mesh_l
 from ehl.rough.scaling import film_estimate
 from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, split_surfaces
 from ehl.surface.measured_profile import load_profile
-from ehl.surface.roughness import LEAST_FILM, RoughProfile, generate_profile
+from ehl.surface.roughness import MIN_BOUNDARY_FILM, RoughProfile, generate_profile
 
 FloatArray = NDArray[np.float64]
 
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
-SHORTEST = 60  # correlation lengths a generated profile holds at least
+MIN_CORRELATION_LENGTHS = 60  # correlation lengths a generated profile holds at least
 # relative change of mu by roughness at a film ratio of 2.8, and how fast it falls with the film ratio: the largest of
 # our runs (three seeds, sealed and drained: 3.1 % at 2.8, 1.2 % at 4.0, 0.3 % at 5.9 and 8.9)
 ROUGHNESS_EFFECT, ROUGHNESS_RATIO, ROUGHNESS_POWER = 0.031, 2.8, 1.8
 # films of a shear stress far below tau0 stay viscous, and ripples of the pressure raise mu as exp(alpha p): 3 to 20 %
 # where 2.4 % hold at tau0, in seven scenes down to 0.02 tau0; the inverse of the stress bounds them all
-LEAST_STRESS = 0.02
+MIN_STRESS_RATIO = 0.02
 REGULAR_WAVES = 1.15  # in Rq: at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
-MOST_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
+MAX_EFFECT_WITHOUT_CONTACT = (
+    0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
+)
 ERROR_ALLOWED = (
     4.0  # times the tolerance asked for; with a larger error of mesh and wall a rough result is not converged
 )
@@ -44,7 +46,7 @@ TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 
 def _viscous(stress_ratio: float) -> float:
     """How much more a film far below tau0 feels roughness than one that thins [-]."""
-    return 1.0 / min(stress_ratio + LEAST_STRESS, 1.0)
+    return 1.0 / min(stress_ratio + MIN_STRESS_RATIO, 1.0)
 
 
 def roughness_effect(film_ratio: float, stress_ratio: float = math.inf) -> float:
@@ -239,7 +241,9 @@ def _over_wall(
     nodes = max(round(BUDGET_SHARE * BUDGET[level_of(common["accuracy"])][0]), NODES_MIN)
     cutoff = CUTOFF_NODES * length / nodes * contact.half_width
     split = split_surfaces(surface, contact.half_width, _profile_length(surface, contact.half_width), cutoff)
-    base = surface.boundary_film or LEAST_FILM  # by the rule only the adsorbed film is left: the rest is the wall
+    base = (
+        surface.boundary_film or MIN_BOUNDARY_FILM
+    )  # by the rule only the adsorbed film is left: the rest is the wall
     low, wall, high = split.walls(contact, base)
     run = solve_transient(
         contact,
@@ -270,13 +274,13 @@ def _wall_error(run: TransientResult, smooth: SmoothFriction, rms_below: float) 
     if mu == 0.0:
         return 0.0
     bounds = max(abs(run.friction_boundary_half - mu), abs(run.friction_boundary_double - mu)) / mu
-    ripple = MOST_WITHOUT_CONTACT
+    ripple = MAX_EFFECT_WITHOUT_CONTACT
     if smooth.film > 0.0:
         left_out = roughness_effect(smooth.film / rms_below) if rms_below > 0.0 else 0.0
-        ripple = min(left_out, MOST_WITHOUT_CONTACT)
+        ripple = min(left_out, MAX_EFFECT_WITHOUT_CONTACT)
     return max(bounds, ripple * _viscous(smooth.stress_ratio))
 
 
 def _profile_length(surface: SurfaceInput, half_width: float) -> float:
     """Period of a generated profile [m]."""
-    return max(PROFILE_LENGTH * half_width, SHORTEST * surface.correlation_length)
+    return max(PROFILE_LENGTH * half_width, MIN_CORRELATION_LENGTHS * surface.correlation_length)

@@ -25,7 +25,7 @@ from ehl.surface.roughness import RoughProfile, generate_profile
 CUTOFF_NODES = 8.0  # nodes per shortest wavelength that is kept
 BUDGET_SHARE = 0.6  # of the nodes of the accuracy: its window is long enough, its bounds are coarse anyway
 GAP_LOG, GAP_PRESSURE = 0.4, 0.5  # mean gap over sigma_sub = 0.4 ln(0.5 E* slope/p)
-LEAST_GAP, MOST_GAP = 0.1, 2.5
+MIN_GAP, MAX_GAP = 0.1, 2.5
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,14 @@ class SplitSurfaces:
         """Mean gap of the fine part under the Hertz pressure, over sigma_sub [-]."""
         stiffness = 0.5 * contact.effective_modulus * self.slope
         if stiffness <= 0.0:
-            return LEAST_GAP
+            return MIN_GAP
         gap = GAP_LOG * math.log(GAP_PRESSURE * stiffness / contact.pressure_hertz)
-        return min(max(gap, LEAST_GAP), MOST_GAP)
+        return min(max(gap, MIN_GAP), MAX_GAP)
 
     def walls(self, contact: LineContact, base: float) -> tuple[float, float, float]:
         """Heights of the wall over the filtered surfaces [m]: without the fine part, expected, and the upper bound."""
         gap = self.gap(contact)
-        heights = (base + factor * self.rms_below for factor in (0.0, gap, min(2.0 * gap + 0.5, MOST_GAP)))
+        heights = (base + factor * self.rms_below for factor in (0.0, gap, min(2.0 * gap + 0.5, MAX_GAP)))
         low, expected, high = heights
         return low, expected, high
 

@@ -21,10 +21,10 @@ Array = NDArray[np.float64]
 BLOCK = 4.0  # travel between two looks at the interval [b]
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
-MOST_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
+MAX_MEDIAN_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
 FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
-MOST_REPEATS = 3  # of a block in which that happened
-FEWEST_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
+MAX_REPEATS = 3  # of a block in which that happened
+MIN_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
 
 
 @dataclass
@@ -106,7 +106,7 @@ class Window:
 
 def film_jumped(part: Array, records: Array) -> bool:
     """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart."""
-    usual = min(float(np.median(records[:, FILM_MEAN])), MOST_FILM)
+    usual = min(float(np.median(records[:, FILM_MEAN])), MAX_MEDIAN_FILM)
     return not bool(part[:, FILM_MEAN].max() <= FILM_JUMP * usual)
 
 
@@ -117,7 +117,7 @@ def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:
         block = min(BLOCK, plan.window_max - rolled)
         coarse.roll(block)
         fine.roll(block)
-        if fine.repeats < MOST_REPEATS and (coarse.astray() or fine.astray()):
+        if fine.repeats < MAX_REPEATS and (coarse.astray() or fine.astray()):
             for window in (coarse, fine):
                 window.repeat()
             continue
@@ -139,7 +139,7 @@ def net_exchange(window: Window) -> tuple[float, float]:
     middle = slice(run.problem.model.contact.middle_first, run.problem.model.contact.middle_last)
     sums = np.cumsum(np.concatenate(window.exchanges), axis=1) / float(run.state.mass[middle].mean())
     count = len(sums)
-    if count < FEWEST_EXCHANGES:
+    if count < MIN_EXCHANGES:
         return float(np.abs(sums.mean(axis=0)).max()), math.nan
     total = np.vstack([np.zeros(sums.shape[1]), np.cumsum(sums, axis=0)])
     moment = np.arange(count + 1) - 0.5 * count

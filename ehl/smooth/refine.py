@@ -21,7 +21,7 @@ Accuracy = Literal["fast", "standard", "reference"]
 # Coarsest of the nested grids, error estimate above which a finer grid is added, and the end of that.
 COARSEST: dict[str, int] = {"fast": 41, "standard": 49, "reference": 129}
 TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
-MOST_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
+MAX_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
 THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
 UNDERSHOOT = 1e-4  # of p_h; more below zero is no solution
 
@@ -50,7 +50,7 @@ def nested(
     """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
     scene, grading = near.scene, grade(features_of_level(near))
     nodes = refined(COARSEST[accuracy], scene)
-    most = refined(MOST_NODES[accuracy], scene)
+    most = refined(MAX_NODES[accuracy], scene)
     levels: list[Level] = []
     while True:
         grid = Grid.of(grading, grading.points(2 * nodes - 1))

@@ -39,8 +39,8 @@ Thermal = Literal["auto", "on"]
 # on the change of friction and film between two rounds, and the number of nodes of the heat balance
 ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
 HEAT_NODES: dict[Accuracy, int] = {"fast": 65, "standard": 97, "reference": 257}
-MOST_ROUNDS = 40
-MOST_HALVINGS = 4
+MAX_ROUNDS = 40
+MAX_HALVINGS = 4
 # where twice the nodes change friction or film by more, the balance is struck anew at the next accuracy
 REFINED_ALLOWED = 0.05
 # a change in the last round up to this is accepted, noted and counted in the error
@@ -255,13 +255,13 @@ def _settled(
     """Rounds of heat balance and film until both agree, and one more on twice the nodes."""
     nodes, tolerance = HEAT_NODES[accuracy], ROUND_TOLERANCE[accuracy]
     change, rounds, iterations = (math.inf, math.inf), 0, 0
-    while max(change) > tolerance and rounds < MOST_ROUNDS:
+    while max(change) > tolerance and rounds < MAX_ROUNDS:
         rounds += 1
         heat = balance(film, nodes)
         if heat.status != "converged":
             return _Settled(film, heat, heat.reason, rounds, iterations)
         offset = mixer.next_offset(heat)
-        for _ in range(MOST_HALVINGS):
+        for _ in range(MAX_HALVINGS):
             hot = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
             iterations += hot.iterations
             if hot.status == "converged":

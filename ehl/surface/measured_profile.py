@@ -17,7 +17,7 @@ from ehl.surface.roughness import RoughProfile
 
 FloatArray = NDArray[np.float64]
 
-FEWEST_POINTS = 64
+MIN_POINTS = 64
 # ISO 16610-21: half the amplitude passes at the cut-off wavelength
 GAUSSIAN_CONSTANT = math.sqrt(math.log(2.0) / math.pi)
 # relative; larger steps than this are resampled
@@ -60,8 +60,8 @@ def read_profile(
     except (OSError, UnicodeDecodeError) as error:
         raise InputError("profile", name, "a readable text file", f"It could not be read: {error}.") from None
     rows, units = _parse(text, name)
-    if len(rows) < FEWEST_POINTS:
-        raise InputError("profile", name, f"at least {FEWEST_POINTS} points", f"The file has {len(rows)}.")
+    if len(rows) < MIN_POINTS:
+        raise InputError("profile", name, f"at least {MIN_POINTS} points", f"The file has {len(rows)}.")
     data = np.array(rows)
     bad = np.flatnonzero(~np.all(np.isfinite(data), axis=1))
     if len(bad):
@@ -371,8 +371,8 @@ def read_topography(path: str | Path) -> tuple[FloatArray, FloatArray, tuple[str
         raise InputError(
             "profile", str(path), "a profile without missing points", "Fill them in the instrument's software."
         )
-    if len(heights) < FEWEST_POINTS:
-        raise InputError("profile", str(path), f"at least {FEWEST_POINTS} points", f"The file has {len(heights)}.")
+    if len(heights) < MIN_POINTS:
+        raise InputError("profile", str(path), f"at least {MIN_POINTS} points", f"The file has {len(heights)}.")
     x, heights, resampled = _uniform(scale * x, scale * heights)
     return x, heights, (*notes, *resampled)
 

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 # exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), has fallen to 5 % of its peak at k = 3.5/lc
 CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
-LEAST_FILM, MOST_FILM = 5e-9, 100e-9  # boundary films of the default rule [m]
+MIN_BOUNDARY_FILM, MAX_BOUNDARY_FILM = 5e-9, 100e-9  # boundary films of the default rule [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,5 +364,5 @@ def boundary_film(
     sigma = float(rms_below_cutoff) if known and rms_below_cutoff is not None else share_unknown * rms
     _require("rms_below_cutoff", sigma, sigma >= 0.0, ">= 0 m")
     rule = adsorbed + factor * sigma
-    thickness = min(max(rule, LEAST_FILM), MOST_FILM)
+    thickness = min(max(rule, MIN_BOUNDARY_FILM), MAX_BOUNDARY_FILM)
     return BoundaryFilm(thickness, thickness != rule, thickness < 10e-9)

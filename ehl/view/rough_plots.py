@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ehl.rough import TransientResult
 from ehl.rough.accuracy import BATCH
-from ehl.rough.batches import FEWEST, batch_means
+from ehl.rough.batches import MIN_BATCHES, batch_means
 from ehl.rough.mixed import rough_surfaces
 from ehl.surface.roughness import RoughProfile, autocorrelation
 from ehl.view.plots import BLUE, GREY, ORANGE
@@ -163,7 +163,7 @@ def _friction(axes: Axes, run: TransientResult) -> None:
     if known.any():
         axes.fill_between(
             travel[known], (mean - half_width)[known], (mean + half_width)[known], color=BLUE, alpha=0.2, lw=0.0,
-            label=f"90 % interval, from {FEWEST} batches on",
+            label=f"90 % interval, from {MIN_BATCHES} batches on",
         )  # fmt: skip
     axes.plot(travel, mean, color=BLUE, label="running mean")
     axes.set(xlim=(0.0, run.travel), xlabel="rolled distance [b]", ylabel="friction coefficient [-]")

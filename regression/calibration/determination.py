@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 # half width of the 95 % interval of ln(value): up to a factor of 1.5 is a value, up to 3 a weak one, beyond none
 DETERMINED, TOLD = math.log(1.5), math.log(3.0)
 ALONE = 0.9  # share of what is known of a parameter that may come from one row
-MOST_PROFILE, FARTHEST = 5, 6.0  # solutions of all rows for each side of a profile; over the first step
+MAX_PROFILE, FARTHEST = 5, 6.0  # solutions of all rows for each side of a profile; over the first step
 CLOSE_ROOT = 0.1  # of the quantile: near enough to interpolate
 ALIKE = 0.95  # correlation above which two parameters are told to be known together only
 
@@ -164,7 +164,7 @@ def profile_intervals(
 
     One parameter is set aside, the others are chosen by the surrogate, all rows are solved, and the deviance of the
     loss is taken. Its root is 1.96 (or Student's quantile) at the end of the interval; the step is drawn out or in
-    until it is, at most `MOST_PROFILE` times a side. Where even `FARTHEST` such steps do not get there, or a bound of
+    until it is, at most `MAX_PROFILE` times a side. Where even `FARTHEST` such steps do not get there, or a bound of
     the parameter comes first, the data set no limit on that side.
     """
     low, high = bounds_of(fit.names)
@@ -187,7 +187,7 @@ def profile_intervals(
         for j in range(len(fit.names))
         for sign, room in ((-1.0, here[j] - low[j]), (1.0, high[j] - here[j]))
     ]
-    for _ in range(MOST_PROFILE):
+    for _ in range(MAX_PROFILE):
         open_sides = [side for side in sides if not side.done]
         if not open_sides:
             break

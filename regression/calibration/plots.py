@@ -21,7 +21,7 @@ _OVER = {
     "load_per_length": (1e-3, 0.0, "load_per_length [N/mm]"),
     "temperature_oil": (1.0, -273.15, "temperature_oil [degC]"),
 }
-MOST_LABELS = 10
+MAX_LABELS = 10
 
 
 def plot_calibration(measurement: Measurement, result: CalibrationResult) -> Figure:
@@ -45,7 +45,7 @@ def plot_calibration(measurement: Measurement, result: CalibrationResult) -> Fig
         for number, (label, rows) in enumerate(lines):
             colour = colormaps["viridis"](0.9 * number / max(len(lines) - 1, 1))
             order = sorted((i for i in rows if number_of[i] not in result.excluded), key=lambda i: x[i])
-            text = label if number < MOST_LABELS else "_"
+            text = label if number < MAX_LABELS else "_"
             above.plot(x[order], measurement.friction[order], "o", ms=4, color=colour, label=text)
             above.plot(x[order], computed[order], "-", lw=1.2, color=colour)
             below.plot(x[order], residual[order], "o", ms=3, color=colour)

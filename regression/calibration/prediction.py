@@ -37,7 +37,7 @@ SHARES: dict[str, Callable[[Array], Array]] = {
     "doleschel_2002": share_doleschel_2002,
 }
 # shares are kept as ln(s/(1 - s)), friction as ln mu; both are held off nothing
-LEAST_SHARE, LEAST_FRICTION = 1e-5, 1e-9
+MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
 PARTS = 3  # film friction; film thickness or asperity share; relative error of the friction
 
 
@@ -228,9 +228,9 @@ class FrictionSolver:
 
     def transformed(self, parts: Array) -> Array:
         """The first two parts, shape (..., n, 2), as the surrogate expands them."""
-        friction = np.log(np.maximum(parts[..., 0], LEAST_FRICTION))
+        friction = np.log(np.maximum(parts[..., 0], MIN_FRICTION))
         if self.rough:
-            share = np.clip(parts[..., 1], LEAST_SHARE, 1.0 - LEAST_SHARE)
+            share = np.clip(parts[..., 1], MIN_SHARE, 1.0 - MIN_SHARE)
             return np.stack([friction, np.log(share / (1.0 - share))], axis=-1)
         return np.stack([friction, np.log(parts[..., 1])], axis=-1)
 

@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 STEP = 0.08  # of the finite differences in ln(value)
-REGION, SMALLEST_REGION = 1.2, 3e-3  # largest step in ln(value), and where the search gives up
-MOST_ROUNDS = 25
+REGION, MIN_REGION = 1.2, 3e-3  # largest step in ln(value), and where the search gives up
+MAX_ROUNDS = 25
 SCALED = 5  # rounds in which the scale of the residuals follows them
 # a gain of the loss below this is the end: a step of a twentieth of a standard error, in whatever direction
-LEAST_GAIN = 0.5 * 0.05**2
+MIN_GAIN = 0.5 * 0.05**2
 POOR = 0.5  # gain over the one foretold below which the finite differences are taken anew
 # places the search on the surrogate begins from, within this factor; how far it may go; how often
 STARTS, START_SPREAD, START_REGION, START_ROUNDS = 6, 5.0, 2.5, 3
@@ -243,7 +243,7 @@ def search(
     region, gained = REGION, np.inf
     surrogate = surrogate_at(solver, values, names, target.rows, differences=False)
     fresh = not surrogate.moving
-    for rounds in range(1, MOST_ROUNDS + 1):
+    for rounds in range(1, MAX_ROUNDS + 1):
         here = surrogate.log_values
         friction = surrogate.at(here)
         residuals = target.residuals(friction)
@@ -255,7 +255,7 @@ def search(
         goal = minimise(surrogate, target, scale, region)
         step = np.abs(goal - here)
         foretold = cost - robust.loss(target.residuals(surrogate.at(goal)) / scale)
-        if min(foretold, gained) < LEAST_GAIN or region < SMALLEST_REGION:
+        if min(foretold, gained) < MIN_GAIN or region < MIN_REGION:
             # a limit that cuts makes kinks: there the surrogate foretells gains for ever that never come
             if fresh:
                 jacobian = surrogate.jacobian(here)
@@ -282,4 +282,4 @@ def search(
             region = 0.25 * min(region, float(step.max()))
             if not fresh:
                 surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
-    raise ConvergenceError("calibration_rounds", f"the search did not come to rest in {MOST_ROUNDS} rounds")
+    raise ConvergenceError("calibration_rounds", f"the search did not come to rest in {MAX_ROUNDS} rounds")

@@ -24,7 +24,7 @@ FOLDS = 10
 _INNER_FOLDS = 5
 # held-out friction of the fits of this process: their reports show it, and to find it again takes as long as the fit
 _KEPT: dict[tuple[str, bool, bytes], HeldOut] = {}
-_MOST_KEPT = 32
+_MAX_KEPT = 32
 _CELLS = 4  # cells per axis of the (p, R) groups
 
 
@@ -110,7 +110,7 @@ def cross_validate(
             beside[held] = cloud.extrapolation(columns(frame[held])) >= Extrapolation.NEAR
     held_out = HeldOut(mu, deviation if gaussian_process else None, folds, beside)
     if identity is not None:
-        while len(_KEPT) >= _MOST_KEPT:
+        while len(_KEPT) >= _MAX_KEPT:
             del _KEPT[next(iter(_KEPT))]
         _KEPT[identity] = held_out
     return held_out

@@ -11,7 +11,7 @@ from regression.friction.formula import FittedFormula
 
 # a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
 # profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
-LARGEST_ERROR = 1.0
+MAX_ERROR = 1.0
 # origins that are kept for checking, and why a row of them is not fitted
 _KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
 
@@ -23,7 +23,7 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
     reasons = pd.Series("", index=frame.index, dtype=object)
     reasons[frame["slide_to_roll_total"] <= 0.0] = "no sliding"
     reasons[~(mu > 0.0)] = "friction not positive"
-    reasons[frame["friction_error"] > LARGEST_ERROR] = f"friction error above {100.0 * LARGEST_ERROR:.0f} %"
+    reasons[frame["friction_error"] > MAX_ERROR] = f"friction error above {100.0 * MAX_ERROR:.0f} %"
     for origin, reason in _KEPT.items():
         if origin != "corner" or not corners:
             reasons[frame["origin"] == origin] = reason
@@ -43,7 +43,7 @@ def fitted_rows(dataset: Dataset, formula: FittedFormula | None = None) -> pd.Da
 def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:
     """Rows a formula can be compared with: a case of large error of its own is no reference."""
     usable = (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
-    usable &= ~(frame["friction_error"] > LARGEST_ERROR)
+    usable &= ~(frame["friction_error"] > MAX_ERROR)
     return frame[usable & (frame["slide_to_roll_total"] > 0.0)].reset_index(drop=True)
 
 

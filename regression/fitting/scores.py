@@ -15,7 +15,7 @@ from regression.friction.conditions import Array
 from regression.friction.error_tables import Band, Interval, NoiseFloor, Scores, WidthBand, WorstCase
 
 INTERVAL_LEVEL = 0.9
-_LEAST_IN_BAND = 20  # held-out cases a band needs for an interval of its own
+_MIN_IN_BAND = 20  # held-out cases a band needs for an interval of its own
 
 
 def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
@@ -130,7 +130,7 @@ def interval_of(
         widths = tuple(
             band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
         )
-    outer = error if beside is None or beside.sum() < _LEAST_IN_BAND else error[beside]
+    outer = error if beside is None or beside.sum() < _MIN_IN_BAND else error[beside]
     return Interval(
         level=INTERVAL_LEVEL,
         log_width=conformal_width(score, INTERVAL_LEVEL),
@@ -146,7 +146,7 @@ def _band_widths(ratio: Array, error: Array) -> tuple[WidthBand, ...]:
     for low, high in itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)):
         inside = (ratio >= low) & (ratio < high if math.isfinite(high) else True)
         count = int(np.count_nonzero(inside))
-        if count >= _LEAST_IN_BAND:
+        if count >= _MIN_IN_BAND:
             end = high if math.isfinite(high) else None
             width = conformal_width(error[inside], INTERVAL_LEVEL)
             widths.append(WidthBand(low=low, high=end, count=count, log_width=width))

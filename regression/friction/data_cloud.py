@@ -28,7 +28,7 @@ STORED_POINTS = 128  # more make the file longer than the formula is worth; the 
 # between the cases there is room for others: with these, 1 to 3 % of new points of the same plan count as outside
 HULL_SLACK = 0.03  # of the spread of the cases
 RADIUS_SLACK = 1.2
-_LEAST_SPREAD = 1e-6  # of ln x: what varies less is a constant
+_MIN_SPREAD = 1e-6  # of ln x: what varies less is a constant
 _DIGITS = 5
 _BLOCK = 256  # points at a time: their products stay in the cache
 
@@ -166,7 +166,7 @@ def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: in
     count : int
         Most points to keep.
     """
-    kept = tuple(n for n in variables if (table[n] > 0.0).all() and np.ptp(np.log(table[n])) > _LEAST_SPREAD)
+    kept = tuple(n for n in variables if (table[n] > 0.0).all() and np.ptp(np.log(table[n])) > _MIN_SPREAD)
     kept = _independent(table, kept)
     if len(kept) < 2:
         return None

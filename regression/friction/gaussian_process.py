@@ -32,7 +32,7 @@ _SEARCHED = 400  # cases the likelihood of the length scales is computed on
 FADE = 0.25  # of the range of a variable
 _DIGITS = 5
 _JITTER = 1e-10
-_LEAST_NOISE = 0.003**2  # of ln mu: less than any solver's own error
+_MIN_NOISE = 0.003**2  # of ln mu: less than any solver's own error
 _CLIPPED = 3.0  # standard deviations of a noisy case
 
 
@@ -229,8 +229,8 @@ def _likeliest(x: Array, residual: Array, noise: Array, start: GpResidual | None
     some = np.sort(np.random.default_rng(1).permutation(len(x))[:_SEARCHED])
     level = max(float(np.var(residual)), 1e-12)
     # with few cases in many dimensions shorter length scales fit the noise
-    of_variance, of_scales, of_noise = (1e-3 * level, 1e3 * level), (1.0, 30.0), (_LEAST_NOISE, 10.0 * level + 1.0)
-    variance, length_scales, white = level, np.full(x.shape[1], 3.0), max(0.1 * level, _LEAST_NOISE)
+    of_variance, of_scales, of_noise = (1e-3 * level, 1e3 * level), (1.0, 30.0), (_MIN_NOISE, 10.0 * level + 1.0)
+    variance, length_scales, white = level, np.full(x.shape[1], 3.0), max(0.1 * level, _MIN_NOISE)
     if start is not None:
         variance, white = float(np.clip(start.variance, *of_variance)), float(np.clip(start.noise, *of_noise))
         length_scales = np.clip(np.array(start.length_scales), *of_scales)

@@ -34,7 +34,7 @@ _WRITTEN: dict[str, tuple[str, str, float, float]] = {
 # ends closer than this are one value
 _ONE_VALUE = 1.02
 # sliding below this tells nothing about friction, and a log scale needs an end above zero
-LEAST_SLIDING = 1e-3
+MIN_SLIDING = 1e-3
 
 
 @dataclass(frozen=True)
@@ -179,8 +179,8 @@ def plan_text(
 def _axis(name: str, seen: SeenRange, scale: str, unit: str, factor: float, shift: float, margin: float) -> str:
     low, high = seen.low, seen.high
     if name == "slide_to_roll":
-        low, high = max(low, LEAST_SLIDING), max(high, 2.0 * LEAST_SLIDING)
-    if name == "lengthwise_to_roll" and high < LEAST_SLIDING:
+        low, high = max(low, MIN_SLIDING), max(high, 2.0 * MIN_SLIDING)
+    if name == "lengthwise_to_roll" and high < MIN_SLIDING:
         return "0.0"
     if high <= _ONE_VALUE * low:
         return _value(_rounded(factor * (seen.median + shift), math.floor), unit)

@@ -19,7 +19,7 @@ IntArray = NDArray[np.int64]
 Accept = Callable[[dict[str, Array], IntArray], NDArray[np.bool_]]
 
 # a Sobol sequence is drawn on until enough points pass the constraints, but not for ever
-MOST_DRAWN = 64
+MAX_DRAWS = 64
 
 
 class AxisLike(Protocol):
@@ -154,7 +154,7 @@ class BoxSampler:
         parts: list[Block] = []
         found, drawn = 0, 0
         while found < size:
-            if drawn >= MOST_DRAWN * max(size, 64):
+            if drawn >= MAX_DRAWS * max(size, 64):
                 hint = "Widen the windows, or narrow the ranges to what they leave."
                 raise InputError("constraints", f"{found} of {drawn} points inside", "windows that leave 1/64", hint)
             number = np.arange(first + drawn, first + drawn + chunk)

@@ -30,7 +30,7 @@ from regression.sweeping.sweep import Conduct, PlannedCase, SweepReport, compute
 # candidates looked at for a batch, all combinations of the lists together
 CANDIDATES = 1024
 # results a surrogate needs for each of its inputs
-FEWEST_PER_INPUT = 4
+MIN_PER_INPUT = 4
 CHOSEN = "adaptive.json"
 # apart from the seeds of the plan and of the other batches
 _SEED_STEP = 1_000_003
@@ -170,7 +170,7 @@ class _Data:
         table = {str(name): frame[name].to_numpy() for name in frame}
         span = _span(table)
         inputs = _inputs(plan, table, span)
-        fewest = FEWEST_PER_INPUT * inputs.shape[1]
+        fewest = MIN_PER_INPUT * inputs.shape[1]
         if np.count_nonzero(usable) < fewest:
             hint = "A larger sampling.size gives it more to begin with."
             raise InputError("sampling.size", int(np.count_nonzero(usable)), f"at least {fewest} results", hint)

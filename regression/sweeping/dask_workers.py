@@ -18,7 +18,7 @@ from typing import Any
 
 from ehl import __version__
 from ehl.io.errors import InputError, MixedEhlError
-from regression.sweeping.executors import MOST_LOST, Executor, Row, WorkersLost
+from regression.sweeping.executors import MAX_LOST_WORKERS, Executor, Row, WorkersLost
 from regression.sweeping.workers import Task, Work, dead_end, one_thread
 
 # cases at each thread of a worker: one runs, one waits
@@ -74,7 +74,7 @@ class DaskCluster:
                         row = self._result(future)
                         if row is None:
                             killed += 1
-                            if killed >= MOST_LOST:
+                            if killed >= MAX_LOST_WORKERS:
                                 raise WorkersLost
                         else:
                             killed = 0

@@ -16,7 +16,7 @@ from ehl.io.errors import MixedEhlError
 from regression.sweeping.workers import Task, Work, become_worker, dead_end, lost_row
 
 # so many cases in a row each took their worker along, and none was finished: no case is to blame for that
-MOST_LOST = 5
+MAX_LOST_WORKERS = 5
 
 Row = Mapping[str, Any]
 
@@ -114,7 +114,7 @@ def compute(
     Raises
     ------
     WorkersDie
-        `MOST_LOST` cases in a row lost their worker and none was finished.
+        `MAX_LOST_WORKERS` cases in a row lost their worker and none was finished.
     """
     losses = 0
     lost: dict[str, Task] = {}
@@ -146,7 +146,7 @@ def compute(
             except WorkersLost:
                 losses += 1
                 lost[task.key] = task
-                if len(lost) >= MOST_LOST:
+                if len(lost) >= MAX_LOST_WORKERS:
                     raise WorkersDie(
                         f"workers die: the last {len(lost)} cases each ended their worker and none was finished. "
                         "Is there memory enough, and does `mixed-ehl doctor` pass where the workers run? "

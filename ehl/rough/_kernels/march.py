@@ -43,7 +43,7 @@ DONE, PART, SPENT, GOOD_LEVEL, STAGE_NOW = range(
 )  # of Saved.path: way done, next part, iterations, level of the last good point
 EXACT_ROUNDS = 8  # solutions of one step with corrected films
 CONTINUATION_LIMIT = 200  # iterations of all partial steps together
-SMALLEST_PART = 1.0 / 64.0
+MIN_PART = 1.0 / 64.0
 COLDEST = -1e3  # K
 
 
@@ -104,7 +104,7 @@ def follow_path(state, step, saved, converged, iterations):
         restore_pressures(state, saved.path_fluid, saved.path_contact, path[GOOD_LEVEL])
         path[PART] *= 0.5
     path[SPENT] += iterations
-    if path[DONE] >= 1.0 or path[PART] < SMALLEST_PART or path[SPENT] > CONTINUATION_LIMIT:
+    if path[DONE] >= 1.0 or path[PART] < MIN_PART or path[SPENT] > CONTINUATION_LIMIT:
         copy_step(saved.target_step, step)
         return False
     blend_step(step, saved, min(path[DONE] + path[PART], 1.0))

@@ -16,7 +16,7 @@ from regression.friction.conditions import Array, Conditions
 from regression.friction.families.family import BOX, Family
 
 KNOTS = (0.1, 0.5, 1.0, 2.0)
-_LEAST_SLIDING = 1e-12
+_MIN_SLIDING = 1e-12
 
 
 def _groups(c: Conditions) -> dict[str, Array]:
@@ -28,7 +28,7 @@ def _groups(c: Conditions) -> dict[str, Array]:
         "pressure": np.log(c["pressure_hertz"] / c["effective_modulus"]) + 5.0,
         "viscosity": np.log(np.maximum(np.log(c["viscosity_mean_pressure"] / c["viscosity_inlet"]), 1e-3)),
         "speed": np.log(c["viscosity_inlet"] * speed / (c["effective_modulus"] * c["radius_equivalent"])) + 25.0,
-        "sliding": np.log(np.maximum(c["slide_to_roll_total"], _LEAST_SLIDING)),
+        "sliding": np.log(np.maximum(c["slide_to_roll_total"], _MIN_SLIDING)),
         "heat": np.log(c["viscosity_inlet"] * c["temperature_viscosity"] * speed**2 / c["thermal_conductivity"]),
         "flattening": np.log(c["pressure_hertz"] * c["correlation_length"] / c["effective_modulus"])
         - np.log(np.maximum(c["roughness_rms"], 1e-12)),

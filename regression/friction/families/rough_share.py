@@ -16,10 +16,10 @@ from regression.friction.conditions import Array, Conditions
 from regression.friction.families.family import BOX, Family
 from regression.friction.families.heated_film import EFFUSIVITY, film_friction, heated_film
 
-_LEAST_ROUGHNESS = 1e-12  # [m]
-_LEAST_SLIDING = 1e-9  # [m/s]
+_MIN_ROUGHNESS = 1e-12  # [m]
+_MIN_SLIDING = 1e-9  # [m/s]
 _THICK = 3.0  # lambda from which the roughness leaves no trace in the film's friction
-_MOST = 300.0  # of an exponent
+_MAX_EXPONENT = 300.0  # of an exponent
 _FLAT = 20.0  # P/0.3 from which flatter roughness makes no sharper change (hardly any data beyond)
 
 
@@ -30,7 +30,7 @@ def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arr
     another, `sliding` what their motion past one another adds; neither holds where the film is thinner than the
     boundary film, `touch` Rq. X falls from 1 to 0 as lambda grows.
     """
-    rough = np.maximum(c["roughness_rms"], _LEAST_ROUGHNESS)
+    rough = np.maximum(c["roughness_rms"], _MIN_ROUGHNESS)
     waves = c["half_width"] / c["correlation_length"] / 20.0
     hot = heated_film(c, k)
     plain = hot / rough
@@ -39,7 +39,7 @@ def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arr
     flattening = c["pressure_hertz"] * c["correlation_length"] / (c["effective_modulus"] * rough) / 0.3
     hertz = c["pressure_hertz"] / (0.0045 * c["effective_modulus"])
     stress, entrainment = c["eyring_stress"], np.abs(c["speed_entrainment"])
-    sliding_speed = np.maximum(c["speed_sliding"], _LEAST_SLIDING)
+    sliding_speed = np.maximum(c["speed_sliding"], _MIN_SLIDING)
     shear = c["viscosity_inlet"] * sliding_speed / (stress * rough) / 0.01
     # M of Moes: load over the square root of twice the speed group
     line = c["effective_modulus"] * c["radius_equivalent"]
@@ -70,8 +70,8 @@ def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arr
         + k["slide_flash"] * np.log1p(20.0 * flash)
     )
     across = np.abs(c["slide_to_roll"]) / 0.2
-    sliding = k["slide"] * across ** k["slide_power"] * np.exp(np.minimum(log_sliding, _MOST))
-    share = 1.0 / (1.0 + np.exp(np.minimum(squeezed, _MOST)) * (1.0 + sliding))
+    sliding = k["slide"] * across ** k["slide_power"] * np.exp(np.minimum(log_sliding, _MAX_EXPONENT))
+    share = 1.0 / (1.0 + np.exp(np.minimum(squeezed, _MAX_EXPONENT)) * (1.0 + sliding))
     ripple = k["ripple"] * waves ** k["ripple_waves"] / (1.0 + (ratio / _THICK) ** 4)
     film = film_friction(c, k, hot, ripple) * (1.0 - share) ** k["film_power"]
     return np.asarray(share), np.asarray(film)

@@ -185,7 +185,7 @@ def test_too_many_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch:
     power = state.load_per_length * state.speed_sliding
     estimate = EhlFriction("ehl", points=module.POINTS_DETERMINISTIC, jobs=1).evaluate(state, OIL)
     unknown = estimate.flag == FrictionFlag.NOT_CONVERGED
-    assert power[unknown].sum() > module.MOST_FAILED * power.sum()
+    assert power[unknown].sum() > module.MAX_FAILED * power.sum()
     assert np.count_nonzero(unknown) < 250
     np.testing.assert_array_equal(unknown, np.isnan(estimate.mu))
     assert state.pressure_hertz[unknown].min() > 1.1e9
@@ -260,7 +260,7 @@ def test_real_solver_at_two_points() -> None:
 
 
 def test_worker_processes_give_the_same_friction() -> None:
-    state = states(2 * module.FEWEST_PER_JOB, 4)
+    state = states(2 * module.MIN_PER_JOB, 4)
     one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).evaluate(state, OIL) for jobs in (1, 2))
     # each chain of neighbours begins anew in its process, so starts differ, and solutions within their own error
     np.testing.assert_allclose(two.mu, one.mu, atol=float(np.max(one.upper - one.mu)))

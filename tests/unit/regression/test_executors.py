@@ -22,7 +22,7 @@ from regression.plan.plan import Plan, load_plan
 from regression.sweeping import progress as progress_module
 from regression.sweeping.cost import case_seconds, estimate_cost
 from regression.sweeping.evaluators import Outputs, published_outputs
-from regression.sweeping.executors import MOST_LOST, Row, WorkersDie, WorkersLost
+from regression.sweeping.executors import MAX_LOST_WORKERS, Row, WorkersDie, WorkersLost
 from regression.sweeping.progress import duration, show_progress
 from regression.sweeping.retry import safer_setting
 from regression.sweeping.sweep import Progress, sweep
@@ -65,7 +65,7 @@ def ratios(plan: Plan) -> list[float]:
     return [case.contact.slide_to_roll for _, case in plan.cases()]
 
 
-@pytest.mark.parametrize("count", [1, 3, MOST_LOST + 2])
+@pytest.mark.parametrize("count", [1, 3, MAX_LOST_WORKERS + 2])
 def test_only_the_cases_that_kill_are_lost(tmp_path: Path, count: int) -> None:
     plan = make_plan()
     deadly = set(ratios(plan)[1 : 2 * count : 2])
