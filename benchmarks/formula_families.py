@@ -25,8 +25,7 @@ import numpy as np
 import pandas as pd
 
 from ehl.io.errors import ConvergenceError, InputError
-from regression.data.dataset import columns
-from regression.data.datasets import named_dataset
+from regression.data.dataset import columns, load_dataset
 from regression.fitting.coefficients import fit_coefficients
 from regression.fitting.cross_validation import cross_validate
 from regression.fitting.rows import usable_rows
@@ -116,7 +115,7 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     for run in options.runs:
-        dataset = named_dataset(run)
+        dataset = load_dataset(run)
         frame, excluded = usable_rows(dataset, corners=False)
         name = options.out / f"formula_families_{dataset.plan_name}"
         print(f"{run}: {len(frame)} cases; left out: {excluded}")

@@ -17,7 +17,7 @@ import pandas as pd
 
 from efficiency.design.design import load_design
 from efficiency.loss.duty import DutyRow, duty_points
-from regression.plan.plan import load_plan
+from regression.plan.plan import Plan
 
 SHIPPED = (
     "fm_spiral_bevel_14x39",
@@ -43,7 +43,7 @@ def path_points(name: str) -> pd.DataFrame:
     design = load_design(name)
     torque, speed, oil = design.operation.torque, design.operation.speed, design.operation.temperature_oil
     duty = [DutyRow(t, s, oil, 1.0) for t in (torque, 0.5 * torque) for s in (speed, speed / 3.0)]
-    ranges = load_plan("gear_default").axes
+    ranges = Plan.from_file("gear_default").axes
     tables = []
     for points, row in zip(duty_points([design], duty), duty, strict=True):
         state = points.state

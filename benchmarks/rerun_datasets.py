@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from regression.data.datasets import dataset_names, dataset_plan, named_dataset
+from regression.data.dataset import dataset_names, dataset_plan, load_dataset
 from regression.sweeping.rerun import SHARE, rerun
 
 
@@ -21,7 +21,7 @@ def main() -> None:
     rows = []
     for name in dataset_names():
         clock = time.perf_counter()
-        for case in rerun(named_dataset(name), dataset_plan(name), share=share):
+        for case in rerun(load_dataset(name), dataset_plan(name), share=share):
             seconds, clock = time.perf_counter() - clock, time.perf_counter()
             within = case.difference <= max(case.error, 0.004)
             rows.append((name, case.key[:12], case.stored, case.computed, case.difference, case.error, within, seconds))

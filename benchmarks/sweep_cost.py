@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from regression.data.dataset import load_dataset
-from regression.sweeping.cost import LEVEL, ROUGH, cost_terms
+from regression.plan.cost import LEVEL, ROUGH, cost_terms
 
 
 def main() -> None:

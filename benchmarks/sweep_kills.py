@@ -1,4 +1,4 @@
-"""What is lost when a sweep is killed: parent, workers, dask workers, full disks, damaged files, two writers at once.
+"""What is lost when a sweep is killed: parent, workers, dask workers, full disks, corrupt files, two writers at once.
 
     python benchmarks/sweep_kills.py [--rounds 10] [--csv sweep_kills.csv]
 
@@ -28,10 +28,10 @@ from ehl.contact import Contact
 from ehl.io.errors import InputError, MixedEhlError
 from regression.data.dataset import load_dataset, run_status
 from regression.fitting.fit import fit_formula
-from regression.plan.plan import Plan, load_plan
+from regression.plan.plan import Plan
 from regression.sweeping.dask_workers import dask_executor
 from regression.sweeping.evaluators import Outputs, published_outputs
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 
 NAME = "arana_2019"
 SIZE = 256
@@ -55,8 +55,8 @@ import sys, time
 from functools import partial
 from pathlib import Path
 from regression.sweeping.evaluators import published_outputs
-from regression.plan.plan import load_plan
-from regression.sweeping.sweep import sweep
+from regression.plan.plan import Plan
+from regression.sweeping.sweep import sweep_shard
 
 plan, run, jobs, flush, pause = sys.argv[1:]
 
@@ -65,8 +65,8 @@ def show(progress):
     time.sleep(float(pause))
 
 evaluate = partial(published_outputs, name="arana_2019")
-sweep(load_plan(plan), Path(run), evaluate=evaluate, version="arana_2019", jobs=int(jobs), flush_every=int(flush),
-      progress=show)
+sweep_shard(Plan.from_file(plan), Path(run), evaluate=evaluate, version="arana_2019", jobs=int(jobs),
+      flush_every=int(flush), progress=show)
 """
 EVALUATE = partial(published_outputs, name=NAME)
 Outcome = tuple[str, str]
@@ -79,8 +79,8 @@ class Bench:
         self.folder, self.random = folder, random.Random(seed)
         self.path = folder / "plan.toml"
         self.path.write_text(PLAN)
-        self.plan: Plan = load_plan(self.path)
-        sweep(self.plan, folder / "whole", evaluate=EVALUATE, version=NAME)
+        self.plan: Plan = Plan.from_file(self.path)
+        sweep_shard(self.plan, folder / "whole", evaluate=EVALUATE, version=NAME)
         self.whole = load_dataset(folder / "whole")
         self.formula = fit_formula(self.whole, "power_law").to_json()
 
@@ -97,11 +97,11 @@ class Bench:
 
     def resumed(self, run: Path) -> str:
         """Resume a run; how it compares with the undisturbed one."""
-        report = sweep(self.plan, run, evaluate=EVALUATE, version=NAME)
+        report = sweep_shard(self.plan, run, evaluate=EVALUATE, version=NAME)
         data = load_dataset(run)
         same = data.data_hash == self.whole.data_hash
         fitted = fit_formula(data, "power_law").to_json() == self.formula
-        kept = f"{report.resumed} kept" + (f", {report.saved} saved" if report.saved is not None else "")
+        kept = f"{report.resumed} kept" + (f", {report.recovered} recovered" if report.recovered is not None else "")
         return f"{'identical' if same and fitted else 'DIFFERENT'} ({kept})"
 
 
@@ -154,8 +154,8 @@ def dask_deadly_case(bench: Bench) -> Outcome:
         return published_outputs(case, NAME)
 
     with dask_executor("local:2") as executor:
-        report = sweep(bench.plan, run, evaluate=evaluate, version=NAME, executor=executor)
-    sweep(bench.plan, run, evaluate=EVALUATE, version=NAME, retry_failed=True)
+        report = sweep_shard(bench.plan, run, evaluate=evaluate, version=NAME, executor=executor)
+    sweep_shard(bench.plan, run, evaluate=EVALUATE, version=NAME, retry_failed=True)
     return f"{report.converged} converged, {report.reasons}", bench.resumed(run)
 
 
@@ -169,7 +169,7 @@ def dask_dying_workers(bench: Bench) -> Outcome:
 
     try:
         with dask_executor("local:2") as executor:
-            sweep(bench.plan, run, evaluate=evaluate, version=NAME, executor=executor)
+            sweep_shard(bench.plan, run, evaluate=evaluate, version=NAME, executor=executor)
         words = "ended without a word"
     except MixedEhlError as error:
         words = str(error)[:60]
@@ -202,7 +202,7 @@ def full_by_limit(bench: Bench, size: int) -> Outcome:
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size * 1000, before[1]))
     try:
-        sweep(bench.plan, run, evaluate=EVALUATE, version=NAME)
+        sweep_shard(bench.plan, run, evaluate=EVALUATE, version=NAME)
         words = "large enough"
     except InputError as error:
         words = "said so" if "Make room" in str(error) else str(error)[-60:]

@@ -25,11 +25,11 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from ehl.contact import Contact
-from regression.plan.plan import Plan, load_plan
+from regression.plan.plan import Plan
 from regression.sweeping.dask_workers import dask_executor
 from regression.sweeping.evaluators import Outputs
 from regression.sweeping.executors import Executor
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 
 # share of the plan that starts workers and loads compiled code: enough cases for each worker to meet a rough one
 WARM = 127
@@ -48,9 +48,9 @@ def workers_of(jobs: int, dask: bool) -> AbstractContextManager[Executor | None]
 def overhead(plan: Plan, jobs: int, dask: bool) -> tuple[float, float]:
     """Wall time, and processor time of the parent, of a case that takes none [ms]."""
     with tempfile.TemporaryDirectory() as folder, workers_of(jobs, dask) as executor:
-        sweep(plan, Path(folder) / "warm", evaluate=nothing, jobs=jobs, executor=executor, shard=(1, 8))
+        sweep_shard(plan, Path(folder) / "warm", evaluate=nothing, jobs=jobs, executor=executor, shard=(1, 8))
         clock, cpu = time.perf_counter(), time.process_time()
-        sweep(plan, Path(folder) / "run", evaluate=nothing, jobs=jobs, executor=executor)
+        sweep_shard(plan, Path(folder) / "run", evaluate=nothing, jobs=jobs, executor=executor)
         wall, parent = time.perf_counter() - clock, time.process_time() - cpu
     return 1e3 * wall / plan.count, 1e3 * parent / plan.count
 
@@ -58,8 +58,8 @@ def overhead(plan: Plan, jobs: int, dask: bool) -> tuple[float, float]:
 def solved(plan: Plan, shard: tuple[int, int], jobs: int, dask: bool) -> tuple[int, float, float, float]:
     """Cases, wall time, time inside cases and their processor time, by the solver [s]."""
     with tempfile.TemporaryDirectory() as folder, workers_of(jobs, dask) as executor:
-        sweep(plan, Path(folder) / "warm", jobs=jobs, executor=executor, shard=(WARM, WARM))
-        report = sweep(plan, Path(folder) / "run", jobs=jobs, executor=executor, shard=shard)
+        sweep_shard(plan, Path(folder) / "warm", jobs=jobs, executor=executor, shard=(WARM, WARM))
+        report = sweep_shard(plan, Path(folder) / "run", jobs=jobs, executor=executor, shard=shard)
     return report.total, report.seconds, report.seconds_cases, report.seconds_cpu
 
 
@@ -75,8 +75,8 @@ def main() -> None:
     number, shards = (int(part) for part in options.shard.split("/"))
     load = os.getloadavg()[0]
     print(f"load of the machine before: {load:.1f}")
-    empty = load_plan("gear_default", [f"sampling.size={options.empty}", "sampling.corners=false"])
-    plan = load_plan("gear_default")
+    empty = Plan.from_file("gear_default", [f"sampling.size={options.empty}", "sampling.corners=false"])
+    plan = Plan.from_file("gear_default")
     rows = []
     for jobs in dict.fromkeys((1, options.jobs)):
         dask = options.dask and jobs > 1

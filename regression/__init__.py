@@ -1,5 +1,61 @@
-"""From contact solutions to a friction formula: plan, sweep, dataset, fit, formula file."""
+"""From contact solutions to a friction formula: plan, sweep, dataset, fit, formula file.
+
+A notebook needs `import regression`: a `Plan` says which contacts are solved, `sweep` computes them into a `Run`, `fit`
+makes a `Formula` of it. All of it is loaded when it is first used.
+"""
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from regression.calibration.calibrate import calibrate
+    from regression.data.dataset import Dataset, load_dataset
+    from regression.formula import Formula, friction_model
+    from regression.plan.operating_range import OperatingRange, WeightedPoints, operating_range
+    from regression.plan.plan import Plan
+    from regression.sweeping.run import Run, slurm_script, sweep
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "Dataset",
+    "Formula",
+    "OperatingRange",
+    "Plan",
+    "Run",
+    "WeightedPoints",
+    "__version__",
+    "calibrate",
+    "friction_model",
+    "load_dataset",
+    "operating_range",
+    "slurm_script",
+    "sweep",
+]
+
+_MODULES = {
+    "Dataset": "regression.data.dataset",
+    "Formula": "regression.formula",
+    "OperatingRange": "regression.plan.operating_range",
+    "Plan": "regression.plan.plan",
+    "Run": "regression.sweeping.run",
+    "WeightedPoints": "regression.plan.operating_range",
+    "calibrate": "regression.calibration.calibrate",
+    "friction_model": "regression.formula",
+    "load_dataset": "regression.data.dataset",
+    "operating_range": "regression.plan.operating_range",
+    "slurm_script": "regression.sweeping.run",
+    "sweep": "regression.sweeping.run",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return getattr(import_module(_MODULES[name]), name)
+    raise AttributeError(f"module 'regression' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

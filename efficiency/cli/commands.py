@@ -206,7 +206,7 @@ def demo(
 
     from efficiency.cli.demo import run_demo
     from efficiency.output.tables import comparison_table
-    from regression.sweeping.sweep import available_jobs
+    from regression.plan.cost import available_jobs
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as bars:

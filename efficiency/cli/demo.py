@@ -16,8 +16,9 @@ from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.fit import fit_families
 from regression.friction.formula import FittedFormula
-from regression.plan.plan import load_plan
-from regression.sweeping.sweep import Progress, SweepReport, sweep
+from regression.plan.plan import Plan
+from regression.sweeping.recorder import Progress
+from regression.sweeping.sweep import SweepReport, sweep_shard
 
 DESIGN = "fm_spiral_bevel_14x39"
 CONSTANT = "constant:0.05"
@@ -90,12 +91,12 @@ def run_demo(folder: Path, jobs: int, notify: Notify = lambda step, done, total:
         now = time.perf_counter()
         seconds[step], clock = now - clock, now
 
-    plan = load_plan(data_path("plans", "demo.toml"))
+    plan = Plan.from_file(data_path("plans", "demo.toml"))
 
     def report_case(progress: Progress) -> None:
         notify("contacts", progress.done, progress.total)
 
-    report = sweep(plan, folder / "run", jobs=jobs, progress=report_case)
+    report = sweep_shard(plan, folder / "run", jobs=jobs, progress=report_case)
     dataset = load_dataset(folder / "run")
     lap("sweep")
 

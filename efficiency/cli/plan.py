@@ -28,10 +28,8 @@ def plan(
     from efficiency.design.design import load_design
     from efficiency.loss.duty import duty_points, read_duty
     from ehl.io.errors import InputError
+    from regression import Plan, operating_range
     from regression.cli.files import check_outputs
-    from regression.plan.operating_range import plan_text, seen_ranges
-    from regression.plan.plan import load_plan
-    from regression.view.report import seen_table
 
     if model not in ("deterministic", "load_sharing"):
         raise InputError("--model", model, "deterministic or load_sharing")
@@ -39,18 +37,18 @@ def plan(
     rows = read_duty(duty)
     pairs = [load_design(design) for design in designs]
     points = duty_points(pairs, rows, oil=oil)
-    ranges = seen_ranges(points, coverage)
+    ranges = operating_range(points, coverage)
     oils = tuple(dict.fromkeys([oil] if oil else [pair.operation.oil for pair in pairs]))
     names = ", ".join(pair.name for pair in pairs)
     words = f"{100.0 * coverage:g} % of the work lost by {names} over {len(rows)} operating points of {duty.name}"
-    text = plan_text(output.stem, words, ranges, oils, size=size, roughness=model)
+    text = ranges.plan_text(output.stem, oils, size=size, description=words, roughness=model)
     try:
         output.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError("--output", str(output), "a writable path", f"{error.strerror}.") from None
-    seen_table(ranges)
-    written = load_plan(output)
-    typer.echo(f"{output}: {written.count} cases; what it costs: mixed-ehl sweep {output} --estimate")
+    typer.echo(repr(ranges))
+    written = Plan.from_file(output)
+    typer.echo(f"{output}: {written.count} cases; for its cost: mixed-ehl sweep {output} --estimate")
 
 
 def register(app: typer.Typer) -> None:

@@ -71,7 +71,7 @@ def study(
     from ehl.io.errors import InputError
     from ehl.io.expectation import quantity_of
     from ehl.view.report import print_json
-    from regression.sweeping.sweep import available_jobs
+    from regression.plan.cost import available_jobs
 
     quantities = {
         "torque": ("--torque", torque, OPERATION_LIMITS["torque"]),

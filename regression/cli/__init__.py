@@ -32,7 +32,7 @@ def fit(
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     from regression.cli.files import FIGURE, check_outputs
-    from regression.data.datasets import joined, named_dataset
+    from regression.data.dataset import load_dataset
     from regression.fitting.cross_validation import process_factors
     from regression.fitting.fit import fit_families, fit_formula
     from regression.friction.families import FAMILIES, family_named
@@ -43,12 +43,12 @@ def fit(
         family_named(family)
         if nested:
             raise InputError("--nested", family, "--family best", "One family leaves no choice to hold out.")
-    dataset = joined([named_dataset(run) for run in runs])
+    dataset = load_dataset(*runs)
     beside: dict[str, Any] = {
         "corners": corners,
         "gaussian_process": gaussian_process,
-        "paths": None if paths is None else named_dataset(paths),
-        "noise": None if noise is None else named_dataset(noise),
+        "paths": None if paths is None else load_dataset(paths),
+        "noise": None if noise is None else load_dataset(noise),
     }
     if family == "best":
         formulas = list(fit_families(dataset, nested=nested, **beside).values())

@@ -43,7 +43,7 @@ def calibrate(
     from regression.calibration.report import calibration_report
     from regression.calibration.setup import load_setup
     from regression.cli.files import FIGURE, check_outputs
-    from regression.sweeping.sweep import available_jobs
+    from regression.plan.cost import available_jobs
 
     changes: dict[str, Any] = {}
     if fit:

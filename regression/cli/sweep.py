@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 import typer.core
-
-if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
-    from regression.plan.plan import Plan
-    from regression.sweeping.executors import Executor
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -51,7 +45,7 @@ def sweep_run(
     ] = None,
     shard: Annotated[str, typer.Option(help="i/n: only every n-th case, beginning with the i-th.")] = "1/1",
     time_cap: Annotated[str, typer.Option(help="Give a case up after this time.")] = "600 s",
-    retries: Annotated[int, typer.Option(help="Safer settings tried where the solver gives a case up.")] = 1,
+    retries: Annotated[int, typer.Option(help="Fallback settings tried where the solver gives a case up.")] = 1,
     formula: Annotated[
         str | None, typer.Option("--with", help="Compute with a published formula, to try a plan in seconds.")
     ] = None,
@@ -59,93 +53,45 @@ def sweep_run(
     adaptive: Annotated[
         bool, typer.Option("--adaptive", help="Add batches of cases by the plan's [adaptive].")
     ] = False,
-    estimate: Annotated[bool, typer.Option("--estimate", help="Say what the plan costs, and compute nothing.")] = False,
+    estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
     slurm: Annotated[int | None, typer.Option(metavar="N", help="Print a Slurm job array of N tasks.")] = None,
 ) -> None:
     """Compute the cases of a plan that are not on disk yet (the default command)."""
-    from functools import partial
-
+    import regression
     from ehl.io.errors import InputError
-    from ehl.io.units import ValueRange
-    from regression.friction.published_registry import PUBLISHED
-    from regression.plan.plan import load_plan
-    from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
-    from regression.sweeping.progress import show_progress
-    from regression.sweeping.sweep import available_jobs, sweep
-    from regression.view.report import estimate_report, sweep_report
 
-    content = load_plan(plan, changes or ())
-    if formula is not None and formula not in PUBLISHED:
-        raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
-    cap = ValueRange("s", gt=0.0).check(time_cap, "--time-cap", bare=False)
-    workers = available_jobs() if jobs is None else jobs
+    content = regression.Plan.from_file(plan, changes or ())
     if estimate:
-        estimate_report(content, workers)
+        typer.echo(content.estimate().to_text(jobs))
         return
     if run is None:
         raise InputError("--output", None, "the folder of the results, -o RUN")
-    if slurm is not None:
-        from regression.sweeping.slurm import JOBS, array_script
-
-        if adaptive or dask is not None or shard != "1/1":
-            raise InputError("--slurm", slurm, "neither --adaptive, --dask nor --shard beside it")
-        options = [part for change in changes or () for part in ("--set", change)]
-        options += ["--with", formula] if formula else []
-        options += ["--time-cap", time_cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
-        typer.echo(array_script(plan, str(run), slurm, options, jobs or JOBS), nl=False)
-        return
-    conduct: dict[str, Any] = {
-        "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
-        "version": formula or SOLVER,
-        "jobs": workers,
-        "time_cap": cap,
+    options: dict[str, Any] = {
+        "jobs": jobs,
+        "formula": formula,
+        "time_cap": time_cap,
         "retries": retries,
         "retry_failed": retry_failed,
     }
-    part = _shard(shard)
+    if slurm is not None:
+        if adaptive or dask is not None or shard != "1/1":
+            raise InputError("--slurm", slurm, "neither --adaptive, --dask nor --shard with it")
+        typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
+        return
+    options |= {"shard": _shard(shard), "dask": dask, "adaptive": adaptive, "progress": True, "notify": _show_score}
     try:
-        with show_progress(content.name) as show, _executor(dask) as executor:
-            conduct |= {"progress": show, "executor": executor}
-            if adaptive:
-                reports = _adaptive(content, run, part, conduct)
-            else:
-                reports = [sweep(content, run, shard=part, **conduct)]
+        result = regression.sweep(content, run, **options)
     except KeyboardInterrupt:
-        typer.echo("stopped; what is finished is on disk, the same command goes on", err=True)
+        typer.echo("stopped; finished cases are on disk, the same command resumes", err=True)
         raise typer.Exit(1) from None
-    for report in reports:
-        sweep_report(report)
-    count = sum(report.failed + report.unsettled for report in reports)
-    if count:
-        typer.echo(f"not converged: {count} cases, recorded with their reasons", err=True)
+    typer.echo(result.to_text())
+    if result.unfinished:
+        typer.echo(f"not converged: {result.unfinished} cases, recorded with their reasons", err=True)
         raise typer.Exit(1)
 
 
-def _executor(address: str | None) -> AbstractContextManager[Executor | None]:
-    from contextlib import nullcontext
-
-    if address is None:
-        return nullcontext(None)
-    from regression.sweeping.dask_workers import dask_executor
-
-    return dask_executor(address)
-
-
-def _adaptive(plan: Plan, run: Path, shard: tuple[int, int], conduct: dict[str, Any]) -> list[Any]:
-    from ehl.io.errors import InputError
-    from regression.sweeping.adaptive import Score, adaptive_sweep
-
-    if shard != (1, 1):
-        raise InputError("--shard", f"{shard[0]}/{shard[1]}", "no shards with --adaptive", "Use --jobs or --dask.")
-
-    def notify(score: Score) -> None:
-        error = f"{100.0 * score.weighted:.2g} % weighted, {100.0 * score.p95:.2g} % at 95 %"
-        typer.echo(f"{score.cases} results: cross-validated error of mu {error}", err=True)
-
-    report = adaptive_sweep(plan, run, notify=notify, **conduct)
-    why = "the budget is spent" if report.ended == "budget" else "two more batches gained too little"
-    typer.echo(f"{report.batches} batches added; ended because {why}")
-    return list(report.sweeps)
+def _show_score(score: Any) -> None:
+    typer.echo(str(score), err=True)
 
 
 @sweep_app.command("status")
@@ -154,19 +100,15 @@ def sweep_status(
     failed: Annotated[bool, typer.Option("--failed", help="List the failed cases too.")] = False,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """How far a run is; also while it is being computed."""
-    from regression.data.dataset import run_status
-    from regression.data.datasets import results_path
+    """Progress of a run; also while it is being computed."""
+    import json
+
+    import regression
     from regression.view.report import failed_table, status_table
 
-    status = run_status(results_path(run))
+    status = regression.Run(run).status
     if json_output:
-        from dataclasses import asdict
-
-        from ehl.view.report import print_json
-
-        shards = [{**asdict(shard), "path": str(shard.path)} for shard in status.shards]
-        print_json({**asdict(status), "shards": shards, "complete": status.complete})
+        typer.echo(json.dumps(status.to_dict(), allow_nan=False))
         return
     status_table(status)
     if failed:
@@ -180,17 +122,9 @@ def sweep_merge(
     compress: Annotated[bool, typer.Option("--compress", help="Compressed .h5, to keep and to pass on.")] = False,
 ) -> None:
     """Put all shards of a run into one file, sorted by case key."""
-    from regression.data.dataset import export_table, load_dataset
-    from regression.data.datasets import merge_compressed, results_path
-    from regression.data.store import merge
+    import regression
 
-    run = results_path(run)
-    if target.suffix == ".csv":
-        dataset = load_dataset(run)
-        export_table(dataset, target)
-        count = len(dataset.frame)
-    else:
-        count = merge_compressed(run, target) if compress else merge(run, target)
+    count = regression.Run(run).merge(target, compress=compress)
     typer.echo(f"{target}: {count} cases")
 
 

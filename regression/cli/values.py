@@ -15,8 +15,7 @@ from ehl.io.data import data_names
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.state import ContactState
-from regression.data.dataset import columns
-from regression.data.datasets import joined, named_dataset
+from regression.data.dataset import columns, load_dataset
 from regression.fitting.rows import usable_rows
 from regression.formula import Formula
 from regression.friction.conditions import conditions_of
@@ -98,7 +97,7 @@ def in_hull_of(friction: FrictionModel, runs: Sequence[Path], state: ContactStat
     """
     if not isinstance(friction, Formula) or friction.formula.cloud is None:
         raise InputError("--hull", friction.name, "a formula file of schema 2, fitted with a cloud of cases")
-    dataset = joined([named_dataset(run) for run in runs])
+    dataset = load_dataset(*runs)
     if dataset.data_hash != friction.formula.data.hash:
         given, allowed = ", ".join(map(str, runs)), f"all the data {friction.name} was fitted to"
         raise InputError("--hull", given, allowed, "These are other results.")

@@ -1,37 +1,59 @@
-"""The dataset of a run: one table, sorted by case key, with the derived variables, and what it came from."""
+"""Datasets: the results of one or more runs as one table, sorted by case key, with the derived variables.
+
+Shipped datasets are used by their names; the plan of each lies in the same folder.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+import html
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
 import pandas as pd
 
+from ehl.io.data import data_names, named_file
 from ehl.io.errors import InputError
 from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
-from regression.data.store import one_row_per_case, read_file, read_run, run_files
+from regression.data.store import LIBVER, merge, one_row_per_case, read_file, read_run, run_files
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
+from regression.plan.plan import Plan
+
+FOLDER = "datasets"
+SUFFIX = ".h5"
+Source = str | os.PathLike[str]
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """All cases of a run.
+    """All cases of one or more runs; made by `load_dataset`.
 
     Parameters
     ----------
     frame : DataFrame
         One row per case, sorted by key; columns by the names of docs/nomenclature.md, SI.
     plan_name, plan_hash, solver_version, oil, oil_hash : str
-        Where it comes from; `oil` is empty for a lubricant given by numbers, and for several oils, which stand in the
-        column of that name.
+        Origin; `oil` is empty for a lubricant given by numbers, and for several oils, which the column of that name
+        has.
     planned : int
         Cases of the whole plan.
     card_hashes : dict
-        Oil to the hash of its card; None where one of several cards has changed since and they cannot be told apart.
+        Oil to the hash of its card; None where one of several cards has changed since and they cannot be distinguished.
+
+    Examples
+    --------
+    >>> from regression import load_dataset
+    >>> dataset = load_dataset("gear_fva3")
+    >>> dataset.oils
+    ('fva3',)
+    >>> dataset.to_frame(units=True)[["pressure_hertz [Pa]", "friction_coefficient"]].shape == (len(dataset), 2)
+    True
     """
 
     frame: pd.DataFrame
@@ -71,15 +93,154 @@ class Dataset:
                 digest.update(np.where(np.isnan(values), np.nan, values).astype("<f8").tobytes())
         return digest.hexdigest()
 
+    def __len__(self) -> int:
+        return len(self.frame)
 
-def load_dataset(run: Path) -> Dataset:
-    """Read all result files of a run.
+    def to_frame(self, *, units: bool = False) -> pd.DataFrame:
+        """The cases as a table.
+
+        Parameters
+        ----------
+        units : bool
+            Name the columns with their SI units, as ``pressure_hertz [Pa]``.
+
+        Returns
+        -------
+        DataFrame
+            One row per case, sorted by key.
+        """
+        if not units:
+            return self.frame.copy()
+        return self.frame.rename(columns={name: f"{name} [{unit}]" for name, unit in self.units.items() if unit})
+
+    def save(self, path: str | Path) -> None:
+        """Write the cases as CSV; the second line has the units.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        target = Path(path)
+        units = [self.units.get(str(name), "") or "1" for name in self.frame]
+        try:
+            with target.open("w", encoding="utf-8", newline="") as file:
+                file.write(",".join(map(str, self.frame.columns)) + "\n" + ",".join(units) + "\n")
+                self.frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
+        except OSError as error:
+            raise InputError("target", str(target), "a writable path", f"{error.strerror}.") from None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Origin and number of the cases, and the range of each variable (SI)."""
+        counts = self.frame["status"].value_counts()
+        return {
+            "plan": self.plan_name,
+            "solver": self.solver_version,
+            "oils": list(self.oils),
+            "planned": self.planned,
+            "cases": len(self.frame),
+            **{status: int(counts.get(status, 0)) for status in ("converged", "unsettled", "failed")},
+            "ranges": {name: (float(self.frame[name].min()), float(self.frame[name].max())) for name in _SUMMARY},
+        }
+
+    def __repr__(self) -> str:
+        c = self.to_dict()
+        low, high = c["ranges"]["friction_coefficient"]
+        return (
+            f"Dataset {self.plan_name!r}: {c['cases']} cases ({c['converged']} converged, {c['unsettled']} unsettled, "
+            f"{c['failed']} failed), {', '.join(self.oils) or 'lubricant by numbers'}, {self.solver_version}; "
+            f"friction_coefficient {low:.4f} to {high:.4f}"
+        )
+
+    def _repr_html_(self) -> str:
+        table = self.converged[list(_SUMMARY)].agg(["min", "median", "max"]).T
+        table.insert(0, "unit", [self.units[name] for name in _SUMMARY])
+        return f"<p>{html.escape(repr(self))}</p>{table.to_html(float_format='{:.4g}'.format)}"
+
+
+# what describes a dataset in a few lines
+_SUMMARY = (
+    "pressure_hertz",
+    "radius_equivalent",
+    "speed_entrainment",
+    "slide_to_roll_total",
+    "temperature_oil",
+    "roughness_rms",
+    "film_ratio",
+    "friction_coefficient",
+)
+
+
+def load_dataset(*runs: Source | Dataset) -> Dataset:
+    """Read the results of one or more runs.
+
+    Parameters
+    ----------
+    *runs : str, path, Run or Dataset
+        Folders or files of results, or names of shipped datasets (`dataset_names`). A case that several of them have
+        counts once.
+
+    Returns
+    -------
+    Dataset
 
     Raises
     ------
     InputError
-        There are no results, they belong to different runs, or a file cannot be read.
+        There are no results, they cannot be read, belong to different solver versions, or the properties of one oil
+        differ.
+
+    Examples
+    --------
+    >>> from regression import load_dataset
+    >>> both = load_dataset("gear_75w90", "gear_fva3")
+    >>> both.oils
+    ('75w90', 'fva3')
     """
+    if not runs:
+        raise InputError("run", None, "at least one folder or file of results, or a shipped dataset")
+    return _joined([run if isinstance(run, Dataset) else _read(results_path(run)) for run in runs])
+
+
+def dataset_names() -> tuple[str, ...]:
+    """Names of the shipped datasets."""
+    return data_names(FOLDER, SUFFIX)
+
+
+def results_path(run: Source) -> Path:
+    """Folder or file of a run's results, or the file of the shipped dataset of that name.
+
+    Raises
+    ------
+    InputError
+        Neither exists; the message lists the names there are.
+    """
+    path = Path(run)
+    if path.exists():
+        return path
+    if str(run) in dataset_names():
+        return named_file("run", FOLDER, str(run), SUFFIX)
+    allowed = " or ".join(("a folder or file of results", *([", ".join(dataset_names())] if dataset_names() else [])))
+    raise InputError("run", str(run), allowed, "Run `mixed-ehl sweep PLAN.toml -o RUN` first.")
+
+
+def dataset_plan(name: str) -> Plan:
+    """The plan a shipped dataset was computed from: the file of its name in the same folder.
+
+    Raises
+    ------
+    InputError
+        There is no such plan.
+    """
+    return Plan.from_file(named_file("plan", FOLDER, name))
+
+
+def _read(run: Path) -> Dataset:
     meta, frame = read_run(run)
     if frame.empty:
         raise InputError("run", str(run), "a run with at least one finished case", "Sweep first.")
@@ -98,8 +259,36 @@ def load_dataset(run: Path) -> Dataset:
     )
 
 
+def _joined(datasets: Sequence[Dataset]) -> Dataset:
+    if len(datasets) == 1:
+        return datasets[0]
+    versions = sorted({dataset.solver_version for dataset in datasets})
+    if len(versions) > 1:
+        raise InputError("run", ", ".join(versions), "runs of one solver version", "Sweep the older plan again.")
+    cards: dict[str, str | None] = {}
+    for dataset in datasets:
+        own = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
+        for oil, card in own.items():
+            if cards.setdefault(oil, card) != card:
+                raise InputError("oil", oil, "one card of this oil in all runs", "Sweep with one card.")
+    frame = pd.concat([dataset.frame for dataset in datasets], ignore_index=True)
+    frame = frame.drop_duplicates("key").sort_values("key", ignore_index=True)
+    hashes = "\n".join(sorted(dataset.plan_hash for dataset in datasets))
+    named = {dataset.oil for dataset in datasets}
+    return Dataset(
+        frame,
+        " + ".join(dict.fromkeys(dataset.plan_name for dataset in datasets)),
+        hashlib.sha256(hashes.encode()).hexdigest(),
+        versions[0],
+        named.pop() if len(named) == 1 else "",
+        "\n".join(dict.fromkeys(dataset.oil_hash for dataset in datasets)),
+        sum(dataset.planned for dataset in datasets),
+        cards,
+    )
+
+
 def columns(frame: pd.DataFrame) -> dict[str, Array]:
-    """The variables of a dataset as the table a formula takes."""
+    """The variables of a dataset as the table that a formula evaluates."""
     return {name: frame[name].to_numpy(dtype=float) for name in UNITS}
 
 
@@ -117,7 +306,7 @@ class ShardStatus:
 
 @dataclass(frozen=True)
 class FailedCase:
-    """A case without a result: its key, the reason, how many settings were tried, and where it lies."""
+    """A case without a result: its key, the reason, how many settings were tried, and its conditions (SI)."""
 
     key: str
     reason: str
@@ -128,7 +317,7 @@ class FailedCase:
 
 @dataclass(frozen=True)
 class RunStatus:
-    """How far a run is.
+    """Progress of a run.
 
     Parameters
     ----------
@@ -159,9 +348,29 @@ class RunStatus:
         """Whether every case of the plan is on disk."""
         return self.finished >= self.planned
 
+    def to_dict(self) -> dict[str, Any]:
+        """All of it, for JSON."""
+        shards = [{**asdict(shard), "path": str(shard.path)} for shard in self.shards]
+        return {**asdict(self), "shards": shards, "complete": self.complete}
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per result file: finished, converged, unsettled and failed cases, CPU time [s]."""
+        rows = [
+            (s.path.name, s.finished, s.converged, s.unsettled, sum(s.failed.values()), s.seconds) for s in self.shards
+        ]
+        return pd.DataFrame(rows, columns=["file", "finished", "converged", "unsettled", "failed", "seconds_cpu"])
+
+    def failed_frame(self) -> pd.DataFrame:
+        """One row per case without a result: key, reason, attempts, seconds and conditions (SI)."""
+        rows = [
+            {"key": c.key, "reason": c.reason, "attempts": c.attempts, "seconds": c.seconds, **c.conditions}
+            for c in self.failed
+        ]
+        return pd.DataFrame(rows, columns=["key", "reason", "attempts", "seconds", *_WHERE, "roughness_rms"])
+
 
 def run_status(run: Path) -> RunStatus:
-    """How far a run is; also while it is being computed.
+    """Progress of a run; also while it is being computed.
 
     Raises
     ------
@@ -183,9 +392,9 @@ def run_status(run: Path) -> RunStatus:
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])
     every = one_row_per_case(frames)
     adaptive = int((every["origin"] == "adaptive").sum())
-    lost = tuple(_failed_cases(every[every["status"] == "failed"]))
+    failures = tuple(_failed_cases(every[every["status"] == "failed"]))
     longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
-    return RunStatus(plan_name, planned, len(every) - adaptive, adaptive, lost, tuple(shards), longest)
+    return RunStatus(plan_name, planned, len(every) - adaptive, adaptive, failures, tuple(shards), longest)
 
 
 _WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
@@ -204,18 +413,32 @@ def _failed_cases(frame: pd.DataFrame) -> Iterator[FailedCase]:
         )
 
 
-def export_table(dataset: Dataset, target: Path) -> None:
-    """Write the dataset as CSV; the second line holds the units.
+def merge_compressed(run: Path, target: Path) -> int:
+    """Write all rows of a run into one compressed file, as datasets are shipped; returns how many.
+
+    The file is read like any other result file, and can be swept into as well.
 
     Raises
     ------
     InputError
-        The file cannot be written.
+        As `regression.data.store.merge`.
     """
-    units = [dataset.units.get(str(name), "") or "1" for name in dataset.frame]
+    plain = target.with_name(target.name + ".plain")
+    plain.unlink(missing_ok=True)
+    if target.exists():
+        raise InputError("target", str(target), "a file that does not exist yet")
     try:
-        with target.open("w", encoding="utf-8", newline="") as file:
-            file.write(",".join(map(str, dataset.frame.columns)) + "\n" + ",".join(units) + "\n")
-            dataset.frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
+        count = merge(run, plain)
+        with h5py.File(plain, "r", libver=LIBVER) as source, h5py.File(target, "w", libver=LIBVER) as packed:
+            packed.attrs.update(source.attrs)
+            for name, column in source.items():
+                small = column.shape == ()
+                how = {} if small else {"compression": "gzip", "compression_opts": 9, "shuffle": True}
+                size = {} if small else {"chunks": (max(min(len(column), 1024), 1),), "maxshape": (None,)}
+                packed.create_dataset(name, data=column[()], dtype=column.dtype, **how, **size)
+                packed[name].attrs.update(column.attrs)
     except OSError as error:
-        raise InputError("target", str(target), "a writable path", f"{error.strerror}.") from None
+        raise InputError("target", str(target), "a file that can be written", f"{error}.") from None
+    finally:
+        plain.unlink(missing_ok=True)
+    return count

@@ -1,4 +1,4 @@
-"""The row of a result file: its columns with their units, and the checksum that tells a whole row from a torn one."""
+"""The row of a result file: its columns with their units, and the checksum by which a corrupt row is found."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ OUTPUT_UNITS: dict[str, str] = {
     "nodes": "",
     "steps": "",
 }
-# of the rough surfaces; of these a formula may use the correlation length
+# of the rough surfaces; a formula may use the correlation length
 SURFACE_UNITS: dict[str, str] = {
     "boundary_friction": "",
     "correlation_length": "m",
     "peklenik_number": "",
     "seed": "",
 }
-# times are provenance: they differ from run to run and are no part of the data
+# times differ from run to run and are not part of the data
 TIMING_UNITS: dict[str, str] = {"seconds": "s", "seconds_cpu": "s"}
 NUMBER_UNITS: dict[str, str] = {
     # the order of the columns is part of the file format

@@ -1,8 +1,8 @@
 """Results on disk: one HDF5 file per shard, one writer per file, columns that grow, the key written last.
 
 A row counts only when its key is on disk, and the key column is extended after everything else was flushed. A process
-that dies loses at most the rows since the last flush; whatever it tore is cut off at the next opening. Each row carries
-the checksum of its content: a row that was overwritten, or lost to a truncated file, is computed again.
+that is killed loses at most the rows since the last flush; incomplete rows are cut off at the next opening. Each row
+carries the checksum of its content: a row that was overwritten, or lost with the end of a file, is computed again.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS
 STORE_SCHEMA = 2
 # the oldest format of the superblock has no "opened for writing" mark, which a killed writer would leave behind
 LIBVER = ("earliest", "v110")
-# rows of a block: what one damaged place on the disk can cost
+# rows of a block: what one corrupt block of the disk can cost
 _CHUNK = 64
 _COLUMNS = (*NUMBER_UNITS, *TEXT_WIDTHS, "check")
-# most that a block of rows makes the file grow: its content, and a node of the index of every column
+# largest growth of the file by a block of rows: its content, and a node of the index of every column
 _BLOCK_BYTES = 2 * _CHUNK * ROW.itemsize + 4096 * (len(_COLUMNS) + 1)
 
 # what all files of one run share
@@ -56,58 +56,58 @@ class ResultStore:
 
     Attributes
     ----------
-    torn : int
-        Rows of an earlier process that were cut off because they were not whole.
-    damaged : int
+    truncated : int
+        Incomplete rows of an interrupted process that were cut off.
+    corrupt : int
         Rows whose content no longer matches their checksum; they do not count.
-    saved : int or None
-        Rows taken over from a file that was cut short or broken, which lies beside this one as ``.damaged``; None where
+    recovered : int or None
+        Rows recovered from a file that was truncated or corrupt, which is kept with the suffix ``.corrupt``; None where
         the file was sound.
 
     Raises
     ------
     InputError
-        The file belongs to another run, has a newer schema, is damaged beyond use, or another process writes to it.
+        The file belongs to another run, has a newer schema, is corrupt beyond use, or another process writes to it.
     """
 
     def __init__(self, path: Path, meta: Mapping[str, str | int]) -> None:
         self.path = path
-        self.saved: int | None = None
+        self.recovered: int | None = None
         if not path.exists():
             _create(path, meta)
         try:
             self._open_checked(meta)
-        except _Broken:
-            self.saved = _save_rows(path, meta)
+        except _CorruptFile:
+            self.recovered = _recover_rows(path, meta)
             self._open_checked(meta)
 
     def _open_checked(self, meta: Mapping[str, str | int]) -> None:
         self._file = _open(self.path, "r+")
         try:
-            with _undamaged(self.path):
+            with _corruption_reported(self.path):
                 _check_schema(self._file, self.path)
                 _check_same(self._file, self.path, meta)
-                self.torn = self._cut_torn_rows()
-                self._rows, self.damaged = _whole_rows(self._file)
+                self.truncated = self._cut_incomplete_rows()
+                self._rows, self.corrupt = _valid_rows(self._file)
                 self._columns = {name: self._file[name].id for name in ("key", *_COLUMNS)}
         except BaseException:
             self._file.close()
             raise
 
-    def _cut_torn_rows(self) -> int:
+    def _cut_incomplete_rows(self) -> int:
         """Cut every column back to the rows whose key is on disk; returns how many rows were cut."""
         columns = [self._file[name] for name in _COLUMNS]
         keys = self._file["key"]
-        whole = min(len(keys), *(len(column) for column in columns))
+        complete = min(len(keys), *(len(column) for column in columns))
         # a key of zeros was allocated and never written
-        written = np.flatnonzero(keys[:whole] != b"")
-        whole = int(written[-1]) + 1 if written.size else 0
+        written = np.flatnonzero(keys[:complete] != b"")
+        complete = int(written[-1]) + 1 if written.size else 0
         longest = max(len(keys), *(len(column) for column in columns))
-        if longest > whole:
+        if longest > complete:
             for column in (keys, *columns):
-                column.resize((whole,))
+                column.resize((complete,))
             self._file.flush()
-        return longest - whole
+        return longest - complete
 
     def rows(self) -> dict[str, tuple[str, str, int]]:
         """Status, reason and attempts of every case that was on disk when the file was opened, by key."""
@@ -131,23 +131,23 @@ class ResultStore:
         try:
             self._write(packed)
         except (OSError, RuntimeError) as error:
-            hint = f"{error}. Make room and give the same command again."
+            hint = f"{error}. Free some space and repeat the command."
             raise InputError("run", str(self.path), "a disk that can be written", hint) from None
 
     def _write(self, packed: Rows) -> None:
         blocks = len(packed) // _CHUNK + 2
-        self._take_room(blocks * _BLOCK_BYTES)
+        self._reserve_space(blocks * _BLOCK_BYTES)
         for name in (*NUMBER_UNITS, *TEXT_WIDTHS):
             self._extend(name, packed[name])
         self._extend("check", checksums(packed))
         self._to_disk()
-        # flushing gave the rest of the room back
-        self._take_room(blocks * (_CHUNK * KEY_WIDTH + 4096))
+        # flushing released the space that was not needed
+        self._reserve_space(blocks * (_CHUNK * KEY_WIDTH + 4096))
         self._extend("key", packed["key"])
         self._to_disk()
 
-    def _take_room(self, size: int) -> None:
-        """Take bytes behind the end from the disk: HDF5 crashes the process when a disk fills up under it."""
+    def _reserve_space(self, size: int) -> None:
+        """Reserve bytes behind the end of the file: HDF5 crashes the process when the disk is full."""
         _reserve(self._file.id.get_vfd_handle(), self._file.id.get_filesize(), size)
 
     def _extend(self, name: str, values: np.ndarray[Any, Any]) -> None:
@@ -165,13 +165,13 @@ class ResultStore:
         os.fsync(self._file.id.get_vfd_handle())
 
     def close(self) -> None:
-        """Close the file; what a full disk refuses now was refused, and said, before."""
+        """Close the file; an error of a full disk here has been reported before."""
         try:
             self._file.close()
-            # opened anew, HDF5 cuts off the room that was taken and not needed
+            # opened anew, HDF5 cuts off the space that was reserved and not needed
             h5py.File(self.path, "r+", libver=LIBVER).close()
         except (OSError, RuntimeError) as error:
-            hint = f"{error}. Make room and give the same command again."
+            hint = f"{error}. Free some space and repeat the command."
             raise InputError("run", str(self.path), "a disk that can be written", hint) from None
 
     def __enter__(self) -> Self:
@@ -188,13 +188,13 @@ class ResultStore:
 
 
 def _reserve(descriptor: int, start: int, size: int) -> None:
-    """Take bytes of a file from the disk, where the system can."""
+    """Reserve bytes of a file on the disk, where the system can."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(descriptor, start, size)
 
 
 def _create(path: Path, meta: Mapping[str, str | int]) -> None:
-    """Make an empty result file; it appears under its name only when it is whole."""
+    """Make an empty result file; it appears under its name only when it is complete."""
     draft = path.with_name(f"{path.name}.{os.getpid()}.new")
     try:
         with draft.open("wb") as file:
@@ -221,41 +221,41 @@ def _create(path: Path, meta: Mapping[str, str | int]) -> None:
         raise InputError("run", str(path), "a folder that can be written", f"{error}.") from None
 
 
-class _Broken(InputError):
-    """A file that is cut short or broken inside: part of its rows may be saved."""
+class _CorruptFile(InputError):
+    """A file that is truncated or corrupt: part of its rows may be recovered."""
 
 
 def _open(path: Path, mode: str, locking: bool = True) -> h5py.File:
     try:
-        # some network file systems cannot lock; there one writer per file is the user's care
+        # some network file systems cannot lock; there the user must keep to one writer per file
         return h5py.File(path, mode, libver=LIBVER, locking="best-effort" if locking else False)
     except OSError as error:
-        # HDF5 speaks of blocks too: only these words mean a lock
+        # HDF5 mentions blocks too: only these words mean a lock
         if isinstance(error, BlockingIOError) or "unable to lock file" in str(error):
             hint = "Is the same shard running?"
             raise InputError("run", str(path), "a file no other process writes to", hint) from None
-        raise _damaged(path, error) from None
+        raise _corrupt_file(path, error) from None
 
 
-def _damaged(path: Path, error: Exception) -> InputError:
+def _corrupt_file(path: Path, error: Exception) -> InputError:
     if isinstance(error, PermissionError):
         return InputError("run", str(path), "a file that can be read and written", f"{error}.")
-    hint = f"It is damaged or no result file ({error}); move it away and sweep again to compute its cases."
-    return _Broken("run", str(path), "a readable result file", hint)
+    hint = f"It is corrupt or no result file ({error}); move it away and sweep again to compute its cases."
+    return _CorruptFile("run", str(path), "a readable result file", hint)
 
 
 @contextmanager
-def _undamaged(path: Path) -> Iterator[None]:
-    """Whatever reading a damaged file raises in the block becomes one sentence that names the file."""
+def _corruption_reported(path: Path) -> Iterator[None]:
+    """Turn any error of reading a corrupt file in the block into one sentence that names the file."""
     try:
         yield
     except InputError:
         raise
     except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
-        raise _damaged(path, error) from None
+        raise _corrupt_file(path, error) from None
 
 
-def _whole_rows(file: h5py.File) -> tuple[Rows, int]:
+def _valid_rows(file: h5py.File) -> tuple[Rows, int]:
     """The rows whose content matches their checksum, and how many others there are."""
     size = min(len(file[name]) for name in ("key", *_COLUMNS))
     packed = np.zeros(size, ROW)
@@ -263,14 +263,14 @@ def _whole_rows(file: h5py.File) -> tuple[Rows, int]:
         packed[name] = file[name][:size]
     stated = file["check"][:size]
     keyed = packed["key"] != b""
-    whole = keyed & (checksums(packed) == stated)
-    return packed[whole], int(np.count_nonzero(keyed & ~whole))
+    valid = keyed & (checksums(packed) == stated)
+    return packed[valid], int(np.count_nonzero(keyed & ~valid))
 
 
-def _save_rows(path: Path, meta: Mapping[str, str | int]) -> int:
-    """Take the whole rows of a file that is cut short or broken over into a new one; returns how many.
+def _recover_rows(path: Path, meta: Mapping[str, str | int]) -> int:
+    """Copy the valid rows of a truncated or corrupt file into a new one; returns how many.
 
-    The damaged file stays beside it.
+    The corrupt file is kept with the suffix ``.corrupt``.
 
     Raises
     ------
@@ -281,7 +281,7 @@ def _save_rows(path: Path, meta: Mapping[str, str | int]) -> int:
     try:
         shutil.copyfile(path, copy)
         _restore_length(copy)
-        with _undamaged(path), _open(copy, "r", locking=False) as file:
+        with _corruption_reported(path), _open(copy, "r", locking=False) as file:
             _check_schema(file, path)
             _check_same(file, path, meta)
             packed = _readable_rows(file)
@@ -289,7 +289,7 @@ def _save_rows(path: Path, meta: Mapping[str, str | int]) -> int:
         raise InputError("run", str(path), "a folder that can be written", f"{error}.") from None
     finally:
         copy.unlink(missing_ok=True)
-    path.replace(path.with_name(path.name + ".damaged"))
+    path.replace(path.with_name(path.name + ".corrupt"))
     _create(path, meta)
     with ResultStore(path, meta) as store:
         store._append(packed)
@@ -297,7 +297,7 @@ def _save_rows(path: Path, meta: Mapping[str, str | int]) -> int:
 
 
 def _restore_length(path: Path) -> None:
-    """Give a file that was cut short its length back, as zeros: HDF5 opens no shorter one than it was closed with."""
+    """Extend a truncated file to its length by zeros: HDF5 opens no file shorter than it was closed with."""
     try:
         h5py.File(path, "r", locking=False).close()
     except OSError as error:
@@ -307,7 +307,7 @@ def _restore_length(path: Path) -> None:
 
 
 def _readable_rows(file: h5py.File) -> Rows:
-    """The rows that can be read from a broken file, block by block, and match their checksum."""
+    """The rows that can be read from a corrupt file, block by block, and match their checksum."""
     lengths = []
     for name in ("key", *_COLUMNS):
         try:
@@ -325,8 +325,8 @@ def _readable_rows(file: h5py.File) -> Rows:
         except (OSError, RuntimeError):
             # these rows keep a blank key
             packed["key"][block] = b""
-    whole = (packed["key"] != b"") & (checksums(packed) == stated)
-    return np.asarray(packed[whole])
+    valid = (packed["key"] != b"") & (checksums(packed) == stated)
+    return np.asarray(packed[valid])
 
 
 def _attribute(file: h5py.File, name: str) -> Any:
@@ -344,7 +344,7 @@ def _check_same(file: h5py.File, path: Path, meta: Mapping[str, str | int]) -> N
 def _check_schema(file: h5py.File, path: Path) -> None:
     schema = _attribute(file, "schema")
     if not isinstance(schema, int):
-        raise InputError("run", str(path), "a result file of `mixed-ehl sweep`", "It holds no schema number.")
+        raise InputError("run", str(path), "a result file of `mixed-ehl sweep`", "It has no schema number.")
     if schema > STORE_SCHEMA:
         raise InputError(
             f"{path.name}.schema",
@@ -352,29 +352,29 @@ def _check_schema(file: h5py.File, path: Path) -> None:
             f"at most {STORE_SCHEMA}",
             f"It was written by the newer version {_attribute(file, 'writer')}; update mixed-ehl to read it.",
         )
-    lacking = [name for name in ("key", *_COLUMNS) if name not in file]
-    if schema < STORE_SCHEMA or lacking:
-        lack = f"It lacks {', '.join(lacking[:5])}: " if lacking else ""
-        hint = f"{lack}damaged, or of an older version. Move it away and sweep again."
+    missing = [name for name in ("key", *_COLUMNS) if name not in file]
+    if schema < STORE_SCHEMA or missing:
+        columns = f"Columns {', '.join(missing[:5])} are missing: " if missing else ""
+        hint = f"{columns}it is corrupt, or of an older version. Move it away and sweep again."
         raise InputError("run", str(path), f"a result file of schema {STORE_SCHEMA} with all columns", hint)
 
 
 def read_file(path: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Attributes and whole rows of one result file; rows that no longer match their checksum are left out.
+    """Attributes and valid rows of one result file; rows that do not match their checksum are omitted.
 
     Raises
     ------
     InputError
-        The file is being written, damaged, foreign, or has a newer schema.
+        The file is being written, is corrupt or no result file, or has a newer schema.
     """
-    with _open(path, "r", locking) as file, _undamaged(path):
+    with _open(path, "r", locking) as file, _corruption_reported(path):
         _check_schema(file, path)
-        rows, _ = _whole_rows(file)
+        rows, _ = _valid_rows(file)
         meta = {name: _attribute(file, name) for name in file.attrs}
         meta["plan"] = file["plan"].asstr()[()]
     table: dict[str, Any] = {name: [text.decode() for text in rows[name]] for name in ("key", *TEXT_WIDTHS)}
     table |= {name: rows[name] for name in NUMBER_UNITS}
-    # a failed case that was tried again stands there twice; the last counts
+    # a failed case that was computed again has two rows; the last counts
     frame = pd.DataFrame(table).drop_duplicates("key", keep="last")
     return meta, frame.reset_index(drop=True)
 
@@ -418,10 +418,10 @@ def read_run(run: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.Dat
 def one_row_per_case(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """The rows of several files sorted by key; where two have a case, one with a result counts."""
     frame = pd.concat(frames, ignore_index=True)
-    frame = frame.assign(lost=frame["status"] == "failed").sort_values(
-        ["key", "lost"], kind="stable", ignore_index=True
+    frame = frame.assign(failed=frame["status"] == "failed").sort_values(
+        ["key", "failed"], kind="stable", ignore_index=True
     )
-    return frame.drop_duplicates("key", ignore_index=True).drop(columns="lost")
+    return frame.drop_duplicates("key", ignore_index=True).drop(columns="failed")
 
 
 def merge(run: Path, target: Path) -> int:
@@ -449,7 +449,7 @@ def merge(run: Path, target: Path) -> int:
 def finished_keys(path: Path) -> set[str]:
     """Keys of the cases that have a result in the other files of a run's folder.
 
-    A file that cannot be read (it is being written, or damaged) counts for nothing: its cases are computed again.
+    A file that cannot be read (it is being written, or corrupt) is ignored: its cases are computed again.
     """
     keys: set[str] = set()
     for other in sorted(path.parent.glob("*.h5")):

@@ -19,7 +19,7 @@ from ehl.io.validation import InputModel
 MAX_LEVELS = 1000
 
 
-class Axis(InputModel):
+class PlanAxis(InputModel):
     """One variable of a plan: a sampled range, or the values it takes."""
 
     values: tuple[float, ...]
@@ -32,7 +32,7 @@ def quantity_of(annotation: Any) -> ValueRange:
     return next(part for part in get_args(annotation)[1:] if isinstance(part, ValueRange))
 
 
-def spread(low: float, high: float, scale: str, count: int) -> tuple[float, ...]:
+def evenly_spaced(low: float, high: float, scale: str, count: int) -> tuple[float, ...]:
     """Evenly spaced levels from `low` to `high`, both met exactly; on a log scale evenly in the logarithm."""
     if scale == "log":
         step = math.log(high / low) / (count - 1)
@@ -42,9 +42,9 @@ def spread(low: float, high: float, scale: str, count: int) -> tuple[float, ...]
     return (low, *inner, high)
 
 
-def levels_of(axis: Axis, count: int) -> tuple[float, ...]:
+def levels_of(axis: PlanAxis, count: int) -> tuple[float, ...]:
     """Evenly spaced levels of a range."""
-    return spread(axis.values[0], axis.values[1], axis.scale, count)
+    return evenly_spaced(axis.values[0], axis.values[1], axis.scale, count)
 
 
 def read_ends(value: dict[str, Any], quantity: ValueRange) -> tuple[float | None, float | None]:
@@ -56,9 +56,9 @@ def read_ends(value: dict[str, Any], quantity: ValueRange) -> tuple[float | None
     return low, high
 
 
-def _read_axis(value: Any, quantity: ValueRange) -> Axis:
+def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
     """The axis a user wrote: a value, a list, or a table with low, high, scale and perhaps levels."""
-    if isinstance(value, Axis):
+    if isinstance(value, PlanAxis):
         return value
     if isinstance(value, list):
         if not 1 <= len(value) <= MAX_LEVELS:
@@ -66,9 +66,9 @@ def _read_axis(value: Any, quantity: ValueRange) -> Axis:
         values = tuple(quantity.check(item, f"values[{i}]") for i, item in enumerate(value))
         if len(set(values)) < len(values):
             raise InputError("values", value, "a list of different values")
-        return Axis(values=values)
+        return PlanAxis(values=values)
     if not isinstance(value, dict):
-        return Axis(values=(quantity.check(value, "value"),))
+        return PlanAxis(values=(quantity.check(value, "value"),))
     unknown = sorted(set(value) - {"low", "high", "scale", "levels"})
     if unknown:
         raise InputError(unknown[0], value[unknown[0]], "low, high, scale and levels")
@@ -81,15 +81,15 @@ def _read_axis(value: Any, quantity: ValueRange) -> Axis:
     if scale == "log" and low <= 0.0:
         raise InputError("low", value["low"], "above zero with scale = 'log'")
     if "levels" not in value:
-        return Axis(values=(low, high), sampled=True, scale=scale)
+        return PlanAxis(values=(low, high), sampled=True, scale=scale)
     levels = value["levels"]
     if not isinstance(levels, int) or isinstance(levels, bool) or not 2 <= levels <= MAX_LEVELS:
         raise InputError("levels", levels, f"a whole number from 2 to {MAX_LEVELS}")
-    return Axis(values=spread(low, high, scale, levels), scale=scale)
+    return PlanAxis(values=evenly_spaced(low, high, scale, levels), scale=scale)
 
 
 def _axis(annotation: Any) -> Any:
-    return Annotated[Axis, BeforeValidator(partial(_read_axis, quantity=quantity_of(annotation)))]
+    return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=quantity_of(annotation)))]
 
 
 def _surface(name: str) -> Any:
@@ -101,7 +101,7 @@ def _surface(name: str) -> Any:
     return next(part for part in get_args(info.annotation) if part is not type(None))
 
 
-# the type of every variable; the names are those of a contact file, or ratios a plan alone knows
+# the type of every variable; the names are those of a contact file, or ratios that only a plan has
 VARIABLES: dict[str, Any] = {
     "pressure_hertz": case_inputs.Pressure,
     "radius_equivalent": case_inputs.Radius,
@@ -151,14 +151,14 @@ class Variables(InputModel):
     eyring_stress: _axis(VARIABLES["eyring_stress"]) | None = None  # type: ignore[valid-type]
 
     @model_validator(mode="after")
-    def _one_way(self) -> Self:
+    def _exclusive(self) -> Self:
         for one, other in EXCLUSIVE:
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise InputError(one, "given", f"only one of {one} and {other}")
         return self
 
     @cached_property
-    def axes(self) -> dict[str, Axis]:
+    def axes(self) -> dict[str, PlanAxis]:
         """The variables given, in the order of this class."""
         given = {name: getattr(self, name) for name in type(self).model_fields}
         return {name: axis for name, axis in given.items() if axis is not None}

@@ -1,6 +1,6 @@
 """Constraints of a plan: combinations of its variables no gear has are skipped before anything is computed.
 
-Each is a window on one figure that follows from a point by a closed formula.
+Each is a window on one quantity that follows from a point by a closed formula.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 FLASH_FRICTION = 0.05
 
 
-class Window(InputModel):
-    """What a figure may be: from `low` to `high`, either end open where it is not given."""
+class ConstraintWindow(InputModel):
+    """What a quantity may be: from `low` to `high`, either end open where it is not given."""
 
     low: float | None = None
     high: float | None = None
@@ -43,8 +43,8 @@ class Window(InputModel):
         return inside
 
 
-def _read_window(value: Any, quantity: ValueRange) -> Window:
-    if isinstance(value, Window):
+def _read_window(value: Any, quantity: ValueRange) -> ConstraintWindow:
+    if isinstance(value, ConstraintWindow):
         return value
     if not isinstance(value, dict) or not value:
         raise InputError("low", None, "a table with low, high or both")
@@ -52,11 +52,11 @@ def _read_window(value: Any, quantity: ValueRange) -> Window:
     if unknown:
         raise InputError(unknown[0], value[unknown[0]], "low and high")
     low, high = read_ends(value, quantity)
-    return Window(low=low, high=high)
+    return ConstraintWindow(low=low, high=high)
 
 
 def _window(quantity: ValueRange) -> Any:
-    return Annotated[Window, BeforeValidator(partial(_read_window, quantity=quantity))]
+    return Annotated[ConstraintWindow, BeforeValidator(partial(_read_window, quantity=quantity))]
 
 
 class Constraints(InputModel):
@@ -64,19 +64,19 @@ class Constraints(InputModel):
 
     Parameters
     ----------
-    film_ratio : Window
+    film_ratio : ConstraintWindow
         lambda by the film formula of `regression.friction.conditions.derive` [-].
-    load_per_length : Window
+    load_per_length : ConstraintWindow
         w' [N/m].
-    half_width : Window
+    half_width : ConstraintWindow
         Hertz half-width b [m].
-    speed_sliding : Window
+    speed_sliding : ConstraintWindow
         Length of the sliding vector [m/s].
-    slide_to_roll_total : Window
+    slide_to_roll_total : ConstraintWindow
         That over the entrainment speed [-].
-    pressure_velocity : Window
+    pressure_velocity : ConstraintWindow
         p_h times `speed_sliding` [W/m^2].
-    temperature_flash : Window
+    temperature_flash : ConstraintWindow
         Oil temperature plus Blok's flash temperature with mu = 0.05 [K].
     """
 
@@ -89,14 +89,14 @@ class Constraints(InputModel):
     temperature_flash: _window(ValueRange("K", ge=TEMPERATURE_RANGE[0], le=3000.0)) | None = None  # type: ignore[valid-type]
 
     @property
-    def windows(self) -> dict[str, Window]:
+    def windows(self) -> dict[str, ConstraintWindow]:
         """The windows given."""
         given = {name: getattr(self, name) for name in type(self).model_fields}
         return {name: window for name, window in given.items() if window is not None}
 
     @property
     def need_oil(self) -> bool:
-        """Whether the figures of the oil decide."""
+        """Whether a property of the oil decides."""
         return self.film_ratio is not None
 
 
@@ -120,10 +120,10 @@ def flash_temperature_blok(
     )
 
 
-def constrained_figures(
+def constrained_quantities(
     table: Mapping[str, Array], bodies: tuple[Material, Material], film_ratio: Array | None
 ) -> dict[str, Array]:
-    """The figures of `Constraints` at every point of a table of state columns.
+    """The quantities of `Constraints` at every point of a table of state columns.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def constrained_figures(
     ratio = table["slide_to_roll"]
     sliding = np.hypot(ratio * speed, table["speed_sliding_lengthwise"])
     rise = flash_temperature_blok(load, sliding, speed, ratio, half_width, bodies)
-    figures = {
+    quantities = {
         "load_per_length": load,
         "half_width": half_width,
         "speed_sliding": sliding,
@@ -149,4 +149,4 @@ def constrained_figures(
         "pressure_velocity": pressure * sliding,
         "temperature_flash": table["temperature_oil"] + rise,
     }
-    return figures if film_ratio is None else {**figures, "film_ratio": film_ratio}
+    return quantities if film_ratio is None else {**quantities, "film_ratio": film_ratio}

@@ -1,14 +1,16 @@
-"""The ranges that gears really see: from contact points and their weights to a plan.
+"""The operating range of gears: from contact points and their weights to a plan.
 
-Each range runs between weighted quantiles of what the contact points of designs under their duty see; the weight of a
-point is the work its friction does there. A plan over such ranges spends no case where no power is lost.
+Each range lies between weighted quantiles over the contact points of designs under their duty; the weight of a point is
+the work of its friction. A plan over such ranges spends no case where no power is lost.
 """
 
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,12 +18,16 @@ from numpy.typing import ArrayLike, NDArray
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.state import ContactState
-from regression.friction.conditions import conditions_of
+from regression.friction.conditions import UNITS, conditions_of
+from regression.plan.plan import Plan
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 
 # how each variable of the plan is drawn and written: scale, unit in the file, factor from SI, shift of the zero
-_WRITTEN: dict[str, tuple[str, str, float, float]] = {
+_PLAN_UNITS: dict[str, tuple[str, str, float, float]] = {
     "pressure_hertz": ("linear", "GPa", 1e-9, 0.0),
     "radius_equivalent": ("log", "mm", 1e3, 0.0),
     "speed_entrainment": ("log", "m/s", 1.0, 0.0),
@@ -31,9 +37,11 @@ _WRITTEN: dict[str, tuple[str, str, float, float]] = {
     "roughness_rms": ("log", "um", 1e6, 0.0),
     "correlation_length": ("log", "um", 1e6, 0.0),
 }
+_SI_UNITS = {**UNITS, "pressure_velocity": "W/m^2"}
+_COLUMNS = ("minimum", "low", "median", "high", "maximum")
 # ends closer than this are one value
 _ONE_VALUE = 1.02
-# sliding below this tells nothing about friction, and a log scale needs an end above zero
+# sliding below this gives no information on friction, and a log scale needs an end above zero
 MIN_SLIDING = 1e-3
 
 
@@ -46,9 +54,9 @@ class WeightedPoints:
     state : ContactState
         Local conditions.
     weight : array
-        What each point counts for: its share of the loss times the time it lasts.
+        Of each point: its share of the loss times its duration.
     oil : Oil
-        Card the film ratio follows from.
+        Card for the film ratio.
     """
 
     state: ContactState
@@ -57,14 +65,102 @@ class WeightedPoints:
 
 
 @dataclass(frozen=True)
-class SeenRange:
-    """Weighted quantiles of one figure: the ends of the range, its median, and the ends of all points."""
+class VariableRange:
+    """Weighted quantiles of one variable: the ends of its range, its median, and the extremes of all points."""
 
     low: float
     median: float
     high: float
-    least: float
-    most: float
+    minimum: float
+    maximum: float
+
+
+@dataclass(frozen=True)
+class OperatingRange:
+    """Ranges of contact conditions that gears reach in their duty.
+
+    Parameters
+    ----------
+    variables : dict
+        Name to `VariableRange`, SI: the variables of a plan, the film ratio, and pressure times sliding speed.
+    coverage : float
+        Share of the weight inside each range.
+    """
+
+    variables: dict[str, VariableRange]
+    coverage: float
+
+    def __getitem__(self, name: str) -> VariableRange:
+        return self.variables[name]
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per variable: unit, minimum, low, median, high, maximum (SI)."""
+        import pandas as pd
+
+        rows = {
+            name: {"unit": _SI_UNITS.get(name, ""), **{key: getattr(x, key) for key in _COLUMNS}}
+            for name, x in self.variables.items()
+        }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("variable")
+
+    def __repr__(self) -> str:
+        ranges = (
+            f"  {name}: {x.low:.4g} to {x.high:.4g} {_SI_UNITS.get(name, '')}" for name, x in self.variables.items()
+        )
+        return "\n".join((f"OperatingRange, {100.0 * self.coverage:g} % of the weight (SI)", *map(str.rstrip, ranges)))
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().to_html(float_format="{:.4g}".format))
+
+    def plan_text(
+        self,
+        name: str,
+        oils: Sequence[str],
+        *,
+        size: int,
+        description: str = "",
+        margin: float = 0.1,
+        roughness: str = "deterministic",
+        accuracy: str = "fast",
+    ) -> str:
+        """The text of a plan file over the ranges.
+
+        Parameters
+        ----------
+        name, description : str
+            Of the plan.
+        oils : sequence of str
+            Oil cards; several are crossed with the points.
+        size : int
+            Cases in the ranges, for each oil.
+        margin : float
+            Every range is widened by this part of itself (of its logarithm on a log scale) at both ends, so that the
+            gears lie inside the fitted range.
+        roughness, accuracy : str
+            Of the model.
+
+        Returns
+        -------
+        str
+            TOML.
+        """
+        ranges = self.variables
+        lines = [f"name = {_quoted(name)}", f"description = {_quoted(description)}", ""]
+        lines += ["[sampling]", f"size = {size}", "seed = 1", "", "[variables]"]
+        for variable, (scale, unit, factor, shift) in _PLAN_UNITS.items():
+            if variable in ranges:
+                lines.append(f"{variable} = {_axis(variable, ranges[variable], scale, unit, factor, shift, margin)}")
+        if "film_ratio" in ranges:
+            low, high = _widened(ranges["film_ratio"].low, ranges["film_ratio"].high, "log", margin)
+            lines += ["", "[constraints]", f"film_ratio = {{ low = {_down(low)!r}, high = {_up(high)!r} }}"]
+        listed = _quoted(oils[0]) if len(oils) == 1 else "[" + ", ".join(_quoted(oil) for oil in oils) + "]"
+        lines += ["", "[lubricant]", f"oil = {listed}", "", "[model]"]
+        lines += [f"roughness = {_quoted(roughness)}", f"accuracy = {_quoted(accuracy)}", ""]
+        return "\n".join(lines)
+
+    def plan(self, name: str, oils: Sequence[str], *, size: int, **options: Any) -> Plan:
+        """The plan over the ranges; parameters as of `plan_text`."""
+        return Plan.from_dict(tomllib.loads(self.plan_text(name, oils, size=size, **options)))
 
 
 def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) -> Array:
@@ -90,29 +186,50 @@ def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) 
     return np.asarray(np.interp(np.asarray(levels, dtype=float), (np.cumsum(w) - 0.5 * w) / w.sum(), x))
 
 
-def seen_ranges(points: Sequence[WeightedPoints], coverage: float = 0.98) -> dict[str, SeenRange]:
-    """Ranges of the plan's variables, and of the film ratio, over all points.
+def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) -> OperatingRange:
+    """Ranges of the plan's variables, and of the film ratio, over weighted contact points.
 
     Parameters
     ----------
     points : sequence of WeightedPoints
         Of all designs and operating points.
     coverage : float
-        Share of the weight inside each range; the rest is cut off evenly at both ends.
+        Share of the weight inside each range; what remains is cut off evenly at both ends.
+
+    Returns
+    -------
+    OperatingRange
 
     Raises
     ------
     InputError
         No points, weights that cannot be used, or a coverage outside 0.5 to 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ehl.fluid.oil import Oil
+    >>> from ehl.state import ContactState
+    >>> from regression import WeightedPoints, operating_range
+    >>> state = ContactState.of(
+    ...     pressure_hertz=np.linspace(0.5e9, 1.5e9, 101), radius_equivalent=0.01, effective_modulus=226e9,
+    ...     speed_entrainment=5.0, slide_to_roll=0.2, temperature_oil=363.15,
+    ...     roughness_rms_1=0.3e-6, roughness_rms_2=0.4e-6,
+    ... )
+    >>> ranges = operating_range([WeightedPoints(state, np.ones(101), Oil.load("fva3"))], coverage=0.9)
+    >>> f"{ranges['pressure_hertz'].low:.3g} to {ranges['pressure_hertz'].high:.3g} Pa"
+    '5.5e+08 to 1.45e+09 Pa'
+    >>> ranges.plan("gears", ["fva3"], size=64).count
+    64
     """
     if not points:
         raise InputError("points", "none", "contact points of at least one design")
     if not 0.5 <= coverage <= 1.0:
         raise InputError("--coverage", coverage, "0.5 to 1")
-    columns: dict[str, list[Array]] = {name: [] for name in (*_WRITTEN, "film_ratio", "pressure_velocity")}
+    columns: dict[str, list[Array]] = {name: [] for name in (*_PLAN_UNITS, "film_ratio", "pressure_velocity")}
     for part in points:
         table = conditions_of(part.state, part.oil)
-        figures = {
+        quantities = {
             **table,
             "slide_to_roll": np.abs(table["slide_to_roll"]),
             "lengthwise_to_roll": np.abs(table["speed_sliding_lengthwise"] / table["speed_entrainment"]),
@@ -120,7 +237,7 @@ def seen_ranges(points: Sequence[WeightedPoints], coverage: float = 0.98) -> dic
             "pressure_velocity": table["pressure_hertz"] * table["speed_sliding"],
         }
         for name, column in columns.items():
-            column.append(np.ravel(figures[name]))
+            column.append(np.ravel(quantities[name]))
     weight = np.concatenate([np.ravel(part.weight) for part in points])
     tail = 0.5 * (1.0 - coverage)
     ranges = {}
@@ -128,62 +245,18 @@ def seen_ranges(points: Sequence[WeightedPoints], coverage: float = 0.98) -> dic
         values = np.concatenate(parts)
         if np.isfinite(values).all():
             low, median, high = (float(q) for q in weighted_quantile(values, weight, (tail, 0.5, 1.0 - tail)))
-            ranges[name] = SeenRange(low, median, high, float(values.min()), float(values.max()))
-    return ranges
+            ranges[name] = VariableRange(low, median, high, float(values.min()), float(values.max()))
+    return OperatingRange(ranges, coverage)
 
 
-def plan_text(
-    name: str,
-    description: str,
-    ranges: dict[str, SeenRange],
-    oils: Sequence[str],
-    *,
-    size: int,
-    margin: float = 0.1,
-    roughness: str = "deterministic",
-    accuracy: str = "fast",
-) -> str:
-    """The plan file over the ranges.
-
-    Parameters
-    ----------
-    name, description : str
-        Of the plan.
-    ranges : dict
-        As of `seen_ranges`.
-    oils : sequence of str
-        Oil cards; several are crossed with the points.
-    size : int
-        Cases in the ranges, for each oil.
-    margin : float
-        Every range is widened by this part of itself (of its logarithm on a log scale) at both ends, so that the gears
-        lie inside of what is fitted.
-    roughness, accuracy : str
-        Of the model.
-    """
-    lines = [f"name = {_quoted(name)}", f"description = {_quoted(description)}", ""]
-    lines += ["[sampling]", f"size = {size}", "seed = 1", "", "[variables]"]
-    for variable, (scale, unit, factor, shift) in _WRITTEN.items():
-        if variable in ranges:
-            seen = ranges[variable]
-            lines.append(f"{variable} = {_axis(variable, seen, scale, unit, factor, shift, margin)}")
-    if "film_ratio" in ranges:
-        low, high = _widened(ranges["film_ratio"].low, ranges["film_ratio"].high, "log", margin)
-        lines += ["", "[constraints]", f"film_ratio = {{ low = {_down(low)!r}, high = {_up(high)!r} }}"]
-    listed = _quoted(oils[0]) if len(oils) == 1 else "[" + ", ".join(_quoted(oil) for oil in oils) + "]"
-    lines += ["", "[lubricant]", f"oil = {listed}", "", "[model]"]
-    lines += [f"roughness = {_quoted(roughness)}", f"accuracy = {_quoted(accuracy)}", ""]
-    return "\n".join(lines)
-
-
-def _axis(name: str, seen: SeenRange, scale: str, unit: str, factor: float, shift: float, margin: float) -> str:
-    low, high = seen.low, seen.high
+def _axis(name: str, variable: VariableRange, scale: str, unit: str, factor: float, shift: float, margin: float) -> str:
+    low, high = variable.low, variable.high
     if name == "slide_to_roll":
         low, high = max(low, MIN_SLIDING), max(high, 2.0 * MIN_SLIDING)
     if name == "lengthwise_to_roll" and high < MIN_SLIDING:
         return "0.0"
     if high <= _ONE_VALUE * low:
-        return _value(_rounded(factor * (seen.median + shift), math.floor), unit)
+        return _value(_rounded(factor * (variable.median + shift), math.floor), unit)
     low, high = _widened(low, high, scale, margin)
     if name == "lengthwise_to_roll":
         low = max(low, 0.0)

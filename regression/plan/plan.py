@@ -1,4 +1,4 @@
-"""The plan of a sweep: which contacts are solved (`mixed-ehl sweep PLAN.toml`).
+"""The plan of a sweep: which contacts are solved (`mixed-ehl sweep PLAN.toml`), its points, and what they cost.
 
 A variable is a range (sampled by Sobol or a Latin hypercube), a list or the levels of a range (full factorial), one
 value, or a column of a table; lists multiply the sampled points. Constraints skip what no gear has.
@@ -7,29 +7,38 @@ value, or a column of a table; lists multiply the sampled points. Constraints sk
 from __future__ import annotations
 
 import hashlib
+import html
 import json
+import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.contact import Contact
+from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
+from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
 from ehl.io.table_files import Column, read_columns
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material, effective_modulus
-from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, Axis, Variables, levels_of, quantity_of
-from regression.plan.constraints import Constraints
-from regression.plan.sampling import Array
+from regression.friction.conditions import LUBRICANT_UNITS, UNITS, derive, lubricant_row
+from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, quantity_of
+from regression.plan.constraints import Constraints, constrained_quantities
+from regression.plan.cost import CostEstimate, contact_seconds
+from regression.plan.sampling import Accept, Array, BoxSampler, IntArray, PointBlock, filtered, lattice
 
 if TYPE_CHECKING:
-    from regression.plan.points import PlanPoints
+    import pandas as pd
 
 MAX_CASES = 1_000_000
 # 2^d corner points; beyond this a plan asks for more corners than samples
@@ -94,8 +103,80 @@ class Adaptive(InputModel):
     weight: Literal["pressure_velocity", "speed_sliding", "load_per_length", "uniform"] = "pressure_velocity"
 
 
+@dataclass(frozen=True)
+class PlanPoints:
+    """All points of a plan, in a fixed order.
+
+    Parameters
+    ----------
+    origin : tuple of str
+        sobol, latin, corner, lattice or table.
+    columns : dict
+        Values of the variables, SI.
+    oils : tuple of str or None
+        Oil card of each point; None where the lubricant is given by numbers.
+    seed : int array or None
+        Of the roughness of each point; None where the model knows none.
+    rejected : dict
+        ConstraintWindow to the share of the points drawn that lie outside of it.
+    """
+
+    origin: tuple[str, ...]
+    columns: dict[str, Array]
+    oils: tuple[str | None, ...]
+    seed: IntArray | None
+    rejected: dict[str, float]
+
+    def __len__(self) -> int:
+        return len(self.origin)
+
+    def values(self, index: int) -> dict[str, float]:
+        """Values of the variables at one point."""
+        return {name: float(column[index]) for name, column in self.columns.items()}
+
+
 class Plan(InputModel):
-    """A sweep: the content of a plan file."""
+    """Which contacts a sweep solves: the content of a plan file.
+
+    A plan is made by `from_file` or `from_dict`, which check every end of every range; docs/sweep.md describes the
+    entries.
+
+    Parameters
+    ----------
+    name, description : str
+        Of the plan.
+    sampling : Sampling
+        How the ranges are filled.
+    variables : Variables
+        Ranges, lists and values, SI.
+    table : dict of str to tuple
+        Columns of points given one by one, SI.
+    constraints : Constraints
+        Windows a point must lie in.
+    adaptive : Adaptive
+        Batches of an adaptive sweep.
+    lubricant : dict
+        Oil card or cards, or a lubricant by numbers.
+    solid_1, solid_2 : SolidInput
+        The bodies.
+    effective_modulus : float, optional
+        In place of that of the bodies [Pa].
+    surface : SurfaceInput
+        What is fixed of the roughness.
+    model : ModelInput
+        Model and accuracy of the contact solver.
+
+    Examples
+    --------
+    >>> from regression import Plan
+    >>> plan = Plan.from_file("demo")
+    >>> plan.count
+    128
+    >>> list(plan.to_frame().columns[:3])
+    ['origin', 'oil', 'seed']
+    >>> plan.estimate().cases
+    128
+    """
 
     name: str = Field(min_length=1, max_length=100)
     description: str = ""
@@ -111,8 +192,82 @@ class Plan(InputModel):
     surface: SurfaceInput = SurfaceInput()
     model: ModelInput = ModelInput()
 
+    @classmethod
+    def from_file(cls, path: str | Path, changes: Sequence[str] = ()) -> Plan:
+        """Read and check a plan file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, or the name of a shipped plan (``demo``). A table the plan names lies in the same folder.
+        changes : sequence of str
+            Entries to put in place of the file's, as ``lubricant.oil=fva3`` or ``sampling.size=64``.
+
+        Returns
+        -------
+        Plan
+
+        Raises
+        ------
+        InputError
+            Naming field, value and allowed range.
+
+        Examples
+        --------
+        >>> from regression import Plan
+        >>> Plan.from_file("demo", ["lubricant.oil=fva3"]).oils
+        ('fva3',)
+        """
+        if str(path) in data_names("plans"):
+            path = data_path("plans", f"{path}.toml")
+        content = read_toml(path)
+        if not content:
+            hint = "Copy a shipped plan, or see docs/sweep.md."
+            raise InputError("file", str(path), "a plan with name, [variables], [sampling] and [lubricant]", hint)
+        for change in changes:
+            _apply(content, change)
+        table = content.get("table")
+        if isinstance(table, dict) and isinstance(table.get("file"), str):
+            content["table"] = {**table, "file": str(Path(path).parent / table["file"])}
+        return validate(cls, content)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Plan:
+        """Check a plan given as the tables of a plan file.
+
+        Parameters
+        ----------
+        content : mapping
+            What a plan file holds: ``name``, ``variables``, ``sampling``, ``lubricant``... Values are SI numbers or
+            texts with a unit.
+
+        Returns
+        -------
+        Plan
+
+        Raises
+        ------
+        InputError
+            Naming field, value and allowed range.
+
+        Examples
+        --------
+        >>> from regression import Plan
+        >>> plan = Plan.from_dict({
+        ...     "name": "speeds",
+        ...     "variables": {
+        ...         "pressure_hertz": "1 GPa", "radius_equivalent": "10 mm", "slide_to_roll": 0.1,
+        ...         "speed_entrainment": ["2 m/s", "4 m/s", "8 m/s"], "temperature_oil": "80 degC",
+        ...     },
+        ...     "lubricant": {"oil": "fva3"},
+        ... })
+        >>> plan.to_frame()["speed_entrainment"].tolist()
+        [2.0, 4.0, 8.0]
+        """
+        return validate(cls, dict(content))
+
     @model_validator(mode="after")
-    def _whole(self) -> Self:
+    def _checked(self) -> Self:
         self._check_names()
         self._check_sampling()
         if "oil" in self.lubricant and "temperature_oil" not in {*self.lubricant, *self.axes, *self.table}:
@@ -179,7 +334,7 @@ class Plan(InputModel):
             )
 
     @cached_property
-    def axes(self) -> dict[str, Axis]:
+    def axes(self) -> dict[str, PlanAxis]:
         """The variables; in a factorial plan the ranges are levels."""
         axes = self.variables.axes
         if self.sampling.method != "factorial":
@@ -187,7 +342,9 @@ class Plan(InputModel):
         if self.sampling.levels is None and any(axis.sampled for axis in axes.values()):
             raise InputError("sampling.levels", None, "the number of levels of each range")
         return {
-            name: Axis(values=levels_of(axis, self.sampling.levels or 2), scale=axis.scale) if axis.sampled else axis
+            name: PlanAxis(values=levels_of(axis, self.sampling.levels or 2), scale=axis.scale)
+            if axis.sampled
+            else axis
             for name, axis in axes.items()
         }
 
@@ -233,9 +390,213 @@ class Plan(InputModel):
     @cached_property
     def points(self) -> PlanPoints:
         """All points, in a fixed order: by oil, list, origin, number and realisation."""
-        from regression.plan.points import plan_points
+        origin: list[str] = []
+        oils: list[str | None] = []
+        columns: dict[str, list[Array]] = {name: [] for name in (*self.axes, *self.columns)}
+        numbers: list[IntArray] = []
+        rejected: Counter[str] = Counter()
+        for oil in (None,) if "oil" in self.table else self.oils or (None,):
+            for fixed in lattice(self.axes):
+                for block in self._blocks(self.constraint_filter(fixed, oil, rejected)):
+                    n = block.number.size
+                    origin += [block.origin] * n
+                    oils += self._oils_of(block.number, oil)
+                    numbers.append(block.number)
+                    for name, parts in columns.items():
+                        parts.append(block.columns[name] if name in block.columns else np.full(n, fixed[name]))
+        repeat = self.sampling.realisations
+        return PlanPoints(
+            tuple(o for o in origin for _ in range(repeat)),
+            {name: np.repeat(np.concatenate(parts), repeat) for name, parts in columns.items()},
+            tuple(o for o in oils for _ in range(repeat)),
+            self.roughness_seeds(np.concatenate(numbers)),
+            {name: count / rejected["drawn"] for name, count in rejected.items() if name != "drawn"},
+        )
 
-        return plan_points(self)
+    def _blocks(self, accept: Accept | None) -> Iterator[PointBlock]:
+        sampler = BoxSampler(self.axes, self.sampling.method, self.sampling.seed)
+        if self.table:
+            yield filtered("table", self.columns, np.arange(len(next(iter(self.table.values())))), accept)
+        elif sampler.ranges:
+            assert self.sampling.size is not None
+            yield sampler.inside(self.sampling.size, accept)
+            if self.sampling.corners:
+                yield sampler.corners(None if self.sampling.corners is True else int(self.sampling.corners), accept)
+        else:
+            yield filtered("lattice", {}, np.arange(1), accept)
+
+    def _oils_of(self, number: IntArray, oil: str | None) -> list[str | None]:
+        """Oil card of each point of a block."""
+        if "oil" in self.table:
+            return [str(self.table["oil"][row]) for row in number]
+        return [oil] * number.size
+
+    def roughness_seeds(self, number: IntArray) -> IntArray | None:
+        """Seeds of the profiles that points of these numbers meet, all realisations; None without profiles."""
+        if self.model.roughness != "deterministic":
+            return None
+        repeat = self.sampling.realisations
+        own = np.zeros_like(number) if self.sampling.same_profile else number
+        return np.asarray(self.surface.seed + (own[:, None] * repeat + np.arange(repeat)).ravel())
+
+    def constraint_filter(
+        self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str] | None = None
+    ) -> Accept | None:
+        """Which sampled points, together with these fixed values, lie in all windows; None without constraints.
+
+        `rejected` counts the points outside of each window, and under ``drawn`` all points.
+        """
+        windows = self.constraints.windows
+        if not windows:
+            return None
+        counts: Counter[str] = Counter() if rejected is None else rejected
+
+        def accept(columns: dict[str, Array], number: IntArray) -> NDArray[np.bool_]:
+            values = {**{name: np.full(number.size, value) for name, value in fixed.items()}, **columns}
+            quantities = self.constrained(values, self._oils_of(number, oil))
+            passed = np.ones(number.size, dtype=bool)
+            for name, window in windows.items():
+                inside = window.holds(quantities[name])
+                counts[name] += int(np.count_nonzero(~inside))
+                passed &= inside
+            counts["drawn"] += number.size
+            return passed
+
+        return accept
+
+    def constrained(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
+        """The quantities of `Constraints` at points given by values of the variables."""
+        ratio = self.conditions(columns, oils)["film_ratio_formula"] if self.constraints.need_oil else None
+        return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
+
+    def conditions(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
+        """All variables a formula may use, at points given by values of the variables.
+
+        Parameters
+        ----------
+        columns : mapping of str to (n,) array
+            Values of the plan's variables, SI.
+        oils : sequence of str or None
+            Oil card of each of the n points.
+
+        Returns
+        -------
+        dict of str to (n,) array
+            The columns of `regression.friction.conditions.UNITS`.
+        """
+        return derive({**self._state_columns(columns, len(oils)), **self._lubricant_columns(columns, oils)})
+
+    def _state_columns(self, columns: Mapping[str, Array], size: int) -> dict[str, Array]:
+        """Columns of `regression.friction.conditions.STATE_UNITS` from the values of the variables."""
+        temperature = quantity_of(VARIABLES["temperature_oil"]).check(
+            self.lubricant.get("temperature_oil", 353.15), "lubricant.temperature_oil"
+        )
+        table = {
+            "effective_modulus": np.full(size, self.modulus),
+            "speed_sliding_lengthwise": np.zeros(size),
+            "temperature_oil": np.full(size, temperature),
+            "roughness_rms_1": np.zeros(size),
+            "roughness_rms_2": np.zeros(size),
+            "correlation_length": np.full(size, self.surface.correlation_length),
+            **columns,
+        }
+        if "lengthwise_to_roll" in table:
+            table["speed_sliding_lengthwise"] = table.pop("lengthwise_to_roll") * table["speed_entrainment"]
+        if "roughness_rms" in table:
+            table["roughness_rms_1"] = table["roughness_rms_2"] = table.pop("roughness_rms") / 2.0**0.5
+        return table
+
+    def _lubricant_columns(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
+        """Columns of `regression.friction.conditions.LUBRICANT_UNITS` at the points."""
+        names = [name for name in columns if TABLE_OF.get(name) == "lubricant"]
+        rows = []
+        for i, oil in enumerate(oils):
+            content = {**self.lubricant, **{name: float(columns[name][i]) for name in names}}
+            if oil is not None:
+                content["oil"] = oil
+            kind = OilLubricant if "oil" in content else DirectLubricant
+            lubricant = validate(kind, content, "lubricant").lubricant()
+            rows.append(lubricant_row(lubricant, float(columns["pressure_hertz"][i])))
+        return {name: np.array([row[name] for row in rows]) for name in LUBRICANT_UNITS}
+
+    def contact_seconds(
+        self, columns: Mapping[str, Array], oils: Sequence[str | None]
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Estimated seconds of the contacts at given points, and which of them are transient rough contacts."""
+        if self.model.roughness == "load_sharing":
+            unused = np.ones(len(oils))
+            return contact_seconds(self.model, unused, unused)
+        table = self.conditions(columns, oils)
+        return contact_seconds(
+            self.model, table["half_width"] / table["correlation_length"], table["film_ratio_formula"]
+        )
+
+    def case_seconds(self) -> Array:
+        """Estimated seconds of every case, in the order of `points`."""
+        return self.contact_seconds(self.points.columns, self.points.oils)[0]
+
+    def estimate(self) -> CostEstimate:
+        """What the sweep of this plan will cost, before anything is computed.
+
+        Returns
+        -------
+        CostEstimate
+
+        Examples
+        --------
+        >>> from regression import Plan
+        >>> cost = Plan.from_file("gear_default").estimate()
+        >>> cost.cases
+        2048
+        >>> cost.wall(jobs=4) < cost.seconds
+        True
+        """
+        seconds, rough = self.contact_seconds(self.points.columns, self.points.oils)
+        return CostEstimate(
+            self.name,
+            f"{self.model.roughness}, {self.model.accuracy}",
+            len(seconds),
+            int(np.count_nonzero(rough)),
+            float(seconds.sum()),
+            float(seconds.max()),
+            self.points.rejected,
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """The points of the plan.
+
+        Returns
+        -------
+        DataFrame
+            One row per case, in the order of the plan: origin, oil, seed of the roughness, and the
+            variables in SI units.
+        """
+        import pandas as pd
+
+        points = self.points
+        seeds = pd.array([pd.NA] * len(points) if points.seed is None else points.seed, dtype="Int64")
+        return pd.DataFrame({"origin": points.origin, "oil": points.oils, "seed": seeds, **points.columns})
+
+    def __repr__(self) -> str:
+        return f"Plan {self.name!r}: {self.count} cases, {self._summary()}"
+
+    __str__ = __repr__
+
+    def _summary(self) -> str:
+        varied = ", ".join(name for name, axis in self.axes.items() if axis.sampled or len(axis.values) > 1)
+        oils = ", ".join(self.oils) or "a lubricant by numbers"
+        return f"{self.model.roughness} roughness, {self.model.accuracy}; {oils}; over {varied or 'a table of points'}"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for name, axis in self.axes.items():
+            listed = ", ".join(f"{value:.6g}" for value in axis.values[:8]) + (" ..." if len(axis.values) > 8 else "")
+            shown = f"{axis.values[0]:.6g} to {axis.values[-1]:.6g}, {axis.scale}" if axis.sampled else listed
+            rows.append((name, shown, UNITS.get(name, "")))
+        rows += [(name, f"{len(cells)} values", UNITS.get(name, "")) for name, cells in self.table.items()]
+        body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+        title = html.escape(f"{self.name}: {self.count} cases, {self.model.roughness}, {self.model.accuracy}")
+        return f"<table><caption>{title}</caption><tr><th>variable</th><th>values</th><th>unit</th></tr>{body}</table>"
 
     @cached_property
     def columns(self) -> dict[str, Array]:
@@ -316,40 +677,7 @@ TABLE_OF = {
 }
 
 
-def load_plan(path: str | Path, changes: Sequence[str] = ()) -> Plan:
-    """Read and check a plan file; the name of a shipped plan (``demo``) serves too.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; a table it names lies beside it.
-    changes : sequence of str
-        Entries to put in place of the file's, as ``lubricant.oil=fva3`` or ``sampling.size=64``.
-
-    Raises
-    ------
-    InputError
-        Naming field, value and allowed range.
-    """
-    from ehl.io.data import data_names, data_path
-
-    if str(path) in data_names("plans"):
-        path = data_path("plans", f"{path}.toml")
-    content = read_toml(path)
-    if not content:
-        hint = "Copy a shipped plan, or see docs/sweep.md."
-        raise InputError("file", str(path), "a plan with name, [variables], [sampling] and [lubricant]", hint)
-    for change in changes:
-        _apply(content, change)
-    table = content.get("table")
-    if isinstance(table, dict) and isinstance(table.get("file"), str):
-        content["table"] = {**table, "file": str(Path(path).parent / table["file"])}
-    return validate(Plan, content)
-
-
 def _apply(content: dict[str, Any], change: str) -> None:
-    import tomllib
-
     key, equals, text = change.partition("=")
     *tables, name = (part.strip() for part in key.split("."))
     if not equals or not name or not all(tables):
@@ -359,9 +687,9 @@ def _apply(content: dict[str, Any], change: str) -> None:
     except tomllib.TOMLDecodeError:
         # a bare word is a text
         value = text.strip()
-    place = content
+    target = content
     for table in tables:
-        place = place.setdefault(table, {})
-        if not isinstance(place, dict):
+        target = target.setdefault(table, {})
+        if not isinstance(target, dict):
             raise InputError("--set", change, f"a key of a table; {table} is none")
-    place[name] = value
+    target[name] = value

@@ -5,44 +5,25 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from ehl.io.errors import InputError
+from regression.plan.axes import PlanAxis
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-# from values of the sampled variables and the numbers of the points to which of them are wanted
+# from values of the sampled variables and the numbers of the points to which of them are accepted
 Accept = Callable[[dict[str, Array], IntArray], NDArray[np.bool_]]
 
-# a Sobol sequence is drawn on until enough points pass the constraints, but not for ever
-MAX_DRAWS = 64
-
-
-class AxisLike(Protocol):
-    """What sampling needs of a plan's axis: the ends of a range, or the values it takes."""
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        """Ends of the range, or all values."""
-        ...
-
-    @property
-    def sampled(self) -> bool:
-        """Whether the values are the ends of a range."""
-        ...
-
-    @property
-    def scale(self) -> str:
-        """``linear`` or ``log``."""
-        ...
+# a Sobol sequence is drawn on until enough points pass the constraints, up to this many times its size
+MAX_DRAWN = 64
 
 
 @dataclass(frozen=True)
-class Block:
+class PointBlock:
     """Points of one origin.
 
     Parameters
@@ -91,7 +72,7 @@ def to_range(unit: Array, low: float, high: float, scale: str) -> Array:
     return np.asarray(np.where(unit == 0.0, low, np.where(unit == 1.0, high, np.clip(value, low, high))))
 
 
-def lattice(axes: Mapping[str, AxisLike]) -> Iterator[dict[str, float]]:
+def lattice(axes: Mapping[str, PlanAxis]) -> Iterator[dict[str, float]]:
     """Every combination of the values of the axes that are not sampled."""
     lists = {name: axis.values for name, axis in axes.items() if not axis.sampled}
     for levels in itertools.product(*lists.values()):
@@ -111,7 +92,7 @@ class BoxSampler:
         Of the sequence.
     """
 
-    def __init__(self, axes: Mapping[str, AxisLike], method: str, seed: int) -> None:
+    def __init__(self, axes: Mapping[str, PlanAxis], method: str, seed: int) -> None:
         self.ranges = {name: axis for name, axis in axes.items() if axis.sampled}
         self.method, self.seed = method, seed
 
@@ -132,7 +113,7 @@ class BoxSampler:
                 unit.append((value - low) / (high - low))
         return np.column_stack(unit)
 
-    def inside(self, size: int, accept: Accept | None, first: int = 0) -> Block:
+    def inside(self, size: int, accept: Accept | None, first: int = 0) -> PointBlock:
         """`size` points that pass the constraints.
 
         A Sobol sequence is drawn on until there are enough (from its point `first` on); of a Latin hypercube only those
@@ -151,10 +132,10 @@ class BoxSampler:
         if first:
             engine.fast_forward(first)
         chunk = 1 << (size - 1).bit_length() if size > 1 else 1
-        parts: list[Block] = []
+        parts: list[PointBlock] = []
         found, drawn = 0, 0
         while found < size:
-            if drawn >= MAX_DRAWS * max(size, 64):
+            if drawn >= MAX_DRAWN * max(size, 64):
                 hint = "Widen the windows, or narrow the ranges to what they leave."
                 raise InputError("constraints", f"{found} of {drawn} points inside", "windows that leave 1/64", hint)
             number = np.arange(first + drawn, first + drawn + chunk)
@@ -164,18 +145,20 @@ class BoxSampler:
             found, drawn = found + part.number.size, drawn + chunk
         columns = {name: np.concatenate([part.columns[name] for part in parts])[:size] for name in self.ranges}
         number = np.concatenate([part.number for part in parts])[:size]
-        return Block("sobol", columns, number)
+        return PointBlock("sobol", columns, number)
 
-    def corners(self, count: int | None, accept: Accept | None) -> Block:
+    def corners(self, count: int | None, accept: Accept | None) -> PointBlock:
         """The corners of the box that pass, at most `count` of them."""
         unit = corner_unit(len(self.ranges), count, self.seed)
         block = filtered("corner", self.columns(unit), np.arange(len(unit)), accept)
-        return Block("corner", {name: column[:count] for name, column in block.columns.items()}, block.number[:count])
+        return PointBlock(
+            "corner", {name: column[:count] for name, column in block.columns.items()}, block.number[:count]
+        )
 
 
-def filtered(origin: str, columns: dict[str, Array], number: IntArray, accept: Accept | None) -> Block:
+def filtered(origin: str, columns: dict[str, Array], number: IntArray, accept: Accept | None) -> PointBlock:
     """A block of those points that pass."""
     if accept is None:
-        return Block(origin, columns, number)
+        return PointBlock(origin, columns, number)
     inside = accept(columns, number)
-    return Block(origin, {name: column[inside] for name, column in columns.items()}, number[inside])
+    return PointBlock(origin, {name: column[inside] for name, column in columns.items()}, number[inside])

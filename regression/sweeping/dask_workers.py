@@ -1,4 +1,4 @@
-"""A sweep on a dask cluster: `client.map` hands cases out, `as_completed` takes rows back, the parent alone writes.
+"""A sweep on a dask cluster: `client.map` distributes cases, `as_completed` returns rows, the parent alone writes.
 
 joblib's dask backend is not used: it ignores n_jobs and hung when a task kept killing its worker.
 """
@@ -18,13 +18,13 @@ from typing import Any
 
 from ehl import __version__
 from ehl.io.errors import InputError, MixedEhlError
-from regression.sweeping.executors import MAX_LOST_WORKERS, Executor, Row, WorkersLost
-from regression.sweeping.workers import Task, Work, dead_end, one_thread
+from regression.sweeping.executors import MAX_CRASHES, Executor, Row, WorkersCrashed
+from regression.sweeping.workers import CaseRunner, Task, cpu_limit, one_thread
 
 # cases at each thread of a worker: one runs, one waits
-_DEPTH = 2
+_CASES_PER_THREAD = 2
 CONNECT = 10  # how long an address may take to answer [s]
-_LOOK = 5.0  # how often a silent cluster is looked at [s]
+_CHECK_EVERY = 5.0  # how often a silent cluster is checked [s]
 
 
 class ClusterLost(MixedEhlError):
@@ -41,60 +41,60 @@ class DaskCluster:
     ----------
     client : distributed.Client
         Connected.
-    patience : float
+    worker_timeout : float
         How long the cluster may be without any worker [s].
     """
 
     client: Any
-    patience: float = 60.0
+    worker_timeout: float = 60.0
 
-    def rows(self, tasks: Iterator[Task], work: Work, in_flight: dict[str, Task]) -> Iterator[Row]:
+    def rows(self, tasks: Iterator[Task], runner: CaseRunner, in_flight: dict[str, Task]) -> Iterator[Row]:
         """As `regression.sweeping.executors.Executor.rows`."""
         distributed = import_module("distributed")
         self._wait_for_workers()
         run = uuid.uuid4().hex[:8]
         futures: dict[Any, Task] = {}
-        killed = 0
+        crashes = 0
 
-        def hand_out(count: int) -> list[Any]:
+        def distribute(count: int) -> list[Any]:
             batch = list(islice(tasks, count))
             in_flight.update({task.key: task for task in batch})
             keys = [f"mixed-ehl-{run}-{task.key}" for task in batch]
-            new = self.client.map(_in_dask_worker, batch, work=work, version=__version__, key=keys, pure=False)
+            new = self.client.map(_in_dask_worker, batch, runner=runner, version=__version__, key=keys, pure=False)
             futures.update(zip(new, batch, strict=True))
             return list(new)
 
         try:
-            hand_out(self._width())
+            distribute(self._width())
             while futures:
-                finished = distributed.as_completed(list(futures), timeout=_LOOK)
+                finished = distributed.as_completed(list(futures), timeout=_CHECK_EVERY)
                 try:
                     for future in finished:
                         task = futures.pop(future)
                         row = self._result(future)
                         if row is None:
-                            killed += 1
-                            if killed >= MAX_LOST_WORKERS:
-                                raise WorkersLost
+                            crashes += 1
+                            if crashes >= MAX_CRASHES:
+                                raise WorkersCrashed
                         else:
-                            killed = 0
+                            crashes = 0
                             del in_flight[task.key]
                             yield row
-                        for new in hand_out(max(1, self._width() - len(futures))):
+                        for new in distribute(max(1, self._width() - len(futures))):
                             finished.add(new)
                 except TimeoutError:
                     self._wait_for_workers()
             if in_flight:
-                raise WorkersLost
+                raise WorkersCrashed
         finally:
             if futures and self.client.status == "running":
                 self.client.cancel(list(futures), force=True)
 
     def _width(self) -> int:
-        return _DEPTH * max(1, sum(int(n) for n in self.client.nthreads().values()))
+        return _CASES_PER_THREAD * max(1, sum(int(n) for n in self.client.nthreads().values()))
 
     def _result(self, future: Any) -> Row | None:
-        """The row of a finished future; None where its worker died.
+        """The row of a finished future; None where its worker crashed.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class DaskCluster:
         except distributed.KilledWorker:
             return None
         except distributed.CancelledError:
-            raise ClusterLost(_gone("the scheduler closed the connection")) from None
+            raise _cluster_lost("the scheduler closed the connection") from None
         except _OtherVersion as error:
             allowed = f"workers with mixed-ehl {__version__}"
             raise InputError("--dask", f"worker with mixed-ehl {error}", allowed, "Use one environment.") from None
@@ -124,38 +124,38 @@ class DaskCluster:
         Raises
         ------
         ClusterLost
-            There is none for `patience`, or no scheduler.
+            There is none for `worker_timeout`, or no scheduler.
         """
-        end = time.monotonic() + self.patience
+        end = time.monotonic() + self.worker_timeout
         while True:
             if self.client.status != "running":
-                raise ClusterLost(_gone("the scheduler is gone"))
+                raise _cluster_lost("the scheduler is gone")
             try:
                 if self.client.nthreads():
                     return
             except (OSError, TimeoutError):
-                raise ClusterLost(_gone("the scheduler does not answer")) from None
+                raise _cluster_lost("the scheduler does not answer") from None
             if time.monotonic() > end:
-                raise ClusterLost(_gone(f"no worker for {self.patience:.0f} s"))
+                raise _cluster_lost(f"no worker for {self.worker_timeout:.0f} s")
             time.sleep(0.1)
 
 
-def _gone(what: str) -> str:
-    return (
-        f"dask cluster: {what}. What is finished is on disk; start scheduler and workers, and give the command again."
+def _cluster_lost(cause: str) -> ClusterLost:
+    return ClusterLost(
+        f"dask cluster: {cause}. Finished cases are on disk; start scheduler and workers, then repeat the command."
     )
 
 
 class _OtherVersion(Exception):
-    """The worker's mixed-ehl is another version: its results would stand under the wrong key."""
+    """The worker's mixed-ehl is another version: its results would be stored under the wrong key."""
 
 
-def _in_dask_worker(task: Task, work: Work, version: str) -> Row:
+def _in_dask_worker(task: Task, runner: CaseRunner, version: str) -> Row:
     if version != __version__:
         raise _OtherVersion(__version__)
     one_thread()
-    with dead_end(work.time_cap):
-        return work(task)
+    with cpu_limit(runner.time_cap):
+        return runner(task)
 
 
 @contextmanager
@@ -165,12 +165,12 @@ def dask_executor(address: str) -> Iterator[Executor]:
     Parameters
     ----------
     address : str
-        ``tcp://host:8786``, the path of a scheduler file (``.json``), or ``local:4`` for four worker processes here.
+        ``tcp://host:8786``, the path of a scheduler file (``.json``), or ``local:4`` for four local processes.
 
     Raises
     ------
     InputError
-        dask is not installed, the address is none, or nobody answers there.
+        dask is not installed, the address is not valid, or no scheduler answers there.
     """
     try:
         dask, distributed = import_module("dask"), import_module("distributed")
@@ -182,7 +182,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
     if kind == "local":
         if not (colon and count.isdigit() and int(count) >= 1):
             raise InputError("--dask", address, "local:N with N worker processes, such as local:4")
-        # a case that kills its worker is found by us: no need to let it kill three more
+        # the sweep finds the case that crashes its worker: it need not crash three more
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 0, "distributed.comm.timeouts.connect": "30s"}),
             distributed.LocalCluster(
@@ -191,7 +191,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
                 processes=True,
                 dashboard_address=None,
                 memory_limit=0,
-                # what happens to workers is said by the sweep, once
+                # the sweep reports crashes, once
                 silence_logs=logging.CRITICAL,
             ) as cluster,
             distributed.Client(cluster) as client,
@@ -199,7 +199,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
             yield DaskCluster(client)
         return
     if address.endswith(".json") and not Path(address).is_file():
-        # dask would wait for it for ever
+        # dask would wait for it without limit
         hint = "Start `dask scheduler --scheduler-file FILE` first."
         raise InputError("--dask", address, "a scheduler file that exists", hint)
     try:

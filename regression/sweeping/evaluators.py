@@ -1,15 +1,17 @@
-"""What a sweep evaluates: one case in, one row of results out."""
+"""What a sweep evaluates: one case in, one row of results out; and the settings tried after a failure."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from typing import get_args
 
 import numpy as np
 
 from ehl import __version__ as solver_version
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import OilLubricant
+from ehl.inputs import Accuracy
 from ehl.io.errors import ConvergenceError
 from regression.data.row_format import OUTPUT_UNITS, SURFACE_UNITS
 from regression.friction.conditions import UNITS, derive, lubricant_row
@@ -19,6 +21,9 @@ Outputs = Mapping[str, float | str]
 Evaluator = Callable[[Contact], Outputs]
 
 SOLVER = f"ehl {solver_version}"
+# the case itself is at fault, or the formula has no value there: no setting helps
+FINAL_REASONS = frozenset({"too_hot", "shear_strength", "undefined"})
+_ACCURACIES: tuple[str, ...] = get_args(Accuracy)
 
 
 def case_key(case: Contact, version: str) -> str:
@@ -30,7 +35,7 @@ def case_key(case: Contact, version: str) -> str:
 
 
 def input_row(case: Contact) -> dict[str, float | str]:
-    """What the dataset stores of a case beside the results: its figures, and the name of its oil card."""
+    """What the dataset stores of a case in addition to the results: its inputs, and the name of its oil card."""
     contact = case.line_contact()
     lubricant = case.lubricant.lubricant()
     return {
@@ -57,7 +62,6 @@ def solve_outputs(case: Contact) -> Outputs:
     ConvergenceError
         With the solver's reason.
     """
-
     result = case.solve()
     if result.status == "failed":
         raise ConvergenceError(result.reason)
@@ -88,3 +92,32 @@ def published_outputs(case: Contact, name: str) -> Outputs:
     if undefined[0]:
         raise ConvergenceError("undefined")
     return {"friction_coefficient": float(mu[0]), "film_ratio": float(columns["film_ratio_formula"][0])}
+
+
+def fallback_settings(case: Contact, step: int) -> tuple[Contact, str] | None:
+    """The case with the settings tried after so many failures, and what was changed; None where none is left.
+
+    A finer mesh comes first, then the solution without shortcuts.
+
+    Parameters
+    ----------
+    case : Contact
+        As planned.
+    step : int
+        0 is the case itself; each further step takes the next accuracy, the last one switches the shortcuts off.
+    """
+    if step == 0:
+        return case, ""
+    level = _ACCURACIES.index(case.model.accuracy)
+    finer = min(level + step, len(_ACCURACIES) - 1)
+    changes: dict[str, object] = {}
+    if finer > level:
+        # a tolerance of its own would decide on the mesh in place of the accuracy
+        changes |= {"accuracy": _ACCURACIES[finer], "friction_tolerance": None}
+    beyond = step - (finer - level)
+    if beyond == 1 and case.model.shortcuts != "off":
+        changes["shortcuts"] = "off"
+    elif beyond > 0:
+        return None
+    changed = " ".join(f"{name}={value}" for name, value in changes.items() if value is not None)
+    return case.model_copy(update={"model": case.model.model_copy(update=changes)}), changed

@@ -12,19 +12,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as RichProgress
 
-from regression.sweeping.sweep import Progress
+from regression.plan.cost import duration
+from regression.sweeping.recorder import Progress
 
 LINE_EVERY = 30.0  # between two lines [s]
-
-
-def duration(seconds: float) -> str:
-    """A time a person reads at a glance: ``42 s``, ``3 min 20 s``, ``5 h 12 min``."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
 @contextmanager

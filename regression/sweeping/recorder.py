@@ -1,4 +1,4 @@
-"""What a sweep does with a finished case: counts it, puts it on disk, shows how far it is, and stops when asked to."""
+"""What a sweep does with a finished case: counts it, writes it to disk, reports the progress, and stops on request."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from regression.data.store import ResultStore
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a sweep is: cases of this shard.
+    """Progress of a sweep: cases of this shard.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Progress:
 
 @dataclass
 class Recorder:
-    """Puts rows on disk in groups, counts them, and ends the sweep between two cases when asked to."""
+    """Writes rows to disk in groups, counts them, and ends the sweep between two cases on request."""
 
     store: ResultStore
     total: int
@@ -49,7 +49,7 @@ class Recorder:
     counts: Counter[str] = field(default_factory=Counter)
     reasons: dict[str, int] = field(default_factory=dict)
     recorded: set[str] = field(default_factory=set)
-    safer: int = 0
+    fallback: int = 0
     seconds_cases: float = 0.0
     seconds_cpu: float = 0.0
     _buffer: list[Mapping[str, Any]] = field(default_factory=list)
@@ -62,14 +62,14 @@ class Recorder:
         self._cost_all = sum(self.costs.values())
 
     def record(self, row: Mapping[str, Any]) -> None:
-        """Take a row; raises `KeyboardInterrupt` where the sweep was asked to stop."""
+        """Take a row; raises `KeyboardInterrupt` where a stop was requested."""
         self._buffer.append(row)
         self.recorded.add(row["key"])
         self.counts[row["status"]] += 1
         if row["status"] != "converged":
             self.reasons[row["reason"]] = self.reasons.get(row["reason"], 0) + 1
         if row["status"] != "failed" and row.get("setting"):
-            self.safer += 1
+            self.fallback += 1
         self.seconds_cases += float(row.get("seconds", 0.0))
         self.seconds_cpu += float(row.get("seconds_cpu", 0.0))
         self._cost_done += self.costs.get(row["key"], 0.0)
@@ -80,13 +80,13 @@ class Recorder:
             raise KeyboardInterrupt
 
     def flush(self) -> None:
-        """Put what is waiting on disk."""
+        """Write the waiting rows to disk."""
         self.store.append(self._buffer)
         self._buffer.clear()
         self._flushed = time.perf_counter()
 
     def show(self) -> None:
-        """Tell how far the sweep is."""
+        """Report the progress."""
         if self.progress is not None:
             done = self.resumed + self.counts.total()
             self.progress(Progress(done, self.total, self.counts["failed"], self._remaining()))
@@ -100,7 +100,7 @@ class Recorder:
 
 @contextmanager
 def stop_requests() -> Iterator[threading.Event]:
-    """Turn Ctrl-C and SIGTERM (a job at its time limit) into an event; a second Ctrl-C acts at once."""
+    """Turn Ctrl-C and SIGTERM (a job at its time limit) into an event; a second Ctrl-C stops at once."""
     stop = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stop

@@ -1,4 +1,4 @@
-"""Cases of a dataset computed again: does today's solver still say what the dataset says?"""
+"""Cases of a dataset computed again: does the present solver reproduce the dataset?"""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from ehl.contact import Contact
 from ehl.io.errors import InputError
 from regression.data.dataset import Dataset
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import Evaluator, input_row, solve_outputs
-from regression.sweeping.retry import safer_setting
+from regression.sweeping.evaluators import Evaluator, fallback_settings, input_row, solve_outputs
 
 SHARE = 0.01
-# what tells the cases of a plan apart
+# what distinguishes the cases of a plan
 _IDENTITY = (
     "pressure_hertz",
     "radius_equivalent",
@@ -80,10 +79,10 @@ def rerun(
     seed : int
         Of the choice.
     seconds : float
-        Least budget: cases that took more than a fifth of it are passed over, and the first after it is spent ends the
+        Budget [s]: cases that took more than a fifth of it are skipped, and the first after it is spent ends the
         rerun (by the stored times). The choice is then no longer blind to the cost of a case.
     evaluate : callable
-        Case to results.
+        Contact to results.
 
     Raises
     ------
@@ -93,17 +92,17 @@ def rerun(
         A case that had a result has none now.
     """
     order = np.random.default_rng(seed).permutation(len(plan.points))
-    wanted, spent = max(int(np.ceil(share * len(order))), 1), 0.0
+    remaining, spent = max(int(np.ceil(share * len(order))), 1), 0.0
     for index in order:
-        if wanted == 0 or spent > seconds:
+        if remaining == 0 or spent > seconds:
             return
         case = plan.case_at(int(index))
         row = _row_of(dataset, case)
         if row["status"] == "failed" or float(row["seconds_cpu"]) > 0.2 * seconds:
             continue
-        wanted, spent = wanted - 1, spent + float(row["seconds_cpu"])
-        safer = safer_setting(case, max(int(row["attempts"]) - 1, 0))
-        outputs = evaluate(case if safer is None else safer[0])
+        remaining, spent = remaining - 1, spent + float(row["seconds_cpu"])
+        setting = fallback_settings(case, max(int(row["attempts"]) - 1, 0))
+        outputs = evaluate(case if setting is None else setting[0])
         yield Rerun(
             str(row["key"]),
             float(row["friction_coefficient"]),
@@ -114,12 +113,12 @@ def rerun(
 
 
 def _row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
-    """The row of a case, found by its figures: its key changes with every version of the solver."""
-    figures, frame = input_row(case), dataset.frame
-    here = frame["oil"] == figures["oil"]
+    """The row of a case, found by its inputs: its key changes with every version of the solver."""
+    inputs, frame = input_row(case), dataset.frame
+    here = frame["oil"] == inputs["oil"]
     for name in _IDENTITY:
-        here &= np.isclose(frame[name], float(figures[name]), rtol=1e-9, atol=0.0)
+        here &= np.isclose(frame[name], float(inputs[name]), rtol=1e-9, atol=0.0)
     if not here.any():
-        hint = "Load the plan that lies beside the dataset."
+        hint = "Use the plan of this dataset."
         raise InputError("plan", dataset.plan_name, "the plan of the dataset", hint)
     return frame[here].iloc[0].to_dict()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ehl.io.errors import InputError
 
-JOBS = 4  # processors of a task where nothing else is asked for
+DEFAULT_JOBS = 4  # processors of a task by default
 
 _SCRIPT = """#!/bin/bash
 #SBATCH --job-name=mixed-ehl
@@ -23,7 +23,7 @@ exec {command} --shard "${{SLURM_ARRAY_TASK_ID}}/{shards}"
 """
 
 
-def array_script(plan: str, run: str, shards: int, options: Sequence[str] = (), jobs: int = JOBS) -> str:
+def array_script(plan: str, run: str, shards: int, options: Sequence[str] = (), jobs: int = DEFAULT_JOBS) -> str:
     """The script for `sbatch`.
 
     Parameters

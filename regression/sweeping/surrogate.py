@@ -18,14 +18,14 @@ Mask = NDArray[np.bool_]
 
 # points the hyperparameters are found with; the process itself takes all
 FIT_POINTS = 400
-# a case without result: noise over signal, so that its place counts as nearly visited and no value is made up for it
+# noise over signal of a case without result: its neighbourhood counts as nearly visited, without a value
 FAILED_NOISE = 0.1
-# the chance of a result: neighbours count against so many cases of the usual success
-USUAL = 0.1
+# weight of the overall success rate, in cases, against that of the neighbours
+PRIOR_CASES = 0.1
 
 
 @dataclass(frozen=True)
-class Surrogate:
+class FrictionSurrogate:
     """A fitted process.
 
     Parameters
@@ -63,13 +63,13 @@ class Surrogate:
             self.signal * self.correlation(points, points) - cross.T @ cho_solve(cho_factor(known), cross)
         )
 
-    def chance(self, points: Array) -> Array:
-        """Chance of a result at new points: the share of results among their neighbours, drawn to that of all."""
+    def success_probability(self, points: Array) -> Array:
+        """Probability of a result at new points: the share of results among their neighbours, shrunk to that of all."""
         count, dimension = self.inputs.shape
         # as far as points of an even filling are apart
         near = _matern(points, self.inputs, np.full(dimension, count ** (-1.0 / dimension)))
         rate = self.results / count
-        return np.asarray((USUAL * rate + near[:, : self.results].sum(axis=1)) / (USUAL + near.sum(axis=1)))
+        return np.asarray((PRIOR_CASES * rate + near[:, : self.results].sum(axis=1)) / (PRIOR_CASES + near.sum(axis=1)))
 
 
 def _matern(a: Array, b: Array, scales: Array) -> Array:
@@ -81,7 +81,7 @@ def _squared_distances(a: Array, b: Array) -> Array:
     return np.asarray(np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None, :] - 2.0 * a @ b.T)
 
 
-def fit_surrogate(inputs: Array, log_mu: Array, own_error: Array, failed: Array) -> Surrogate:
+def fit_surrogate(inputs: Array, log_mu: Array, own_error: Array, failed: Array) -> FrictionSurrogate:
     """Fit the process to the points with a result.
 
     Parameters
@@ -103,9 +103,9 @@ def fit_surrogate(inputs: Array, log_mu: Array, own_error: Array, failed: Array)
 
     design = np.column_stack([np.ones(len(inputs)), inputs])
     trend, *_ = np.linalg.lstsq(design, log_mu, rcond=None)
-    rest = log_mu - design @ trend
-    spread = float(rest.std()) or 1.0
-    y = rest / spread
+    residual = log_mu - design @ trend
+    spread = float(residual.std()) or 1.0
+    y = residual / spread
     stated = (own_error / spread) ** 2
     dimension = inputs.shape[1]
     kernel = ConstantKernel(1.0, (1e-2, 1e2)) * Matern(np.ones(dimension), (0.05, 50.0), nu=2.5) + WhiteKernel(
@@ -123,22 +123,24 @@ def fit_surrogate(inputs: Array, log_mu: Array, own_error: Array, failed: Array)
     scales = np.broadcast_to(np.asarray(found.k1.k2.length_scale, dtype=float), (dimension,)).copy()
     noise = np.concatenate([white + 1e-10 + stated, np.full(len(failed), FAILED_NOISE * signal)])
     everything = np.vstack([inputs, failed]) if len(failed) else inputs
-    surrogate = Surrogate(everything, len(inputs), scales, signal, noise, y)
+    surrogate = FrictionSurrogate(everything, len(inputs), scales, signal, noise, y)
     known = signal * surrogate.correlation(inputs, inputs) + np.diag(noise[: len(inputs)])
     inverse = np.linalg.inv(known)
     left_out = spread * (inverse @ y) / np.diag(inverse)
-    return Surrogate(everything, len(inputs), scales, signal * spread**2, noise * spread**2, np.asarray(left_out))
+    return FrictionSurrogate(
+        everything, len(inputs), scales, signal * spread**2, noise * spread**2, np.asarray(left_out)
+    )
 
 
-def choose_batch(surrogate: Surrogate, candidates: Array, weight: Array, size: int) -> list[int]:
+def choose_batch(surrogate: FrictionSurrogate, candidates: Array, weight: Array, size: int) -> list[int]:
     """Indices of the candidates that lower the weighted variance where it is largest, one after the other.
 
     A point that is chosen counts as known for the next: its variance falls and that of its neighbours with it, so that
-    a batch does not crowd. Where cases fail, the chance of a result lowers the score.
+    a batch does not crowd. Where cases fail, the probability of a result lowers the score.
 
     Parameters
     ----------
-    surrogate : Surrogate
+    surrogate : FrictionSurrogate
         What is known.
     candidates : (m, d) array
         Standardised inputs.
@@ -148,7 +150,7 @@ def choose_batch(surrogate: Surrogate, candidates: Array, weight: Array, size: i
         How many are chosen; at most m.
     """
     covariance = surrogate.covariance(candidates)
-    value = weight * surrogate.chance(candidates)
+    value = weight * surrogate.success_probability(candidates)
     noise = float(np.median(surrogate.noise[: surrogate.results]))
     open_ = np.ones(len(candidates), dtype=bool)
     chosen: list[int] = []

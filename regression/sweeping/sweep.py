@@ -1,13 +1,12 @@
 """The sweep: plan -> cases, the longest first -> (workers solve, the parent writes) -> result file of this shard.
 
-A case that fails is tried again with a safer setting, and is a row with its reason if that fails too; a worker that
-dies costs one restart; a process that dies is resumed by the same command.
+A case that fails is tried again with fallback settings, and is a row with its reason if these fail too; a worker that
+crashes costs one restart; a process that is killed is resumed by the same command.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,20 +21,18 @@ from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.data.store import ResultStore, finished_keys
 from regression.friction.oil_cards import card_hash, cards_hash
+from regression.plan.cost import duration
 from regression.plan.plan import Plan
 from regression.plan.sampling import Array
-from regression.sweeping.cost import case_seconds
-from regression.sweeping.evaluators import SOLVER, Evaluator, case_key, solve_outputs
+from regression.sweeping.evaluators import SOLVER, Evaluator, case_key, fallback_settings, solve_outputs
 from regression.sweeping.executors import Executor, compute, local_executor
-from regression.sweeping.recorder import Progress as Progress
-from regression.sweeping.recorder import Recorder, stop_requests
-from regression.sweeping.retry import safer_setting
-from regression.sweeping.workers import TIME_CAP, WORKER_LOST, Task, Work
+from regression.sweeping.recorder import Progress, Recorder, stop_requests
+from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, Task
 
 
 @dataclass(frozen=True)
 class SweepReport:
-    """What one call of `sweep` did.
+    """What one call of `sweep_shard` did.
 
     Parameters
     ----------
@@ -46,21 +43,21 @@ class SweepReport:
     resumed : int
         Of these, found on disk.
     converged, unsettled, failed : int
-        Computed in this call; unsettled cases have a result whose interval is wider than asked for.
+        Computed in this call; unsettled cases have a result whose interval is wider than requested.
     reasons : dict
         Number of unsettled and failed cases by reason.
     restarts : int
-        How often workers died and were replaced.
-    torn : int
-        Rows of an earlier process that were cut off because they were not whole.
-    damaged : int
+        How often workers crashed and were replaced.
+    truncated : int
+        Incomplete rows of an interrupted process that were cut off.
+    corrupt : int
         Rows on disk that no longer match their checksum; computed again.
-    saved : int or None
-        Rows taken over from a file that was cut short; None where it was sound.
-    safer : int
-        Cases that have a result only with a safer setting than planned.
+    recovered : int or None
+        Rows recovered from a truncated or corrupt file; None where it was sound.
+    fallback : int
+        Cases that have a result only with fallback settings.
     seconds, seconds_cases, seconds_cpu : float
-        Wall time; that of all cases computed here together, and their processor time.
+        Wall time; that of all cases computed here together, and their processor time [s].
     workers : int or None
         Worker processes of this machine; None where others computed.
     """
@@ -73,10 +70,10 @@ class SweepReport:
     failed: int
     reasons: dict[str, int]
     restarts: int
-    torn: int
-    damaged: int
-    saved: int | None
-    safer: int
+    truncated: int
+    corrupt: int
+    recovered: int | None
+    fallback: int
     seconds: float
     seconds_cases: float
     seconds_cpu: float
@@ -89,15 +86,46 @@ class SweepReport:
             return None
         return self.seconds_cases / (self.workers * self.seconds)
 
+    def to_text(self) -> str:
+        """The report in words."""
+        unsettled = f"{self.unsettled} unsettled, " if self.unsettled else ""
+        lines = [
+            f"{self.path}: {self.total} cases, {self.resumed} found on disk, {self.converged} converged, "
+            f"{unsettled}{self.failed} failed, {self.seconds:.1f} s"
+        ]
+        if self.occupancy is not None:
+            workers = f"{self.workers} {'worker' if self.workers == 1 else 'workers'}"
+            lines.append(
+                f"CPU time of the cases {duration(self.seconds_cpu)}; {workers} spent {100.0 * self.occupancy:.1f} % "
+                "of the time in cases"
+            )
+        if self.recovered is not None:
+            lines.append(
+                f"{self.path.name} was truncated or corrupt: {self.recovered} cases were recovered, the others "
+                "computed again; the corrupt file is kept in the same folder"
+            )
+        if self.corrupt:
+            lines.append(f"{self.corrupt} rows on disk did not match their checksum and were computed again")
+        if self.fallback:
+            lines.append(f"{self.fallback} cases have a result with fallback settings only (column setting)")
+        if self.truncated:
+            lines.append(f"{self.truncated} incomplete rows of an interrupted process were computed again")
+        if self.restarts:
+            lines.append(f"workers crashed and were replaced {self.restarts} times")
+        if self.reasons:
+            listed = ", ".join(f"{count} {reason}" for reason, count in sorted(self.reasons.items()))
+            lines.append(f"not converged: {listed}")
+        return "\n".join(lines)
+
 
 @dataclass(frozen=True)
-class Conduct:
+class SweepOptions:
     """How the cases of a sweep are computed.
 
     Parameters
     ----------
     evaluate : callable
-        Case to results; may raise `ConvergenceError` with a reason. Picklable where workers compute.
+        Contact to results; may raise `ConvergenceError` with a reason. Picklable where workers compute.
     version : str
         Names what `evaluate` computes with; part of every case's key.
     jobs : int
@@ -105,16 +133,16 @@ class Conduct:
     executor : Executor, optional
         Where to compute in place of `jobs` local processes, as of `regression.sweeping.dask_workers.dask_executor`.
     flush_every : int
-        Rows put on disk together.
+        Rows written to disk together.
     flush_seconds : float
-        Or earlier, once this much time has passed.
+        Or earlier, once this much time has passed [s].
     time_cap : float or None
         Wall time after which a case is given up with the reason "time_cap" [s].
     retries : int
-        Safer settings tried where the solver gives a case up.
+        Fallback settings tried where the solver gives a case up.
     retry_failed : bool
         Compute the failed cases on disk again: those the solver gave up with the settings that were not tried yet,
-        those that ran out of time or lost their worker as they were.
+        those that ran out of time or crashed their worker as they were.
     progress : callable, optional
         Called after every case.
     """
@@ -131,24 +159,24 @@ class Conduct:
     progress: Callable[[Progress], None] | None = None
 
     def __post_init__(self) -> None:
-        for name, least in (("jobs", 1), ("retries", 0), ("flush_every", 1)):
-            if getattr(self, name) < least:
-                raise InputError(name, getattr(self, name), f"at least {least}")
+        for name, minimum in (("jobs", 1), ("retries", 0), ("flush_every", 1)):
+            if getattr(self, name) < minimum:
+                raise InputError(name, getattr(self, name), f"at least {minimum}")
 
 
-def sweep(plan: Plan, run: Path, *, shard: tuple[int, int] = (1, 1), **conduct: Any) -> SweepReport:
-    """Compute the cases of a plan that are not on disk yet.
+def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **options: Any) -> SweepReport:
+    """Compute the cases of a plan, or of one shard of it, that are not on disk yet.
 
     Parameters
     ----------
     plan : Plan
         What to compute.
-    run : Path
-        Folder of the results; made if there is none.
+    folder : Path
+        Folder of the results; created where it does not exist.
     shard : tuple of int
         (i, n): every n-th case, beginning with the i-th. One file per shard, so that shards may run at once.
-    **conduct
-        Fields of `Conduct`.
+    **options
+        Fields of `SweepOptions`.
 
     Returns
     -------
@@ -158,31 +186,31 @@ def sweep(plan: Plan, run: Path, *, shard: tuple[int, int] = (1, 1), **conduct: 
     ------
     InputError
         The folder holds another run, cannot be written, or the shard is not one of n.
-    WorkersDie, ClusterLost
+    AllWorkersCrashed, ClusterLost
         Nothing can be computed any more; every finished case is on disk.
     KeyboardInterrupt
         Ctrl-C or SIGTERM came; every finished case is on disk.
     """
-    how = Conduct(**conduct)
+    given = SweepOptions(**options)
     number, shards = shard
     if not 1 <= number <= shards:
         raise InputError("shard", f"{number}/{shards}", "i/n with 1 <= i <= n")
-    path = shard_path(run, number, shards)
+    path = shard_path(folder, number, shards)
     indices = np.arange(number - 1, len(plan.points), shards)
     points = [PlannedCase(plan.points.origin[int(i)], partial(plan.case_at, int(i))) for i in indices]
-    return compute_cases(path, run_meta(plan, how.version), points, case_seconds(plan)[indices], how)
+    return compute_cases(path, run_meta(plan, given.version), points, plan.case_seconds()[indices], given)
 
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """A case to be computed, made when it is needed: a long plan would fill the memory."""
+    """A case to be computed, built when it is needed: a long plan would fill the memory."""
 
     origin: str
     case: Callable[[], Contact]
 
 
 def compute_cases(
-    path: Path, meta: Mapping[str, str | int], points: Sequence[PlannedCase], cost: Array, how: Conduct
+    path: Path, meta: Mapping[str, str | int], points: Sequence[PlannedCase], cost: Array, options: SweepOptions
 ) -> SweepReport:
     """Compute those of some cases that are not in a result file yet, the longest first.
 
@@ -196,43 +224,45 @@ def compute_cases(
         The cases.
     cost : array
         Their estimated seconds.
-    how : Conduct
+    options : SweepOptions
         How they are computed.
     """
     clock = time.perf_counter()
-    # the longest first: the last cases to run are short, and no core waits long for another
+    # the longest first: the last cases are short, and no core waits long for another
     order = np.lexsort((np.arange(len(points)), -cost))
     with ResultStore(path, meta) as store, stop_requests() as stop:
         known = store.rows()
-        done = {key for key, (status, _, _) in known.items() if not (how.retry_failed and status == "failed")}
-        # what another division into shards has computed counts as well
+        done = {key for key, (status, _, _) in known.items() if not (options.retry_failed and status == "failed")}
+        # results of another division into shards count as well
         done |= finished_keys(path)
-        tried = {key: _tried(*entry) for key, entry in known.items()}
+        failures = {key: _failed_settings(*entry) for key, entry in known.items()}
         costs: dict[str, float] = {}
         waiting: list[tuple[str, PlannedCase]] = []
         for position in order:
             point = points[int(position)]
             case = point.case()
-            key = case_key(case, how.version)
-            if tried.get(key) and safer_setting(case, tried[key]) is None:
-                # nothing is left to try: the row keeps the solver's reason
+            key = case_key(case, options.version)
+            if failures.get(key) and fallback_settings(case, failures[key]) is None:
+                # no settings are left: the row keeps the solver's reason
                 continue
             if key not in done and key not in costs:
                 costs[key] = float(cost[position])
                 waiting.append((key, point))
         resumed = len(points) - len(waiting)
-        recorder = Recorder(store, len(points), resumed, how.flush_every, how.flush_seconds, how.progress, stop, costs)
+        recorder = Recorder(
+            store, len(points), resumed, options.flush_every, options.flush_seconds, options.progress, stop, costs
+        )
 
         def pending() -> Iterator[Task]:
             for key, point in waiting:
                 if key not in recorder.recorded:
-                    yield Task(key, point.origin, point.case(), tried.get(key, 0))
+                    yield Task(key, point.origin, point.case(), failures.get(key, 0))
 
         try:
             recorder.show()
-            executor = local_executor(how.jobs) if how.executor is None else how.executor
-            work = Work(how.evaluate, how.time_cap, how.retries)
-            restarts = compute(pending, work, executor, recorder.record)
+            executor = local_executor(options.jobs) if options.executor is None else options.executor
+            runner = CaseRunner(options.evaluate, options.time_cap, options.retries)
+            restarts = compute(pending, runner, executor, recorder.record)
         finally:
             recorder.flush()
     return SweepReport(
@@ -244,35 +274,35 @@ def compute_cases(
         recorder.counts["failed"],
         recorder.reasons,
         restarts,
-        store.torn,
-        store.damaged,
-        store.saved,
-        recorder.safer,
+        store.truncated,
+        store.corrupt,
+        store.recovered,
+        recorder.fallback,
         time.perf_counter() - clock,
         recorder.seconds_cases,
         recorder.seconds_cpu,
-        how.jobs if how.executor is None else None,
+        options.jobs if options.executor is None else None,
     )
 
 
-def shard_path(run: Path, number: int, shards: int) -> Path:
-    """The result file of a shard, its folder made if there is none.
+def shard_path(folder: Path, number: int, shards: int) -> Path:
+    """The result file of a shard; its folder is created.
 
     Raises
     ------
     InputError
-        The folder cannot be made.
+        The folder cannot be created.
     """
     try:
-        run.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("run", str(run), "a folder that can be written", f"{error.strerror}.") from None
-    return run / f"shard-{number:04d}-of-{shards:04d}.h5"
+        raise InputError("run", str(folder), "a folder that can be written", f"{error.strerror}.") from None
+    return folder / f"shard-{number:04d}-of-{shards:04d}.h5"
 
 
-def _tried(status: str, reason: str, attempts: int) -> int:
-    """How many settings need not be tried again for a case that is on disk."""
-    return attempts if status == "failed" and reason not in (TIME_CAP, WORKER_LOST) else 0
+def _failed_settings(status: str, reason: str, attempts: int) -> int:
+    """How many settings of a case on disk have failed and are not tried again."""
+    return attempts if status == "failed" and reason not in (TIME_CAP, WORKER_CRASHED) else 0
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
@@ -290,23 +320,15 @@ def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
 
 
 def _bodies_hash(plan: Plan) -> str:
-    figures = [body.body().model_dump_json(exclude={"source"}) for body in (plan.solid_1, plan.solid_2)]
-    return hashlib.sha256("\n".join(figures).encode()).hexdigest()
+    properties = [body.body().model_dump_json(exclude={"source"}) for body in (plan.solid_1, plan.solid_2)]
+    return hashlib.sha256("\n".join(properties).encode()).hexdigest()
 
 
 def oil_hash(name: str) -> str:
-    """Hash of the figures on an oil card."""
+    """Hash of the properties on an oil card."""
     return card_hash(Oil.load(name))
 
 
 def oils_hash(names: tuple[str, ...]) -> str:
-    """Hash of the figures on the oil cards of a plan; that of the card itself where there is one."""
+    """Hash of the properties on the oil cards of a plan; that of the card itself where there is one."""
     return cards_hash([oil_hash(name) for name in names])
-
-
-def available_jobs() -> int:
-    """Processors this process may use, or those a Slurm task was given."""
-    given = os.environ.get("SLURM_CPUS_PER_TASK", "")
-    if given.isdigit() and int(given) > 0:
-        return int(given)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

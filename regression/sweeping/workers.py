@@ -1,4 +1,4 @@
-"""What a worker does: one case at a time, one thread, a time cap, and a safer setting where the solver gave up."""
+"""What a worker does: one case at a time, one thread, a time cap, and fallback settings where the solver gave up."""
 
 from __future__ import annotations
 
@@ -16,37 +16,36 @@ from typing import Any
 
 from ehl.contact import Contact
 from ehl.io.errors import ConvergenceError
-from regression.sweeping.evaluators import Evaluator, input_row
-from regression.sweeping.retry import FINAL_REASONS, safer_setting
+from regression.sweeping.evaluators import FINAL_REASONS, Evaluator, fallback_settings, input_row
 
 TIME_CAP = "time_cap"
-WORKER_LOST = "worker_lost"
-# a worker process ends after the time cap times the first, plus the second [s] of processor time
-BEYOND = (1.5, 30.0)
+WORKER_CRASHED = "worker_lost"  # the reason as result files state it
+# processor time after which a worker process is ended: the time cap times the first, plus the second [s]
+CPU_LIMIT = (1.5, 30.0)
 
 
 @dataclass(frozen=True)
 class Task:
-    """One case on its way to a worker; `tried` settings have failed before."""
+    """One case for a worker; so many of its settings have `failed` before."""
 
     key: str
     origin: str
     case: Contact
-    tried: int = 0
+    failed: int = 0
 
 
 @dataclass(frozen=True)
-class Work:
-    """What is done with a case.
+class CaseRunner:
+    """Solves a case within its time cap, with fallback settings.
 
     Parameters
     ----------
     evaluate : callable
-        Case to results.
+        Contact to results.
     time_cap : float or None
         Wall time for a case, all attempts together [s].
     retries : int
-        How many safer settings are tried after a failure.
+        How many fallback settings are tried after a failure.
     """
 
     evaluate: Evaluator
@@ -54,12 +53,12 @@ class Work:
     retries: int = 0
 
     def __call__(self, task: Task) -> dict[str, Any]:
-        """Row of one case. Never raises: what goes wrong becomes status "failed" and a reason."""
+        """Row of one case. Never raises: an error becomes status "failed" and a reason."""
         clock, processor = time.perf_counter(), time.thread_time()
-        row = _unfinished(task)
+        row = _failed_row(task)
         try:
             row |= input_row(task.case)
-            with _limited(self.time_cap):
+            with _time_limit(self.time_cap):
                 self._attempt(task, row)
         except _TimeCapReached:
             # a retry that ran out of time leaves the solver's own reason
@@ -73,11 +72,11 @@ class Work:
         return row
 
     def _attempt(self, task: Task, row: dict[str, Any]) -> None:
-        for step in range(task.tried, task.tried + self.retries + 1):
-            safer = safer_setting(task.case, step)
-            if safer is None:
+        for step in range(task.failed, task.failed + self.retries + 1):
+            setting = fallback_settings(task.case, step)
+            if setting is None:
                 return
-            case, row["setting"] = safer
+            case, row["setting"] = setting
             row["attempts"] = step + 1
             try:
                 row |= {"status": "converged", "reason": "", **self.evaluate(case)}
@@ -89,14 +88,14 @@ class Work:
                 return
 
 
-def _unfinished(task: Task) -> dict[str, Any]:
+def _failed_row(task: Task) -> dict[str, Any]:
     row = {"key": task.key, "origin": task.origin, "status": "failed", "reason": "", "skipped": "", "setting": ""}
-    return {**row, "attempts": task.tried + 1}
+    return {**row, "attempts": task.failed + 1}
 
 
-def lost_row(task: Task) -> dict[str, Any]:
-    """Row of a case that took its worker with it."""
-    return _unfinished(task) | {"reason": WORKER_LOST} | input_row(task.case)
+def crashed_row(task: Task) -> dict[str, Any]:
+    """Row of a case whose worker crashed."""
+    return _failed_row(task) | {"reason": WORKER_CRASHED} | input_row(task.case)
 
 
 class _TimeCapReached(BaseException):
@@ -104,7 +103,7 @@ class _TimeCapReached(BaseException):
 
 
 @contextmanager
-def _limited(seconds: float | None) -> Iterator[None]:
+def _time_limit(seconds: float | None) -> Iterator[None]:
     """Raise `_TimeCapReached` in the block after a while, and again every second.
 
     Again, because an exception raised inside a callback (a compiler's, say) is swallowed.
@@ -115,16 +114,16 @@ def _limited(seconds: float | None) -> Iterator[None]:
         with _alarm(seconds):
             yield
     else:
-        with _raised_from_outside(seconds):
+        with _thread_alarm(seconds):
             yield
 
 
 @contextmanager
 def _alarm(seconds: float) -> Iterator[None]:
-    def give_up(number: int, frame: FrameType | None) -> None:
+    def raise_timeout(number: int, frame: FrameType | None) -> None:
         raise _TimeCapReached
 
-    before = signal.signal(signal.SIGALRM, give_up)
+    before = signal.signal(signal.SIGALRM, raise_timeout)
     signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
     try:
         yield
@@ -134,7 +133,7 @@ def _alarm(seconds: float) -> Iterator[None]:
 
 
 @contextmanager
-def _raised_from_outside(seconds: float) -> Iterator[None]:
+def _thread_alarm(seconds: float) -> Iterator[None]:
     """The same in a thread that gets no signals, as the workers of dask have them."""
     raise_in = ctypes.pythonapi.PyThreadState_SetAsyncExc
     thread = ctypes.c_ulong(threading.get_ident())
@@ -164,15 +163,15 @@ def _raised_from_outside(seconds: float) -> Iterator[None]:
 
 
 @contextmanager
-def dead_end(seconds: float | None) -> Iterator[None]:
-    """Let the system end this process where a block computes far beyond its time cap.
+def cpu_limit(seconds: float | None) -> Iterator[None]:
+    """Let the system end this process where a block exceeds its time cap by far.
 
-    A compiled loop that never returns hears no exception; the timer counts processor time, so that waiting is allowed.
+    A compiled loop that never returns receives no exception; the timer counts processor time, not waiting.
     """
     if seconds is None or not hasattr(signal, "setitimer"):
         yield
         return
-    signal.setitimer(signal.ITIMER_VIRTUAL, BEYOND[0] * seconds + BEYOND[1])
+    signal.setitimer(signal.ITIMER_VIRTUAL, CPU_LIMIT[0] * seconds + CPU_LIMIT[1])
     try:
         yield
     finally:
@@ -180,15 +179,15 @@ def dead_end(seconds: float | None) -> Iterator[None]:
 
 
 @cache
-def become_worker(parent: int) -> None:
-    """Set up a worker process, once: Ctrl-C is the parent's business, and without parent there is nothing to do."""
+def init_worker(parent: int) -> None:
+    """Set up a worker process, once: it ignores Ctrl-C, and ends when its parent has ended."""
     # Ctrl-C reaches the whole process group; the parent alone decides what it means
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(1.0)
-        # a killed parent says no good-bye; idle workers would stay for minutes
+        # a killed parent cannot end its workers; idle ones would stay for minutes
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -1,4 +1,4 @@
-"""What the command line shows of a sweep, a fit and a friction value."""
+"""What the command line shows of a run, a fit and a friction value."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from regression.data.dataset import RunStatus
     from regression.friction.formula import FittedFormula
     from regression.friction.models import FrictionEstimate
-    from regression.plan.operating_range import SeenRange
-    from regression.plan.plan import Plan
-    from regression.sweeping.sweep import SweepReport
 
 # how the bands of each variable are shown: factor from SI, shift, unit
 _SHOWN: dict[str, tuple[float, float, str]] = {
@@ -46,85 +43,6 @@ def _reasons(reasons: dict[str, int]) -> str:
     return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
 
 
-def sweep_report(report: SweepReport) -> None:
-    """One paragraph on what a sweep did."""
-    from regression.sweeping.progress import duration
-
-    console = Console()
-    console.print(
-        f"{report.path}: {report.total} cases, {report.resumed} found on disk, {report.converged} converged, "
-        + (f"{report.unsettled} unsettled, " if report.unsettled else "")
-        + f"{report.failed} failed, {report.seconds:.1f} s",
-        soft_wrap=True,
-        highlight=False,
-    )
-    if report.occupancy is not None:
-        console.print(
-            f"CPU time of the cases {duration(report.seconds_cpu)}; cases took {100.0 * report.occupancy:.1f} % of the "
-            f"time of {report.workers} {'worker' if report.workers == 1 else 'workers'}",
-            highlight=False,
-            soft_wrap=True,
-        )
-    if report.saved is not None:
-        console.print(
-            f"{report.path.name} was cut short or broken: {report.saved} cases were saved out of it, the rest computed "
-            "again; the damaged file lies beside it",
-            highlight=False,
-        )
-    if report.damaged:
-        console.print(f"{report.damaged} rows on disk did not match their checksum and were computed again")
-    if report.safer:
-        console.print(f"{report.safer} cases have a result with a safer setting only (column setting)")
-    if report.torn:
-        console.print(f"{report.torn} unfinished rows of an interrupted process were cut off and computed again")
-    if report.restarts:
-        console.print(f"workers died and were replaced {report.restarts} times")
-    if report.reasons:
-        console.print(f"not converged: {_reasons(report.reasons)}", highlight=False)
-
-
-def estimate_report(plan: Plan, jobs: int) -> None:
-    """What a plan would cost, before it starts."""
-    from regression.sweeping.cost import estimate_cost
-    from regression.sweeping.progress import duration
-
-    estimate = estimate_cost(plan)
-    console = Console()
-    rough = f", {estimate.rough} of them with the roughness rolling through" if estimate.rough else ""
-    console.print(
-        f"{plan.name}: {estimate.cases} cases ({plan.model.roughness}, {plan.model.accuracy}){rough}", highlight=False
-    )
-    for name, share in sorted(plan.points.skipped.items(), key=lambda item: -item[1]):
-        console.print(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}", highlight=False)
-    console.print(
-        f"about {duration(estimate.seconds)} of CPU time, {duration(estimate.wall(jobs))} with {jobs} workers, longest "
-        f"case {duration(estimate.longest)}; single cases may take twice or half of it",
-        highlight=False,
-        soft_wrap=True,
-    )
-
-
-_SEEN: dict[str, tuple[float, float, str]] = {
-    **_SHOWN,
-    "radius_equivalent": (1e3, 0.0, "mm"),
-    "speed_entrainment": (1.0, 0.0, "m/s"),
-    "roughness_rms": (1e6, 0.0, "um"),
-    "pressure_velocity": (1e-9, 0.0, "GW/m2"),
-}
-
-
-def seen_table(ranges: dict[str, SeenRange]) -> None:
-    """What gears see: the ends of each range, its median, and the extremes."""
-    table = Table(title="what the contact points see, weighted with the work lost there")
-    for name in ("variable", "unit", "least", "from", "median", "to", "most"):
-        table.add_column(name, justify="left" if name in ("variable", "unit") else "right")
-    for name, seen in ranges.items():
-        factor, shift, unit = _SEEN.get(name, (1.0, 0.0, ""))
-        figures = (seen.least, seen.low, seen.median, seen.high, seen.most)
-        table.add_row(name, unit, *(f"{factor * (value + shift):.3g}" for value in figures))
-    Console().print(table)
-
-
 def failed_table(status: RunStatus) -> None:
     """The cases of a run that have no result."""
     if not status.failed:
@@ -149,7 +67,7 @@ def failed_table(status: RunStatus) -> None:
 
 def status_table(status: RunStatus) -> None:
     """How far each shard of a run is."""
-    from regression.sweeping.progress import duration
+    from regression.plan.cost import duration
 
     added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
     title = f"{status.plan_name}: {status.finished} of {status.planned} cases{added}"

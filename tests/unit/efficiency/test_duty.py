@@ -20,7 +20,7 @@ from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.formula import friction_model
-from regression.plan.plan import load_plan
+from regression.plan.plan import Plan
 
 DESIGN = "fm_spiral_bevel_14x39"
 DUTY = """torque [N m],speed [rpm],temperature [degC],hours [h],# gear
@@ -102,7 +102,7 @@ def test_designs_and_duty_become_a_plan(mixed_ehl: Callable[..., Any], duty: Pat
     outcome = mixed_ehl("plan", DESIGN, "--duty", duty, "-o", target, "--size", "48", "--oil", "fva3")
     assert outcome.code == 0
     assert "48 cases" in outcome.out
-    plan = load_plan(target)
+    plan = Plan.from_file(target)
     assert plan.oil == "fva3"
     assert DESIGN in plan.description
     pressure, temperature = (plan.variables.axes[name].values for name in ("pressure_hertz", "temperature_oil"))

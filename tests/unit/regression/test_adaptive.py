@@ -16,10 +16,10 @@ from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.plan import Plan
-from regression.sweeping.adaptive import CHOSEN, Score, adaptive_sweep
+from regression.sweeping.adaptive import BATCH_FILE, SurrogateScore, adaptive_sweep
 from regression.sweeping.evaluators import Outputs
+from regression.sweeping.recorder import Progress
 from regression.sweeping.surrogate import choose_batch, fit_surrogate
-from regression.sweeping.sweep import Progress
 
 
 def plan(*, size: int = 32, **adaptive: Any) -> Plan:
@@ -54,7 +54,7 @@ def failing(case: Contact) -> Outputs:
 
 
 def test_batches_go_where_the_weight_is_and_the_error_falls(tmp_path: Path) -> None:
-    scores: list[Score] = []
+    scores: list[SurrogateScore] = []
     report = adaptive_sweep(plan(gain=0.01), tmp_path, evaluate=bumpy, notify=scores.append)
     assert (report.batches, report.ended) == (2, "budget")
     assert tuple(scores) == report.scores
@@ -100,7 +100,7 @@ def test_a_killed_run_ends_as_if_it_had_not_been(tmp_path: Path) -> None:
     resumed = adaptive_sweep(plan(), tmp_path / "killed", evaluate=bumpy)
     assert resumed.scores == whole.scores
     assert load_dataset(tmp_path / "killed").data_hash == load_dataset(tmp_path / "whole").data_hash
-    assert (tmp_path / "killed" / CHOSEN).read_text() == (tmp_path / "whole" / CHOSEN).read_text()
+    assert (tmp_path / "killed" / BATCH_FILE).read_text() == (tmp_path / "whole" / BATCH_FILE).read_text()
 
 
 def test_failed_cases_stay_and_turn_the_search_elsewhere(tmp_path: Path) -> None:
@@ -164,9 +164,9 @@ def test_leave_one_out_residuals_and_batches_of_the_surrogate() -> None:
     candidates = np.vstack([inputs[:5], [[3.0, 3.0], [3.0, 3.01], [-2.0, 0.5]]])
     assert set(choose_batch(surrogate, candidates, np.ones(8), 2)) in ({5, 7}, {6, 7})
     with_failure = fit_surrogate(inputs, values, np.full(40, 1e-3), np.array([[3.0, 3.0]]))
-    assert with_failure.chance(np.array([[3.0, 3.0]]))[0] < 0.3
-    assert with_failure.chance(np.array([[-3.0, -3.0]]))[0] == pytest.approx(40 / 41, rel=1e-6)
-    assert with_failure.chance(inputs[:1])[0] > 0.9
+    assert with_failure.success_probability(np.array([[3.0, 3.0]]))[0] < 0.3
+    assert with_failure.success_probability(np.array([[-3.0, -3.0]]))[0] == pytest.approx(40 / 41, rel=1e-6)
+    assert with_failure.success_probability(inputs[:1])[0] > 0.9
     assert with_failure.covariance(candidates)[5, 5] < 0.6 * surrogate.covariance(candidates)[5, 5]
 
 
@@ -183,6 +183,6 @@ def test_refusals(tmp_path: Path) -> None:
         adaptive_sweep(lattice, tmp_path / "lattice", evaluate=bumpy)
     adaptive_sweep(plan(budget=33), tmp_path / "record", evaluate=bumpy)
     for text in ("{", json.dumps({"schema": 99, "plan_hash": "", "batches": []})):
-        (tmp_path / "record" / CHOSEN).write_text(text)
+        (tmp_path / "record" / BATCH_FILE).write_text(text)
         with pytest.raises(InputError, match=r"adaptive\.json.*Move it away"):
             adaptive_sweep(plan(budget=33), tmp_path / "record", evaluate=bumpy)

@@ -22,8 +22,8 @@ from regression.sweeping import dask_workers
 from regression.sweeping.dask_workers import ClusterLost, DaskCluster, dask_executor
 from regression.sweeping.evaluators import Outputs, published_outputs
 from regression.sweeping.executors import Executor
-from regression.sweeping.sweep import sweep
-from regression.sweeping.workers import Task, Work
+from regression.sweeping.sweep import sweep_shard
+from regression.sweeping.workers import CaseRunner, Task
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -40,11 +40,11 @@ def plan() -> Plan:
 
 
 def test_a_cluster_gives_the_data_of_one_process_and_resumes(plan: Plan, tmp_path: Path, cluster: Executor) -> None:
-    report = sweep(plan, tmp_path / "dask", evaluate=XU, executor=cluster)
+    report = sweep_shard(plan, tmp_path / "dask", evaluate=XU, executor=cluster)
     assert (report.converged, report.restarts) == (16, 0)
-    sweep(plan, tmp_path / "one", evaluate=XU)
+    sweep_shard(plan, tmp_path / "one", evaluate=XU)
     assert load_dataset(tmp_path / "dask").data_hash == load_dataset(tmp_path / "one").data_hash
-    assert sweep(plan, tmp_path / "dask", evaluate=XU, executor=cluster).resumed == 16
+    assert sweep_shard(plan, tmp_path / "dask", evaluate=XU, executor=cluster).resumed == 16
 
 
 def test_a_case_that_always_kills_its_worker_is_the_only_one_lost(
@@ -63,7 +63,7 @@ def test_a_case_that_always_kills_its_worker_is_the_only_one_lost(
                 pass
         return XU(case)
 
-    report = sweep(plan, tmp_path, evaluate=evaluate, executor=cluster, time_cap=0.3)
+    report = sweep_shard(plan, tmp_path, evaluate=evaluate, executor=cluster, time_cap=0.3)
     frame = load_dataset(tmp_path).frame.set_index("slide_to_roll")
     assert report.reasons == {"worker_lost": 1, "time_cap": 1}
     assert frame.loc[deadly, "reason"] == "worker_lost"
@@ -78,7 +78,7 @@ def test_a_worker_of_another_version_is_refused(
 ) -> None:
     monkeypatch.setattr(dask_workers, "__version__", "9.9")
     with pytest.raises(InputError, match=r"--dask.*worker with mixed-ehl.*workers with mixed-ehl 9\.9"):
-        sweep(plan, tmp_path, evaluate=XU, executor=cluster)
+        sweep_shard(plan, tmp_path, evaluate=XU, executor=cluster)
 
 
 class _Silent:
@@ -94,7 +94,7 @@ class _Silent:
 @pytest.mark.parametrize(("status", "words"), [("running", "no worker for 0 s"), ("closed", "the scheduler is gone")])
 def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str, words: str) -> None:
     _, case = next(plan.cases())
-    rows = DaskCluster(_Silent(status), patience=0.0).rows(iter([Task("k", "sobol", case)]), Work(XU), {})
+    rows = DaskCluster(_Silent(status), worker_timeout=0.0).rows(iter([Task("k", "sobol", case)]), CaseRunner(XU), {})
     with pytest.raises(ClusterLost, match=f"{words}.*start scheduler and workers"):
         next(iter(rows))
 

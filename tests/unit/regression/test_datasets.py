@@ -17,12 +17,11 @@ from small_plans import GEAR_VARIABLES
 import ehl.io.data
 from ehl.io.data import data_path
 from ehl.io.errors import InputError
-from regression.data.dataset import load_dataset
-from regression.data.datasets import FOLDER, dataset_names, dataset_plan, joined, merge_compressed, named_dataset
-from regression.plan.plan import load_plan
+from regression.data.dataset import FOLDER, dataset_names, dataset_plan, load_dataset, merge_compressed
+from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.rerun import SHARE, rerun
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
 Call = Callable[..., Any]
@@ -37,8 +36,8 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for folder in ("oils", "materials", "plans", "formulas"):
         (root / folder).symlink_to(data_path(folder), target_is_directory=True)
     (root / FOLDER / "small.toml").write_text(PLAN)
-    plan = load_plan(root / FOLDER / "small.toml")
-    sweep(plan, tmp_path / "run", evaluate=ARANA, version="arana_2019", jobs=1)
+    plan = Plan.from_file(root / FOLDER / "small.toml")
+    sweep_shard(plan, tmp_path / "run", evaluate=ARANA, version="arana_2019", jobs=1)
     merge_compressed(tmp_path / "run", root / FOLDER / "small.h5")
     monkeypatch.setattr(ehl.io.data, "_CHECKOUT", root)
     monkeypatch.setattr(ehl.io.data, "_PACKAGED", tmp_path / "nowhere")
@@ -57,28 +56,28 @@ def test_compressed_file_holds_the_same_and_is_smaller(shelf: Path, tmp_path: Pa
 
 def test_a_name_is_a_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> None:
     assert dataset_names() == ("small",)
-    assert named_dataset("small").data_hash == named_dataset(tmp_path / "run").data_hash
-    assert dataset_plan("small").plan_hash == named_dataset("small").plan_hash
+    assert load_dataset("small").data_hash == load_dataset(tmp_path / "run").data_hash
+    assert dataset_plan("small").plan_hash == load_dataset("small").plan_hash
     with pytest.raises(InputError, match=r"nothing.*or small.*mixed-ehl sweep"):
-        named_dataset("nothing")
+        load_dataset("nothing")
 
 
 def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
     (tmp_path / "more.toml").write_text(PLAN.replace('"small"', '"more"').replace("size = 64", "size = 128"))
-    sweep(load_plan(tmp_path / "more.toml"), tmp_path / "more", evaluate=ARANA, version="arana_2019", jobs=1)
-    small, more = named_dataset("small"), named_dataset(tmp_path / "more")
-    both = joined([small, more])
+    sweep_shard(Plan.from_file(tmp_path / "more.toml"), tmp_path / "more", evaluate=ARANA, version="arana_2019", jobs=1)
+    small, more = load_dataset("small"), load_dataset(tmp_path / "more")
+    both = load_dataset(small, more)
     # a longer Sobol sequence begins with the shorter one, and the corners are the same
     assert len(both.frame) == len(more.frame) == 132
     assert both.frame["key"].is_monotonic_increasing
     assert (both.plan_name, both.planned, both.oil) == ("small + more", 200, small.oil)
-    assert both.data_hash == joined([more, small]).data_hash
+    assert both.data_hash == load_dataset(more, small).data_hash
     assert both.plan_hash not in (small.plan_hash, more.plan_hash)
-    assert joined([small]) is small
+    assert load_dataset(small) is small
     with pytest.raises(InputError, match="one solver version"):
-        joined([small, replace(more, solver_version="ehl 0")])
+        load_dataset(small, replace(more, solver_version="ehl 0"))
     with pytest.raises(InputError, match="one card of this oil"):
-        joined([small, replace(more, oil_hash="0", card_hashes=dict.fromkeys(more.oils, "0"))])
+        load_dataset(small, replace(more, oil_hash="0", card_hashes=dict.fromkeys(more.oils, "0")))
     formula = tmp_path / "f.json"
     assert mixed_ehl("fit", "small", tmp_path / "more", "-o", formula, "--family", "xu").code == 0
     assert json.loads(formula.read_text())["data"]["hash"] == both.data_hash
@@ -93,7 +92,7 @@ def test_a_compressed_file_can_be_swept_into(shelf: Path, tmp_path: Path) -> Non
     run = tmp_path / "again"
     run.mkdir()
     (run / "shard-0001-of-0001.h5").write_bytes((shelf / FOLDER / "small.h5").read_bytes())
-    report = sweep(dataset_plan("small"), run, evaluate=ARANA, version="arana_2019", jobs=1)
+    report = sweep_shard(dataset_plan("small"), run, evaluate=ARANA, version="arana_2019", jobs=1)
     assert (report.resumed, report.converged) == (68, 0)
 
 
@@ -133,7 +132,7 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
 
 
 def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path) -> None:
-    dataset, plan = named_dataset("small"), dataset_plan("small")
+    dataset, plan = load_dataset("small"), dataset_plan("small")
     again = list(rerun(dataset, plan, share=0.2, evaluate=ARANA))
     assert len(again) == 14  # a fifth of 68 cases
     assert len({case.key for case in again}) == 14
@@ -142,11 +141,11 @@ def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path) -> 
     other = list(rerun(dataset, plan, share=0.2, evaluate=partial(published_outputs, name="doleschel_2002")))
     assert max(case.difference for case in other) > 0.05
     with pytest.raises(InputError, match="the plan of the dataset"):
-        list(rerun(dataset, load_plan("demo"), evaluate=ARANA))
+        list(rerun(dataset, Plan.from_file("demo"), evaluate=ARANA))
 
 
 def test_budget_bounds_the_cost_of_a_rerun(shelf: Path) -> None:
-    dataset, plan = named_dataset("small"), dataset_plan("small")
+    dataset, plan = load_dataset("small"), dataset_plan("small")
     dataset.frame["seconds_cpu"] = np.linspace(0.1, 3.0, len(dataset.frame))
     few = list(rerun(dataset, plan, share=0.5, seconds=5.0, evaluate=ARANA))
     assert 5.0 < sum(case.seconds for case in few) <= 6.0
@@ -161,7 +160,7 @@ ELSEWHERE = 4e-3
 @pytest.mark.parametrize("name", ["gear_75w90", "gear_fva3"])
 def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name: str) -> None:
     """All of the random 1 %, whatever a case costs (some ten seconds)."""
-    cases = list(rerun(named_dataset(name), dataset_plan(name), share=SHARE))
+    cases = list(rerun(load_dataset(name), dataset_plan(name), share=SHARE))
     assert len(cases) == 21
     for case in cases:
         assert case.difference <= max(case.error, ELSEWHERE), f"{name} {case.key[:12]}: {case.difference:.2%}"
@@ -172,7 +171,7 @@ def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name:
 def test_cheap_cases_of_the_other_datasets_are_what_the_solver_says_today() -> None:
     """A few seconds of each; `benchmarks/rerun_datasets.py` runs the 1 % of all."""
     for name in dataset_names():
-        cases = list(rerun(named_dataset(name), dataset_plan(name), share=SHARE, seconds=4.0))
+        cases = list(rerun(load_dataset(name), dataset_plan(name), share=SHARE, seconds=4.0))
         assert len(cases) >= 2
         assert max(case.difference - max(case.error, ELSEWHERE) for case in cases) <= 0.0
         assert np.median([case.difference for case in cases]) < ELSEWHERE
@@ -180,7 +179,7 @@ def test_cheap_cases_of_the_other_datasets_are_what_the_solver_says_today() -> N
 
 def test_shipped_datasets_belong_to_their_plan_and_are_complete() -> None:
     for name in dataset_names():
-        dataset, plan = named_dataset(name), dataset_plan(name)
+        dataset, plan = load_dataset(name), dataset_plan(name)
         assert dataset.plan_hash == plan.plan_hash
         assert len(dataset.frame) == dataset.planned == plan.count
         assert (dataset.frame["status"] != "failed").mean() > 0.95

@@ -1,4 +1,4 @@
-"""Lost workers, safer settings, time caps in threads, order of work and progress of a sweep."""
+"""Crashed workers, fallback settings, time caps in threads, order of work and progress of a sweep."""
 
 from __future__ import annotations
 
@@ -18,15 +18,14 @@ from ehl.contact import Contact
 from ehl.io.errors import ConvergenceError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
-from regression.plan.plan import Plan, load_plan
+from regression.plan.plan import Plan
 from regression.sweeping import progress as progress_module
-from regression.sweeping.cost import case_seconds, estimate_cost
-from regression.sweeping.evaluators import Outputs, published_outputs
-from regression.sweeping.executors import MAX_LOST_WORKERS, Row, WorkersDie, WorkersLost
+from regression.sweeping.evaluators import Outputs, fallback_settings, published_outputs
+from regression.sweeping.executors import MAX_CRASHES, AllWorkersCrashed, Row, WorkersCrashed
 from regression.sweeping.progress import duration, show_progress
-from regression.sweeping.retry import safer_setting
-from regression.sweeping.sweep import Progress, sweep
-from regression.sweeping.workers import Task, Work
+from regression.sweeping.recorder import Progress
+from regression.sweeping.sweep import sweep_shard
+from regression.sweeping.workers import CaseRunner, Task
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -43,7 +42,7 @@ class Fragile:
     depth: int = 4
     handed_out: list[str] = field(default_factory=list)
 
-    def rows(self, tasks: Iterator[Task], work: Work, in_flight: dict[str, Task]) -> Iterator[Row]:
+    def rows(self, tasks: Iterator[Task], work: CaseRunner, in_flight: dict[str, Task]) -> Iterator[Row]:
         waiting: list[Task] = []
         for task in tasks:
             in_flight[task.key] = task
@@ -53,10 +52,10 @@ class Fragile:
         for task in waiting:
             yield self._work(task, work, in_flight)
 
-    def _work(self, task: Task, work: Work, in_flight: dict[str, Task]) -> Row:
+    def _work(self, task: Task, work: CaseRunner, in_flight: dict[str, Task]) -> Row:
         self.handed_out.append(task.key)
         if task.case.contact.slide_to_roll in self.deadly:
-            raise WorkersLost
+            raise WorkersCrashed
         del in_flight[task.key]
         return work(task)
 
@@ -65,11 +64,11 @@ def ratios(plan: Plan) -> list[float]:
     return [case.contact.slide_to_roll for _, case in plan.cases()]
 
 
-@pytest.mark.parametrize("count", [1, 3, MAX_LOST_WORKERS + 2])
+@pytest.mark.parametrize("count", [1, 3, MAX_CRASHES + 2])
 def test_only_the_cases_that_kill_are_lost(tmp_path: Path, count: int) -> None:
     plan = make_plan()
     deadly = set(ratios(plan)[1 : 2 * count : 2])
-    report = sweep(plan, tmp_path, evaluate=XU, executor=Fragile(deadly))
+    report = sweep_shard(plan, tmp_path, evaluate=XU, executor=Fragile(deadly))
     frame = load_dataset(tmp_path).frame
     assert set(frame[frame["reason"] == "worker_lost"]["slide_to_roll"]) == deadly
     assert report.reasons == {"worker_lost": len(deadly)}
@@ -79,17 +78,19 @@ def test_only_the_cases_that_kill_are_lost(tmp_path: Path, count: int) -> None:
 def test_workers_that_always_die_end_the_sweep_and_blame_no_case(tmp_path: Path) -> None:
     plan = make_plan()
     executor = Fragile(set(ratios(plan)))
-    with pytest.raises(WorkersDie, match=r"workers die: the last 5 cases.*memory.*same command goes on") as caught:
-        sweep(plan, tmp_path, evaluate=XU, executor=executor)
+    with pytest.raises(
+        AllWorkersCrashed, match=r"all workers crash: the last 5 cases.*memory.*same command resumes"
+    ) as caught:
+        sweep_shard(plan, tmp_path, evaluate=XU, executor=executor)
     assert caught.value.exit_code == 1
     assert len(executor.handed_out) < 16
-    assert sweep(plan, tmp_path, evaluate=XU).converged == 16
+    assert sweep_shard(plan, tmp_path, evaluate=XU).converged == 16
 
 
 def test_a_few_cases_that_all_kill_are_recorded(tmp_path: Path) -> None:
     plan = make_plan()
-    sweep(plan, tmp_path, evaluate=XU, shard=(1, 8))
-    report = sweep(plan, tmp_path, evaluate=XU, executor=Fragile(set(ratios(plan))), shard=(2, 8))
+    sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 8))
+    report = sweep_shard(plan, tmp_path, evaluate=XU, executor=Fragile(set(ratios(plan))), shard=(2, 8))
     assert (report.failed, report.reasons) == (2, {"worker_lost": 2})
 
 
@@ -108,9 +109,9 @@ def test_the_ladder_of_safer_settings() -> None:
     case = make_plan(accuracy="fast").case_at(0)
     steps = []
     for step in range(6):
-        safer = safer_setting(case, step)
-        if safer is not None:
-            steps.append((safer[0].model.accuracy, safer[0].model.shortcuts, safer[1]))
+        setting = fallback_settings(case, step)
+        if setting is not None:
+            steps.append((setting[0].model.accuracy, setting[0].model.shortcuts, setting[1]))
     assert steps == [
         ("fast", "auto", ""),
         ("standard", "auto", "accuracy=standard"),
@@ -118,28 +119,28 @@ def test_the_ladder_of_safer_settings() -> None:
         ("reference", "off", "accuracy=reference shortcuts=off"),
     ]
     safest = make_plan(accuracy="reference", shortcuts="off").case_at(0)
-    assert safer_setting(safest, 0) == (safest, "")
-    assert safer_setting(safest, 1) is None
+    assert fallback_settings(safest, 0) == (safest, "")
+    assert fallback_settings(safest, 1) is None
 
 
 def test_a_failed_case_gets_the_next_safer_setting_and_says_so(tmp_path: Path) -> None:
     plan = make_plan(accuracy="fast")
-    report = sweep(plan, tmp_path, evaluate=needs("standard"))
-    assert (report.converged, report.safer) == (16, 16)
+    report = sweep_shard(plan, tmp_path, evaluate=needs("standard"))
+    assert (report.converged, report.fallback) == (16, 16)
     frame = load_dataset(tmp_path).frame
     assert set(frame["setting"]) == {"accuracy=standard"}
     assert set(frame["attempts"]) == {2.0}
-    unchanged = sweep(plan, tmp_path / "plain", evaluate=XU)
-    assert unchanged.safer == 0
+    unchanged = sweep_shard(plan, tmp_path / "plain", evaluate=XU)
+    assert unchanged.fallback == 0
     assert set(load_dataset(tmp_path / "plain").frame["setting"]) == {""}
 
 
 def test_retrying_failed_cases_goes_on_where_the_ladder_ended(tmp_path: Path) -> None:
     plan = make_plan(accuracy="fast")
-    assert sweep(plan, tmp_path, evaluate=needs("reference"), retries=1).failed == 16
+    assert sweep_shard(plan, tmp_path, evaluate=needs("reference"), retries=1).failed == 16
     assert set(load_dataset(tmp_path).frame["reason"]) == {"diverged"}
     seen: list[str] = []
-    again = sweep(plan, tmp_path, evaluate=needs("reference", seen), retries=1, retry_failed=True)
+    again = sweep_shard(plan, tmp_path, evaluate=needs("reference", seen), retries=1, retry_failed=True)
     assert (again.converged, again.failed) == (16, 0)
     assert set(seen) == {"reference"}
     frame = load_dataset(tmp_path).frame
@@ -149,8 +150,8 @@ def test_retrying_failed_cases_goes_on_where_the_ladder_ended(tmp_path: Path) ->
 
 def test_a_case_with_nothing_left_to_try_keeps_its_reason(tmp_path: Path) -> None:
     plan = make_plan(accuracy="reference", shortcuts="off")
-    assert sweep(plan, tmp_path, evaluate=needs("fast"), retries=3).reasons == {"diverged": 16}
-    again = sweep(plan, tmp_path, evaluate=XU, retry_failed=True)
+    assert sweep_shard(plan, tmp_path, evaluate=needs("fast"), retries=3).reasons == {"diverged": 16}
+    again = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
     assert (again.resumed, again.converged) == (16, 0)
     failed = run_status(tmp_path).failed
     assert {(case.reason, case.attempts) for case in failed} == {("diverged", 1)}
@@ -164,7 +165,7 @@ def test_physical_failures_are_not_tried_again() -> None:
         tried.append(case.model.accuracy)
         raise ConvergenceError("too_hot")
 
-    row = Work(hot, None, 3)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
+    row = CaseRunner(hot, None, 3)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
     assert (row["reason"], row["attempts"], tried) == ("too_hot", 1, ["fast"])
 
 
@@ -179,9 +180,9 @@ def test_the_cap_holds_in_a_thread_and_ends_with_the_case() -> None:
         return XU(case)
 
     def worker() -> None:
-        rows.append(Work(hang, 0.1)(Task("a", "sobol", case)))
+        rows.append(CaseRunner(hang, 0.1)(Task("a", "sobol", case)))
         # nothing of the first cap reaches the next case
-        rows.extend(Work(XU, 10.0)(Task("b", "sobol", case)) for _ in range(50))
+        rows.extend(CaseRunner(XU, 10.0)(Task("b", "sobol", case)) for _ in range(50))
         time.sleep(1.2)
 
     thread = threading.Thread(target=worker)
@@ -197,14 +198,14 @@ def test_a_retry_out_of_time_leaves_the_reason_of_the_solver() -> None:
         time.sleep(30.0)
         return XU(case)
 
-    row = Work(slow_retry, 0.1, 1)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
+    row = CaseRunner(slow_retry, 0.1, 1)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
     assert (row["status"], row["reason"], row["attempts"]) == ("failed", "mesh_budget", 2)
 
 
 def test_long_cases_come_first_and_the_rest_of_the_time_follows_their_cost(tmp_path: Path) -> None:
     changes = ["sampling.size=32", "sampling.corners=false", "constraints.film_ratio.high=2"]
-    plan = load_plan("gear_default", changes)
-    cost = dict(zip(plan.points.columns["pressure_hertz"], case_seconds(plan), strict=True))
+    plan = Plan.from_file("gear_default", changes)
+    cost = dict(zip(plan.points.columns["pressure_hertz"], plan.case_seconds(), strict=True))
     order: list[float] = []
 
     def evaluate(case: Contact) -> Outputs:
@@ -212,7 +213,7 @@ def test_long_cases_come_first_and_the_rest_of_the_time_follows_their_cost(tmp_p
         return XU(case)
 
     seen: list[Progress] = []
-    sweep(plan, tmp_path, evaluate=evaluate, progress=seen.append)
+    sweep_shard(plan, tmp_path, evaluate=evaluate, progress=seen.append)
     assert order == sorted(order, reverse=True)
     assert max(order) > 3.0 * min(order)
     assert seen[0].remaining is None
@@ -221,20 +222,20 @@ def test_long_cases_come_first_and_the_rest_of_the_time_follows_their_cost(tmp_p
 
 
 def test_estimate_of_a_plan() -> None:
-    plan = load_plan("gear_default")
-    fast, standard = estimate_cost(plan), estimate_cost(load_plan("gear_default", ["model.accuracy=standard"]))
+    plan = Plan.from_file("gear_default")
+    fast, standard = plan.estimate(), Plan.from_file("gear_default", ["model.accuracy=standard"]).estimate()
     assert fast.cases == 2048
     assert 1000 < fast.rough < 2048
     assert standard.seconds > 2.0 * fast.seconds
     assert fast.wall(2) == fast.seconds / 2.0
     assert fast.wall(10**6) == fast.longest
-    sharing = estimate_cost(load_plan("gear_default", ["model.roughness=load_sharing"]))
+    sharing = Plan.from_file("gear_default", ["model.roughness=load_sharing"]).estimate()
     assert sharing.rough == 0
     assert sharing.seconds < 0.5 * fast.seconds
     # more correlation lengths in the contact take more nodes and more steps
-    short = load_plan("gear_default", ['variables.correlation_length="20 um"'])
-    long = load_plan("gear_default", ['variables.correlation_length="100 um"'])
-    assert case_seconds(short).sum() > 2.0 * case_seconds(long).sum()
+    short = Plan.from_file("gear_default", ['variables.correlation_length="20 um"'])
+    long = Plan.from_file("gear_default", ['variables.correlation_length="100 um"'])
+    assert short.case_seconds().sum() > 2.0 * long.case_seconds().sum()
 
 
 def test_plain_lines_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch) -> None:

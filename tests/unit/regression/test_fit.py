@@ -12,7 +12,7 @@ from small_plans import gear_plan
 
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
-from regression.data.dataset import Dataset, export_table, load_dataset
+from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.cross_validation import cell_groups, fold_numbers
 from regression.fitting.fit import fit_families, fit_formula
@@ -20,7 +20,7 @@ from regression.fitting.rows import usable_rows
 from regression.fitting.scores import bands, conformal_width, interval_of, noise_floor, scores
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan(
     "fit",
@@ -34,7 +34,7 @@ PLAN = gear_plan(
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     run = tmp_path_factory.mktemp("fit")
     evaluate = partial(published_outputs, name="arana_2019")
-    sweep(validate(Plan, PLAN), run, evaluate=evaluate, version="arana_2019")
+    sweep_shard(validate(Plan, PLAN), run, evaluate=evaluate, version="arana_2019")
     return load_dataset(run)
 
 
@@ -187,13 +187,13 @@ def test_data_hash_ignores_wall_time_and_nothing_else(dataset: Dataset) -> None:
 
 def test_export_as_csv(dataset: Dataset, tmp_path: Path) -> None:
     target = tmp_path / "data.csv"
-    export_table(dataset, target)
+    dataset.save(target)
     frame = pd.read_csv(target, skiprows=[1])
     units = pd.read_csv(target, nrows=1).iloc[0]
     assert units["pressure_hertz"] == "Pa"
     np.testing.assert_array_equal(frame["friction_coefficient"], dataset.frame["friction_coefficient"])
     with pytest.raises(InputError, match="writable"):
-        export_table(dataset, tmp_path)
+        dataset.save(tmp_path)
 
 
 def test_bands_with_too_few_cases_have_no_interval_of_their_own(dataset: Dataset) -> None:

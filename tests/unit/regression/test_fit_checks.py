@@ -29,7 +29,7 @@ from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import oil_hash, sweep
+from regression.sweeping.sweep import oil_hash, sweep_shard
 
 PLAN = gear_plan("checks", {"size": 128, "corners": 16})
 
@@ -39,7 +39,7 @@ LINEAR = {name: FAMILIES[name] for name in ("power_law", "xu")}
 
 def swept(folder: Path, name: str, **changes: Any) -> Dataset:
     plan = validate(Plan, {**PLAN, **changes})
-    sweep(plan, folder, evaluate=partial(published_outputs, name=name), version=name, jobs=1)
+    sweep_shard(plan, folder, evaluate=partial(published_outputs, name=name), version=name, jobs=1)
     return load_dataset(folder)
 
 

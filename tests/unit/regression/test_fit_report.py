@@ -22,7 +22,7 @@ from regression.friction.formula import FittedFormula
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 from regression.view.fit_report import write_fit_report
 from regression.view.plots import plot_regimes, plot_residuals, plot_sensitivity
 from regression.view.plots_curves import plot_maps, plot_stribeck, plot_traction, scene_of
@@ -37,7 +37,9 @@ PLAN = gear_plan(
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("report")
-    sweep(validate(Plan, PLAN), folder, evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
+    sweep_shard(
+        validate(Plan, PLAN), folder, evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019"
+    )
     return folder
 
 
@@ -154,7 +156,7 @@ def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:
     smooth = {**PLAN["variables"], "pressure_hertz": "1 GPa"}
     del smooth["roughness_rms"]
     plan = validate(Plan, {**PLAN, "sampling": {"size": 32}, "variables": smooth})
-    sweep(plan, tmp_path / "run", evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
+    sweep_shard(plan, tmp_path / "run", evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
     dataset = load_dataset(tmp_path / "run")
     page = write_fit_report(tmp_path / "fit.html", dataset, [fit_formula(dataset, "power_law")]).read_text("utf-8")
     assert "Traction curves" in page

@@ -11,8 +11,8 @@ import pytest
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.state import ContactState
-from regression.plan.operating_range import WeightedPoints, plan_text, seen_ranges, weighted_quantile
-from regression.plan.plan import load_plan
+from regression.plan.operating_range import WeightedPoints, operating_range, weighted_quantile
+from regression.plan.plan import Plan
 
 OIL = Oil.load("fva3")
 
@@ -54,7 +54,7 @@ def test_weighted_quantiles() -> None:
 def test_ranges_hold_the_share_of_the_weight_asked_for() -> None:
     part = points()
     weighted = WeightedPoints(part.state, part.state.pressure_hertz * part.state.speed_sliding, OIL)
-    ranges = seen_ranges([weighted], 0.9)
+    ranges = operating_range([weighted], 0.9)
     for name, values in (
         ("pressure_hertz", part.state.pressure_hertz),
         ("speed_entrainment", part.state.speed_entrainment),
@@ -62,20 +62,28 @@ def test_ranges_hold_the_share_of_the_weight_asked_for() -> None:
     ):
         inside = (values >= ranges[name].low) & (values <= ranges[name].high)
         assert weighted.weight[inside].sum() / weighted.weight.sum() == pytest.approx(0.9, abs=0.01)
-        assert ranges[name].least == values.min()
-        assert ranges[name].most == values.max()
+        assert ranges[name].minimum == values.min()
+        assert ranges[name].maximum == values.max()
     # sliding weighs: what slides more is seen more
-    assert ranges["slide_to_roll"].median > seen_ranges([part], 0.9)["slide_to_roll"].median
-    assert set(ranges) >= {"lengthwise_to_roll", "temperature_oil", "roughness_rms", "film_ratio", "pressure_velocity"}
+    assert ranges["slide_to_roll"].median > operating_range([part], 0.9)["slide_to_roll"].median
+    assert set(ranges.variables) >= {
+        "lengthwise_to_roll",
+        "temperature_oil",
+        "roughness_rms",
+        "film_ratio",
+        "pressure_velocity",
+    }
 
 
 def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
     texture = {"correlation_length": 45e-6}
     hot = points(temperature_oil=393.15, **texture)
-    ranges = seen_ranges([points(**texture), hot], 0.95)
-    text = plan_text("seen", 'what "gears" see', ranges, ("fva3", "75w90"), size=40, roughness="load_sharing")
+    ranges = operating_range([points(**texture), hot], 0.95)
+    text = ranges.plan_text(
+        "seen", ("fva3", "75w90"), size=40, description='what "gears" see', roughness="load_sharing"
+    )
     (tmp_path / "seen.toml").write_text(text)
-    plan = load_plan(tmp_path / "seen.toml")
+    plan = Plan.from_file(tmp_path / "seen.toml")
     assert plan.description == 'what "gears" see'
     assert plan.count == 80
     assert plan.oils == ("fva3", "75w90")
@@ -98,15 +106,15 @@ def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
 
 def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path) -> None:
     spur = points(speed_sliding_lengthwise=0.0, slide_to_roll=np.linspace(-1e-5, 0.4, 400))
-    text = plan_text("spur", "", seen_ranges([spur], 1.0), ("fva3",), size=32)
+    text = operating_range([spur], 1.0).plan_text("spur", ("fva3",), size=32)
     assert "lengthwise_to_roll = 0.0" in text
     (tmp_path / "spur.toml").write_text(text)
-    low, _ = load_plan(tmp_path / "spur.toml").variables.axes["slide_to_roll"].values
+    low, _ = Plan.from_file(tmp_path / "spur.toml").variables.axes["slide_to_roll"].values
     assert 1e-4 < low <= 1e-3
 
 
 def test_refusals() -> None:
     with pytest.raises(InputError, match="at least one design"):
-        seen_ranges([])
+        operating_range([])
     with pytest.raises(InputError, match=r"--coverage.*0\.5 to 1"):
-        seen_ranges([points()], 0.2)
+        operating_range([points()], 0.2)

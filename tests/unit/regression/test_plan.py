@@ -13,7 +13,7 @@ import pytest
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
-from regression.plan.plan import Plan, load_plan
+from regression.plan.plan import Plan
 from regression.plan.sampling import corner_unit, sobol_unit, to_range
 
 BASE: dict[str, Any] = {
@@ -39,7 +39,7 @@ def plan(change: Callable[[dict[str, Any]], object] = lambda content: None) -> P
 
 @pytest.mark.parametrize("name", data_names("plans"))
 def test_shipped_plans_are_valid(name: str) -> None:
-    shipped = load_plan(name)
+    shipped = Plan.from_file(name)
     assert shipped.name == name
     origin, case = next(shipped.cases())
     assert origin == "sobol"
@@ -175,7 +175,7 @@ def test_unreadable_plans(tmp_path: Path) -> None:
     broken.write_text("name = ")
     for path, word in ((tmp_path / "none.toml", "existing"), (broken, "valid TOML"), (tmp_path, "readable")):
         with pytest.raises(InputError, match=word):
-            load_plan(path)
+            Plan.from_file(path)
 
 
 def test_sobol_is_reproducible_nested_and_even() -> None:

@@ -13,8 +13,7 @@ from ehl.io.validation import validate
 from ehl.material import load_material
 from regression.friction.conditions import derive, lubricant_row
 from regression.plan.constraints import FLASH_FRICTION, flash_temperature_blok
-from regression.plan.plan import Plan, load_plan
-from regression.plan.points import constrained
+from regression.plan.plan import Plan
 from regression.plan.sampling import latin_unit
 
 RANGES: dict[str, Any] = {
@@ -49,18 +48,18 @@ def test_constraints_keep_the_size_and_hold_at_every_case() -> None:
         contact = case.line_contact()
         assert contact.load_per_length <= 1500e3 * (1 + 1e-12)
         assert contact.speed_sliding <= 8.0
-    figures = constrained(bounded, bounded.points.columns, bounded.points.oils)
+    figures = bounded.constrained(bounded.points.columns, bounded.points.oils)
     assert figures["film_ratio"].min() >= 0.5
     # what the case itself computes
     loads = [case.line_contact().load_per_length for case in cases]
     np.testing.assert_allclose(figures["load_per_length"], loads, rtol=1e-12)
-    assert 0.05 < bounded.points.skipped["load_per_length"] < 0.6
+    assert 0.05 < bounded.points.rejected["load_per_length"] < 0.6
 
 
 def test_constrained_points_are_those_of_the_free_sequence_that_pass() -> None:
     free = plan(sampling={"size": 256, "seed": 3})
     bounded = plan(constraints=LIMITS)
-    figures = constrained(bounded, free.points.columns, free.points.oils)
+    figures = bounded.constrained(free.points.columns, free.points.oils)
     inside = (figures["load_per_length"] <= 1500e3) & (figures["film_ratio"] >= 0.5) & (figures["speed_sliding"] <= 8.0)
     for name, column in bounded.points.columns.items():
         np.testing.assert_array_equal(column, free.points.columns[name][inside][:64])
@@ -155,7 +154,7 @@ def test_several_oils_meet_the_same_points() -> None:
 
 def test_film_ratio_of_the_constraint_is_that_of_the_dataset() -> None:
     both = plan(lubricant={"oil": ["fva3", "75w90"]}, constraints={"film_ratio": {"low": 1e-3}})
-    figures = constrained(both, both.points.columns, both.points.oils)
+    figures = both.constrained(both.points.columns, both.points.oils)
     for index in (0, 70, 127):
         case = both.case_at(index)
         contact = case.line_contact()
@@ -226,16 +225,16 @@ def test_a_number_of_corners() -> None:
 
 
 def test_default_plan_is_what_it_says() -> None:
-    default = load_plan("gear_default")
+    default = Plan.from_file("gear_default")
     assert default.count == len(default.points) == 2048
     assert default.model.roughness == "deterministic"
-    figures = constrained(default, default.points.columns, default.points.oils)
+    figures = default.constrained(default.points.columns, default.points.oils)
     ratio = figures["film_ratio"]
     # from boundary to full film, a good part of the cases on each side
     assert np.mean(ratio < 0.5) > 0.15
     assert np.mean(ratio > 3.0) > 0.15
     assert np.mean((ratio > 0.5) & (ratio < 3.0)) > 0.3
-    sharing = load_plan(
+    sharing = Plan.from_file(
         "gear_default", ["model.roughness=load_sharing", "lubricant.oil=fva3", "sampling.corners=false"]
     )
     assert sharing.count == 1984
@@ -245,4 +244,4 @@ def test_default_plan_is_what_it_says() -> None:
 @pytest.mark.parametrize("change", ["sampling.size", "=3", "a..b=3", "name.first=3"])
 def test_bad_changes(change: str) -> None:
     with pytest.raises(InputError, match=r"--set"):
-        load_plan("demo", [change])
+        Plan.from_file("demo", [change])

@@ -72,7 +72,7 @@ def test_every_column_states_its_unit(path: Path) -> None:
 
 def test_reopening_goes_on_behind_the_last_row(path: Path) -> None:
     with ResultStore(path, META) as store:
-        assert store.torn == 0
+        assert store.truncated == 0
         assert set(store.rows()) == {row(n)["key"] for n in (1, 2, 3)}
         store.append([row(4)])
         store.append([])
@@ -89,11 +89,11 @@ def _tear(path: Path, *, values: int, keys: int) -> None:
 
 
 @pytest.mark.parametrize(("values", "keys"), [(4, 0), (4, 2), (0, 2)])
-def test_torn_rows_are_ignored_and_cut(path: Path, values: int, keys: int) -> None:
+def test_incomplete_rows_are_ignored_and_cut(path: Path, values: int, keys: int) -> None:
     _tear(path, values=values, keys=keys)
     assert len(read_file(path)[1]) == 3
     with ResultStore(path, META) as store:
-        assert store.torn == max(values, keys)
+        assert store.truncated == max(values, keys)
         store.append([row(9)])
     frame = read_file(path)[1]
     assert frame["key"].tolist() == [row(n)["key"] for n in (1, 2, 3, 9)]
@@ -127,10 +127,10 @@ def test_results_of_another_run_are_not_mixed_in(path: Path, name: str, words: s
         read_run(path.parent)
 
 
-def test_foreign_and_damaged_files(path: Path) -> None:
+def test_other_and_corrupt_files(path: Path) -> None:
     path.write_text("no HDF5")
     for use in (lambda: read_file(path), lambda: ResultStore(path, META)):
-        with pytest.raises(InputError, match="damaged or no result file"):
+        with pytest.raises(InputError, match="corrupt or no result file"):
             use()
     assert [file.name for file in path.parent.iterdir()] == [path.name]
     with h5py.File(path, "w") as file:
@@ -140,7 +140,7 @@ def test_foreign_and_damaged_files(path: Path) -> None:
     with h5py.File(path, "w") as file:
         file.attrs["schema"] = STORE_SCHEMA
     for use in (lambda: read_file(path), lambda: ResultStore(path, META)):
-        with pytest.raises(InputError, match="lacks key, pressure_hertz"):
+        with pytest.raises(InputError, match="Columns key, pressure_hertz"):
             use()
 
 
@@ -210,16 +210,16 @@ def true_rows(path: Path) -> int:
 def test_whole_rows_of_a_file_cut_short_are_saved(path: Path, content: bytes, share: float) -> None:
     path.write_bytes(content[: int(share * len(content))])
     for read in (lambda: read_file(path), lambda: read_run(path.parent)):
-        with pytest.raises(InputError, match=r"shard-0001-of-0001\.h5.*damaged.*sweep again") as caught:
+        with pytest.raises(InputError, match=r"shard-0001-of-0001\.h5.*corrupt.*sweep again") as caught:
             read()
         assert "running" not in str(caught.value)
     with ResultStore(path, META) as store:
-        assert store.saved == len(store.rows())
+        assert store.recovered == len(store.rows())
         store.append([r for key, r in WRITTEN.items() if key not in store.rows()])
     # the rows of all blocks before the cut
-    assert store.saved >= 64 * int((share - 0.25) * len(MANY) / 64)
-    assert (share >= 0.5) == (store.saved > 0)
-    assert path.with_name(path.name + ".damaged").stat().st_size == int(share * len(content))
+    assert store.recovered >= 64 * int((share - 0.25) * len(MANY) / 64)
+    assert (share >= 0.5) == (store.recovered > 0)
+    assert path.with_name(path.name + ".corrupt").stat().st_size == int(share * len(content))
     assert true_rows(path) == len(MANY)
 
 
@@ -243,7 +243,7 @@ def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(path: Path, cont
         return true_rows(path)
 
     for outcome in (_outcome(lambda: true_rows(path)), _outcome(resume)):
-        assert isinstance(outcome, int) or (path.name in outcome and "damaged" in outcome)
+        assert isinstance(outcome, int) or (path.name in outcome and "corrupt" in outcome)
     # past the head of the file something says what it is, and it can be gone on with
     assert outcome == len(MANY) or offset < 40_000
 
@@ -253,7 +253,7 @@ def test_rows_that_lost_their_checksum_do_not_count(path: Path) -> None:
         file["friction_coefficient"][1] = 0.7
     assert read_file(path)[1]["key"].tolist() == [row(n)["key"] for n in (1, 3)]
     with ResultStore(path, META) as store:
-        assert (store.damaged, store.torn, store.saved) == (1, 0, None)
+        assert (store.corrupt, store.truncated, store.recovered) == (1, 0, None)
         assert row(2)["key"] not in store.rows()
         store.append([row(2)])
     assert len(read_file(path)[1]) == 3

@@ -17,11 +17,13 @@ from ehl.contact import Contact
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
+from regression.plan.cost import available_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import Outputs, case_key, published_outputs, solve_outputs
+from regression.sweeping.recorder import Progress
 from regression.sweeping.slurm import array_script
-from regression.sweeping.sweep import Progress, available_jobs, sweep
-from regression.sweeping.workers import Task, Work
+from regression.sweeping.sweep import sweep_shard
+from regression.sweeping.workers import CaseRunner, Task
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -47,11 +49,11 @@ def some_hang(case: Contact) -> Outputs:
 
 def test_results_resume_and_progress(plan: Plan, tmp_path: Path) -> None:
     seen: list[Progress] = []
-    first = sweep(plan, tmp_path, evaluate=XU, progress=seen.append)
+    first = sweep_shard(plan, tmp_path, evaluate=XU, progress=seen.append)
     assert (first.total, first.resumed, first.converged, first.failed) == (16, 0, 16, 0)
     assert [p.done for p in seen] == list(range(17))
     assert seen[-1] == Progress(16, 16, 0, 0.0)
-    again = sweep(plan, tmp_path, evaluate=XU)
+    again = sweep_shard(plan, tmp_path, evaluate=XU)
     assert (again.resumed, again.converged) == (16, 0)
     status = run_status(tmp_path)
     assert status.complete
@@ -59,19 +61,19 @@ def test_results_resume_and_progress(plan: Plan, tmp_path: Path) -> None:
 
 
 def test_a_sweep_says_how_busy_its_workers_were(plan: Plan, tmp_path: Path) -> None:
-    report = sweep(plan, tmp_path, evaluate=XU)
+    report = sweep_shard(plan, tmp_path, evaluate=XU)
     frame = load_dataset(tmp_path).frame
     assert report.workers == 1
     assert report.seconds_cpu == pytest.approx(frame["seconds_cpu"].sum())
     assert report.occupancy == pytest.approx(frame["seconds"].sum() / report.seconds)
     assert 0.0 < report.occupancy < 1.0
     # nothing was computed: there is nothing to say
-    assert sweep(plan, tmp_path, evaluate=XU).occupancy is None
+    assert sweep_shard(plan, tmp_path, evaluate=XU).occupancy is None
     assert run_status(tmp_path).longest == frame["seconds_cpu"].max()
 
 
 def test_rows_hold_inputs_results_and_provenance(plan: Plan, tmp_path: Path) -> None:
-    sweep(plan, tmp_path, evaluate=XU)
+    sweep_shard(plan, tmp_path, evaluate=XU)
     dataset = load_dataset(tmp_path)
     assert dataset.frame["key"].is_monotonic_increasing
     assert (dataset.plan_name, dataset.oil, dataset.planned) == ("sweep", "fva3", 16)
@@ -85,7 +87,7 @@ def test_rows_hold_inputs_results_and_provenance(plan: Plan, tmp_path: Path) -> 
 
 
 def test_failures_are_rows_with_reasons(plan: Plan, tmp_path: Path) -> None:
-    report = sweep(plan, tmp_path, evaluate=some_fail)
+    report = sweep_shard(plan, tmp_path, evaluate=some_fail)
     frame = load_dataset(tmp_path).frame
     high = frame["slide_to_roll"] > 0.8
     middle = (frame["slide_to_roll"] > 0.6) & ~high
@@ -97,7 +99,7 @@ def test_failures_are_rows_with_reasons(plan: Plan, tmp_path: Path) -> None:
 
 
 def test_a_case_that_hangs_is_given_up(plan: Plan, tmp_path: Path) -> None:
-    report = sweep(plan, tmp_path, evaluate=some_hang, time_cap=0.05)
+    report = sweep_shard(plan, tmp_path, evaluate=some_hang, time_cap=0.05)
     frame = load_dataset(tmp_path).frame
     assert report.reasons == {"time_cap": (frame["slide_to_roll"] > 0.9).sum()}
     assert report.failed > 0
@@ -120,7 +122,7 @@ def test_the_cap_holds_where_its_exception_is_swallowed(plan: Plan) -> None:
         return {}
 
     for evaluate in (swallow_once, break_on_it):
-        assert Work(evaluate, 0.05)(Task("k", "sobol", case))["reason"] == "time_cap"
+        assert CaseRunner(evaluate, 0.05)(Task("k", "sobol", case))["reason"] == "time_cap"
 
 
 def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Path) -> None:
@@ -132,7 +134,7 @@ def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Pat
             os.kill(os.getpid(), signal.SIGKILL)
         return XU(case)
 
-    report = sweep(plan, tmp_path, evaluate=some_kill_their_worker, jobs=2)
+    report = sweep_shard(plan, tmp_path, evaluate=some_kill_their_worker, jobs=2)
     frame = load_dataset(tmp_path).frame
     deadly = frame["slide_to_roll"] == deadly_ratio
     assert deadly.sum() == 1
@@ -143,10 +145,10 @@ def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Pat
 
 
 def test_workers_and_shards_give_the_data_of_one_process(plan: Plan, tmp_path: Path) -> None:
-    sweep(plan, tmp_path / "one", evaluate=XU)
-    sweep(plan, tmp_path / "two", evaluate=XU, jobs=2, flush_every=3)
+    sweep_shard(plan, tmp_path / "one", evaluate=XU)
+    sweep_shard(plan, tmp_path / "two", evaluate=XU, jobs=2, flush_every=3)
     for number in (1, 2, 3):
-        sweep(plan, tmp_path / "three", evaluate=XU, shard=(number, 3))
+        sweep_shard(plan, tmp_path / "three", evaluate=XU, shard=(number, 3))
     hashes = {load_dataset(tmp_path / run).data_hash for run in ("one", "two", "three")}
     assert len(hashes) == 1
     assert len(list((tmp_path / "three").glob("*.h5"))) == 3
@@ -158,8 +160,8 @@ def test_interrupted_rows_are_kept(plan: Plan, tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(plan, tmp_path, evaluate=XU, progress=stop)
-    assert sweep(plan, tmp_path, evaluate=XU).resumed == 5
+        sweep_shard(plan, tmp_path, evaluate=XU, progress=stop)
+    assert sweep_shard(plan, tmp_path, evaluate=XU).resumed == 5
 
 
 def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:
@@ -169,15 +171,15 @@ def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:
 
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
-        sweep(plan, tmp_path, evaluate=XU, progress=press)
+        sweep_shard(plan, tmp_path, evaluate=XU, progress=press)
     assert signal.getsignal(signal.SIGINT) is before
-    assert sweep(plan, tmp_path, evaluate=XU).resumed == 3
+    assert sweep_shard(plan, tmp_path, evaluate=XU).resumed == 3
 
 
 def test_failed_cases_can_be_tried_again(plan: Plan, tmp_path: Path) -> None:
-    failed = sweep(plan, tmp_path, evaluate=some_fail).failed
+    failed = sweep_shard(plan, tmp_path, evaluate=some_fail).failed
     assert failed > 0
-    again = sweep(plan, tmp_path, evaluate=XU, retry_failed=True)
+    again = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
     assert (again.resumed, again.converged, again.failed) == (16 - failed, failed, 0)
     assert (load_dataset(tmp_path).frame["status"] == "converged").all()
     assert run_status(tmp_path).shards[0].finished == 16
@@ -187,16 +189,16 @@ def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatc
     def no_space(file: h5py.File) -> None:
         raise OSError("No space left on device")
 
-    sweep(plan, tmp_path, evaluate=XU, shard=(1, 2))
+    sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 2))
     monkeypatch.setattr(h5py.File, "flush", no_space)
-    with pytest.raises(InputError, match=r"No space left on device\. Make room"):
-        sweep(plan, tmp_path, evaluate=XU, shard=(2, 2))
+    with pytest.raises(InputError, match=r"No space left on device\. Free some space"):
+        sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 2))
 
 
 def test_a_task_never_raises(plan: Plan) -> None:
     _, case = next(plan.cases())
     broken = case.model_copy(update={"contact": None})
-    row = Work(XU, None)(Task("k", "sobol", broken))
+    row = CaseRunner(XU, None)(Task("k", "sobol", broken))
     assert row["status"] == "failed"
     assert row["reason"].startswith("error:")
 
@@ -211,7 +213,7 @@ def test_key_follows_input_seed_and_version(plan: Plan) -> None:
 
 def test_the_solver_gives_every_column(plan: Plan) -> None:
     _, case = next(plan.cases())
-    row = Work(solve_outputs, None)(Task("k", "sobol", case))
+    row = CaseRunner(solve_outputs, None)(Task("k", "sobol", case))
     assert row["status"] == "converged"
     assert row["friction_coefficient"] == pytest.approx(row["friction_fluid"] + row["friction_asperity"], rel=1e-12)
     assert 0.0 < row["friction_error"] < 0.05
@@ -220,13 +222,13 @@ def test_the_solver_gives_every_column(plan: Plan) -> None:
 @pytest.mark.parametrize(("shard", "jobs"), [((0, 2), 1), ((3, 2), 1), ((1, 1), 0)])
 def test_bad_shards_and_jobs(plan: Plan, tmp_path: Path, shard: tuple[int, int], jobs: int) -> None:
     with pytest.raises(InputError, match=r"i/n|at least 1"):
-        sweep(plan, tmp_path, evaluate=XU, shard=shard, jobs=jobs)
+        sweep_shard(plan, tmp_path, evaluate=XU, shard=shard, jobs=jobs)
 
 
 def test_a_folder_that_cannot_be_made(plan: Plan, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="can be written"):
-        sweep(plan, tmp_path / "file" / "run", evaluate=XU)
+        sweep_shard(plan, tmp_path / "file" / "run", evaluate=XU)
 
 
 def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -247,7 +249,7 @@ def test_unsettled_results_are_kept_and_counted_apart(plan: Plan, tmp_path: Path
         unsettled = case.contact.slide_to_roll > 0.5
         return {**XU(case), **({"status": "unsettled", "reason": "interval"} if unsettled else {})}
 
-    report = sweep(plan, tmp_path, evaluate=some_unsettled)
+    report = sweep_shard(plan, tmp_path, evaluate=some_unsettled)
     dataset = load_dataset(tmp_path)
     assert report.unsettled == (dataset.frame["slide_to_roll"] > 0.5).sum() > 0
     assert report.reasons == {"interval": report.unsettled}

@@ -9,7 +9,7 @@ import pytest
 
 from ehl.io.errors import InputError
 from ehl.io.table_files import read_table
-from regression.plan.plan import Plan, load_plan
+from regression.plan.plan import Plan
 
 PLAN = """
 name = "table"
@@ -30,7 +30,7 @@ POINTS = """pressure_hertz [GPa],radius_equivalent (mm),speed_entrainment,slide_
 def plan_with(folder: Path, points: str, text: str = PLAN) -> Plan:
     (folder / "points.csv").write_text(points, encoding="utf-8")
     (folder / "plan.toml").write_text(text)
-    return load_plan(folder / "plan.toml")
+    return Plan.from_file(folder / "plan.toml")
 
 
 def test_points_of_a_table_cross_the_lists(tmp_path: Path) -> None:
@@ -66,10 +66,10 @@ def test_the_same_table_in_a_spreadsheet(tmp_path: Path) -> None:
         book.active.append([float(c) if c.replace(".", "").isdigit() else c for c in row])
     book.save(tmp_path / "points.xlsx")
     (tmp_path / "plan.toml").write_text(PLAN.replace("points.csv", "points.xlsx"))
-    assert load_plan(tmp_path / "plan.toml").plan_hash == from_csv.plan_hash
+    assert Plan.from_file(tmp_path / "plan.toml").plan_hash == from_csv.plan_hash
     (tmp_path / "points.xlsx").write_text("no spreadsheet")
     with pytest.raises(InputError, match=r"points\.xlsx.*readable XLSX"):
-        load_plan(tmp_path / "plan.toml")
+        Plan.from_file(tmp_path / "plan.toml")
 
 
 def test_a_spreadsheet_without_its_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,9 +20,9 @@ from ehl.io.errors import InputError
 from regression.data.dataset import load_dataset, run_status
 from regression.data.store import merge
 from regression.fitting.fit import fit_formula
-from regression.plan.plan import load_plan
+from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs, solve_outputs
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 
 PLAN = (
     'name = "kill"\n[sampling]\nsize = SIZE\n'
@@ -36,8 +36,8 @@ import sys, time
 from functools import partial
 from pathlib import Path
 from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
-from regression.plan.plan import load_plan
-from regression.sweeping.sweep import sweep
+from regression.plan.plan import Plan
+from regression.sweeping.sweep import sweep_shard
 
 plan, run, name, jobs = sys.argv[1:]
 def show(progress):
@@ -46,7 +46,7 @@ def show(progress):
 evaluate = partial(published_outputs, name=name) if name != "ehl" else solve_outputs
 version = name if name != "ehl" else SOLVER
 flush = {"flush_every": 4, "flush_seconds": 60.0}
-sweep(load_plan(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), progress=show, **flush)
+sweep_shard(Plan.from_file(plan), Path(run), evaluate=evaluate, version=version, jobs=int(jobs), progress=show, **flush)
 """
 
 
@@ -82,10 +82,10 @@ def test_killed_workers_and_all_resumed_is_bit_identical(tmp_path: Path) -> None
     _kill_after(24, path, tmp_path / "killed", name, 2)
     assert 0 < run_status(tmp_path / "killed").finished < 64
     evaluate = partial(published_outputs, name=name)
-    resumed = sweep(load_plan(path), tmp_path / "killed", evaluate=evaluate, version=name)
+    resumed = sweep_shard(Plan.from_file(path), tmp_path / "killed", evaluate=evaluate, version=name)
     assert resumed.resumed >= 20
     assert resumed.resumed + resumed.converged == 64
-    sweep(load_plan(path), tmp_path / "whole", evaluate=evaluate, version=name)
+    sweep_shard(Plan.from_file(path), tmp_path / "whole", evaluate=evaluate, version=name)
     killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
     assert killed.data_hash == whole.data_hash
     for family in ("power_law", "load_share"):
@@ -96,9 +96,9 @@ def test_killed_solver_sweep_is_bit_identical(tmp_path: Path) -> None:
     path = _plan(tmp_path, 32)
     _kill_after(9, path, tmp_path / "killed", "ehl", 1)
     assert 0 < run_status(tmp_path / "killed").finished < 32
-    resumed = sweep(load_plan(path), tmp_path / "killed", evaluate=solve_outputs)
+    resumed = sweep_shard(Plan.from_file(path), tmp_path / "killed", evaluate=solve_outputs)
     assert resumed.resumed >= 8
-    sweep(load_plan(path), tmp_path / "whole", evaluate=solve_outputs)
+    sweep_shard(Plan.from_file(path), tmp_path / "whole", evaluate=solve_outputs)
     killed, whole = load_dataset(tmp_path / "killed"), load_dataset(tmp_path / "whole")
     assert (killed.frame["status"] == "converged").all()
     assert killed.data_hash == whole.data_hash
@@ -106,11 +106,11 @@ def test_killed_solver_sweep_is_bit_identical(tmp_path: Path) -> None:
 
 
 def test_shards_merged_are_the_single_run(tmp_path: Path) -> None:
-    plan = load_plan(_plan(tmp_path, 64))
+    plan = Plan.from_file(_plan(tmp_path, 64))
     evaluate = partial(published_outputs, name="arana_2019")
-    sweep(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
+    sweep_shard(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
     for number in (1, 2, 3, 4):
-        sweep(plan, tmp_path / "shards", evaluate=evaluate, version="arana_2019", shard=(number, 4))
+        sweep_shard(plan, tmp_path / "shards", evaluate=evaluate, version="arana_2019", shard=(number, 4))
     assert merge(tmp_path / "shards", tmp_path / "merged.h5") == 64
     merged, whole = load_dataset(tmp_path / "merged.h5"), load_dataset(tmp_path / "whole")
     assert merged.data_hash == whole.data_hash
@@ -123,32 +123,34 @@ def _formula(run: Path) -> str:
 
 def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_path: Path) -> None:
     """A limit on the size of files stands for the disk; benchmarks/sweep_kills.py fills a real one."""
-    plan = load_plan(_plan(tmp_path, 256))
+    plan = Plan.from_file(_plan(tmp_path, 256))
     evaluate = partial(published_outputs, name="arana_2019")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (900_000, before[1]))
     try:
-        with pytest.raises(InputError, match=r"disk that can be written\. .*Make room and give the same command again"):
-            sweep(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+        with pytest.raises(
+            InputError, match=r"disk that can be written\. .*Free some space and give the same command again"
+        ):
+            sweep_shard(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     kept = run_status(tmp_path / "full").finished
     assert 0 < kept < 256
-    resumed = sweep(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
+    resumed = sweep_shard(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
     assert (resumed.resumed, resumed.converged) == (kept, 256 - kept)
-    sweep(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
+    sweep_shard(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
     assert _formula(tmp_path / "full") == _formula(tmp_path / "whole")
 
 
 def test_a_truncated_shard_is_resumed_bit_identically(tmp_path: Path) -> None:
-    plan = load_plan(_plan(tmp_path, 128))
+    plan = Plan.from_file(_plan(tmp_path, 128))
     evaluate = partial(published_outputs, name="arana_2019")
     for run in ("whole", "cut"):
-        sweep(plan, tmp_path / run, evaluate=evaluate, version="arana_2019")
+        sweep_shard(plan, tmp_path / run, evaluate=evaluate, version="arana_2019")
     (path,) = (tmp_path / "cut").glob("*.h5")
     os.truncate(path, int(0.9 * path.stat().st_size))
-    resumed = sweep(plan, tmp_path / "cut", evaluate=evaluate, version="arana_2019")
-    assert resumed.saved == resumed.resumed == 64
+    resumed = sweep_shard(plan, tmp_path / "cut", evaluate=evaluate, version="arana_2019")
+    assert resumed.recovered == resumed.resumed == 64
     assert resumed.converged == 64
     assert load_dataset(tmp_path / "cut").data_hash == load_dataset(tmp_path / "whole").data_hash
     assert _formula(tmp_path / "cut") == _formula(tmp_path / "whole")

@@ -21,7 +21,7 @@ from regression.friction.published import XU_COEFFICIENTS
 from regression.plan.plan import Plan
 from regression.plan.sampling import sobol_unit, to_range
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.2 um", "high": "0.6 um"})
 
@@ -30,7 +30,7 @@ PLAN = gear_plan("recovery", {"size": 128, "seed": 2}, roughness_rms={"low": "0.
 def xu_data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     run: Path = tmp_path_factory.mktemp("recovery")
     evaluate = partial(published_outputs, name="xu_kahraman_2007")
-    sweep(validate(Plan, PLAN), run, evaluate=evaluate, version="xu_kahraman_2007")
+    sweep_shard(validate(Plan, PLAN), run, evaluate=evaluate, version="xu_kahraman_2007")
     return load_dataset(run)
 
 

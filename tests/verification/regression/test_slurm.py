@@ -18,7 +18,7 @@ from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
 from regression.sweeping.dask_workers import DaskCluster
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep
+from regression.sweeping.sweep import sweep_shard
 
 # of the options of sbatch the array alone counts; each task sees what Slurm gives it
 SBATCH = """#!/bin/bash
@@ -92,7 +92,9 @@ def test_the_cluster_of_the_page_on_sweeps_computes(tmp_path: Path) -> None:
         # one thread a worker, as the sweep asks for
         assert "--nthreads 1" in script
         cluster.scale(jobs=1)
-        report = sweep(plan, tmp_path / "dask", evaluate=evaluate, executor=DaskCluster(client, patience=120.0))
+        report = sweep_shard(
+            plan, tmp_path / "dask", evaluate=evaluate, executor=DaskCluster(client, worker_timeout=120.0)
+        )
     assert (report.converged, report.failed) == (16, 0)
-    sweep(plan, tmp_path / "local", evaluate=evaluate)
+    sweep_shard(plan, tmp_path / "local", evaluate=evaluate)
     assert load_dataset(tmp_path / "dask").data_hash == load_dataset(tmp_path / "local").data_hash

@@ -1,0 +1,120 @@
+"""How long contacts will take to solve: for the estimate a user sees, and for the order of computation.
+
+A rough contact by the deterministic solver costs nodes times steps: both grow with the half-width over the correlation
+length, both change with the film ratio. The coefficients are least squares of ln(seconds) on contacts of the default
+plan's ranges on one core; `benchmarks/sweep_cost.py` fits them to any finished run and says what the estimate is worth.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.inputs import ModelInput
+from ehl.rough.mixed import roughness_matters
+
+Array = NDArray[np.float64]
+
+# seconds of the smooth solution with its heat, by accuracy
+SMOOTH: dict[str, float] = {"fast": 0.07, "standard": 0.3, "reference": 2.0}
+# shape of ln(seconds) of a rough run: q, l, q^2, l^2, q l with q = ln(b/lc), l = ln(film ratio); 1474 contacts, fast
+ROUGH = (-0.753, -0.265, 0.391, 0.200, -0.036)
+# by accuracy: the constant, and the factor that makes a sum over many cases right; standard rests on 24 contacts,
+# reference on a few: orders of magnitude only
+LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.535, 1.13), "standard": (0.6, 1.3), "reference": (3.4, 1.0)}
+
+
+@dataclass(frozen=True)
+class CostEstimate:
+    """What a plan will cost.
+
+    Parameters
+    ----------
+    plan, model : str
+        Name of the plan; model and accuracy of its roughness.
+    cases : int
+        Of the plan.
+    rough : int
+        Of these, transient rough contacts.
+    seconds : float
+        CPU time of all cases [s].
+    longest : float
+        Of the longest case [s].
+    rejected : dict
+        ConstraintWindow of the constraints to the share of the points drawn that lie outside of it.
+    """
+
+    plan: str
+    model: str
+    cases: int
+    rough: int
+    seconds: float
+    longest: float
+    rejected: dict[str, float]
+
+    def wall(self, jobs: int) -> float:
+        """Wall time with so many workers [s]: never shorter than the longest case."""
+        return max(self.seconds / jobs, self.longest)
+
+    def to_text(self, jobs: int | None = None) -> str:
+        """The estimate in words, with the wall time for so many workers; for all processors by default."""
+        jobs = available_jobs() if jobs is None else jobs
+        rough = f", {self.rough} of them transient rough contacts" if self.rough else ""
+        lines = [f"{self.plan}: {self.cases} cases ({self.model}){rough}"]
+        for name, share in sorted(self.rejected.items(), key=lambda item: -item[1]):
+            lines.append(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}")
+        workers = f"{jobs} {'worker' if jobs == 1 else 'workers'}"
+        lines.append(
+            f"about {duration(self.seconds)} of CPU time, {duration(self.wall(jobs))} with {workers}, longest "
+            f"case {duration(self.longest)}; single cases may take twice or half of it"
+        )
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.to_text()
+
+
+def available_jobs() -> int:
+    """Processors this process may use, or those a Slurm task was given."""
+    given = os.environ.get("SLURM_CPUS_PER_TASK", "")
+    if given.isdigit() and int(given) > 0:
+        return int(given)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def duration(seconds: float) -> str:
+    """A time a person reads at a glance: ``42 s``, ``3 min 20 s``, ``5 h 12 min``."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def contact_seconds(model: ModelInput, width: Array, film_ratio: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Estimated seconds of contacts, and which of them are transient rough contacts.
+
+    Parameters
+    ----------
+    model : ModelInput
+        Model and accuracy of the contact solver.
+    width, film_ratio : (n,) array
+        Half-width over correlation length and film ratio [-].
+    """
+    seconds = np.full(film_ratio.shape, SMOOTH[model.accuracy])
+    if model.roughness == "load_sharing":
+        return seconds, np.zeros(film_ratio.shape, dtype=bool)
+    rough = np.array([np.isfinite(x) and roughness_matters(float(x), model) for x in film_ratio], dtype=bool)
+    constant, factor = LEVEL[model.accuracy]
+    seconds[rough] += factor * np.exp(constant + cost_terms(width[rough], film_ratio[rough]) @ np.array(ROUGH))
+    return seconds, rough
+
+
+def cost_terms(width: Array, film_ratio: Array) -> Array:
+    """Terms of the model of ln(seconds) besides the constant, from b over the correlation length and film ratio."""
+    q, film = np.log(width), np.log(film_ratio)
+    return np.column_stack([q, film, q * q, film * film, q * film])

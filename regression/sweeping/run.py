@@ -1,0 +1,341 @@
+"""The run: results of a sweep in a folder, and the function that computes them."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property, partial
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ehl.io.errors import InputError
+from ehl.io.units import ValueRange
+from regression.data.dataset import Dataset, RunStatus, load_dataset, merge_compressed, results_path, run_status
+from regression.data.store import merge, read_run
+from regression.friction.published_registry import PUBLISHED
+from regression.plan.cost import available_jobs
+from regression.plan.plan import Plan
+from regression.sweeping.adaptive import AdaptiveReport, SurrogateScore, adaptive_sweep
+from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
+from regression.sweeping.executors import Executor
+from regression.sweeping.progress import show_progress
+from regression.sweeping.recorder import Progress
+from regression.sweeping.rerun import SHARE, Rerun, rerun
+from regression.sweeping.slurm import DEFAULT_JOBS, array_script
+from regression.sweeping.sweep import SweepReport, sweep_shard
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_SECONDS = ValueRange("s", gt=0.0)
+
+
+class Run(PathLike[str]):
+    """The results of a sweep.
+
+    Parameters
+    ----------
+    source : str or path
+        Folder or file of results, or the name of a shipped dataset.
+    reports : tuple of SweepReport
+        What a call of `sweep` did; empty where results are opened only.
+    adaptive : AdaptiveReport, optional
+        What an adaptive sweep did.
+
+    Raises
+    ------
+    InputError
+        There are no results of that name.
+
+    Examples
+    --------
+    >>> from regression import Run
+    >>> run = Run("gear_fva3")
+    >>> run.status.complete
+    True
+    >>> len(run.dataset()) == len(run.to_frame())
+    True
+    """
+
+    def __init__(
+        self,
+        source: str | PathLike[str],
+        reports: tuple[SweepReport, ...] = (),
+        adaptive: AdaptiveReport | None = None,
+    ) -> None:
+        self.path = results_path(source)
+        self.reports, self.adaptive = reports, adaptive
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The plan of the run, as stored with the results."""
+        return Plan.model_validate_json(str(read_run(self.path, locking=False)[0]["plan"]))
+
+    @property
+    def status(self) -> RunStatus:
+        """Progress of the run, read from disk; also while it is being computed elsewhere."""
+        return run_status(self.path)
+
+    @property
+    def unfinished(self) -> int:
+        """Cases that the last call of `sweep` left unsettled or failed."""
+        return sum(report.failed + report.unsettled for report in self.reports)
+
+    def dataset(self) -> Dataset:
+        """All results as a dataset."""
+        return load_dataset(self.path)
+
+    def to_frame(self, *, units: bool = False) -> pd.DataFrame:
+        """All results as a table; as `Dataset.to_frame`."""
+        return self.dataset().to_frame(units=units)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The status, for JSON."""
+        return self.status.to_dict()
+
+    def retry(self, **options: Any) -> Run:
+        """Compute the failed cases again, with settings that were not tried yet.
+
+        Parameters
+        ----------
+        **options
+            As of `sweep`.
+
+        Returns
+        -------
+        Run
+        """
+        return sweep(self.plan, self.path, retry_failed=True, **options)
+
+    def rerun(self, plan: Plan | None = None, *, share: float = SHARE, seed: int = 1) -> Iterator[Rerun]:
+        """Compute a random share of the cases again, to compare the present solver with the results.
+
+        Parameters
+        ----------
+        plan : Plan, optional
+            In place of the stored one.
+        share : float
+            Of the cases of the plan.
+        seed : int
+            Of the choice.
+
+        Yields
+        ------
+        Rerun
+            Stored and computed friction of one case.
+        """
+        return rerun(self.dataset(), plan or self.plan, share=share, seed=seed)
+
+    def merge(self, target: str | Path, *, compress: bool = False) -> int:
+        """Write all results into one file, sorted by case key.
+
+        Parameters
+        ----------
+        target : str or Path
+            A result file (``.h5``), or a table (``.csv``).
+        compress : bool
+            Compress the result file, as shipped datasets are.
+
+        Returns
+        -------
+        int
+            Number of cases.
+
+        Raises
+        ------
+        InputError
+            The target exists or cannot be written, or the results belong to different runs.
+        """
+        target = Path(target)
+        if target.suffix == ".csv":
+            dataset = self.dataset()
+            dataset.save(target)
+            return len(dataset)
+        return merge_compressed(self.path, target) if compress else merge(self.path, target)
+
+    def to_text(self) -> str:
+        """What the last call of `sweep` did, in words."""
+        lines = []
+        if self.adaptive is not None:
+            cause = "the budget is spent" if self.adaptive.ended == "budget" else "two more batches gained too little"
+            lines.append(f"{self.adaptive.batches} batches added; ended because {cause}")
+        return "\n".join(lines + [report.to_text() for report in self.reports])
+
+    def __repr__(self) -> str:
+        status = self.status
+        failed = f", {len(status.failed)} failed" if status.failed else ""
+        return f"Run {self.path}: {status.plan_name!r}, {status.finished} of {status.planned} cases{failed}"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(repr(self))}</p>{self.status.to_frame().to_html(index=False)}"
+
+
+def sweep(
+    plan: Plan | str | Path,
+    folder: str | PathLike[str],
+    *,
+    jobs: int | None = None,
+    shard: tuple[int, int] = (1, 1),
+    dask: Any = None,
+    adaptive: bool = False,
+    formula: str | None = None,
+    time_cap: float | str | None = 600.0,
+    retries: int = 1,
+    retry_failed: bool = False,
+    progress: bool | Callable[[Progress], None] = False,
+    notify: Callable[[SurrogateScore], None] | None = None,
+) -> Run:
+    """Compute the cases of a plan that are not on disk yet; the same call resumes a sweep that was interrupted.
+
+    Parameters
+    ----------
+    plan : Plan, str or Path
+        A plan, the file of one, or the name of a shipped one.
+    folder : str or path
+        Folder of the results; created where it does not exist.
+    jobs : int, optional
+        Worker processes of one thread each; all processors by default, 1 computes in this process.
+    shard : tuple of int
+        (i, n): every n-th case, beginning with the i-th, for n sweeps of one plan at once.
+    dask : str or distributed.Client, optional
+        Compute on a dask cluster: the address of its scheduler, a scheduler file, ``local:N``, or a connected client,
+        for whose workers the sweep waits up to an hour.
+    adaptive : bool
+        Add batches of cases by the plan's ``[adaptive]`` table.
+    formula : str, optional
+        Compute with this published formula in place of the solver, to try a plan in seconds.
+    time_cap : float or str, optional
+        Wall time after which a case is given up [s]; None for no limit.
+    retries : int
+        Fallback settings tried where the solver gives a case up.
+    retry_failed : bool
+        Compute the failed cases on disk again.
+    progress : bool or callable
+        Show the progress on standard error, or call this with each `Progress`.
+    notify : callable, optional
+        Called with each `SurrogateScore` of an adaptive sweep.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    InputError
+        The folder holds another run or cannot be written, or an option cannot be used.
+    AllWorkersCrashed, ClusterLost
+        Nothing can be computed any more; every finished case is on disk.
+    KeyboardInterrupt
+        Ctrl-C or SIGTERM; every finished case is on disk.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from regression import sweep
+    >>> folder = tempfile.mkdtemp()
+    >>> run = sweep("demo", folder, formula="xu_kahraman_2007", jobs=1)
+    >>> run.status.finished
+    128
+    >>> run.to_frame()["friction_coefficient"].max() < 0.2
+    True
+    """
+    content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
+    _check_formula(formula)
+    if adaptive and shard != (1, 1):
+        raise InputError("--shard", f"{shard[0]}/{shard[1]}", "no shards with --adaptive", "Use --jobs or --dask.")
+    shown: AbstractContextManager[Callable[[Progress], None] | None]
+    shown = show_progress(content.name) if progress is True else nullcontext(progress or None)
+    with shown as show, _executor(dask) as executor:
+        options: dict[str, Any] = {
+            "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
+            "version": formula or SOLVER,
+            "jobs": available_jobs() if jobs is None else jobs,
+            "executor": executor,
+            "time_cap": None if time_cap is None else _time_cap(time_cap),
+            "retries": retries,
+            "retry_failed": retry_failed,
+            "progress": show,
+        }
+        target = Path(folder)
+        if adaptive:
+            report = adaptive_sweep(content, target, notify=notify, **options)
+            return Run(target, report.sweeps, report)
+        return Run(target, (sweep_shard(content, target, shard, **options),))
+
+
+def slurm_script(
+    plan: str | Path,
+    folder: str | PathLike[str],
+    tasks: int,
+    *,
+    jobs: int | None = None,
+    changes: Sequence[str] = (),
+    formula: str | None = None,
+    time_cap: float | str = 600.0,
+    retries: int = 1,
+    retry_failed: bool = False,
+) -> str:
+    """The script of a Slurm job array that computes a plan, for `sbatch`.
+
+    Parameters
+    ----------
+    plan : str or Path
+        The file of a plan, or the name of a shipped one.
+    folder : str or path
+        Folder of the results.
+    tasks : int
+        Tasks of the array, each with its own shard and result file.
+    jobs : int, optional
+        Processors of a task; 4 by default.
+    changes : sequence of str
+        Entries to put in place of the plan's, as ``lubricant.oil=fva3``.
+    formula, time_cap, retries, retry_failed
+        As of `sweep`.
+
+    Returns
+    -------
+    str
+        The script.
+
+    Raises
+    ------
+    InputError
+        The plan or an option cannot be used.
+
+    Examples
+    --------
+    >>> from regression import slurm_script
+    >>> print(slurm_script("demo", "run", tasks=8).splitlines()[-1])
+    exec mixed-ehl sweep demo --time-cap '600 s' --retries 1 -o run --shard "${SLURM_ARRAY_TASK_ID}/8"
+    """
+    Plan.from_file(plan, changes)
+    _check_formula(formula)
+    options = [part for change in changes for part in ("--set", change)]
+    options += ["--with", formula] if formula else []
+    cap = time_cap if isinstance(time_cap, str) else f"{time_cap:g} s"
+    _time_cap(cap)
+    options += ["--time-cap", cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
+    return array_script(str(plan), str(folder), tasks, options, DEFAULT_JOBS if jobs is None else jobs)
+
+
+def _check_formula(formula: str | None) -> None:
+    if formula is not None and formula not in PUBLISHED:
+        raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
+
+
+def _time_cap(value: float | str) -> float:
+    """Seconds; a text must have its unit."""
+    return _SECONDS.check(value, "--time-cap", bare=not isinstance(value, str))
+
+
+def _executor(dask: Any) -> AbstractContextManager[Executor | None]:
+    if dask is None:
+        return nullcontext(None)
+    from regression.sweeping.dask_workers import DaskCluster, dask_executor
+
+    return dask_executor(dask) if isinstance(dask, str) else nullcontext(DaskCluster(dask, worker_timeout=3600.0))
