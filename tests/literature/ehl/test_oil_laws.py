@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,8 @@ from ehl.fluid.lubricant import (
     walther_1931,
     walther_slope,
 )
-from ehl.fluid.oil import GoldAlpha, Oil
+from ehl.fluid.oil import GoldAlpha, ModulusViscosity, Oil, TabulatedAlpha
+from ehl.line_contact import LineContact
 
 ROELANDS = Lubricant(0.02, 18e-9, viscosity_law="roelands")
 BARUS = Lubricant(0.02, 18e-9, viscosity_law="barus")
@@ -90,3 +92,68 @@ def test_roelands_falls_with_temperature_as_a_power_of_t_minus_138() -> None:
 
 def test_barus_by_hand() -> None:
     assert float(BARUS.viscosity(np.array([0.1e9]))[0]) == pytest.approx(0.02 * math.exp(1.8), rel=1e-12)
+
+
+def test_groups_of_the_line_contact_by_hand() -> None:
+    """U = eta0 u_r/(E'R), W = w'/(E'R), G = alpha E'; M = W (2 U)^-1/2, L = G (2 U)^1/4."""
+    contact = LineContact(0.02, 200e9, 4e5, 5.0, 0.6, 4.0)
+    oil = Lubricant(0.02, 18e-9)
+    assert contact.dowson_groups(oil) == pytest.approx((2.5e-11, 1e-4, 3600.0), rel=1e-12)
+    assert contact.moes_groups(oil) == pytest.approx((1e-4 / math.sqrt(5e-11), 3600.0 * (5e-11) ** 0.25), rel=1e-12)
+    assert contact.half_width == pytest.approx(math.sqrt(8.0 * 4e5 * 0.02 / (math.pi * 200e9)), rel=1e-12)
+    # 3 m/s along x and 4 m/s along y
+    assert contact.speed_sliding == pytest.approx(5.0, rel=1e-12)
+    assert contact.slide_to_roll_total == pytest.approx(1.0, rel=1e-12)
+    assert contact.sliding_cosine == pytest.approx(0.6, rel=1e-12)
+    assert (contact.speed_1, contact.speed_2) == pytest.approx((6.5, 3.5), rel=1e-12)
+    rolling = LineContact(0.02, 200e9, 4e5, 5.0)
+    assert (rolling.speed_sliding, rolling.sliding_cosine) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    "oil",
+    [
+        BARUS,
+        ROELANDS,
+        Oil.load("fva3").at(353.15),
+        # the modulus law with the temperature slope of another law
+        replace(Oil.load("fva3").at(353.15), temperature_constants=()),
+    ],
+    ids=["barus", "roelands", "modulus", "modulus with beta"],
+)
+def test_temperature_slope_of_every_law_under_pressure_is_its_derivative(oil: Lubricant) -> None:
+    pressure, temperature, step = np.array([0.0, 0.4e9, 1.5e9]), np.array([323.15, 363.15, 403.15]), 0.01
+    up, down = (oil.log_viscosity(pressure, temperature + s) for s in (step, -step))
+    np.testing.assert_allclose(oil.dlog_viscosity_dtemperature(pressure, temperature), (up - down) / 0.02, rtol=1e-6)
+
+
+def test_modulus_law_by_hand() -> None:
+    """ln eta/eta0 = p/(a1 + a2 t + (b1 + b2 t) p), eta0 = K exp(B/(t + C)), t in degC."""
+    card = Oil.load("fva3")
+    law = card.viscosity
+    assert isinstance(law, ModulusViscosity)
+    oil = card.at(353.15)
+    for pressure, celsius in ((0.6e9, 80.0), (1.2e9, 110.0)):
+        thermal = math.log(law.K) + law.B / (celsius + law.C)
+        ratio = pressure / (law.a1 + law.a2 * celsius + (law.b1 + law.b2 * celsius) * pressure)
+        found = float(oil.log_viscosity(np.array([pressure]), np.array([celsius + KELVIN]))[0])
+        assert found == pytest.approx(thermal + ratio, rel=1e-12)
+
+
+def test_tabulated_pressure_viscosity_is_linear_in_its_logarithm() -> None:
+    """Between the points, and beyond them with the slope of the ends."""
+    law = TabulatedAlpha(law="table", temperature=(300.0, 320.0, 360.0), value=(20e-9, 16e-9, 10e-9))
+    oil = Oil.load("fva3").model_copy(update={"pressure_viscosity": law})
+    assert oil.alpha(310.0) == pytest.approx(math.sqrt(20e-9 * 16e-9), rel=1e-12)
+    assert oil.alpha(330.0) == pytest.approx(16e-9 * (10 / 16) ** 0.25, rel=1e-12)
+    assert oil.alpha(290.0) == pytest.approx(20e-9 * (20 / 16) ** 0.5, rel=1e-12)
+    assert oil.alpha(380.0) == pytest.approx(10e-9 * (10 / 16) ** 0.5, rel=1e-12)
+    one = TabulatedAlpha(law="table", temperature=(313.15,), value=(17e-9,))
+    assert oil.model_copy(update={"pressure_viscosity": one}).alpha(400.0) == 17e-9
+
+
+def test_eyring_stress_without_a_measurement_closes_the_model_of_arana() -> None:
+    """tau0 = 2 Lambda/alpha."""
+    card = Oil.load("fva3").model_copy(update={"eyring_stress": None})
+    oil = card.at(353.15)
+    assert oil.eyring_stress == pytest.approx(2.0 * card.limiting_shear_coefficient / oil.pressure_viscosity, rel=1e-12)

@@ -138,3 +138,29 @@ def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:
     assert result.power_loss_rolling == pytest.approx(result.power_loss_rolling_positions.mean(), rel=1e-12)
     lost = (result.efficiency - result.efficiency_with_rolling) * result.power_input
     assert lost == pytest.approx(result.power_loss_rolling, rel=1e-9)
+
+
+def test_interval_of_solved_contacts_scales_the_loss(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Efficiencies at 1 + e and 1 - e times the loss; never a gain where e is above 1."""
+    from efficiency.loss import efficiency as stage
+    from efficiency.loss.lubrication import SolvedFriction
+
+    size = loaded_points(loaded.fine, loaded.mesh.teeth.effective_modulus, OPERATION).force.size
+    mu, flag = np.full(size, MU), np.zeros(size, np.int8)
+    for error, least in ((0.2, 0.8), (1.5, 0.0)):
+        known = SolvedFriction(mu, mu, mu, flag, mu, mu, mu, mu, contacts=size, failed={}, mean_error=error)
+        points = loaded_points(loaded.fine, loaded.mesh.teeth.effective_modulus, OPERATION)
+        losses = np.array([3.0, 4.0])
+        low, high = stage._loss_interval(points, known, losses)
+        np.testing.assert_allclose(low, least * losses, rtol=1e-12)
+        np.testing.assert_allclose(high, (1.0 + error) * losses, rtol=1e-12)
+
+
+def test_ranges_of_a_result_run_from_the_smallest_to_the_largest_value(loaded: LoadedGrids) -> None:
+    result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION)
+    pressure = result.points.state.pressure_hertz
+    assert result.ranges["pressure_hertz"] == (pressure.min(), pressure.max())
+    assert all(low <= high for low, high in result.ranges.values())
+    backwards = mesh_efficiency(loaded, ConstantFriction(MU), OIL, replace(OPERATION, driver="gear"))
+    assert backwards.power_input == pytest.approx(200.0 * 125.0 + backwards.power_loss, rel=1e-12)
+    assert backwards.power_output == pytest.approx(200.0 * 125.0, rel=1e-12)

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from scipy import integrate, optimize
 from scipy.stats import qmc
 
+from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
     FilmConductivity,
@@ -20,13 +21,14 @@ from ehl.heat import (
     jaeger_matrix,
     material_point_matrix,
     murch_wilson_1975,
+    peclet_number,
     thermal_traction,
     wilson_gupta_1992,
     zhu_cheng_1984,
 )
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
-from ehl.material import Material
+from ehl.material import Material, load_material
 
 STEEL = Material(
     youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
@@ -395,6 +397,11 @@ def test_inlet_factors():
     assert murch_wilson_1975(1.0) == pytest.approx(0.797571, rel=1e-5)
     assert wilson_gupta_1992(1.0, 1.0) == pytest.approx(0.387597, rel=1e-5)
     assert zhu_cheng_1984(1.0, 1.0, 0.004) == pytest.approx(0.561141, rel=1e-5)
+    # L = 0.5 and SR = 0.5 show the exponents, in the authors' numbers
+    assert murch_wilson_1975(0.5) == pytest.approx(3.94 / (3.94 + 0.5**0.62), rel=1e-12)
+    assert wilson_gupta_1992(0.5, -0.5) == pytest.approx(1 / (1 + 0.1 * (1 + 14.8 * 0.5**0.83) * 0.5**0.64), rel=1e-12)
+    upper, lower = 1 - 13.2 * 0.004 * 0.5**0.42, 1 + 0.213 * (1 + 2.23 * 0.5**0.83) * 0.5**0.64
+    assert zhu_cheng_1984(0.5, -0.5, 0.004) == pytest.approx(upper / lower, rel=1e-12)
     assert zhu_cheng_1984(1e6, 0.0, 0.01) == 0.05
     factors = inlet_thermal_factors(contact(speed_entrainment=10.0), oil(thermal_conductivity=0.106))
     assert factors.thermal_loading == pytest.approx(0.4)
@@ -435,3 +442,62 @@ def test_matrices_of_both_conduction_models_agree_at_high_speed():
     flux = np.sqrt(np.maximum(1.0 - UNIT**2, 0.0))
     exact, limit = jaeger_matrix(x, 50.0, STEEL, 1e-3) @ flux, material_point_matrix(x, 50.0, STEEL) @ flux
     assert_allclose(exact, limit, atol=2e-3 * limit.max())
+
+
+def test_estimate_of_heat_by_hand():
+    """Newtonian Barus oil: rises of film and surfaces, the slope of the viscosity, and the larger loss of film."""
+    line = LineContact.from_pressure(
+        radius_equivalent=0.01, effective_modulus=226e9, pressure_hertz=0.4e9, speed_entrainment=2.0, slide_to_roll=0.1
+    )
+    lubricant = Lubricant(
+        0.01, 10e-9, viscosity_law="barus", temperature=353.15, temperature_viscosity=0.03, thermal_conductivity=0.14
+    )
+    steel = load_material("steel")
+    film = 0.3e-6
+    found = estimate_thermal_effect(line, lubricant, (steel, steel), film_central=film)
+    stress = 0.01 * math.exp(4.0) * 0.2 / film
+    heat = 0.2 * stress
+    k_film = float(FilmConductivity()(np.array([0.4e9]), 0.14)[0])
+    assert found.rise_film == pytest.approx(heat * film / (8.0 * k_film), rel=1e-9)
+    # 2 q sqrt(2 b/(pi u))/e at the end of a band, for each body alone; half the heat would go to equal bodies
+    alone = [
+        2.0 * heat * math.sqrt(2.0 * line.half_width / (math.pi * u)) / steel.thermal_effusivity for u in (2.1, 1.9)
+    ]
+    assert found.rise_flash == pytest.approx(1.0 / (1.0 / alone[0] + 1.0 / alone[1]), rel=1e-9)
+    assert found.bulk_offset == 0.0
+    assert found.viscosity_change == pytest.approx(0.03 * (found.rise_film + found.rise_flash), rel=1e-9)
+    # a Newtonian stress follows the viscosity one to one
+    assert found.friction_change == pytest.approx(found.viscosity_change, rel=1e-9)
+    loading = 0.01 * 0.03 * 2.0**2 / 0.14
+    factors = 1.0 / (1.0 + 0.1 * (1.0 + 14.8 * 0.1**0.83) * loading**0.64), 3.94 / (3.94 + loading**0.62)
+    assert found.film_change == pytest.approx(1.0 - min(factors), rel=1e-9)
+
+
+def test_slow_surfaces_are_held_at_the_floor_of_the_peclet_number():
+    """Opposed surfaces of nearly no speed: |u| b/(2 chi) is taken as 0.1."""
+    line = LineContact.from_pressure(
+        radius_equivalent=0.01, effective_modulus=226e9, pressure_hertz=0.4e9, speed_entrainment=1e-3, slide_to_roll=0.4
+    )
+    steel = load_material("steel")
+    found = estimate_thermal_effect(
+        line, Lubricant(0.01, 10e-9, viscosity_law="barus"), (steel, steel), film_central=1e-7
+    )
+    heat = 4e-4 * (0.01 * math.exp(4.0) * 4e-4 / 1e-7)
+    floor = 0.1 * 2.0 * steel.thermal_diffusivity / line.half_width
+    alone = 2.0 * heat * math.sqrt(2.0 * line.half_width / (math.pi * floor)) / steel.thermal_effusivity
+    assert found.rise_flash == pytest.approx(0.5 * alone, rel=1e-9)
+
+
+def test_peclet_number_is_passage_time_over_conduction_time():
+    """|u| b/(2 chi), of steel at 2 m/s and 0.1 mm: chi = k/(rho c)."""
+    steel = load_material("steel")
+    chi = steel.thermal_conductivity / (steel.density * steel.heat_capacity)
+    assert peclet_number(-2.0, 1e-4, steel) == pytest.approx(1e-4 / chi, rel=1e-12)
+
+
+def test_estimate_of_heat_takes_the_film_of_moes_where_none_is_given():
+    line, lubricant, steel = contact(), oil(), load_material("steel")
+    speed, _, _ = line.dowson_groups(lubricant)
+    film = moes_1992(*line.moes_groups(lubricant)) * line.radius_equivalent * math.sqrt(2.0 * speed)
+    given = estimate_thermal_effect(line, lubricant, (steel, steel), film_central=film)
+    assert estimate_thermal_effect(line, lubricant, (steel, steel)) == given
