@@ -337,7 +337,7 @@ def stretches(out: Path, seeds: int) -> None:
         row: list[float] = [ratio, slip, gamma, period, window, spread]
         for bars in ([r.statistical_error for r in results], [r.realisation_error for r in results]):
             row += [100 * float(np.median(bars)), 100 * float(np.mean(away <= np.array(bars)))]
-        row += [float(np.median([getattr(r, k) for r in results])) for k in ("net_exchange", "net_exchange_chance")]
+        row += [float(np.median([getattr(r, k) for r in results])) for k in ("net_exchange", "net_exchange_threshold")]
         rows.append(row)
         write_csv(out / "mixed_stretches.csv", columns, rows)
     print_table(f"other stretches of the same surfaces, {seeds} seeds", columns, rows)

@@ -4,7 +4,7 @@
 
 "budget": contacts that the nodes of accuracy "fast" resolve, solved again with so few that they cannot.
 "ways": the short ways and the preheated surfaces of fine roughness against the long ways, on the same mesh.
-"dry": contacts whose film is nil, with the switch to dry contact and without.
+"dry": contacts whose film is negligible, with the switch to dry contact and without.
 """
 
 from __future__ import annotations

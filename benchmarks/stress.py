@@ -141,10 +141,10 @@ def solved(
             options["travel"] = travel
         return solve_transient(*given, **options)
 
-    beyond = _deferred if defer else ehl.rough.mixed._over_wall
+    beyond = _deferred if defer else ehl.rough.mixed._with_subgrid_film
     with (
         mock.patch.object(ehl.rough.mixed, "solve_transient", solve),
-        mock.patch.object(ehl.rough.mixed, "_over_wall", beyond),
+        mock.patch.object(ehl.rough.mixed, "_with_subgrid_film", beyond),
         mock.patch.dict(BUDGET, {accuracy: (nodes_max, nodes_max) if nodes_max else BUDGET[accuracy]}),
         tempfile.TemporaryDirectory() as folder,
     ):

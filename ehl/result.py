@@ -59,7 +59,7 @@ HOT_NODE_WEIGHT = (
 )
 DECOMPOSITION_TEMPERATURE = 300.0 + KELVIN  # oils decompose [K]
 MAX_SMOOTH_ERROR = 0.1  # relative discretisation error from which a smooth result is no result [-]
-CARRIED_HEAT_NOTED = 0.02  # change of smooth friction by shear heat that the film carries along, from which it is told
+CARRIED_HEAT_NOTED = 0.02  # change of smooth friction by convection of shear heat in the film that makes a note
 MOLECULAR_FILM = 1e-9  # films below this are thinner than a few molecules [m]
 
 
@@ -76,11 +76,14 @@ class ContactResult:
         "converged"; "unsettled" where the time mean is usable but its interval wider than asked for; "failed", all
         figures nan. `reason` says why.
     reason : str
-        Empty when converged; else a reason of the solver that ended it, "shear_strength" (a film shear stress beyond
-        1 GPa: the shear law needs a limit), "mesh_budget" (unsettled: no mesh in budget shows the roughness, its fine
-        part is a wall between bounds), "too_hot" (unsettled: films above 1000 K, where no law of the oil holds, make
-        more of mu than half the tolerance), "thermal_rounds" (unsettled: film and heat still changed by more than the
-        tolerance), or "mesh_error" (unsettled: the mesh error of mu is four times the tolerance or more).
+        Empty when converged; else a reason of the solver that ended it, or one of
+
+        - "shear_strength": a film shear stress above 1 GPa; the shear law needs a limit
+        - "mesh_budget" (unsettled): no mesh in budget resolves the roughness, a subgrid film stands for its fine part
+        - "too_hot" (unsettled): film above 1000 K, where no law of the oil is valid, contributes more than half the
+          tolerance to mu
+        - "thermal_rounds" (unsettled): film and heat still changed by more than the tolerance
+        - "mesh_error" (unsettled): the mesh error of mu is four times the tolerance or more
     friction_coefficient, friction_fluid, friction_asperity : float
         mu = fluid + asperity part [-]; rolling traction is not in it.
     film_central, film_min : float
@@ -109,7 +112,7 @@ class ContactResult:
         mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-]. With
         the reason "mesh_budget" mu without and with all of the fine roughness.
     skipped : tuple of str
-        What was left out, and the estimate that allowed it.
+        What was neglected, each with the estimate that justifies it.
     notes : tuple of str
         Limits of the model this case touches, and inputs without effect.
     iterations : int
@@ -125,7 +128,7 @@ class ContactResult:
     transient : TransientResult
         The run of the deterministic solver; None without it.
     dry : DryContactResult
-        The contact at one moment where the film was found to be nil; None elsewhere.
+        The dry contact at one moment where the film is negligible; None elsewhere.
     """
 
     status: str
@@ -370,7 +373,7 @@ def mesh_error_too_large(result: ContactResult, tolerance: float) -> bool:
 
 
 def friction_above_limit_temperature(result: ContactResult) -> float:
-    """Part of mu that films above 1000 K make [-]: no law of the oil holds there, so that all of it is uncertain.
+    """Part of mu from film above 1000 K [-]: no law of the oil is valid there, so that all of it is uncertain.
 
     Of a rough run the larger of two: the share of the hot nodes in the last step, counted twice, and the share of the
     pressure under the nodes that are so hot in the mean.
@@ -411,19 +414,19 @@ def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubrican
     """Limits of the model that a result touches."""
     notes = []
     if lubricant.extrapolated:
-        notes.append("oil card read outside the temperatures it was measured at")
+        notes.append("oil temperature outside the measured range of the oil card")
     if result.film_min < MOLECULAR_FILM:
-        notes.append(f"smallest film {result.film_min * 1e9:.2g} nm: thinner than a few molecules of oil")
+        notes.append(f"minimum film {result.film_min * 1e9:.2g} nm: thinner than a few oil molecules")
     if max(result.temperature_film_max, result.temperature_flash) > LIMIT_TEMPERATURE:
         notes.append(
-            f"spots at {max(result.temperature_film_max, result.temperature_flash):.0f} K: no law of the oil holds "
-            f"there; they make {friction_above_limit_temperature(result):.2g} of mu, counted as error"
+            f"temperatures up to {max(result.temperature_film_max, result.temperature_flash):.0f} K: no law of the oil "
+            f"is valid; the hot film contributes {friction_above_limit_temperature(result):.2g} to mu, counted as error"
         )
     elif result.temperature_film_max > DECOMPOSITION_TEMPERATURE:
-        notes.append(f"film at {result.temperature_film_max - KELVIN:.0f} degC: oils decompose there")
+        notes.append(f"film temperature {result.temperature_film_max - KELVIN:.0f} degC: oils decompose")
     if result.pressure_max > hardness:
         notes.append(
-            f"pressure {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: bodies yield"
+            f"pressure of {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: yielding"
         )
     if result.heat is not None and contact.speed_sliding > 0.0:
         assert result.film is not None
@@ -432,8 +435,8 @@ def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubrican
         carried = carried_shear_heat(contact, lubricant, film, film / result.isothermal.film_central)
         if carried.friction_change > CARRIED_HEAT_NOTED:
             notes.append(
-                f"film Peclet number {carried.peclet_film:.2g}: shear heat the film carries along is left out, at most "
-                f"about {100.0 * carried.friction_change:.2g} % of smooth friction and "
-                f"{100.0 * carried.film_change:.2g} % of the smooth film"
+                f"film Peclet number {carried.peclet_film:.2g}: convection of shear heat in the film is neglected; it "
+                f"changes smooth friction by at most about {100.0 * carried.friction_change:.2g} % and the smooth film "
+                f"by {100.0 * carried.film_change:.2g} %"
             )
     return tuple(notes)

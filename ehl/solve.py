@@ -38,7 +38,7 @@ from ehl.rough.mixed import (
 from ehl.smooth.film import isothermal_fallback, smooth_film
 from ehl.smooth.thermal import ThermalSteadyResult
 
-NO_INLET_HEAT = "heat of the pressure-driven flow left out: the smooth contact has no thermal balance"
+NO_INLET_HEAT = "heat of the pressure-driven flow neglected: no thermal solution of the smooth contact"
 
 
 def _failed(reason: str, iterations: int) -> ContactResult:
@@ -169,7 +169,7 @@ def _accepted(result: ContactResult, tolerance: float) -> ContactResult:
 
 
 def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
-    """One entry per thing left out: the last, which knows most."""
+    """One entry per subject: the last, which has the best estimate."""
     return list({text.partition(":")[0]: text for text in skipped}.values())
 
 
@@ -203,7 +203,7 @@ def _rough(
     heated: bool,
     window: float | None,
 ) -> ContactResult:
-    """The contact with its roughness rolling through, unless the film is too thick for it to matter, or nil."""
+    """The contact in time with its roughness, unless the film is so thick or so thin that no such run is needed."""
     assert smooth.isothermal is not None
     rms, height = roughness_heights(surface, contact)
     known = SmoothFriction()
@@ -217,10 +217,10 @@ def _rough(
             film_ratio = smooth.isothermal.film_central / rms
             return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
     thermal = heated or smooth.heat is not None
-    nil = dry_limit(contact, lubricant, smooth.isothermal.film_central, smooth.friction_fluid, surface, model, bodies)
-    if nil is not None:
-        skipped.append(f"film: {nil.told}")
-        return _dry(smooth, nil, contact, surface, bodies, bulk, thermal=thermal)
+    dry = dry_limit(contact, lubricant, smooth.isothermal.film_central, smooth.friction_fluid, surface, model, bodies)
+    if dry is not None:
+        skipped.append(f"film: {dry.note}")
+        return _dry(smooth, dry, contact, surface, bodies, bulk, thermal=thermal)
     try:
         rolling = rolling_heat_of(smooth.heat, lubricant)
         run = solve_mixed(
@@ -235,8 +235,8 @@ def _rough(
     if run.status == "failed":
         return replace(_failed(run.reason, smooth.iterations), transient=run)
     middle = float(np.interp(0.0, run.profiles.x, run.profiles.film))
-    if run.wall_error > 0.0:
-        skipped.append(f"waves finer than the mesh: their bounds change friction by {100.0 * run.wall_error:.2g} %")
+    if run.subgrid_error > 0.0:
+        skipped.append(f"waves finer than the mesh: friction uncertain by {100.0 * run.subgrid_error:.2g} %")
     return replace(
         smooth,
         status=run.status,
@@ -253,7 +253,7 @@ def _rough(
         temperature_film_max=run.temperature_film_max,
         temperature_flash=run.temperature_flash,
         film_error=run.mesh_error,
-        friction_error=run.mesh_error + run.statistical_error + run.wall_error,
+        friction_error=run.mesh_error + run.statistical_error + run.subgrid_error,
         mesh_error=run.mesh_error,
         statistical_error=run.statistical_error,
         realisation_error=run.realisation_error,
@@ -266,7 +266,7 @@ def _rough(
 
 def _dry(
     smooth: ContactResult,
-    nil: DryLimit,
+    dry: DryLimit,
     contact: LineContact,
     surface: SurfaceInput,
     bodies: tuple[Material, Material],
@@ -274,27 +274,27 @@ def _dry(
     *,
     thermal: bool,
 ) -> ContactResult:
-    """All of the load on the asperities."""
+    """Result with all of the load on the asperities."""
     hot = flash_of_rubbing(contact, surface.boundary_friction, bodies, bulk) if thermal else max(bulk)
     return replace(
         smooth,
         friction_coefficient=surface.boundary_friction,
         friction_fluid=0.0,
         friction_asperity=surface.boundary_friction,
-        film_central=nil.film_mean,
-        film_min=nil.boundary_film,
-        pressure_max=nil.pressure_max,
-        film_ratio=nil.film_ratio,
+        film_central=dry.film_mean,
+        film_min=dry.boundary_film,
+        pressure_max=dry.pressure_max,
+        film_ratio=dry.film_ratio,
         asperity_load_share=1.0,
         roughness_load_share=1.0,
         rolling_traction=0.0,
         temperature_film_max=hot,
         temperature_flash=hot,
-        film_error=nil.film_error,
-        friction_error=nil.friction_error,
+        film_error=dry.film_error,
+        friction_error=dry.friction_error,
         mesh_error=0.0,
         statistical_error=0.0,
         realisation_error=0.0,
         heat=None,
-        dry=nil.contact,
+        dry=dry.contact,
     )

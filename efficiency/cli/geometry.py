@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from efficiency.design.design import Design
 
 _WHAT = ("tooth", "member", "grid", "summary")
-_LEAST, _MOST = 5, 200
+_MIN_POINTS, _MAX_POINTS = 5, 200
 _MAX_STATES = 10_000
 
 
@@ -125,8 +125,8 @@ def _export_design(
         if part not in _WHAT:
             raise InputError("--what", part, "some of " + ", ".join(_WHAT))
     for name, count in (("--rows", rows), ("--columns", columns)):
-        if not _LEAST <= count <= _MOST:
-            raise InputError(name, count, f"from {_LEAST} to {_MOST}")
+        if not _MIN_POINTS <= count <= _MAX_POINTS:
+            raise InputError(name, count, f"from {_MIN_POINTS} to {_MAX_POINTS}")
     if not 0.0 <= margin <= 0.3:
         raise InputError("--margin", margin, "from 0 to 0.3")
     length = ValueRange("m", ge=0.0, le=3.0)

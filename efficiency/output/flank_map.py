@@ -23,7 +23,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 # lines, and points on a line, below which there is no field
-_LEAST = 2
+_MIN_POINTS = 2
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class FlankMap:
             for part in p.lines:
                 if p.edge is not None and p.edge.touching[part[0]]:
                     edges.append(start + part)
-                elif part.size >= _LEAST:
+                elif part.size >= _MIN_POINTS:
                     rolls.append(p.pinion_angle + float(p.pair[part[0]]) * step * result.positions)
                     lines.append(start + part)
             start += p.pair.size
@@ -71,7 +71,7 @@ class FlankMap:
     @property
     def drawable(self) -> bool:
         """Whether there are enough lines for a field."""
-        return len(self.lines) >= _LEAST
+        return len(self.lines) >= _MIN_POINTS
 
     def _grid(self, values: FloatArray) -> FloatArray:
         """Values of all points on the grid; lines with fewer points than the longest are interpolated along."""

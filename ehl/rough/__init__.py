@@ -1,4 +1,8 @@
-"""Transient rough mixed EHL of a line contact: two moving surfaces, film, contact, drainage and heat."""
+"""Transient mixed EHL of a line contact of two moving rough surfaces.
+
+Reynolds equation with mass-conserving cavitation (JFO), elastic deflection, asperity contact, side flow through the
+valleys of the roughness, and heat, solved at every time step; friction is a time mean with its errors.
+"""
 
 from __future__ import annotations
 

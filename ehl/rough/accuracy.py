@@ -1,4 +1,4 @@
-"""How fine and how long: mesh, start-up and window of a run from the accuracy asked for."""
+"""Mesh, start-up and averaging window of a transient run, from the accuracy asked for."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
 SETTLING = 1.5  # after the change to the fine mesh: mu starts up to 40 % high and settles within about 1 b [b]
 THERMAL_CAP = 8.0  # longest wait for the slower surface to be heated through the contact [b]
 NODES_MIN, NODES_MAX = 64, 16384
-# by level: nodes an accurate mesh may take, and the most that fine roughness gets to be shown at all
+# by level: budget of nodes of an accurate mesh, and of one that just resolves fine roughness
 BUDGET: dict[str, tuple[int, int]] = {
     "fast": (2048, 8192), "standard": (4096, NODES_MAX), "reference": (8192, NODES_MAX)
 }  # fmt: skip
-MIN_PER_LENGTH = 3.0  # nodes per correlation length below which the answer would mean nothing
-SPARE = 2.0  # times as many nodes as the fewest where an accurate mesh is beyond the first number
+MIN_PER_LENGTH = 3.0  # nodes per correlation length, fewer do not resolve the roughness
+SPARE = 2.0  # times as many nodes as the needed where an accurate mesh is beyond the first number
 MIN_MESH_LENGTH = 3.7  # inlet and outlet of the thinnest film [b]
 PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the companion of twice the spacing must carry it as well
 LONG_WAVES = 3.0  # correlation lengths a batch of the mean holds at least
 LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contact
-# a contact holds so many waves of fine roughness that shorter ways give the same mean: the correlation length from
-# which on they are as long as ever [b], and the least share of the ways
+# a contact holds many waves of fine roughness, so that shorter runs give the same mean: the correlation length from
+# which on they have full length [b], and the smallest share of it
 FINE_LENGTH, MIN_SHARE = 0.1, 1.0 / 3.0
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 
@@ -70,8 +70,8 @@ class Plan:
         Largest spacing that still shows the roughness [b]; infinity when smooth.
     batch : float
         Travel of the smallest batch of the mean [b].
-    nodes_most : int
-        Budget of nodes for roughness that would not be shown otherwise.
+    nodes_fine_max : int
+        Budget of nodes for fine roughness, which a smaller mesh would not resolve.
     exchange_window : float
         Travel per update of the macroscopic pressure [b].
     preheating : float
@@ -88,7 +88,7 @@ class Plan:
     nodes_max: int = NODES_MAX
     coarsest: float = math.inf
     batch: float = BATCH
-    nodes_most: int = NODES_MAX
+    nodes_fine_max: int = NODES_MAX
     exchange_window: float = EXCHANGE_WINDOW
     preheating: float = 0.0
 
@@ -130,7 +130,7 @@ def make_plan(
 ) -> Plan:
     """Plan of a run; ``accuracy`` is a level or the relative tolerance on mu.
 
-    ``fine`` allows the larger budget of nodes, on shorter ways.
+    ``fine`` allows the larger budget of nodes, with shorter start-up and window.
 
     The mesh resolves the correlation length, more finely where the film ratio is below 0.3 and again near the boundary
     regime (measured in docs/validation_mixed.md), and never leaves the smooth contact, its inlet or the spots of thin
@@ -164,13 +164,23 @@ def make_plan(
     accurate, most = BUDGET[level]
     most = most if fine else accurate
     plan = Plan(
-        spacing, tolerance, window_min, window_max, startup, settling, study, accurate, coarsest, batch, nodes_most=most
+        spacing,
+        tolerance,
+        window_min,
+        window_max,
+        startup,
+        settling,
+        study,
+        accurate,
+        coarsest,
+        batch,
+        nodes_fine_max=most,
     )
     return _shortened(plan, surfaces.correlation_length / contact.half_width) if fine else plan
 
 
 def _shortened(plan: Plan, correlation_length: float) -> Plan:
-    """Shorter ways for fine roughness; ``correlation_length`` in b."""
+    """Shorter start-up and window for fine roughness; ``correlation_length`` in b."""
     share = min(max(correlation_length / FINE_LENGTH, MIN_SHARE), 1.0)
     return replace(
         plan,
@@ -190,8 +200,8 @@ def inlet_sweep(contact: LineContact, film: float) -> float:
     return float((film * contact.radius_equivalent / contact.half_width**2) ** (2.0 / 3.0))
 
 
-def fewest_nodes(correlation_length: float) -> float:
-    """Nodes below which an answer for generated roughness would mean nothing; ``correlation_length`` in b."""
+def min_nodes(correlation_length: float) -> float:
+    """Nodes needed to resolve generated roughness at all; ``correlation_length`` in b."""
     return MIN_PER_LENGTH * MIN_MESH_LENGTH / correlation_length
 
 
@@ -214,10 +224,10 @@ def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: 
             raise InputError("travel", travel, "1 to 100000 half-widths")
         plan = replace(plan, window_min=travel, window_max=travel)
     if nodes is None and length / plan.spacing > plan.nodes_max:
-        fewest = length / plan.coarsest
-        if fewest > plan.nodes_most:
-            raise ConvergenceError("mesh_budget", f"{math.ceil(fewest)} nodes needed, {plan.nodes_most} in budget")
-        affordable = min(max(plan.nodes_max, SPARE * fewest), plan.nodes_most)
+        needed = length / plan.coarsest
+        if needed > plan.nodes_fine_max:
+            raise ConvergenceError("mesh_budget", f"{math.ceil(needed)} nodes needed, {plan.nodes_fine_max} in budget")
+        affordable = min(max(plan.nodes_max, SPARE * needed), plan.nodes_fine_max)
         plan = replace(plan, spacing=max(plan.spacing, length / affordable))
     return plan
 

@@ -1,9 +1,9 @@
-"""Dry contact in place of a film that is nil: an estimate of what the film still carries decides.
+"""Dry contact in place of a negligible film, decided by an estimate of the load the film still carries.
 
 share of the load off the asperities <= D gamma^0.85 (25 h/h_boundary)^1.5 max(1, alpha p_h/15)^1.5
 
 with the smooth film h, D = 0.01 with side drainage and 0.12 in place of D gamma^0.85 in sealed valleys: ours, above
-all runs of docs/validation_mixed.md ("Dry contact instead of a nil film").
+all runs of docs/validation_mixed.md ("Dry contact instead of a negligible film").
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class DryLimit:
         Relative, of leaving the film out; of the film also that of the moments taken [-].
     contact : DryContactResult
         At the last of these moments.
-    told : str
+    note : str
         The estimate in words.
     """
 
@@ -66,11 +66,11 @@ class DryLimit:
     friction_error: float
     film_error: float
     contact: DryContactResult
-    told: str
+    note: str
 
 
 def share_deficit(film_share: float, peklenik_number: float, stiffening: float) -> float:
-    """Upper estimate of the share of the load that is not on asperities where films are nil [-].
+    """Upper estimate of the share of the load that is not on asperities where films are negligible [-].
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ def share_deficit(film_share: float, peklenik_number: float, stiffening: float) 
     stiffening : float
         alpha p_h [-].
     """
-    lay = min(DEFICIT_DRAINED * max(peklenik_number, 1.0) ** DEFICIT_GROWTH, DEFICIT_SEALED)
+    drained = min(DEFICIT_DRAINED * max(peklenik_number, 1.0) ** DEFICIT_GROWTH, DEFICIT_SEALED)
     strength = (film_share / FILM_SHARE) * max(1.0, stiffening / STIFFENING)
-    return float(min(lay * strength**DEFICIT_POWER, 1.0))
+    return float(min(drained * strength**DEFICIT_POWER, 1.0))
 
 
 def dry_limit(
@@ -94,7 +94,7 @@ def dry_limit(
     model: ModelInput,
     bodies: tuple[Material, Material],
 ) -> DryLimit | None:
-    """The dry contact where the film carries too little to matter; None where it does, or no mesh shows the roughness.
+    """The dry contact where the film carries a negligible load; None where it does not, or no mesh resolves roughness.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def dry_limit(
     film : float
         Central film of the smooth contact [m].
     friction_film : float
-        Friction of that film [-]: what the film still carries is taken to rub with it, or not at all.
+        Friction of that film [-]: the load on the film has this friction, or none.
     """
     boundary_friction = surface.boundary_friction
     if model.shortcuts == "off" or contact.speed_sliding == 0.0 or boundary_friction == 0.0:
@@ -112,7 +112,7 @@ def dry_limit(
     stiffening = lubricant.pressure_viscosity * contact.pressure_hertz
 
     def left_out(boundary: float) -> tuple[float, float]:
-        """Share off the asperities, and the error of mu by leaving it out."""
+        """Share of the load on the film, and the error of mu by neglecting it."""
         share = share_deficit(film / boundary, surface.peklenik_number, stiffening)
         return share, share * max(1.0, friction_film / boundary_friction)
 
@@ -141,15 +141,15 @@ def dry_limit(
         friction_error=error,
         film_error=ONE_DRAW * float(np.std(middle, ddof=1)) / math.sqrt(len(middle)) / mean + film / mean,
         contact=done[-1],
-        told=f"{film * 1e9:.2g} nm of it under {boundary * 1e9:.2g} nm of boundary film, at most "
-        f"{100.0 * deficit:.2g} % of the load off the asperities",
+        note=f"negligible, {film * 1e9:.2g} nm against a boundary film of {boundary * 1e9:.2g} nm; carries at most "
+        f"{100.0 * deficit:.2g} % of the load",
     )
 
 
 def _dry_contact(
     contact: LineContact, surfaces: RoughSurfaces, hardness: float, travel: float
 ) -> DryContactResult | None:
-    """The contact of both profiles after some travel; None where no mesh shows them."""
+    """The contact of both profiles after some travel; None where no mesh resolves them."""
     finest = min(surfaces.shortest_correlation_length / NODES_PER_LENGTH, surfaces.shortest_wavelength / NODES_PER_WAVE)
     count = max(NODES_MIN, math.ceil(2.0 * REACH * contact.half_width / finest))
     if count > NODES_MAX:
@@ -169,7 +169,7 @@ def _dry_contact(
 def flash_of_rubbing(
     contact: LineContact, boundary_friction: float, bodies: tuple[Material, Material], bulk: tuple[float, float]
 ) -> float:
-    """Largest surface temperature of a Hertz contact that rubs at mu_b everywhere [K].
+    """Maximum surface temperature of a Hertz contact with boundary friction everywhere [K].
 
     Bodies in touch have one temperature, so the heat divides itself (`ehl.heat.film.flux_to_surface_1` with a
     conductance that does not hinder it). Spots are hotter than their mean: they are not in it.

@@ -1,4 +1,4 @@
-"""A rough contact by the deterministic transient solver: its surfaces, what no mesh shows, and when to leave it out."""
+"""Mixed lubrication by the transient solver: its surfaces, roughness finer than the mesh, and when to skip it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ehl.io.errors import ConvergenceError
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
-from ehl.rough.accuracy import BUDGET, NODES_MIN, fewest_nodes, level_of, mesh_length
+from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
 from ehl.rough.scaling import film_estimate
 from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, split_surfaces
 from ehl.surface.measured_profile import load_profile
@@ -35,17 +35,14 @@ MIN_STRESS_RATIO = 0.02
 REGULAR_WAVES = 1.15  # in Rq: at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
-MAX_EFFECT_WITHOUT_CONTACT = (
-    0.15  # change of mu by roughness that does not touch: the largest of docs/validation_mixed.md
-)
-ERROR_ALLOWED = (
-    4.0  # times the tolerance asked for; with a larger error of mesh and wall a rough result is not converged
-)
+MAX_EFFECT_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch (docs/validation_mixed.md)
+# times the tolerance asked for: with a larger error of mesh and subgrid film a rough result is not converged
+ERROR_ALLOWED = 4.0
 TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 
 
 def _viscous(stress_ratio: float) -> float:
-    """How much more a film far below tau0 feels roughness than one that thins [-]."""
+    """Factor on the effect of roughness for films far below tau0, which do not shear-thin [-]."""
     return 1.0 / min(stress_ratio + MIN_STRESS_RATIO, 1.0)
 
 
@@ -135,7 +132,7 @@ def rough_surfaces(surface: SurfaceInput, half_width: float) -> RoughSurfaces:
 
 @dataclass(frozen=True)
 class SmoothFriction:
-    """The smooth contact as far as roughness is concerned.
+    """What the estimates of the effect of roughness need of the smooth contact.
 
     Parameters
     ----------
@@ -150,7 +147,7 @@ class SmoothFriction:
 
 
 def roughness_heights(surface: SurfaceInput, contact: LineContact) -> tuple[float, float]:
-    """Composite Rq [m], and the Rq of Gaussian surfaces as high and deep as the measured ones where that is more."""
+    """Composite Rq [m], and the Rq of Gaussian surfaces of the same peak-to-valley height where that is larger."""
     if not surface.measured:
         return surface.roughness_rms, surface.roughness_rms
     surfaces = rough_surfaces(surface, contact.half_width)
@@ -177,7 +174,7 @@ def solve_mixed(
     contact, lubricant, surface, model, bodies
         As in `ehl.solve.solve_contact`.
     smooth : SmoothFriction
-        What the smooth film says of roughness that no mesh shows.
+        Film and stress of the smooth contact.
     thermal : bool
         Whether heat matters.
     bulk : tuple of float, optional
@@ -190,10 +187,11 @@ def solve_mixed(
     Returns
     -------
     TransientResult
-        Roughness finer than an accurate mesh shows is first taken as a wall that stands for its fine part:
-        `wall_error` is what that leaves open, `friction_boundary_half` and `friction_boundary_double` are mu without
-        the wall and with it at its peaks. Where that and the mesh leave more than `ERROR_ALLOWED` tolerances, a mesh
-        as fine as it takes follows; "unsettled" with the reason "mesh_budget" where there is none.
+        Roughness finer than an accurate mesh resolves is first replaced by a subgrid film, which raises the boundary
+        film by the height of the fine part: `subgrid_error` is the uncertainty that leaves, `friction_boundary_half`
+        and `friction_boundary_double` are mu without the subgrid film and with it at its peaks. Where that and the mesh
+        error exceed `ERROR_ALLOWED` tolerances, a mesh that resolves the roughness follows; "unsettled" with the reason
+        "mesh_budget" where there is none.
     """
     accuracy = model.friction_tolerance or model.accuracy
     common: dict[str, Any] = {
@@ -209,21 +207,21 @@ def solve_mixed(
         "travel": window,
     }
     accurate, most = BUDGET[level_of(accuracy)]
-    fewest = fewest_nodes(surface.correlation_length / contact.half_width) if surface.roughness_rms > 0.0 else 0.0
+    needed = min_nodes(surface.correlation_length / contact.half_width) if surface.roughness_rms > 0.0 else 0.0
     resolved = {"boundary_film": surface.boundary_film, **common}
     try:
-        if fewest > accurate:
-            raise ConvergenceError("mesh_budget", "before profiles are made")
+        if needed > accurate:
+            raise ConvergenceError("mesh_budget", "roughness too fine")
         surfaces = rough_surfaces(surface, contact.half_width)
         return solve_transient(contact, lubricant, surfaces, **resolved)
     except ConvergenceError as error:
         if error.reason != "mesh_budget":
             raise
-    coarse = _over_wall(contact, lubricant, surface, smooth, common)
+    coarse = _with_subgrid_film(contact, lubricant, surface, smooth, common)
     allowed = ERROR_ALLOWED * (model.friction_tolerance or TOLERANCE[model.accuracy])
-    if coarse.status == "converged" and coarse.mesh_error + coarse.wall_error <= allowed:
+    if coarse.status == "converged" and coarse.mesh_error + coarse.subgrid_error <= allowed:
         return coarse
-    if fewest <= most:
+    if needed <= most:
         try:
             surfaces = rough_surfaces(surface, contact.half_width)
             return solve_transient(contact, lubricant, surfaces, fine_roughness=True, **resolved)
@@ -233,23 +231,21 @@ def solve_mixed(
     return coarse if coarse.status == "failed" else replace(coarse, status="unsettled", reason="mesh_budget")
 
 
-def _over_wall(
+def _with_subgrid_film(
     contact: LineContact, lubricant: Lubricant, surface: SurfaceInput, smooth: SmoothFriction, common: dict[str, Any]
 ) -> TransientResult:
-    """The waves a coarse mesh carries, over a wall of the finer ones; mu without the wall and at its peaks bound it."""
+    """Waves a coarse mesh resolves, the finer ones as a subgrid film; mu without it and at its peaks are the bounds."""
     length = mesh_length(contact, film_estimate(contact, lubricant))
     nodes = max(round(BUDGET_SHARE * BUDGET[level_of(common["accuracy"])][0]), NODES_MIN)
     cutoff = CUTOFF_NODES * length / nodes * contact.half_width
     split = split_surfaces(surface, contact.half_width, _profile_length(surface, contact.half_width), cutoff)
-    base = (
-        surface.boundary_film or MIN_BOUNDARY_FILM
-    )  # by the rule only the adsorbed film is left: the rest is the wall
-    low, wall, high = split.walls(contact, base)
+    base = surface.boundary_film or MIN_BOUNDARY_FILM  # the adsorbed film alone; the subgrid film is the rest
+    low, expected, high = split.subgrid_films(contact, base)
     run = solve_transient(
         contact,
         lubricant,
         split.surfaces,
-        boundary_film=wall,
+        boundary_film=expected,
         boundary_range=(low, high),
         nodes=nodes,
         fine_roughness=True,
@@ -257,18 +253,18 @@ def _over_wall(
     )
     if run.status == "failed":
         return run
-    told = (
-        f"roughness below {cutoff * 1e6:.3g} um (RMS {split.rms_below * 1e6:.3g} of {split.rms * 1e6:.3g} um) is finer "
-        f"than the mesh: taken as a wall {wall * 1e9:.3g} nm high, its bounds {low * 1e9:.3g} and {high * 1e9:.3g} nm "
-        "make the error"
+    note = (
+        f"the mesh does not resolve roughness below {cutoff * 1e6:.3g} um (RMS {split.rms_below * 1e6:.3g} of "
+        f"{split.rms * 1e6:.3g} um); a subgrid film of {expected * 1e9:.3g} nm replaces it, and its bounds of "
+        f"{low * 1e9:.3g} and {high * 1e9:.3g} nm are counted as error"
     )
-    return replace(run, wall_error=_wall_error(run, smooth, split.rms_below), notes=(*run.notes, told))
+    return replace(run, subgrid_error=_subgrid_error(run, smooth, split.rms_below), notes=(*run.notes, note))
 
 
-def _wall_error(run: TransientResult, smooth: SmoothFriction, rms_below: float) -> float:
-    """Farthest bound of mu, over mu.
+def _subgrid_error(run: TransientResult, smooth: SmoothFriction, rms_below: float) -> float:
+    """Largest deviation of mu within the bounds of the subgrid film, over mu.
 
-    Where the bounds meet because nothing touches, what roughness does to thick films is still left out.
+    Where the bounds agree because nothing touches, the effect of the fine roughness on thick films is added.
     """
     mu = run.friction_coefficient
     if mu == 0.0:

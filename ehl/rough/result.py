@@ -1,4 +1,4 @@
-"""What a transient solution gives."""
+"""Result of the transient solver."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Fallbacks:
     lagged : int
         With the fluidity of the prediction.
     unconverged : int
-        Not at all; the pressures of the step before were kept.
+        Not converged; the pressures of the step before were kept.
     """
 
     plain: int
@@ -67,7 +67,7 @@ class Profiles:
     pressure_fluid, pressure_asperity : ndarray
         Parts of the pressure [Pa].
     pressure_macroscopic : ndarray
-        P of the side drainage [Pa]; zero when sealed.
+        P of the side flow [Pa]; zero when sealed.
     film : ndarray
         Gap [m].
     temperature_film : ndarray
@@ -151,11 +151,11 @@ class TransientResult:
     boundary_film : float
         h_boundary [m].
     net_exchange : float
-        Largest running sum of the mean side drainage along x over the throughput [-]; small when the macroscopic
+        Largest running sum of the mean side flow along x over the throughput [-]; small when the macroscopic
         pressure has settled.
-    net_exchange_chance : float
-        What chance makes of it in a window as short as this one (1 % level) [-]; nan without enough batches. Above this
-        by more than 0.1 the result is unsettled.
+    net_exchange_threshold : float
+        Its statistical threshold in a window of this length (1 % level) [-]; nan without enough batches. A result that
+        exceeds it by more than 0.1 is unsettled.
     capped_share : float
         Mean share of the nodes whose pressure is at the hardness [-].
     elastic_error : float
@@ -181,8 +181,9 @@ class TransientResult:
         Last step.
     run : Run
         The fine run as it stands after the last step; a copy of it can be marched on.
-    wall_error : float
-        Error of mu by a wall that stands for roughness finer than the mesh, over mu (`ehl.rough.subgrid`); 0 without.
+    subgrid_error : float
+        Error of mu by the subgrid film in place of roughness finer than the mesh, over mu (`ehl.rough.subgrid`); 0
+        without.
     """
 
     status: str
@@ -206,7 +207,7 @@ class TransientResult:
     friction_boundary_double: float
     boundary_film: float
     net_exchange: float
-    net_exchange_chance: float
+    net_exchange_threshold: float
     capped_share: float
     elastic_error: float
     fallbacks: Fallbacks
@@ -221,4 +222,4 @@ class TransientResult:
     profiles: Profiles = field(repr=False)
     snapshot: Snapshot = field(repr=False)
     run: Run = field(repr=False)
-    wall_error: float = 0.0
+    subgrid_error: float = 0.0

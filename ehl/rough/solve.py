@@ -1,4 +1,4 @@
-"""Transient mixed EHL of two moving rough surfaces: the flowchart.
+"""Transient mixed EHL of two moving rough surfaces.
 
 coarse start-up  ->  fine run takes over its state  ->  both roll over the same roughness
 ->  stop when the interval of mu is inside the tolerance  ->  mesh error from the pair
@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 UNCONVERGED_ALLOWED = 0.01  # share of the steps
 LAGGED_ALLOWED = 0.02
 MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry more than there is
-NET_EXCHANGE_ALLOWED = 0.1  # of the throughput, beyond what chance makes
+NET_EXCHANGE_ALLOWED = 0.1  # of the throughput, beyond its statistical threshold
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
 PECLET_WARNING = 2.0
 WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
@@ -91,7 +91,7 @@ def solve_transient(
     boundary_friction : float
         mu_b of the asperity pressure [-]; without sliding there is no friction.
     peklenik_number : float
-        gamma of the side drainage, at least 1/3; infinity seals the valleys.
+        gamma of the side flow, at least 1/3; infinity: no side flow (sealed valleys).
     thermal : bool
         Heat in film and surfaces.
     hardness : float
@@ -117,7 +117,7 @@ def solve_transient(
     boundary_range : tuple of float, optional
         Boundary films to take instead of half and twice, whatever the asperities carry [m].
     fine_roughness : bool
-        For roughness that is fine against the contact: more nodes, and shorter ways.
+        For roughness that is fine against the contact: more nodes, shorter start-up and window.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def solve_transient(
     InputError
         A value is out of range, or the given nodes cannot carry the profiles.
     ConvergenceError
-        "mesh_budget": the nodes of this accuracy cannot show the roughness.
+        "mesh_budget": the nodes of this accuracy cannot resolve the roughness.
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
@@ -222,7 +222,7 @@ def _check(contact: LineContact, film: float, friction: float, peklenik: float, 
     if not 0.0 <= friction <= 1.0:
         raise InputError("boundary_friction", friction, "0 to 1")
     if not peklenik >= 1.0 / 3.0 - 1e-12:
-        raise InputError("peklenik_number", peklenik, ">= 1/3", "Below that the drainage model is untested.")
+        raise InputError("peklenik_number", peklenik, ">= 1/3", "The side-flow model is not tested below that.")
     if not hardness > contact.pressure_hertz:
         raise InputError("hardness", hardness, f"> {contact.pressure_hertz:.3g} Pa, the Hertz pressure")
 
@@ -232,19 +232,19 @@ def _notes(
 ) -> tuple[str, ...]:
     notes = []
     if problem.settings.nodes == plan.nodes_max:
-        notes.append("mesh at the budget of nodes of this accuracy")
+        notes.append("the mesh has the maximum number of nodes of this accuracy")
     if plan.exchange_window < EXCHANGE_WINDOW:
-        warm = ", surfaces warmed by the mean heat at once" if plan.preheating else ""
-        notes.append(f"fine roughness: shorter ways{warm}")
+        warm = ", surfaces preheated by the mean heat flux" if plan.preheating else ""
+        notes.append(f"fine roughness: shorter start-up and window{warm}")
     if problem.settings.boundary_film < 10e-9 and problem.model.surfaces.profile_1.size:
-        notes.append("boundary film below 10 nm: usual meshes do not resolve it")
+        notes.append("boundary film below 10 nm: the mesh may not resolve it")
     if problem.settings.thermal:
         for speed, material in zip((contact.speed_1, contact.speed_2), materials, strict=True):
             peclet = abs(speed) * contact.half_width / (2.0 * material.thermal_diffusivity)
             if peclet < PECLET_WARNING:
-                notes.append(f"Peclet number {peclet:.2g} of a surface: its flash temperature is 8 % or more too high")
+                notes.append(f"Peclet number {peclet:.2g} of a surface: flash temperature overestimated by 8 % or more")
     if lubricant.extrapolated:
-        notes.append("oil card read outside its temperatures")
+        notes.append("oil temperature outside the measured range of the oil card")
     return tuple(notes)
 
 
@@ -261,8 +261,8 @@ def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
         return "unsettled", "lagged_steps"
     if fine.records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
         return "unsettled", "macroscopic_pressure"
-    exchanged, chance = net_exchange(fine)
-    if exchanged > max(chance, 0.0) + NET_EXCHANGE_ALLOWED:
+    exchanged, threshold = net_exchange(fine)
+    if exchanged > max(threshold, 0.0) + NET_EXCHANGE_ALLOWED:
         return "unsettled", "net_exchange"
     if half_width > plan.tolerance * abs(mean):
         return "unsettled", "statistical_interval"
@@ -295,7 +295,7 @@ def _result(
     inlet = lubricant.temperature
     profiles = fine.profiles
     x = problem.x * units.half_width
-    exchanged, chance = net_exchange(fine)
+    exchanged, threshold = net_exchange(fine)
     stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
     ratio = mu / mu_coarse if mu_coarse != 0.0 else 1.0
     return TransientResult(
@@ -320,7 +320,7 @@ def _result(
         friction_boundary_double=double * ratio,
         boundary_film=problem.settings.boundary_film,
         net_exchange=exchanged,
-        net_exchange_chance=chance,
+        net_exchange_threshold=threshold,
         capped_share=float(mean[CAPPED_NODES]) / problem.x.size,
         elastic_error=elastic_error(run),
         fallbacks=Fallbacks(*(int(n) for n in stages)),

@@ -1,4 +1,4 @@
-"""Roughness finer than any mesh in budget: what the mesh can carry stays a profile, the rest becomes a wall.
+"""Roughness finer than the mesh: the long waves stay a profile, the rest becomes a subgrid film.
 
 The waves shorter than a cut-off are taken out of the profiles. Their RMS sigma_sub stands between the mean lines:
 solids count as touching where the gap of the filtered surfaces is c sigma_sub above the boundary film. The load presses
@@ -60,8 +60,8 @@ class SplitSurfaces:
         gap = GAP_LOG * math.log(GAP_PRESSURE * stiffness / contact.pressure_hertz)
         return min(max(gap, MIN_GAP), MAX_GAP)
 
-    def walls(self, contact: LineContact, base: float) -> tuple[float, float, float]:
-        """Heights of the wall over the filtered surfaces [m]: without the fine part, expected, and the upper bound."""
+    def subgrid_films(self, contact: LineContact, base: float) -> tuple[float, float, float]:
+        """Boundary film with the subgrid film on it [m]: without the fine part, expected, and the upper bound."""
         gap = self.gap(contact)
         heights = (base + factor * self.rms_below for factor in (0.0, gap, min(2.0 * gap + 0.5, MAX_GAP)))
         low, expected, high = heights
@@ -118,7 +118,7 @@ def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[Ro
     x, heights, _ = profile_points(path)
     spacing = float(x[1] - x[0])
     level = detrended(heights)
-    wanted = gaussian_mean_line(level, spacing, surface.cutoff_short)
+    in_band = gaussian_mean_line(level, spacing, surface.cutoff_short)
     try:
         profile = load_profile(
             path,
@@ -129,7 +129,7 @@ def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[Ro
     except InputError:
         # the cut-off is beyond what the file shows: all of it is fine structure
         if surface.cutoff_long is not None:
-            wanted = wanted - gaussian_mean_line(wanted, spacing, surface.cutoff_long)
-        return None, float(np.std(wanted)), float(np.std(np.diff(wanted))) / spacing
-    fine = wanted - gaussian_mean_line(level, spacing, cutoff)
+            in_band = in_band - gaussian_mean_line(in_band, spacing, surface.cutoff_long)
+        return None, float(np.std(in_band)), float(np.std(np.diff(in_band))) / spacing
+    fine = in_band - gaussian_mean_line(level, spacing, cutoff)
     return profile, float(np.std(fine)), float(np.std(np.diff(fine))) / spacing

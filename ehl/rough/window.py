@@ -36,7 +36,7 @@ class Window:
     started: list[Array] = field(default_factory=list)
     recorded: list[Array] = field(default_factory=list)
     sums: list[Array] = field(default_factory=list)  # of the profiles, by block
-    exchanges: list[Array] = field(default_factory=list)  # of the side drainage per step, by block and batch
+    exchanges: list[Array] = field(default_factory=list)  # of the side flow per step, by block and batch
     repeats: int = 0
 
     def start(self, travel: float) -> None:
@@ -129,10 +129,10 @@ def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:
 
 
 def net_exchange(window: Window) -> tuple[float, float]:
-    """Largest running sum of the mean exchange along x over the throughput, and what chance alone makes of it.
+    """Largest running sum of the mean exchange along x over the throughput, and its statistical threshold.
 
     The macroscopic pressure answers every surplus with a deficit, so that the sum over time wanders about a line: its
-    slope is the mean exchange, free of what the ends of the window happen to hold. Chance: half width of the interval
+    slope is the mean exchange, free of end effects of the window. Threshold: half width of the interval
     of that slope by the residuals of batches of 2 b, at a level of 1 % for all places together; nan with fewer than 4.
     """
     run = window.run

@@ -148,18 +148,18 @@ def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
     oil = {"oil": "fva3", "temperature_oil": 303.15}
     fast = {"radius_equivalent": 0.02, "pressure_hertz": 8e8, "speed_entrainment": 14.0, "slide_to_roll": 1.0}
 
-    def told(**change: float) -> list[str]:
+    def notes_on_heat(**change: float) -> list[str]:
         result = case(contact={**fast, **change}, lubricant=oil, model={"accuracy": "fast"}).solve()
         assert result.status == "converged"
         assert result.heat is not None
         return [note for note in result.notes if "shear heat" in note]
 
-    (note,) = told()
+    (note,) = notes_on_heat()
     assert note.startswith("film Peclet number 0.")
-    assert told(speed_entrainment=2.0, slide_to_roll=0.1) == []
+    assert notes_on_heat(speed_entrainment=2.0, slide_to_roll=0.1) == []
     contact, lubricant = LineContact.from_pressure(**fast, effective_modulus=226.4e9), Lubricant(0.02, 18e-9)
-    nil = carried_shear_heat(contact, lubricant, 1e-9, 1.0)
-    assert (nil.friction_change, nil.film_change) == pytest.approx((0.002, 0.002), rel=1e-3)
+    slow = carried_shear_heat(contact, lubricant, 1e-9, 1.0)
+    assert (slow.friction_change, slow.film_change) == pytest.approx((0.002, 0.002), rel=1e-3)
     thick = carried_shear_heat(contact, lubricant, 1e-6, 0.5)
     # k grows to 1.88 of its ambient value at 0.8 GPa
     growth = 1.0 + 1.12 / 1.272

@@ -126,7 +126,7 @@ def test_roughness_no_mesh_in_budget_can_show_gives_a_coarser_answer_that_says_s
     assert 0.0 < low < high
     distance = max(abs(result.friction_coefficient - low), abs(high - result.friction_coefficient))
     assert result.friction_error >= distance / result.friction_coefficient
-    assert any("finer than the mesh" in note for note in result.notes)
+    assert any("does not resolve" in note for note in result.notes)
 
 
 def test_too_short_profile_names_the_cutoff(tmp_path) -> None:  # type: ignore[no-untyped-def]

@@ -102,7 +102,7 @@ def test_a_wall_that_says_too_little_gives_way_to_a_mesh_as_fine_as_it_takes(mon
     fine = case(0.7, 0.05).solve()
     assert fine.transient is not None
     assert fine.transient.nodes > 200
-    assert fine.transient.wall_error == 0.0
+    assert fine.transient.subgrid_error == 0.0
     true = abs(full.friction_coefficient / fine.friction_coefficient - 1.0)
     assert true <= fine.friction_error + full.friction_error
     assert fine.friction_error < 0.3
@@ -114,7 +114,7 @@ def test_a_wall_under_thick_films_is_an_answer_and_says_what_it_leaves_out(monke
     quick = case(19.0, 0.05).solve()
     assert quick.transient is not None
     assert quick.transient.nodes < 140
-    assert 0.0 < quick.transient.wall_error < 0.2
+    assert 0.0 < quick.transient.subgrid_error < 0.2
     assert any("waves finer than the mesh" in text for text in quick.skipped)
     true = abs(full.friction_coefficient / quick.friction_coefficient - 1.0)
     assert true <= quick.friction_error + full.friction_error

@@ -77,8 +77,8 @@ def test_preheated_contact_settles_where_the_rolled_one_does() -> None:
         )
         for fine in (True, False)
     ]  # fmt: skip
-    assert any("warmed by the mean heat" in note for note in mu[0].notes)
-    assert not any("shorter ways" in note for note in mu[1].notes)
+    assert any("preheated by the mean heat" in note for note in mu[0].notes)
+    assert not any("shorter start-up" in note for note in mu[1].notes)
     assert mu[0].steps < 0.75 * mu[1].steps
     assert mu[0].temperature_flash == pytest.approx(mu[1].temperature_flash, abs=3.0)
     assert mu[0].friction_coefficient == pytest.approx(mu[1].friction_coefficient, rel=0.01)
