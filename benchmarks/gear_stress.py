@@ -128,7 +128,7 @@ def contact_numbers(pair: PairBlank, generated: bool, until: str) -> dict[str, f
         return {}
     surface = run_stage("contact", mesh_surface, gear, pinion, geometry.assembly)
     contact = run_stage("contact", transmission, surface)
-    gone = surface.absent
+    gone = surface.undercut
     if contact.peak_to_peak > TRANSMISSION_LIMIT * 2.0 * math.pi / pair.gear.teeth:
         raise ArithmeticError(f"transmission error {math.degrees(contact.peak_to_peak):.3g} deg, undercut {gone}")
     return {

@@ -68,7 +68,7 @@ def measure(design: Design, side: Side, shape: tuple[int, int]) -> Row:
     pinion, gear = design.flanks().mating(side)
     assembly = design.placement()
     surface = mesh_surface(gear, pinion, assembly, shape=shape)
-    path = contact_path(surface, surface.crest_roll + np.linspace(-0.7, 0.7, 7) * surface.pitch)
+    path = contact_path(surface, surface.error_maximum_roll + np.linspace(-0.7, 0.7, 7) * surface.pitch)
     check = check_path(surface, path)
     pair = flank_pair(design.flanks(), side, shape)
     return Row(
@@ -81,7 +81,7 @@ def measure(design: Design, side: Side, shape: tuple[int, int]) -> Row:
         surface.interpolation_error * 1e9,
         check.transmission_error / ARCSEC,
         check.distance * 1e6,
-        100.0 * surface.absent.share if surface.absent is not None else 0.0,
+        100.0 * surface.undercut.share if surface.undercut is not None else 0.0,
     )
 
 

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 AXES = ("E", "P", "G", "alpha")
+# names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
+_COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", "undercut": "absent"}
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,13 @@ class MisalignmentPoint:
         Of the transmission error of the mesh [rad].
     harmonic_1 : float
         Its amplitude at the mesh frequency [rad].
-    crest_u, crest_depth : float
+    error_maximum_u, error_maximum_depth : float
         Where the transmission error is highest, on the gear: from the mean point to the heel [m], share of the depth.
     pattern_area, pattern_length, pattern_width : float
         Marked share of the mating flank; its extent as a share of face width and depth of the gear.
     pattern_u, pattern_depth : float
-        Its centre, as for the crest.
-    absent : float
+        Its centre, as for the maximum.
+    undercut : float
         Share of the mating flank that is undercut.
     edges : str
         Edges in contact without load, separated by commas.
@@ -63,18 +65,22 @@ class MisalignmentPoint:
     alpha: float
     peak_to_peak: float = np.nan
     harmonic_1: float = np.nan
-    crest_u: float = np.nan
-    crest_depth: float = np.nan
+    error_maximum_u: float = np.nan
+    error_maximum_depth: float = np.nan
     pattern_area: float = np.nan
     pattern_length: float = np.nan
     pattern_width: float = np.nan
     pattern_u: float = np.nan
     pattern_depth: float = np.nan
-    absent: float = 0.0
+    undercut: float = 0.0
     edges: str = ""
     pattern_edges: str = ""
     status: Literal["converged", "edge contact", "failed"] = "failed"
     reason: str = ""
+
+    def to_dict(self) -> dict[str, float | str]:
+        """Values by the names of the columns in files."""
+        return {_COLUMNS.get(f.name, f.name): getattr(self, f.name) for f in fields(self)}
 
 
 @dataclass(frozen=True)
@@ -111,16 +117,16 @@ class MisalignmentStudy:
         object.__setattr__(self, "status", "failed" if failed else "converged")
 
     def table(self) -> pd.DataFrame:
-        """One row per point, SI units, columns by the names of `MisalignmentPoint`."""
+        """One row per point, SI units, columns by the keys of `MisalignmentPoint.to_dict`."""
         import pandas as pd
 
-        return pd.DataFrame([{f.name: getattr(point, f.name) for f in fields(point)} for point in self.points])
+        return pd.DataFrame([point.to_dict() for point in self.points])
 
     def to_dict(self) -> dict[str, object]:
         """Plain numbers and strings for JSON; what could not be computed is None."""
         rows = []
         for point in self.points:
-            row = {f.name: getattr(point, f.name) for f in fields(point)}
+            row = point.to_dict()
             rows.append({k: None if isinstance(v, float) and np.isnan(v) else v for k, v in row.items()})
         return {
             "design": self.design,
@@ -200,14 +206,14 @@ def _point(pair: FlankPair, state: tuple[float, float, float, float], marking: f
         *state,
         peak_to_peak=mesh.peak_to_peak,
         harmonic_1=float(mesh.harmonics[0]),
-        crest_u=surface.crest[0],
-        crest_depth=surface.crest[1],
+        error_maximum_u=surface.error_maximum[0],
+        error_maximum_depth=surface.error_maximum[1],
         pattern_area=pattern.area_share,
         pattern_length=pattern.length,
         pattern_width=pattern.width,
         pattern_u=pattern.centre[0],
         pattern_depth=pattern.centre[1],
-        absent=surface.absent.share if surface.absent is not None else 0.0,
+        undercut=surface.undercut.share if surface.undercut is not None else 0.0,
         edges=", ".join(mesh.edges),
         pattern_edges=", ".join(pattern.edges),
         status="edge contact" if mesh.edges else "converged",

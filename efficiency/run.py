@@ -22,7 +22,7 @@ from efficiency.loss.map import EfficiencyMap, efficiency_map
 from efficiency.loss.parameter_map import OPERATION_AXES, ParameterMap, Place, parameter_map
 from efficiency.loss.result import EfficiencyResult
 from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs, efficiency_uncertainty
-from efficiency.ltca.foreign import read_load
+from efficiency.ltca.external_load import read_load
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.expectation import quantity_of
@@ -111,7 +111,7 @@ def run_gear(
     friction_in_equilibrium : bool
         Let the friction forces take part in carrying the torque.
     load_from : Path, optional
-        CSV file with the load distribution of a foreign program (`efficiency.ltca.foreign`) in place of the own one.
+        CSV file with the load distribution of another program (`efficiency.ltca.external_load`).
 
     Raises
     ------
@@ -127,7 +127,7 @@ def run_gear(
     if load_from is not None:
         if friction_in_equilibrium:
             raise InputError("load_from", str(load_from), "no file where friction takes part in carrying the torque")
-        return mesh_efficiency(_foreign(geared, load_from, conditions), model, oil, operation)
+        return mesh_efficiency(_external_load(geared, load_from, conditions), model, oil, operation)
     return _solver(geared.mesh, torque, oil, friction_in_equilibrium)(model, operation)
 
 
@@ -345,12 +345,12 @@ def run_compare(
     torque, operation, oil = _operating_point(design, conditions)
     if geared is None:
         geared = gear_mesh(design, side, positions, points_per_line)
-    loaded = load_grids(geared.mesh, torque) if load_from is None else _foreign(geared, load_from, conditions)
+    loaded = load_grids(geared.mesh, torque) if load_from is None else _external_load(geared, load_from, conditions)
     return compare_models(loaded, models, oil, operation, geared.pitch)
 
 
-def _foreign(geared: GearMesh, path: Path, conditions: Conditions) -> LoadedGrids:
-    """Load of a foreign program; a torque asked for has to be that of the file."""
+def _external_load(geared: GearMesh, path: Path, conditions: Conditions) -> LoadedGrids:
+    """Load of another program; a torque asked for has to be that of the file."""
     return read_load(path, geared.pair, geared.mesh.teeth, conditions.torque)
 
 

@@ -46,7 +46,7 @@ UncertaintyOption = Annotated[
 LoadFromOption = Annotated[
     Path | None,
     typer.Option(
-        help="CSV file with the load distribution of a foreign program, in place of the own one.", rich_help_panel=LOSS
+        help="CSV file with the load distribution of another program, in place of the own one.", rich_help_panel=LOSS
     ),
 ]
 SaveLoadOption = Annotated[
@@ -100,7 +100,7 @@ def show_point(
     """Compute, print and write one operating point."""
     from threadpoolctl import threadpool_limits
 
-    from efficiency.ltca.foreign import write_load
+    from efficiency.ltca.external_load import write_load
     from efficiency.output.gear_files import Extras, write_result
     from efficiency.output.tables import efficiency_table
     from efficiency.run import run_gear, run_heat_balance, run_uncertainty

@@ -231,7 +231,7 @@ def _regular_points(
 
 
 COLUMNS = "length,depth,ease_off"
-_MIN_BATCHES, _HIGHEST = 6, 10
+_MIN_POINTS, _HIGHEST = 6, 10
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,7 @@ class EaseOffMap:
     coefficients : (n, m) array
         Chebyshev coefficients over length and depth [m].
     error : float
-        Greatest distance by which the surface through all other points misses a point [m].
+        Maximum distance by which the surface through all other points misses a point [m].
     """
 
     coefficients: FloatArray
@@ -282,8 +282,8 @@ def read_ease_off_map(path: Path) -> EaseOffMap:
                 f"{path}, line {number}", line[:60], "length and depth from -1.5 to 1.5, ease-off to 1000 um"
             )
         table.append(values)
-    if len(table) < _MIN_BATCHES:
-        raise InputError("ease_off.map", f"{path} with {len(table)} points", f"at least {_MIN_BATCHES} points")
+    if len(table) < _MIN_POINTS:
+        raise InputError("ease_off.map", f"{path} with {len(table)} points", f"at least {_MIN_POINTS} points")
     length, depth, relief = np.array(table).T
     return _fit(str(path), length, depth, relief * 1e-6)
 

@@ -77,7 +77,7 @@ def within_reach(surface: MeshSurface, spans: Spans, owner: IntArray, reach: flo
     share = np.linspace(0.0, 1.0, samples)
     run = spans.start[:, None] + (spans.stop - spans.start)[:, None] * share
     u, v, _ = _level(surface, spans.roll, run, spans.swapped)
-    back = surface.patch(u.ravel(), v.ravel(), ("turn_back",))[0].reshape(run.shape)
+    back = surface.patch(u.ravel(), v.ravel(), ("ease_off_angle",))[0].reshape(run.shape)
     least = np.full(int(owner.max()) + 1, np.inf)
     np.minimum.at(least, owner, back.min(axis=1))
     inside = back <= least[owner][:, None] + reach
@@ -187,7 +187,7 @@ def _end(
 
 # gear rotation up to which edges are followed where nothing else is said, as a share of the pitch of the gear
 EDGE_REACH = 1.0 / 60.0
-# least cosine squared of the angle between an edge and the lines for which the section square to the edge is taken
+# minimum cosine squared of the angle between an edge and the lines for which the section square to the edge is taken
 _MIN_CROSSING = 0.1
 # of two flanks that still have a line of contact [m]
 MAX_RADIUS = 10.0
@@ -393,7 +393,7 @@ def mesh_cycle(
         on_path = on_path[kept]
     points = line_points(surface, spans, points_per_line)
     fields = conjugate_fields(surface, points.u, points.v, points.length)
-    fields["closing"] = fields.pop("valley") / fields["lever_gear"]
+    fields["closing"] = fields.pop("minimum_gap") / fields["lever_gear"]
     of = np.repeat(on_path, points_per_line)
     edge = None
     if edges:
@@ -437,7 +437,7 @@ def _with_edges(
         np.minimum.at(least, owner[points.owner], points.closing)
         points = points.at(points.closing < least[owner[points.owner]] + reach)
     own = conjugate_fields(surface, points.u, points.v, points.length)
-    del own["valley"]
+    del own["minimum_gap"]
     meets = own["radius_equivalent"] < 0.99 * MAX_RADIUS
     points, own = points.at(meets), {name: values[meets] for name, values in own.items()}
     crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _MIN_CROSSING)
@@ -469,7 +469,7 @@ def _lowest(closing: FloatArray) -> float:
 def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length: FloatArray) -> dict[str, FloatArray]:
     """Fields of `MeshPosition` at points (u, v) of the map, each in contact at its own roll angle.
 
-    All but those that need the whole position; ``valley`` is the separation of the flanks there [m].
+    All but those that need the whole position; ``minimum_gap`` is the separation of the flanks there [m].
     """
     p, assembly, sign = surface.patch, surface.assembly, surface.direction
     local, facing = p(u, v, POSITION), p(u, v, NORMAL)
@@ -509,7 +509,7 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
         "along": along.T,
         "across": across.T,
         "length": length,
-        "valley": p(u, v, ("ease_off",))[0] - 0.5 * slope**2 / curvature,
+        "minimum_gap": p(u, v, ("ease_off",))[0] - 0.5 * slope**2 / curvature,
         "radius_equivalent": 1.0 / curvature,
         "lever_pinion": sign * lever_pinion,
         "lever_gear": sign * np.sign(assembly.ratio) * lever_gear,

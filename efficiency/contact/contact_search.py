@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Touch:
+class PointContact:
     """Points of the pinion brought to the gear.
 
     Attributes
@@ -73,7 +73,7 @@ def _limits(blank: Blank, u: Array, h: Array, rates: list[Array]) -> tuple[list[
     return values, [along, -along, tip * along - over, over - root * along]
 
 
-def touch(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> Touch:
+def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> PointContact:
     """Bring pinion points to the gear.
 
     Parameters
@@ -114,7 +114,7 @@ def touch(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> Touch:
         limits.append(scale * regular[0])
         slopes.append(scale * np.concatenate([regular_u, regular_v]))
     here = np.arctan2(np.real(point[1]), np.real(point[0])) - surface.gear_azimuth
-    return Touch(
+    return PointContact(
         slope=-surface.forward * np.stack(ahead),
         limits=np.stack(limits),
         limit_slopes=np.stack(slopes),
@@ -139,7 +139,7 @@ _NEAR = 0.08
 
 
 @dataclass(frozen=True)
-class Closest:
+class PairContact:
     """Contact of one tooth pair at n pinion angles.
 
     Attributes
@@ -194,7 +194,7 @@ class _Problem:
         moved = np.concatenate([x, x], axis=1).astype(np.complex128)
         moved[0, :n] += 1j * _STEP
         moved[1, n:] += 1j * _STEP
-        found = touch(self.surface, np.tile(angle, 2), *(moved * self.scale[:, None]))
+        found = point_contact(self.surface, np.tile(angle, 2), *(moved * self.scale[:, None]))
         slopes = np.concatenate([found.slope[None], found.limit_slopes]) * self.scale[:, None]
         bends = np.stack([np.imag(slopes[..., :n]), np.imag(slopes[..., n:])], axis=2) / _STEP
         both = 0.5 * (bends + np.swapaxes(bends, 1, 2))
@@ -207,9 +207,9 @@ class _Problem:
         )
         return np.asarray(((x >= low) & (x <= high)).all(axis=0))
 
-    def back(self, angle: FloatArray, x: FloatArray) -> tuple[FloatArray, Touch]:
+    def back(self, angle: FloatArray, x: FloatArray) -> tuple[FloatArray, PointContact]:
         """Rotation that the gear is short of its place [rad], and the points."""
-        found = touch(self.surface, angle, *(x * self.scale[:, None]))
+        found = point_contact(self.surface, angle, *(x * self.scale[:, None]))
         s = self.surface
         lag = found.gear_rotation - s.assembly.ratio * (s.direction * angle + s.roll_zero)
         return -s.forward * np.angle(np.exp(1j * lag)), found
@@ -217,22 +217,22 @@ class _Problem:
     def newton(self, angle: FloatArray, start: FloatArray, edges: IntArray) -> tuple[FloatArray, BoolArray]:
         """Newton's method at n points, and which of them arrived.
 
-        ``edges`` (2, n) says what is looked for: -1, -1 a stationary point, -2, -1 the floor of the valley, k, -1 the
-        least gap along edge k, k, l the corner of two edges.
+        ``edges`` (2, n) says what is looked for: -1, -1 a stationary point, -2, -1 the line of minimum gap, k, -1 the
+        minimum gap along edge k, k, l the corner of two edges.
         """
         x, settled = start.copy(), np.zeros(angle.shape, dtype=bool)
         active = np.arange(angle.size)
         for _ in range(_ITERATIONS):
-            now, wanted = self.state(angle[active], x[:, active]), edges[:, active]
+            now, sought = self.state(angle[active], x[:, active]), edges[:, active]
             move = np.empty((2, active.size))
             for kind, step in (
-                (wanted[0] == -1, _inside),
-                (wanted[0] == -2, _across),
-                ((wanted[0] >= 0) & (wanted[1] < 0), _on_edge),
-                (wanted[1] >= 0, _corner),
+                (sought[0] == -1, _inside),
+                (sought[0] == -2, _across),
+                ((sought[0] >= 0) & (sought[1] < 0), _on_edge),
+                (sought[1] >= 0, _corner),
             ):
                 if kind.any():
-                    move[:, kind] = step(now.at(kind), wanted[:, kind])
+                    move[:, kind] = step(now.at(kind), sought[:, kind])
             move = np.clip(move, -0.1, 0.1)
             x[:, active] += move
             done = np.abs(move).max(axis=0) < _SETTLED
@@ -255,14 +255,14 @@ def _inside(now: _State, edges: IntArray) -> FloatArray:
 
 
 def _across(now: _State, edges: IntArray) -> FloatArray:
-    """Newton step in the steepest direction only: to the floor of the valley."""
+    """Newton step in the steepest direction only: to the line of minimum gap."""
     size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
     steepest = axes[:, :, -1].T
     return np.asarray(-steepest * np.sum(steepest * now.slopes[0], axis=0) / size[:, -1])
 
 
 def _on_edge(now: _State, edges: IntArray) -> FloatArray:
-    """Newton step to the least gap along an edge."""
+    """Newton step to the minimum gap along an edge."""
     points = np.arange(edges.shape[1])
     slope, normal = now.slopes[0], now.slopes[1 + edges[0], :, points].T
     square = np.sum(normal * normal, axis=0).clip(1e-300)
@@ -272,7 +272,7 @@ def _on_edge(now: _State, edges: IntArray) -> FloatArray:
     bend = now.bends[0] - lift * np.moveaxis(now.bends[1 + edges[0], :, :, points], 0, -1)
     run = np.sum(tangent * (slope + np.einsum("ijn,jn->in", bend, towards)), axis=0)
     curve = np.abs(np.einsum("in,ijn,jn->n", tangent, bend, tangent))
-    # along a straight edge there is no least gap; steps are cut to the tenth part of the map anyway
+    # along a straight edge there is no minimum gap; steps are cut to the tenth part of the map anyway
     return np.asarray(towards - tangent * run / np.maximum(curve, np.abs(run)).clip(1e-300))
 
 
@@ -287,14 +287,14 @@ def _corner(now: _State, edges: IntArray) -> FloatArray:
     return np.asarray(np.where(alongside, 1.0, -step))
 
 
-def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
+def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
     """Contact of one tooth pair at pinion angles from the design point, driving direction [rad]."""
     (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
     problem = _Problem(surface, np.array([u1 - u0, v1 - v0]))
     grid_u, grid_v = (g.ravel() for g in np.meshgrid(np.linspace(u0, u1, 49), np.linspace(v0, v1, 41)))
     within = surface.margin(grid_u, grid_v) >= 0.0
     grid_u, grid_v = grid_u[within], grid_v[within]
-    gap, bend, roll = surface.patch(grid_u, grid_v, ("turn_back", "bend", "roll"))
+    gap, bend, roll = surface.patch(grid_u, grid_v, ("ease_off_angle", "bend", "roll"))
     rough = gap + 0.5 * bend * (roll - angle[:, None]) ** 2
     lowest, expected = np.argmin(rough, axis=1), rough.min(axis=1)
     sample = np.stack([grid_u[lowest], grid_v[lowest]]) / problem.scale[:, None]
@@ -313,7 +313,7 @@ def closest(surface: MeshSurface, angle: FloatArray) -> Closest:
         found[:, rest] = at
         # where no place is found the sample stands in, with its value near its line of contact
         back = np.where(settled, back, expected)
-    return Closest(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled, expected)
+    return PairContact(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled, expected)
 
 
 def _on_rim(
@@ -335,7 +335,7 @@ def _on_rim(
     for attempt in range(2):
         if attempt == 1:
             # no edge has its lowest point inside the others: a corner, or flanks that touch in lines, where any place
-            # on the floor of the valley will do
+            # on the line of minimum gap will do
             left = np.flatnonzero(~settled)
             if not left.size:
                 break

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.contact_search import touch
+from efficiency.contact.contact_search import point_contact
 from efficiency.contact.mesh_surface import EDGES, POSITION, MeshSurface, line_frame
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +24,7 @@ BoolArray = NDArray[np.bool_]
 FREE = tuple(k for k, name in enumerate(EDGES) if name.split()[1] in ("toe", "heel", "tip"))
 _SAMPLES = 161
 _STEP = 1e-7
-# an edge that the line crosses nearly square is no side of the contact: least cosine squared of the angle between
+# an edge that the line crosses nearly square is no side of the contact: minimum cosine squared of the angle between
 _CROSSING = 0.02
 _LANDING = 8
 _BEYOND = 0.02
@@ -254,7 +254,7 @@ def _closing(
     own = np.flatnonzero(np.array([EDGES[k].startswith("gear") for k in edge]))
     if own.size:
         at_u[own], at_v[own], exists[own] = _landing(surface, u[own], v[own], angle[own])
-    found = touch(surface, angle, at_u, at_v)
+    found = point_contact(surface, angle, at_u, at_v)
     lag = found.gear_rotation - surface.assembly.ratio * (surface.direction * angle + surface.roll_zero)
     return np.asarray(-surface.forward * np.angle(np.exp(1j * lag))), exists & (surface.regular(at_u, at_v) > 0.0)
 
@@ -270,7 +270,7 @@ def _landing(
     reach = surface.patch.u_range[1] - surface.patch.u_range[0]
     size = np.full(u.shape, np.inf)
     for _ in range(_LANDING):
-        at = touch(surface, angle, x, y)
+        at = point_contact(surface, angle, x, y)
         tip, root = np.real(at.limits[2]), np.real(at.limits[3])
         slope_u = np.real(at.limit_slopes[0])
         slope_v = np.real(at.limit_slopes[3] * tip - root * at.limit_slopes[2]) / (tip + root) ** 2

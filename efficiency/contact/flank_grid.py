@@ -21,10 +21,10 @@ SHAPE = (18, 14)
 # how far the map goes beyond the blank along the face and over the tip (fractions of face and depth): line ends can
 # then be bracketed, and unloaded contact just over an edge is still seen
 _OVERHANG = (0.04, 0.06)
-# a flank counts as absent where its regularity falls below this share of that at the design point: its fields have a
+# a flank counts as undercut where its regularity falls below this share of that at the design point: its fields have a
 # singularity at zero, and the flank ends there anyway. Measured: docs/gear_geometry.md
 UNDERCUT = 0.08
-# more points than coefficients in both directions where a part of the flank is absent
+# more points than coefficients in both directions where a part of the flank is undercut
 _OVERSAMPLING = 1.5
 # points solved from the mean point of the blank; all others start from the surface through them
 _LEAD = (7, 6)
@@ -43,7 +43,7 @@ class FlankGrid:
     shape : (int, int)
         Coefficients along u and v.
     dense : bool
-        More nodes than coefficients: absent points are allowed.
+        More nodes than coefficients: undercut points are allowed.
     u, v : (n + 1,) arrays
         Nodes.
     points : FlankPoints
@@ -202,7 +202,7 @@ def regular_part(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> t
     patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
     # no place without points may lie inside: there the fields of the map are extrapolated
     over = patch(grid.u[~present], grid.v[~present], ("regular",))[0].max(initial=0.0)
-    # more than that is the fit of the field, not the flank; the verdicts on map and contact stand behind it
+    # more than that is the fit of the field, not the flank; map and contact have their own criteria
     patch.coefficients[0, 0] -= min(over, UNDERCUT)
     return present, patch
 

@@ -66,11 +66,11 @@ class FlankPair:
             if isinstance(flank, (ConjugateFlank, GridFlank)):
                 error = f"{flank.error * 1e6:.2g} um" if flank.error > 1e-9 else "below 1 nm"
                 notes.append(f"the {flank.side} {name} flank is {flank.origin}; error of that surface {error}")
-        gone = self.surface.absent
-        if gone is not None:
-            u, v = (tuple(1e3 * x for x in gone.u), gone.fraction)
+        missing = self.surface.undercut
+        if missing is not None:
+            u, v = (tuple(1e3 * x for x in missing.u), missing.fraction)
             notes.append(
-                f"the {self.surface.pinion.side} pinion flank is undercut: {100.0 * gone.share:.2g} % of the mating "
+                f"the {self.surface.pinion.side} pinion flank is undercut: {100.0 * missing.share:.2g} % of the mating "
                 f"flank is missing, at {u[0]:.3g} to {u[1]:.3g} mm from the mean point along the gear, depth fraction "
                 f"{v[0]:.2f} to {v[1]:.2f} of the gear"
             )

@@ -1,4 +1,4 @@
-"""Flank given as a grid of points: measured on an inspection machine, or written by a foreign program.
+"""Flank given as a grid of points: measured on an inspection machine, or written by another program.
 
 File: CSV in the flank-inspection convention. A first line ``# mixed-ehl flank grid v1; member=pinion; flank=concave;
 units=mm`` (all but the first entry optional, further lines that start with # are skipped), a line with the names of the
@@ -151,7 +151,7 @@ class GridFlank(SmoothFlank):
     degree : (int, int)
         Of the polynomial along the face and over the depth.
     normal_error : float
-        Greatest angle between the given normals and those of the surface [rad], 0 where none are given.
+        Maximum angle between the given normals and those of the surface [rad], 0 where none are given.
     """
 
     rms: float = 0.0

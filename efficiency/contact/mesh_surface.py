@@ -78,14 +78,14 @@ EDGES = (
     "pinion root",
     "pinion undercut",
 )
-# share of the mating flank that may be absent; beyond it too little is left to speak of a pair (our choice)
-_MAX_ABSENT = 0.3
+# share of the mating flank that may be undercut; beyond it too little is left to speak of a pair (our choice)
+_MAX_UNDERCUT = 0.3
 # interpolation error, as a share of the tooth depth, from which a map says nothing
 _MAX_ERROR = 0.01
 
 
 @dataclass(frozen=True)
-class Absent:
+class UndercutRegion:
     """The part of the mating flank that does not exist because the pinion is undercut there.
 
     Attributes
@@ -121,18 +121,18 @@ class MeshSurface:
         Pinion rotation f1 [rad] at which the design point touches; roll angles are ``direction (f1 - roll_zero)``.
     design_point : (float, float)
         (u, v) of the design point: mean cone distance, middle of the working depth.
-    crest : (float, float)
+    error_maximum : (float, float)
         (u, v) of the smallest ease-off over lever inside the flanks, where the transmission error is highest.
     patch : Patch
         Fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``azimuth`` of that point from that of the
         design point, ``roll`` (surface of roll angle in driving direction [rad]), ``ease_off`` [m], ``lever`` (arm
-        about the gear axis [m]), ``turn_back`` (ease-off over lever: the gear rotation that closes it [rad]), ``bend``
-        (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the pinion
-        [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its frame,
-        phase included [m]) and, where the pinion is undercut, ``regular`` (positive where its flank exists).
+        about the gear axis [m]), ``ease_off_angle`` (ease-off over lever: the gear rotation that closes it [rad]),
+        ``bend`` (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the
+        pinion [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its
+        frame, phase included [m]) and, where the pinion is undercut, ``regular`` (positive where its flank exists).
     interpolation_error : float
         Estimated error of ease-off and gear flank between the nodes, along the normal [m].
-    absent : Absent, optional
+    undercut : UndercutRegion, optional
         The part of the mating flank that is undercut.
     grid : FlankGrid
         The points it was made from.
@@ -145,10 +145,10 @@ class MeshSurface:
     direction: float
     roll_zero: float
     design_point: tuple[float, float]
-    crest: tuple[float, float]
+    error_maximum: tuple[float, float]
     patch: Patch
     interpolation_error: float
-    absent: Absent | None
+    undercut: UndercutRegion | None
     grid: FlankGrid
 
     @property
@@ -157,9 +157,9 @@ class MeshSurface:
         return 2.0 * np.pi / self.assembly.teeth_pinion
 
     @property
-    def crest_roll(self) -> float:
-        """Roll angle of the crest [rad]."""
-        u, v = self.crest
+    def error_maximum_roll(self) -> float:
+        """Roll angle of that point [rad]."""
+        u, v = self.error_maximum
         return float(self.patch(np.array([u]), np.array([v]), ("roll",))[0, 0])
 
     @property
@@ -304,7 +304,7 @@ def _map(
 
     def with_ease_off(relief: FloatArray) -> Patch:
         real = dict(zip(PINION, conjugate.position + relief * conjugate.normal, strict=True))
-        return base.joined(on_pinion({"ease_off": relief, "turn_back": relief / lever} | real))
+        return base.joined(on_pinion({"ease_off": relief, "ease_off_angle": relief / lever} | real))
 
     middle = (0.0, float(grid.v[-1]))
     start = MeshSurface(
@@ -322,7 +322,7 @@ def _map(
         grid,
     )
     # turn the pinion until its highest point touches: the smallest ease-off becomes zero
-    crest, lowest = _crest(start)
+    highest, lowest = _error_maximum(start)
     reached = relief[present] / lever[present]
     if lowest < reached.min() - np.ptp(reached) - _MAX_ERROR * start.undercut_scale / lever[-1]:
         raise ConvergenceError("map", "the ease-off runs out of its points next to the limit of undercut")
@@ -331,9 +331,9 @@ def _map(
     if not found[present].all():
         present = present & found
         on_pinion = _fitter(grid, present)
-    if present.mean() < 1.0 - 2.0 * _MAX_ABSENT:
-        raise _undercut(grid, 1.0 - float(present.mean()), "map")
-    surface = replace(start, phase=phase, crest=crest, patch=with_ease_off(np.where(present, relief, 0.0)))
+    if present.mean() < 1.0 - 2.0 * _MAX_UNDERCUT:
+        raise _undercut_error(grid, 1.0 - float(present.mean()), "map")
+    surface = replace(start, phase=phase, error_maximum=highest, patch=with_ease_off(np.where(present, relief, 0.0)))
     tail = surface.patch.tail
     error = tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
     # the gear flank is interpolated as well: its azimuth, along the normal
@@ -342,13 +342,13 @@ def _map(
         raise ConvergenceError(
             "map", f"the flanks are not smooth enough for the map of the mesh: error {error * 1e6:.3g} um"
         )
-    absent = _absent(surface)
-    if absent is not None and absent.share > _MAX_ABSENT:
-        raise _undercut(grid, absent.share, "mating flank")
-    return replace(surface, interpolation_error=error, absent=absent)
+    undercut = _undercut_region(surface)
+    if undercut is not None and undercut.share > _MAX_UNDERCUT:
+        raise _undercut_error(grid, undercut.share, "mating flank")
+    return replace(surface, interpolation_error=error, undercut=undercut)
 
 
-def _undercut(grid: FlankGrid, share: float, of: str) -> ConvergenceError:
+def _undercut_error(grid: FlankGrid, share: float, of: str) -> ConvergenceError:
     who = f"{grid.pinion.side} pinion flank" if grid.found.all() else f"{grid.gear.side} gear flank, or its mate,"
     return ConvergenceError(
         "undercut",
@@ -358,7 +358,7 @@ def _undercut(grid: FlankGrid, share: float, of: str) -> ConvergenceError:
 
 
 def _fitter(grid: FlankGrid, present: BoolArray) -> Callable[[dict[str, FloatArray]], Patch]:
-    """What makes patches of values at the nodes: interpolation, or least squares over the nodes present."""
+    """Function that makes patches of values at the nodes: interpolation, or least squares over the nodes present."""
     if present.all():
         rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
         nodes = (grid.u.size - 1) // rows, rows
@@ -373,7 +373,7 @@ def _fitter(grid: FlankGrid, present: BoolArray) -> Callable[[dict[str, FloatArr
 
 
 def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: FloatArray) -> float:
-    """Greatest error of the ease-off [m] at points between the nodes, where a part of the flank is absent."""
+    """Maximum error of the ease-off [m] at points between the nodes, where a part of the flank is undercut."""
     nodes = surface.grid
     random = np.random.default_rng(0)
     u, v = random.uniform(*nodes.u_range, 60), random.uniform(max(0.0, nodes.v_range[0]), 1.0, 60)
@@ -392,7 +392,7 @@ def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: Float
     return float(error[good].max(initial=0.0))
 
 
-def _absent(surface: MeshSurface) -> Absent | None:
+def _undercut_region(surface: MeshSurface) -> UndercutRegion | None:
     """How much of the flank inside both blanks is undercut."""
     if "regular" not in surface.patch.names:
         return None
@@ -400,15 +400,16 @@ def _absent(surface: MeshSurface) -> Absent | None:
     u, v = (g.ravel() for g in np.meshgrid(np.linspace(-half, half, 81), np.linspace(0.0, 1.0, 61)))
     limits = surface.limits(u, v)
     inside = (limits[:-1] >= 0.0).all(axis=0)
-    gone = inside & (limits[-1] < 0.0)
-    if not gone.any():
+    missing = inside & (limits[-1] < 0.0)
+    if not missing.any():
         return None
     depth = surface.height(u, np.ones_like(u)) - surface.height(u, np.zeros_like(u))
-    share = float(depth[gone].sum() / depth[inside].sum())
-    return Absent(share, (float(u[gone].min()), float(u[gone].max())), (float(v[gone].min()), float(v[gone].max())))
+    share = float(depth[missing].sum() / depth[inside].sum())
+    (u_low, u_high), (v_low, v_high) = ((float(x[missing].min()), float(x[missing].max())) for x in (u, v))
+    return UndercutRegion(share, (u_low, u_high), (v_low, v_high))
 
 
-def _crest(surface: MeshSurface) -> tuple[tuple[float, float], float]:
+def _error_maximum(surface: MeshSurface) -> tuple[tuple[float, float], float]:
     """Place and value of the smallest ease-off over lever inside the flanks, by grids that close in on it."""
     (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
     centre, reach = np.array([0.5 * (u0 + u1), 0.5 * (v0 + v1)]), np.array([0.5 * (u1 - u0), 0.5 * (v1 - v0)])
@@ -416,7 +417,7 @@ def _crest(surface: MeshSurface) -> tuple[tuple[float, float], float]:
     for count in (41, 11, 11, 11):
         axes = [np.linspace(c - r, c + r, count) for c, r in zip(centre, reach, strict=True)]
         u, v = (g.ravel() for g in np.meshgrid(*axes))
-        height = np.where(surface.margin(u, v) >= 0.0, surface.patch(u, v, ("turn_back",))[0], np.inf)
+        height = np.where(surface.margin(u, v) >= 0.0, surface.patch(u, v, ("ease_off_angle",))[0], np.inf)
         at = int(np.argmin(height))
         if not np.isfinite(height[at]):
             break
@@ -427,7 +428,7 @@ def _crest(surface: MeshSurface) -> tuple[tuple[float, float], float]:
         raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
     sharp = _stationary(surface.patch, centre)
     if surface.margin(sharp[:1], sharp[1:])[0] > 0.0:
-        value = float(surface.patch(sharp[:1], sharp[1:], ("turn_back",))[0, 0])
+        value = float(surface.patch(sharp[:1], sharp[1:], ("ease_off_angle",))[0, 0])
         if value <= lowest:
             centre, lowest = sharp, value
     return (float(centre[0]), float(centre[1])), lowest
@@ -439,7 +440,8 @@ def _stationary(patch: Patch, start: FloatArray) -> FloatArray:
     for _ in range(4):
         u, v = at[:1], at[1:]
         a, b, aa, ab, bb = (
-            float(patch(u, v, ("turn_back",), du=i, dv=j)[0, 0]) for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+            float(patch(u, v, ("ease_off_angle",), du=i, dv=j)[0, 0])
+            for i, j in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
         )
         determinant = aa * bb - ab * ab
         if determinant <= 0.0 or aa <= 0.0:

@@ -24,7 +24,7 @@ from efficiency.cutting.newton import Array
 
 FloatArray = NDArray[np.float64]
 
-# pivots below this share of the greatest are taken for directions that the points do not see
+# pivots below this share of the largest are taken for directions that the points do not see
 _RANK = 1e-13
 
 
@@ -137,7 +137,7 @@ class Patch:
         u, v : (n,) arrays
             Points; outside the rectangle the polynomials are continued.
         names : tuple of str
-            Fields wanted.
+            Names of the fields.
         du, dv : int
             Order of the derivative along u and v.
 
@@ -217,7 +217,7 @@ def cubic_spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     y : (..., n) array
         Values.
     at : (m,) array
-        Where the spline is wanted.
+        Where to evaluate the spline.
 
     Returns
     -------
@@ -251,7 +251,7 @@ def akima_curve(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     x, y : (n,) arrays
         Points, x increasing.
     at : (m,) array
-        Where the curve is wanted.
+        Where to evaluate the curve.
 
     Returns
     -------

@@ -1,9 +1,9 @@
 """Unloaded contact path and transmission error: of one tooth pair, and of all pairs with its harmonics.
 
-One pair: the real pinion flank is placed in space and the gear turned until they touch (`closest`): exact but for the
-interpolation of both flanks. Inside the flanks that is tangency, on their rim the contact of an edge. All pairs: the
-pair that holds the gear farthest ahead carries it, so the curve of the mesh is the upper envelope of the curve of one
-pair, shifted by whole pitches.
+One pair: the real pinion flank is placed in space and the gear turned until they touch (`contact_search`): exact but
+for the interpolation of both flanks. Inside the flanks that is tangency, on their rim the contact of an edge. All
+pairs: the pair that holds the gear farthest ahead carries it, so the curve of the mesh is the upper envelope of the
+curve of one pair, shifted by whole pitches.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.contact_search import closest, touch
+from efficiency.contact.contact_search import contact_search, point_contact
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
 from efficiency.contact.patch import akima_curve
 from ehl.io.errors import ConvergenceError
@@ -25,8 +25,8 @@ BoolArray = NDArray[np.bool_]
 ORDERS = 10
 # angles of the path of one pair in a pitch, and of the curve of the mesh
 _PER_PITCH, _FINE = 32, 1024
-# verdict on the result: how many times the transmission error that the ease-off has to first order, beyond a share of
-# the angular pitch of the gear that is small in any case; and the share above which no pair of teeth carries smoothly
+# acceptance: how many times the transmission error that the ease-off has to first order, beyond a share of the angular
+# pitch of the gear that is small in any case; and the share above which no pair of teeth carries smoothly
 _PROPORTION, _SMALL, _LARGEST = 3.0, 5e-4, 0.1
 
 
@@ -129,8 +129,8 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     angle : (n,) array
         Pinion angles from the design point, driving direction [rad].
     """
-    found = closest(surface, angle)
-    at = touch(surface, angle, found.u, found.v)
+    found = contact_search(surface, angle)
+    at = point_contact(surface, angle, found.u, found.v)
     u, v = np.real(at.gear_u), np.real(at.gear_v)
     point = surface.patch(found.u, found.v, ("px", "py", "pz"))
     u1, h1 = surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2])
@@ -156,12 +156,12 @@ def transmission(surface: MeshSurface) -> Transmission:
     ConvergenceError
         The blanks share no part of the flank, or the transmission error is out of proportion with the ease-off.
     """
-    pitch, crest = surface.pitch, surface.crest_roll
+    pitch, centre = surface.pitch, surface.error_maximum_roll
     first, last = surface.roll_range
     # so that the neighbours of the pair at its highest point are on their way in and out
-    crest = float(np.clip(crest, first + 0.5 * pitch, max(last, first + pitch) - 0.5 * pitch))
-    path = contact_path(surface, crest + np.linspace(-1.0, 1.0, 2 * _PER_PITCH + 1) * pitch)
-    angle = crest + (np.arange(_FINE) / _FINE - 0.5) * pitch
+    centre = float(np.clip(centre, first + 0.5 * pitch, max(last, first + pitch) - 0.5 * pitch))
+    path = contact_path(surface, centre + np.linspace(-1.0, 1.0, 2 * _PER_PITCH + 1) * pitch)
+    angle = centre + (np.arange(_FINE) / _FINE - 0.5) * pitch
     error, best = _envelope(path.pinion_angle, path.transmission_error, angle, pitch)
     _plausible(
         surface, float(np.ptp(error)), float(np.ptp(_envelope(path.pinion_angle, path.expected, angle, pitch)[0]))

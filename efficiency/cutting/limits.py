@@ -201,18 +201,18 @@ class FlankLimits:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a designer has to know of these limits, in words: undercut with its place, and missing parts."""
-        told = []
+        notes = []
         if self.undercut.any():
             worst = int(np.argmax(self.undercut_depth))
             u, start, lost = self.u[worst] * 1e3, self.start[worst] * 1e3, self.undercut_depth[worst] * 1e6
-            told.append(
+            notes.append(
                 f"undercut at {self.undercut.sum()} of {self.u.size} stations, worst {u:+.4g} mm along the face from "
                 f"the mean point: the flank ends {start:+.4g} mm from the pitch cone, {lost:.3g} um over its edge of "
                 "regression"
             )
         if np.isnan(self.root).any():
-            told.append(f"the blade tip does not reach the root at {np.isnan(self.root).sum()} stations")
-        return tuple(told)
+            notes.append(f"the blade tip does not reach the root at {np.isnan(self.root).sum()} stations")
+        return tuple(notes)
 
     @property
     def root_error(self) -> FloatArray:

@@ -94,7 +94,7 @@ class EdgeSection:
 
     @property
     def pressure_max(self) -> FloatArray:
-        """Greatest pressure over p_h."""
+        """Maximum pressure over p_h."""
         angle = (np.arange(_ANGLES) + 0.5) * np.pi / _ANGLES
         p = self.pressure(angle)
         at = np.clip(np.argmax(p, axis=1), 1, _ANGLES - 2)

@@ -43,7 +43,7 @@ class Equilibrium:
     stiffness : float
         Derivative of the torque by the angle, all points that carry staying in contact [N m/rad].
     residual : float
-        Greatest violation of compatibility (penetration, or gap under load) over the greatest approach [-].
+        Maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-].
     torque_residual : float
         |sum(lever force) - torque|/torque [-].
     iterations, exchanges : int

@@ -24,7 +24,7 @@ _EDGE_SHARE = 1e-3
 
 @dataclass(frozen=True)
 class Peak:
-    """Where the greatest Hertz pressure of the cycle lies.
+    """Where the maximum Hertz pressure of the cycle lies.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ def points_above_hardness(load: LoadDistribution, teeth: TeethElasticity) -> tup
 
 
 def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
-    """Where the greatest Hertz pressure of the cycle lies."""
+    """Where the maximum Hertz pressure of the cycle lies."""
     number = int(np.argmax([p.pressure_hertz.max() for p in load.positions]))
     at = load.positions[number]
     point = int(np.argmax(at.pressure_hertz))

@@ -166,7 +166,7 @@ class PositionLoad:
     pressure_hertz : (n,) array
         Maximum Hertz pressure of the two flanks [Pa]; zero where unloaded.
     pressure_max : (n,) array
-        The same with the edges: greatest pressure where the contact reaches a rounded edge [Pa].
+        The same with the edges: maximum pressure where the contact reaches a rounded edge [Pa].
     half_width : (n,) array
         Half of the width of the contact, edges included [m].
     at_edge : (n,) bool array
@@ -225,7 +225,7 @@ class LoadDistribution:
 
     @property
     def pressure_max(self) -> float:
-        """Greatest Hertz pressure of the cycle [Pa]."""
+        """Maximum Hertz pressure of the cycle [Pa]."""
         return max(float(p.pressure_hertz.max()) for p in self.positions)
 
     @property
@@ -395,11 +395,11 @@ class EdgeLoad:
     shares : dict of str to float
         Share of the torque at each edge [-]; only edges that carry.
     pressure : float
-        Greatest elastic pressure at an edge [Pa]; 0 where none carries.
+        Maximum elastic pressure at an edge [Pa]; 0 where none carries.
     pressure_lower, pressure_upper : float
         The same load on edges of twice and of half the radius [Pa].
     edge : str
-        Where the greatest one is, such as ``gear tip``; empty where no edge carries.
+        Where the largest one is, such as ``gear tip``; empty where no edge carries.
     position, point : int
         Its mesh position and point.
     """

@@ -38,7 +38,7 @@ def study_rows(study: MisalignmentStudy) -> list[tuple[str, ...]]:
         (
             *(f"{getattr(point, name) * SHOWN_UNITS[name][1]:+.4g}" for name in names),
             _number(point.peak_to_peak * ARCSEC, ".3f"),
-            _number(1e3 * point.crest_u, "+.3f"),
+            _number(1e3 * point.error_maximum_u, "+.3f"),
             _number(1e3 * point.pattern_u, "+.3f"),
             _number(100.0 * point.pattern_length, ".1f"),
             _number(100.0 * point.pattern_area, ".1f"),

@@ -74,7 +74,9 @@ def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoi
     edge = np.array([point.status == "edge contact" for point in points])
     if edge.any():
         row[0].plot(values[edge], of("peak_to_peak", ARCSEC)[edge], "x", color="k", ms=7, label=f"{side}, edge contact")
-    row[1].plot(values, of("crest_u", 1e3), color=colour, marker="o", ms=4, label=f"{side}, highest point of the TE")
+    row[1].plot(
+        values, of("error_maximum_u", 1e3), color=colour, marker="o", ms=4, label=f"{side}, highest point of the TE"
+    )
     row[1].plot(values, of("pattern_u", 1e3), color=colour, marker=".", ls="--", label=f"{side}, middle of the pattern")
     row[2].plot(
         values, of("pattern_length", 100.0), color=colour, marker="o", ms=4, label=f"{side}, length / face width"

@@ -50,7 +50,7 @@ def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
     """
     figure = Figure(figsize=(9.6, 4.0), layout="constrained")
     surface, assembly = pair.surface, pair.surface.assembly
-    angle = surface.direction * surface.crest_roll + surface.roll_zero
+    angle = surface.direction * surface.error_maximum_roll + surface.roll_zero
     sheets: list[tuple[FloatArray, str]] = []
     for member, colour in (("gear", ORANGE), ("pinion", BLUE)):
         for sheet in _teeth(pair, "gear" if member == "gear" else "pinion", teeth):
@@ -133,7 +133,7 @@ def _tooth_sheets(grid: ToothGrid, low: FloatArray, high: FloatArray) -> list[Fl
 def _contact_point(pair: FlankPair, angle: float) -> FloatArray:
     """Crest of the ease-off in the mesh frame (3,)."""
     surface = pair.surface
-    u, v = (np.array([value]) for value in surface.crest)
+    u, v = (np.array([value]) for value in surface.error_maximum)
     return surface.assembly.gear_in_mesh(
         surface.patch(u, v, ("x", "y", "z")), np.array([surface.assembly.ratio * angle])
     )[:, 0]

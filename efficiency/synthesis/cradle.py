@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.cutting.flank import CutFlank
-from efficiency.synthesis.fit import FitResult, FittedFlank, Parameter, WantedFlank, fit
+from efficiency.synthesis.fit import FitResult, FittedFlank, Parameter, TargetFlank, fit
 from efficiency.synthesis.free_settings import AXIS, FreeAxisMachine, FreeSettings, free_axis, tilt_and_swivel
 from efficiency.synthesis.gear import PairGeometry
 from efficiency.synthesis.generating import (
@@ -56,7 +56,7 @@ def tool_in_space(pair: PairGeometry, flank: CutFlank, screw: GeneratingScrew) -
 
 def fit_on_cradle(
     pair: PairGeometry,
-    wanted: Sequence[WantedFlank],
+    targets: Sequence[TargetFlank],
     screw: GeneratingScrew,
     free: FreeSettings,
     tilt_limit: float,
@@ -66,65 +66,65 @@ def fit_on_cradle(
 
     Parameters
     ----------
-    wanted : sequence of WantedFlank
+    targets : sequence of TargetFlank
         Flanks at the exactly conjugate start.
     screw : GeneratingScrew
         Cradle of that start.
     """
     result: FitResult | None = None
-    here = list(wanted)
+    here = list(targets)
     shares = cradle_shares(pair, screw, steps)
     for share in shares:
         following = generating_screw(pair.assembly, float(share))
-        here = [_on_cradle(pair, want, screw, following) for want in here]
+        here = [_on_cradle(pair, target, screw, following) for target in here]
         # on the way a coarse fit is enough to keep the flanks near
         result = fit(here, free.common, free.own, max_iterations=60 if share == shares[-1] else 12)
-        here = [_from_fit(want, fitted) for want, fitted in zip(here, result.flanks, strict=True)]
+        here = [_from_fit(target, fitted) for target, fitted in zip(here, result.flanks, strict=True)]
         screw = following
     assert result is not None
     if max(_tilt(flank.flank) for flank in result.flanks) > tilt_limit:
-        here = [_tilted_back(want, tilt_limit) for want in here]
+        here = [_tilted_back(target, tilt_limit) for target in here]
         held = FreeSettings(_without_axis(free.common), _without_axis(free.own))
         result = fit(here, held.common, held.own)
     return result
 
 
-def _from_fit(want: WantedFlank, fitted: FittedFlank) -> WantedFlank:
-    root = want.root
+def _from_fit(target: TargetFlank, fitted: FittedFlank) -> TargetFlank:
+    root = target.root
     if root is not None and fitted.root is not None:
         root = replace(root, start=fitted.root.parameters)
-    return replace(want, flank=fitted.flank, phase=fitted.phase, parameters=fitted.parameters, root=root)
+    return replace(target, flank=fitted.flank, phase=fitted.phase, parameters=fitted.parameters, root=root)
 
 
 def _tilt(flank: CutFlank) -> float:
     return abs(float(tilt_and_swivel(flank).machine.tilt))
 
 
-def _tilted_back(want: WantedFlank, limit: float) -> WantedFlank:
-    machine = want.flank.machine
+def _tilted_back(target: TargetFlank, limit: float) -> TargetFlank:
+    machine = target.flank.machine
     assert isinstance(machine, FreeAxisMachine)
     share = min(1.0, float(np.sin(limit)) / max(float(np.hypot(machine.axis_x, machine.axis_y)), 1e-12))
     machine = replace(machine, axis_x=share * machine.axis_x, axis_y=share * machine.axis_y)
-    return replace(want, flank=replace(want.flank, machine=machine))
+    return replace(target, flank=replace(target.flank, machine=machine))
 
 
 def _without_axis(parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
     return tuple(parameter for parameter in parameters if parameter not in AXIS)
 
 
-def _on_cradle(pair: PairGeometry, wanted: WantedFlank, old: GeneratingScrew, new: GeneratingScrew) -> WantedFlank:
+def _on_cradle(pair: PairGeometry, target: TargetFlank, old: GeneratingScrew, new: GeneratingScrew) -> TargetFlank:
     """The same tool in space on another cradle; cutting parameters only as a start."""
     pose = machine_pose(
         new.point,
         new.direction,
         pair.assembly.pinion_origin[:, 0],
         pair.assembly.pinion_axis[:, 0],
-        tool_in_space(pair, wanted.flank, old),
+        tool_in_space(pair, target.flank, old),
     )
-    before = tilt_and_swivel(wanted.flank)
-    shift = before.index_zero - wanted.flank.index_zero
+    before = tilt_and_swivel(target.flank)
+    shift = before.index_zero - target.flank.index_zero
     facing = (pair.assembly.pinion_frame.T @ pose.work_direction)[:2]
-    was = (pair.assembly.pinion_frame.T @ _work_direction(pair, wanted.flank, old))[:2]
+    was = (pair.assembly.pinion_frame.T @ _work_direction(pair, target.flank, old))[:2]
     turned = float(np.arctan2(facing[1], facing[0]) - np.arctan2(was[1], was[0]))
     was_set = before.machine
     machine = replace(
@@ -136,15 +136,15 @@ def _on_cradle(pair: PairGeometry, wanted: WantedFlank, old: GeneratingScrew, ne
     own = tool_in_space(pair, before, old).axes
     turned_cutter = tool_in_space(pair, replace(before, machine=machine), new).axes.T @ own
     ahead = float(np.arctan2(turned_cutter[1, 0], turned_cutter[0, 0]))
-    parameters = wanted.parameters + np.array([[0.0], [shift + ahead], [0.0]])
+    parameters = target.parameters + np.array([[0.0], [shift + ahead], [0.0]])
     parameters[2] *= new.rate / old.rate
     flank = replace(before, machine=machine, index_zero=before.index_zero + ahead)
     flank, parameters = free_axis(flank, parameters)
-    root = wanted.root
+    root = target.root
     if root is not None:
-        start = np.stack([root.start[0] + (parameters - wanted.parameters)[1, 0], root.start[1] * new.rate / old.rate])
+        start = np.stack([root.start[0] + (parameters - target.parameters)[1, 0], root.start[1] * new.rate / old.rate])
         root = replace(root, start=start)
-    return replace(wanted, flank=flank, phase=wanted.phase + turned, parameters=parameters, root=root)
+    return replace(target, flank=flank, phase=target.phase + turned, parameters=parameters, root=root)
 
 
 def _work_direction(pair: PairGeometry, flank: CutFlank, screw: GeneratingScrew) -> FloatArray:

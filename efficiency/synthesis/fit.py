@@ -1,7 +1,7 @@
-"""Least-squares fit of machine and blade settings to wanted flanks.
+"""Least-squares fit of machine and blade settings to target flanks.
 
-Residual: distance along the normal of the conjugate flank to the flank that the settings cut, minus the wanted relief.
-Its derivative by a setting is exact from one flank evaluation: at fixed cutting parameters the surface point moves by
+Residual: distance along the normal of the conjugate flank to the flank that the settings cut, minus its ease-off. Its
+derivative by a setting is exact from one flank evaluation: at fixed cutting parameters the surface point moves by
 dr/dp, and to first order only the component along the flank normal changes the distance, ``dd/dp = n . (dr/dp) / (n .
 n_c)`` (envelope theorem). Where the normal misses the flank (undercut) the same formula continues the residual
 linearly, so that such a point never blocks a step; it is reported and left out of the measures.
@@ -85,7 +85,7 @@ class RootLine:
     u : (k,) array
         Stations along the face [m].
     height : (k,) array
-        Wanted height of the root [m].
+        Target height of the root [m].
     weight : float
         Residual per error of the root, [m/m].
     start : (2, k) array
@@ -147,7 +147,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class WantedFlank:
+class TargetFlank:
     """One pinion flank to be cut.
 
     Attributes
@@ -159,8 +159,8 @@ class WantedFlank:
     position, normal : (3, n) arrays
         Points of the conjugate pinion flank in the frame of the unturned pinion [m], and unit normals out of the gear
         tooth.
-    target : (n,) array
-        Wanted relief, positive where material is to be missing [m].
+    relief : (n,) array
+        Ease-off, positive where material is to be missing [m].
     parameters : (3, n) array
         Cutting parameters of the start, near the points.
     root : RootLine, optional
@@ -171,14 +171,14 @@ class WantedFlank:
     phase: float
     position: FloatArray
     normal: FloatArray
-    target: FloatArray
+    relief: FloatArray
     parameters: FloatArray
     root: RootLine | None = None
 
 
 @dataclass(frozen=True)
 class FittedFlank:
-    """What settings make of a wanted flank.
+    """What settings make of a target flank.
 
     Attributes
     ----------
@@ -206,7 +206,7 @@ class FittedFlank:
 
     @property
     def root_error(self) -> FloatArray:
-        """Height of the cut root over the wanted one at the stations of the root line [m]."""
+        """Height of the cut root over the target at the stations of the root line [m]."""
         return np.zeros(0) if self.root is None or not np.isfinite(self.root.error).all() else self.root.error
 
     @property
@@ -259,7 +259,7 @@ def _changed(flank: CutFlank, phase: float, parameter: Parameter, step: float) -
 
 
 def measure(
-    wanted: WantedFlank,
+    target: TargetFlank,
     flank: CutFlank,
     phase: float,
     start: FloatArray,
@@ -271,7 +271,7 @@ def measure(
     Points that were once missed stay linear (`held` false): a point that comes and goes would make the sum of squares
     jump.
     """
-    position, normal = turn(wanted.position, -phase), turn(wanted.normal, -phase)
+    position, normal = turn(target.position, -phase), turn(target.normal, -phase)
 
     border = np.concatenate([-normal.T, np.zeros((normal.shape[1], 1))], axis=1)[:, :, None]
 
@@ -295,14 +295,14 @@ def measure(
         found &= determinant * np.sign(np.median(determinant[found])) > 0.0
     relief = np.where(found, x[3], linear)
     parameters = np.where(found, x[:3], start)
-    state = None if wanted.root is None else wanted.root.cut(flank, root)
-    return FittedFlank(flank, phase, parameters, relief, relief - wanted.target, found, state)
+    state = None if target.root is None else target.root.cut(flank, root)
+    return FittedFlank(flank, phase, parameters, relief, relief - target.relief, found, state)
 
 
-def _derivatives(wanted: WantedFlank, now: FittedFlank, parameters: Sequence[Parameter], weighed: bool) -> FloatArray:
+def _derivatives(target: TargetFlank, now: FittedFlank, parameters: Sequence[Parameter], weighed: bool) -> FloatArray:
     """Rows of points, and of the root where it is weighed, over the settings, (n + k, m), in metres per scale."""
     point, facing, _ = now.flank.sweep(now.parameters)
-    share = 1.0 / dot(facing, turn(wanted.normal, -now.phase))
+    share = 1.0 / dot(facing, turn(target.normal, -now.phase))
     root_state = now.root if weighed else None
     columns = []
     for parameter in parameters:
@@ -319,7 +319,7 @@ def _derivatives(wanted: WantedFlank, now: FittedFlank, parameters: Sequence[Par
 
 
 def fit(
-    wanted: Sequence[WantedFlank],
+    targets: Sequence[TargetFlank],
     common: Sequence[Parameter],
     own: Sequence[Parameter],
     *,
@@ -332,7 +332,7 @@ def fit(
 
     Parameters
     ----------
-    wanted : sequence of WantedFlank
+    targets : sequence of TargetFlank
         One flank, or both flanks of a member cut in one setting.
     common, own : sequences of Parameter
         Settings that all flanks share, and settings of each flank.
@@ -342,38 +342,38 @@ def fit(
         The fit ends when an accepted step lowers the sum of squares by less than this share, twice in a row.
     """
     parameters = [*common, *own]
-    count, flanks = len(common), len(wanted)
+    count, flanks = len(common), len(targets)
     total = count + flanks * len(own)
     columns = [[*range(count), *range(count + k * len(own), count + (k + 1) * len(own))] for k in range(flanks)]
 
     def place(vector: FloatArray, previous: Sequence[FittedFlank] | None) -> tuple[FittedFlank, ...]:
         placed = []
-        for k, want in enumerate(wanted):
-            flank, phase = want.flank, want.phase
+        for k, target in enumerate(targets):
+            flank, phase = target.flank, target.phase
             for parameter, step in zip(parameters, vector[columns[k]], strict=True):
                 flank, phase = _changed(flank, phase, parameter, float(step) * parameter.scale)
-            start = want.parameters if previous is None else previous[k].parameters
+            start = target.parameters if previous is None else previous[k].parameters
             root = None if previous is None else previous[k].root
             held = None if previous is None else previous[k].found
-            placed.append(measure(want, flank, phase, start, root, held))
+            placed.append(measure(target, flank, phase, start, root, held))
         return tuple(placed)
 
     def rows(state: Sequence[FittedFlank], vector: FloatArray) -> FloatArray:
         parts = []
-        for want, now in zip(wanted, state, strict=True):
+        for target, now in zip(targets, state, strict=True):
             parts.append(now.residual * np.where(now.found, 1.0, _MISSED))
-            if want.root is not None and want.root.weight > 0.0:
+            if target.root is not None and target.root.weight > 0.0:
                 assert now.root is not None
-                parts.append(now.root.error * want.root.weight)
+                parts.append(now.root.error * target.root.weight)
         return np.concatenate([*parts, ridge * vector])
 
     def jacobian(state: Sequence[FittedFlank]) -> FloatArray:
         blocks = []
-        for k, (want, now) in enumerate(zip(wanted, state, strict=True)):
-            weighed = want.root is not None and want.root.weight > 0.0
-            block = _derivatives(want, now, parameters, weighed)
+        for k, (target, now) in enumerate(zip(targets, state, strict=True)):
+            weighed = target.root is not None and target.root.weight > 0.0
+            block = _derivatives(target, now, parameters, weighed)
             block[: now.residual.size] *= np.where(now.found, 1.0, _MISSED)[:, None]
-            block[now.residual.size :] *= want.root.weight if want.root else 0.0
+            block[now.residual.size :] *= target.root.weight if target.root else 0.0
             wide = np.zeros((block.shape[0], total))
             wide[:, columns[k]] = block
             blocks.append(wide)
@@ -414,5 +414,8 @@ def fit(
         if progress is not None:
             progress(iteration, cost)
     size = values.size - total
-    final = [measure(w, now.flank, now.phase, now.parameters, now.root) for w, now in zip(wanted, state, strict=True)]
+    final = [
+        measure(target, now.flank, now.phase, now.parameters, now.root)
+        for target, now in zip(targets, state, strict=True)
+    ]
     return FitResult(tuple(final), iteration, evaluations, converged, tuple(float(np.sqrt(c / size)) for c in history))

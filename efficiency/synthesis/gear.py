@@ -173,7 +173,7 @@ def cut_gear(pair: PairGeometry) -> GearCut:
     Raises
     ------
     ConvergenceError
-        No point radii and blade angles give the wanted slot.
+        No point radii and blade angles give the slot.
     """
     return _hobbed(pair) if pair.blade_groups else _milled(pair)
 

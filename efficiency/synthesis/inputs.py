@@ -1,4 +1,4 @@
-"""The targets file: blank, way of cutting, wanted ease-off, operating point."""
+"""The targets file: blank, way of cutting, target ease-off, operating point."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Cutting(InputModel):
 
 
 class FlankTarget(InputModel):
-    """Wanted ease-off of one flank pair.
+    """Target ease-off of one flank pair.
 
     Relief is nothing at the contact position and grows with the square of the distance; the four amounts hold at the
     ends of the face and of the working depth for a contact in the middle. Sides are those of the gear.
@@ -70,7 +70,7 @@ class FlankTarget(InputModel):
     contact_face, contact_depth : float
         Contact position, -1 at toe (root), 1 at heel (tip) of the gear.
     transmission_error : float or None
-        Wanted peak-to-peak unloaded transmission error over one pitch [rad]; all reliefs are then scaled alike to give
+        Target peak-to-peak unloaded transmission error over one pitch [rad]; all reliefs are then scaled alike to give
         it.
     """
 

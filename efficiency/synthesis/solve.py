@@ -25,7 +25,7 @@ from efficiency.synthesis.free_settings import FreeSettings, free_settings, with
 from efficiency.synthesis.gear import SIDES, GearCut, PairGeometry, cut_gear, pair_geometry
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput
 from efficiency.synthesis.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
-from efficiency.synthesis.target_flank import standing_back, wanted_flank, wanted_relief
+from efficiency.synthesis.target_flank import backlash_angle, target_flank, target_relief
 from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
@@ -73,14 +73,14 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
             fits = _fit(inputs, pair, gear, grid, starts, scale)
             fitted = _by_side(fits)
         text, design = _design(inputs, blank, pair, gear, fitted, scale)
-        wanted = {side: targets[side].transmission_error for side in SIDES}
+        amplitudes = {side: targets[side].transmission_error for side in SIDES}
         mesh = {
-            side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or wanted[side] else None
+            side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or amplitudes[side] else None
             for side in SIDES
         }
         off = {
             side: float(want / have.peak_to_peak)
-            for side, want in wanted.items()
+            for side, want in amplitudes.items()
             if want and (have := mesh[side]) is not None
         }
         if all(abs(ratio - 1.0) < _AMPLITUDE_TOLERANCE for ratio in off.values()):
@@ -123,18 +123,18 @@ def _fit(
     free = free_settings(inputs)
     targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
-    thinner = standing_back(pair) if free.common and not pair.blade_groups else 0.0
+    thinning = backlash_angle(pair) if free.common and not pair.blade_groups else 0.0
 
     def attempt(sides: Sequence[FlankSide], weight: float, settings: FreeSettings) -> FitResult:
-        wanted = [
-            wanted_flank(
-                pair, starts[side], scale[side] * wanted_relief(targets[side], grid.x, grid.y), weight, thinner
+        flanks = [
+            target_flank(
+                pair, starts[side], scale[side] * target_relief(targets[side], grid.x, grid.y), weight, thinning
             )
             for side in sides
         ]
         if inputs.cutting.machine == "cradle":
-            return fit_on_cradle(pair, wanted, gear.screw, settings, inputs.cutting.tilt_limit)
-        return fit(wanted, settings.common, settings.own)
+            return fit_on_cradle(pair, flanks, gear.screw, settings, inputs.cutting.tilt_limit)
+        return fit(flanks, settings.common, settings.own)
 
     # where the plain settings do not do: more motions, then a root somewhat off the blank's as the lesser evil
     weight = root_weight(inputs, pair)
@@ -173,8 +173,8 @@ def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
 
 def _uncut(pair: PairGeometry, start: ConjugateFlankStart) -> FittedFlank:
     """The conjugate flank itself: nothing is left to fit, only its undercut is looked for."""
-    wanted = wanted_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
-    return measure(wanted, wanted.flank, wanted.phase, wanted.parameters)
+    target = target_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
+    return measure(target, target.flank, target.phase, target.parameters)
 
 
 def _design(
@@ -208,13 +208,13 @@ def _backlash_turns(pair: PairGeometry, fitted: dict[FlankSide, FittedFlank]) ->
         flank = fitted[side]
         points = flank.flank.points(flank.parameters[:, flank.found])
         spun = spin(points.position)
-        # turning against the outward normal makes the tooth thinner
-        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * standing_back(pair)
+        # turning against the outward normal makes the tooth thinning
+        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * backlash_angle(pair)
     return turns
 
 
 def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmission | None:
-    """Unloaded transmission error of the mesh; None where the pair does not mesh, or is far from what was wanted."""
+    """Unloaded transmission error of the mesh; None where the pair does not mesh, or is far from the target."""
     if fitted.rms > _MESHES:
         return None
     try:

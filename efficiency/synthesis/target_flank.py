@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from efficiency.cutting.rotation import dot, spin, turn
 from efficiency.synthesis.conjugate import ConjugateFlankStart
-from efficiency.synthesis.fit import RootLine, WantedFlank
+from efficiency.synthesis.fit import RootLine, TargetFlank
 from efficiency.synthesis.free_settings import free_axis
 from efficiency.synthesis.gear import PairGeometry
 from efficiency.synthesis.inputs import FlankTarget
@@ -17,32 +17,32 @@ FloatArray = NDArray[np.float64]
 _STATIONS = np.array([-0.5, 0.0, 0.5])
 
 
-def wanted_flank(
-    pair: PairGeometry, start: ConjugateFlankStart, relief: FloatArray, root_weight: float, thinner: float = 0.0
-) -> WantedFlank:
+def target_flank(
+    pair: PairGeometry, start: ConjugateFlankStart, relief: FloatArray, root_weight: float, thinning: float = 0.0
+) -> TargetFlank:
     """A flank to be fitted, from its conjugate start.
 
     Parameters
     ----------
     relief : (n,) array
-        Wanted relief at the points of the grid [m].
+        Ease-off at the points of the grid [m].
     root_weight : float
         Residual per root error; 0: the root is left alone and only measured.
-    thinner : float
+    thinning : float
         Angle by which the flank is to stand back from contact [rad].
     """
     flank, parameters = free_axis(start.flank, start.parameters)
     conjugate = start.points
     phase = start.phase
-    if thinner:
+    if thinning:
         point, facing, _ = flank.sweep(parameters)
         spun = spin(np.real(point))
         rate = np.median(dot(np.real(facing), spun) / dot(np.real(facing), turn(conjugate.normal, -phase)))
-        phase -= float(np.sign(rate)) * thinner
+        phase -= float(np.sign(rate)) * thinning
     root: RootLine | None = root_line(pair, conjugate.position, parameters, root_weight)
     if root is not None and not np.isfinite(root.cut(flank).error).all():
         root = None
-    return WantedFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)
+    return TargetFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)
 
 
 def root_line(pair: PairGeometry, position: FloatArray, parameters: FloatArray, weight: float) -> RootLine:
@@ -54,13 +54,13 @@ def root_line(pair: PairGeometry, position: FloatArray, parameters: FloatArray, 
     return RootLine(stations, blank.root(stations), weight, parameters[1:, nearest])
 
 
-def standing_back(pair: PairGeometry) -> float:
+def backlash_angle(pair: PairGeometry) -> float:
     """Angle of each pinion flank that gives the pair its backlash [rad]."""
     radius, _ = pair.pinion.axial(np.array([pair.calculation_pinion]), np.zeros(1))
     return 0.5 * pair.backlash / float(radius[0] * np.cos(pair.spiral_pinion))
 
 
-def wanted_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArray:
+def target_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArray:
     """Relief [m] at places on the face (-1 toe, 1 heel) and the working depth (-1 root, 1 tip of the gear).
 
     With ``X = x - contact_face - bias (y - contact_depth)`` and ``Y = y - contact_depth`` it is

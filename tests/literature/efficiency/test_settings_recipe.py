@@ -20,11 +20,11 @@ from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from efficiency.synthesis.conjugate import conjugate_start, fit_grid, opposite
-from efficiency.synthesis.fit import Parameter, WantedFlank, fit, measure
+from efficiency.synthesis.fit import Parameter, TargetFlank, fit, measure
 from efficiency.synthesis.free_settings import ANGLE, CURVATURE, PHASE, RADIAL, RADIUS, free_settings, tilt_and_swivel
 from efficiency.synthesis.gear import SIDES, cut_gear, pair_geometry
 from efficiency.synthesis.inputs import FlankTarget, load_targets
-from efficiency.synthesis.target_flank import wanted_flank, wanted_relief
+from efficiency.synthesis.target_flank import target_flank, target_relief
 
 MM, DEG = 1e-3, np.pi / 180.0
 TARGET = FlankTarget()
@@ -113,8 +113,8 @@ def test_given_settings_have_the_given_residual_and_transmission_error(
     middle = mate.solve(np.array([grid.u[67]]), np.array([grid.h[67]]))[0]
     phase = pinion_phase(conjugate_points(middle, pair.assembly), flank)
     parameters = ease_off(start.points, flank, phase)[1]
-    relief = wanted_relief(TARGET, grid.x, grid.y)
-    wanted = WantedFlank(flank, phase, start.points.position, start.points.normal, relief, parameters)
+    relief = target_relief(TARGET, grid.x, grid.y)
+    wanted = TargetFlank(flank, phase, start.points.position, start.points.normal, relief, parameters)
     for _ in range(6):
         now = measure(wanted, flank, phase, parameters)
         position, normal = wanted.position, wanted.normal
@@ -135,11 +135,11 @@ def sister() -> PairBlankInput:
     return blank.model_copy(update={"hypoid_offset": 0.010, "depth": depth})
 
 
-def wanted_flanks(blank: PairBlankInput, root_weight: float) -> list[WantedFlank]:
+def target_flanks(blank: PairBlankInput, root_weight: float) -> list[TargetFlank]:
     pair = pair_geometry(pair_blank(blank), False)
     gear, grid = cut_gear(pair), fit_grid(pair)
-    relief = wanted_relief(TARGET, grid.x, grid.y)
-    return [wanted_flank(pair, conjugate_start(pair, gear, side, grid), relief, root_weight) for side in SIDES]
+    relief = target_relief(TARGET, grid.x, grid.y)
+    return [target_flank(pair, conjugate_start(pair, gear, side, grid), relief, root_weight) for side in SIDES]
 
 
 @pytest.mark.parametrize(("name", "convex", "concave"), [("offset 31.75", 0.51, 0.48), ("offset 10", 0.50, 0.48)])
@@ -147,7 +147,7 @@ def test_setting_per_flank_reaches_the_given_residuals(name: str, convex: float,
     blank = load_blank("fh_hypoid_9x34") if name == "offset 31.75" else sister()
     tilt = Parameter("machine", "tilt", 0.01)
     found = {}
-    for wanted in wanted_flanks(blank, 0.0):
+    for wanted in target_flanks(blank, 0.0):
         # tilt alone is free, its direction is held: no free axis
         flank = tilt_and_swivel(wanted.flank)
         shift = np.array([[0.0], [flank.index_zero - wanted.flank.index_zero], [0.0]])
@@ -164,7 +164,7 @@ def test_one_setting_for_both_flanks_is_no_worse_than_given(name: str, given: tu
     # both flanks and the root are weighed against each other: only the sum of squares can be compared
     blank = load_blank("fh_hypoid_9x34") if name == "offset 31.75" else sister()
     free = free_settings(load_targets("fh_hypoid_9x34"))
-    result = fit(wanted_flanks(blank, 0.02), free.common, free.own)
+    result = fit(target_flanks(blank, 0.02), free.common, free.own)
     here = np.array([flank.rms * 1e6 for flank in result.flanks])
     assert np.hypot(*here) < np.hypot(*given) + 0.05
     assert result.iterations < 20

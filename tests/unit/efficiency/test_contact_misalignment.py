@@ -33,7 +33,7 @@ def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy)
     for point in study.points[::2]:
         alone = flank_pair(load_design(BEVEL).with_misalignment(E=point.E, P=point.P).flanks())
         assert point.peak_to_peak == pytest.approx(alone.transmission.peak_to_peak, rel=1e-4)
-        assert point.crest_u == pytest.approx(alone.surface.crest[0], abs=1e-7)
+        assert point.error_maximum_u == pytest.approx(alone.surface.error_maximum[0], abs=1e-7)
         assert point.pattern_area == pytest.approx(alone.pattern().area_share, abs=2e-3)
         assert point.edges == ", ".join(alone.transmission.edges)
 
@@ -63,7 +63,7 @@ def test_states_that_cannot_mesh_are_a_status() -> None:
     )
     assert calls == [(1, 2), (2, 2)]
     assert study.points[0].status in ("converged", "edge contact")
-    assert study.points[0].absent > 0.0
+    assert study.points[0].undercut > 0.0
     for point in study.points:
         assert point.status != "failed" or point.reason
 
@@ -95,7 +95,7 @@ def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: FlankPair
     assert 0.0 < thin.area_share < thick.area_share < 1.0
     assert thin.length < thick.length
     assert (thick.marked | ~thin.marked).all()
-    path = contact_path(pair.surface, pair.surface.crest_roll + np.linspace(-0.3, 0.3, 5) * pair.surface.pitch)
+    path = contact_path(pair.surface, pair.surface.error_maximum_roll + np.linspace(-0.3, 0.3, 5) * pair.surface.pitch)
     for u, h in zip(path.u, path.height, strict=True):
         near = np.argmin((thin.gear_u - u) ** 2 + (thin.gear_height - h) ** 2)
         assert thin.marked.ravel()[near]
@@ -109,6 +109,6 @@ def test_pattern_grows_with_the_marking_and_lies_around_the_path(pair: FlankPair
 def test_map_fractions_and_shape(pair: FlankPair) -> None:
     pattern = pair.pattern()
     assert pattern.gear_u.shape == pattern.separation.shape == pattern.marked.shape
-    assert pattern.centre[0] == pytest.approx(pair.surface.crest[0], abs=1.5e-3)
+    assert pattern.centre[0] == pytest.approx(pair.surface.error_maximum[0], abs=1.5e-3)
     assert 0.0 < pattern.length < 1.0
     assert 0.0 < pattern.width <= 1.0

@@ -47,10 +47,10 @@ def test_conjugate_flank_has_no_ease_off_and_no_transmission_error(name: str, si
     u, v = inside(surface)
     assert np.abs(surface.patch(u, v, ("ease_off",))).max() < 1e-13
     assert transmission(surface).peak_to_peak / ARCSEC < 1e-4
-    assert (surface.absent is not None) == (name == HYPOID)
-    if surface.absent is not None:
-        assert 0.0 < surface.absent.share < 0.02
-        assert surface.absent.fraction[0] > 0.9
+    assert (surface.undercut is not None) == (name == HYPOID)
+    if surface.undercut is not None:
+        assert 0.0 < surface.undercut.share < 0.02
+        assert surface.undercut.fraction[0] > 0.9
 
 
 @pytest.mark.parametrize(("name", "side"), PAIRS[1:3])

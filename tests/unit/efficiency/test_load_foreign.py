@@ -13,7 +13,7 @@ from efficiency.design.design import load_design
 from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
-from efficiency.ltca.foreign import read_load, write_load
+from efficiency.ltca.external_load import read_load, write_load
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.friction.models import ConstantFriction

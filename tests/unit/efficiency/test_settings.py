@@ -13,7 +13,7 @@ import pytest
 from efficiency.design.design import load_design
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
 from efficiency.synthesis.solve import machine_settings
-from efficiency.synthesis.target_flank import wanted_relief
+from efficiency.synthesis.target_flank import target_relief
 from ehl.io.data import data_path
 from ehl.io.errors import InputError
 
@@ -28,20 +28,20 @@ def changed(**cutting: Any) -> SettingsInput:
 def test_relief_has_the_amounts_of_the_targets() -> None:
     target = FlankTarget(crowning_toe=30e-6, crowning_heel=50e-6, relief_root=8e-6, relief_tip=20e-6)
     x, y = np.array([-1.0, 1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0, 1.0, 0.0])
-    np.testing.assert_allclose(wanted_relief(target, x, y), [30e-6, 50e-6, 8e-6, 20e-6, 0.0], atol=1e-18)
+    np.testing.assert_allclose(target_relief(target, x, y), [30e-6, 50e-6, 8e-6, 20e-6, 0.0], atol=1e-18)
 
 
 def test_bias_leans_the_crest_and_twist_lifts_corners() -> None:
     leaning = FlankTarget(bias=0.4, relief_root=0.0, relief_tip=0.0)
-    assert wanted_relief(leaning, np.array([0.4]), np.array([1.0]))[0] == pytest.approx(0.0, abs=1e-18)
+    assert target_relief(leaning, np.array([0.4]), np.array([1.0]))[0] == pytest.approx(0.0, abs=1e-18)
     twisted = FlankTarget(crowning_toe=0.0, crowning_heel=0.0, relief_root=0.0, relief_tip=0.0, twist=5e-6)
     x, y = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, -1.0, -1.0, 1.0])
-    np.testing.assert_allclose(wanted_relief(twisted, x, y), [5e-6, 5e-6, -5e-6, -5e-6], atol=1e-18)
+    np.testing.assert_allclose(target_relief(twisted, x, y), [5e-6, 5e-6, -5e-6, -5e-6], atol=1e-18)
 
 
 def test_contact_position_is_without_relief() -> None:
     target = FlankTarget(contact_face=0.3, contact_depth=-0.2, bias=0.5, twist=4e-6)
-    assert wanted_relief(target, np.array([0.3]), np.array([-0.2]))[0] == pytest.approx(0.0, abs=1e-18)
+    assert target_relief(target, np.array([0.3]), np.array([-0.2]))[0] == pytest.approx(0.0, abs=1e-18)
 
 
 def test_conjugate_flanks_need_even_targets() -> None:

@@ -166,7 +166,7 @@ def test_gap_is_the_least_distance_of_the_real_flanks_across_the_line(pair: Flan
 def test_undercut_is_told_and_leaves_no_gap_in_the_numbers() -> None:
     """The drive flank of the face-hobbed hypoid pinion is undercut at the toe of its root, near the tip of the gear."""
     pair = flank_pair(load_design("fh_hypoid_9x34").flanks(), "drive")
-    absent = pair.surface.absent
+    absent = pair.surface.undercut
     assert absent is not None
     assert 0.01 < absent.share < 0.05
     assert absent.u[0] == pytest.approx(-0.013)

@@ -36,7 +36,7 @@ def test_path_and_transmission_error_against_direct_tangency(name: str, side: An
         assembly = design.with_misalignment(**state).placement()
         surface = mesh_surface(gear, pinion, assembly, grid=grid)
         grid = surface.grid
-        path = contact_path(surface, surface.crest_roll + np.linspace(-0.7, 0.7, 7) * surface.pitch)
+        path = contact_path(surface, surface.error_maximum_roll + np.linspace(-0.7, 0.7, 7) * surface.pitch)
         assert path.settled.all()
         check = check_path(surface, path, before)
         before = before or (assembly, check.tangency)
@@ -56,7 +56,7 @@ def test_edges_of_both_members_against_direct_tangency(bevel: Design) -> None:
     ):
         pinion, gear = bevel.flanks().mating(side)  # type: ignore[arg-type]
         surface = mesh_surface(gear, pinion, bevel.with_misalignment(**state).placement())
-        path = contact_path(surface, surface.crest_roll + np.linspace(-1.0, 1.0, 13) * surface.pitch)
+        path = contact_path(surface, surface.error_maximum_roll + np.linspace(-1.0, 1.0, 13) * surface.pitch)
         assert path.settled.all()
         check = check_path(surface, path)
         assert check.transmission_error / ARCSEC < 1e-3
@@ -79,7 +79,7 @@ def test_error_falls_with_the_grid(bevel: Design) -> None:
     errors, estimates = [], []
     for shape in ((6, 5), (9, 7), (13, 10)):
         surface = mesh_surface(gear, pinion, bevel.placement(), shape=shape)
-        path = contact_path(surface, surface.crest_roll + np.array([-0.4, 0.0, 0.4]) * surface.pitch)
+        path = contact_path(surface, surface.error_maximum_roll + np.array([-0.4, 0.0, 0.4]) * surface.pitch)
         assert path.free.all()
         errors.append(check_path(surface, path).transmission_error * 0.07)
         estimates.append(surface.interpolation_error)

@@ -99,7 +99,7 @@ def test_the_milled_gear_is_undercut_below_the_points_it_mates_with() -> None:
     v = np.append(np.full(9, lowest - 0.12), 0.6)
     points, found = surface.gear.solve(u, surface.height(u, v))
     assert relative_regularity(surface.gear, points.parameters, found).min() < 0.04
-    assert surface.absent is None
+    assert surface.undercut is None
 
 
 def test_transmission_error_is_of_the_size_of_the_ease_off(surface: MeshSurface) -> None:

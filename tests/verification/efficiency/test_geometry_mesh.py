@@ -179,7 +179,7 @@ def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: Flan
     surface = pair.surface
     for position in mesh_cycle(pair.surface, positions=6, points_per_line=31):
         angle = position.pinion_angle + np.arange(-2, 3) * surface.pitch
-        inside = np.abs(angle - surface.crest_roll) < 0.6 * surface.pitch
+        inside = np.abs(angle - surface.error_maximum_roll) < 0.6 * surface.pitch
         highest = contact_path(surface, angle[inside]).transmission_error.max()
         assert position.transmission_error / ARCSEC == pytest.approx(highest / ARCSEC, abs=0.05)
 
@@ -243,7 +243,7 @@ def test_misalignments_are_what_they_are_called(design: Design) -> None:
     def path(gear: CutFlank, pinion: CutFlank, assembly: Assembly) -> np.ndarray:
         # the blank limits move with the member they belong to and do not enter the path; the design point does
         surface = mesh_surface(gear, pinion, assembly, overhang_root=0.1)
-        found = contact_path(surface, surface.crest_roll + np.array([-0.2, 0.0, 0.2]) * surface.pitch)
+        found = contact_path(surface, surface.error_maximum_roll + np.array([-0.2, 0.0, 0.2]) * surface.pitch)
         return np.concatenate([found.transmission_error, found.u, found.height])
 
     pinion_shifted = path(gear, moved(pinion, amount), nominal)
@@ -269,7 +269,7 @@ def test_contact_moves_to_opposite_ends_on_both_sides_with_offset_error(design: 
     shift = {}
     for side in SIDES:
         plus, minus = (
-            flank_pair(design.with_misalignment(E=e).flanks(), side).surface.crest[0]  # type: ignore[arg-type]
+            flank_pair(design.with_misalignment(E=e).flanks(), side).surface.error_maximum[0]  # type: ignore[arg-type]
             for e in (5e-5, -5e-5)
         )
         shift[side] = plus - minus

@@ -14,7 +14,7 @@ from efficiency.synthesis.conjugate import fit_grid
 from efficiency.synthesis.gear import pair_geometry
 from efficiency.synthesis.inputs import load_targets
 from efficiency.synthesis.solve import machine_settings
-from efficiency.synthesis.target_flank import wanted_relief
+from efficiency.synthesis.target_flank import target_relief
 from ehl.io.data import data_names
 
 
@@ -32,7 +32,7 @@ def test_design_has_the_wanted_ease_off(name: str) -> None:
         phase = pinion_phase(conjugate_points(middle, design.placement()), pinion)
         relief, _, found = ease_off(conjugate, pinion, phase)
         position, normal = conjugate.position, conjugate.normal
-        residual = (relief - wanted_relief(target, grid.x, grid.y))[found]
+        residual = (relief - target_relief(target, grid.x, grid.y))[found]
         arm = (position[0] * normal[1] - position[1] * normal[0])[found]
         residual -= arm * (arm @ residual) / (arm @ arm)
         assert np.sum(~found) <= 4

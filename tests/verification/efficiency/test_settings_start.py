@@ -14,7 +14,7 @@ from efficiency.synthesis.fit import Parameter, RootLine, _derivatives, measure,
 from efficiency.synthesis.free_settings import free_axis, tilt_and_swivel
 from efficiency.synthesis.gear import SIDES, PairGeometry, cut_gear, pair_geometry
 from efficiency.synthesis.generating import generating_screw
-from efficiency.synthesis.target_flank import wanted_flank
+from efficiency.synthesis.target_flank import target_flank
 
 
 def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairGeometry:
@@ -81,7 +81,7 @@ def test_derivatives_of_the_residual_by_settings_against_differences() -> None:
     pair = geometry("fh_hypoid_9x34", False)
     gear = cut_gear(pair)
     start = conjugate_start(pair, gear, "convex", fit_grid(pair, 0.1, (5, 4)))
-    wanted = wanted_flank(pair, start, np.zeros(20), 0.02)
+    wanted = target_flank(pair, start, np.zeros(20), 0.02)
     now = measure(wanted, wanted.flank, wanted.phase, wanted.parameters)
     parameters = [
         Parameter("machine", "axis_x", 0.01),
@@ -121,7 +121,7 @@ def test_free_axis_is_the_same_flank() -> None:
 def test_root_line_is_the_lowest_point_of_the_tip() -> None:
     pair = geometry("fm_hypoid_13x42", False)
     start = conjugate_start(pair, cut_gear(pair), "concave", fit_grid(pair, 0.1, (5, 4)))
-    wanted = wanted_flank(pair, start, np.zeros(20), 0.02)
+    wanted = target_flank(pair, start, np.zeros(20), 0.02)
     assert wanted.root is not None
     state = wanted.root.cut(wanted.flank)
     lowest = [_lowest(wanted.flank, wanted.root, k, state.parameters[:, k]) for k in range(3)]

@@ -1,4 +1,4 @@
-"""Load distributions as CSV files: from a foreign program in place of the own one, and the own one out.
+"""Load distributions as CSV files: of another program in place of the own one, and the own one out.
 
 First line ``# torque = 300 N m``: torque of the pinion that the forces carry. Then a header of column names with units
 (``pinion_angle [deg],face_gear [mm],height_gear [mm],force [N]``) and one row per point and mesh position:
@@ -61,7 +61,7 @@ UNITS = {
     "length": "m",
     "pair": "",
 }
-# how far beyond an edge a point may lie, for the rounding of a foreign mesh [m]
+# how far beyond an edge a point may lie, for the rounding of another mesh [m]
 _BEYOND = 2e-4
 # how far the forces of a position may be from the torque stated
 _TORQUE = 0.05
@@ -99,7 +99,7 @@ def write_load(load: LoadDistribution, path: Path) -> None:
 def read_load(
     path: Path, contact: FlankPair, teeth: TeethElasticity, torque_pinion: float | None = None
 ) -> LoadedGrids:
-    """Load distribution of a foreign program on the flanks of a pair, in place of the own one.
+    """Load distribution of another program on the flanks of a pair, in place of the own one.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def _position(
     surface: MeshSurface, angle: float, u: FloatArray, v: FloatArray, tooth: IntArray, length: FloatArray
 ) -> MeshPosition:
     fields = conjugate_fields(surface, u, v, length)
-    closing = fields.pop("valley") / fields["lever_gear"]
+    closing = fields.pop("minimum_gap") / fields["lever_gear"]
     gap = (closing - closing.min()) * fields["lever_gear"]
     edge = EdgeProximity(*nearest_edge(surface, u, v))
     return MeshPosition(angle, tooth, gap=gap, transmission_error=math.nan, edge=edge, **fields)
