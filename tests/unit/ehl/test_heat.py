@@ -14,6 +14,7 @@ from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
     FilmConductivity,
+    carried_shear_heat,
     couette_film,
     estimate_thermal_effect,
     flux_to_surface_1,
@@ -501,3 +502,25 @@ def test_estimate_of_heat_takes_the_film_of_moes_where_none_is_given():
     film = moes_1992(*line.moes_groups(lubricant)) * line.radius_equivalent * math.sqrt(2.0 * speed)
     given = estimate_thermal_effect(line, lubricant, (steel, steel), film_central=film)
     assert estimate_thermal_effect(line, lubricant, (steel, steel)) == given
+
+
+def test_heat_carried_along_by_the_film_by_hand():
+    """0.05 loss + 0.03 Pe + 0.002 of friction and 0.18 loss + 0.002 of film, loss = (-ln reduction)^1.4."""
+    line, lubricant = contact(), oil()
+    found = carried_shear_heat(line, lubricant, 1e-6, 0.6)
+    k_film = float(FilmConductivity()(np.array([line.pressure_hertz]), lubricant.thermal_conductivity)[0])
+    peclet = lubricant.density * lubricant.heat_capacity * line.speed_entrainment * 1e-12 / (k_film * line.half_width)
+    loss = math.log(1.0 / 0.6) ** 1.4
+    assert found.peclet_film == pytest.approx(peclet, rel=1e-12)
+    assert found.friction_change == pytest.approx(0.05 * loss + 0.03 * peclet + 0.002, rel=1e-12)
+    assert found.film_change == pytest.approx(0.18 * loss + 0.002, rel=1e-12)
+    thicker = carried_shear_heat(line, lubricant, 1e-6, 1.1)
+    assert thicker.film_change == 0.002
+
+
+def test_inlet_factors_of_a_contact_take_its_own_numbers():
+    line, lubricant = contact(speed_entrainment=10.0, slide_to_roll=0.2), oil(thermal_conductivity=0.106)
+    factors, loading = inlet_thermal_factors(line, lubricant), 0.4
+    ratio = line.pressure_hertz / line.effective_modulus
+    assert factors.zhu_cheng == pytest.approx(zhu_cheng_1984(loading, 0.2, ratio), rel=1e-12)
+    assert factors.murch_wilson_gupta == pytest.approx(wilson_gupta_1992(loading, 0.2), rel=1e-12)

@@ -32,6 +32,12 @@ def test_arana_share_at_unit_film_ratio() -> None:
     assert LOAD_SHARES["arana_2019"](1.0) == pytest.approx(1.0 - 0.8427007929, abs=1e-9)
 
 
+@pytest.mark.parametrize(("film_ratio", "share"), [(0.0, 1.0), (0.5, 0.5625), (1.0, 0.25), (1.6, 0.04), (2.0, 0.0)])
+def test_doleschel_share_by_hand(film_ratio: float, share: float) -> None:
+    """(1 - lambda/2)^2 up to 2."""
+    assert LOAD_SHARES["doleschel_2002"](film_ratio) == pytest.approx(share, rel=1e-12)
+
+
 def test_unknown_model() -> None:
     with pytest.raises(InputError, match="arana_2019"):
         load_sharing(1.0, 0.02, 0.1, "guess")
