@@ -46,7 +46,7 @@ def plan(
         output.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError("--output", str(output), "a writable path", f"{error.strerror}.") from None
-    typer.echo(repr(ranges))
+    ranges.table().print()
     written = Plan.from_file(output)
     typer.echo(f"{output}: {written.count} cases; for its cost: mixed-ehl sweep {output} --estimate")
 

@@ -6,26 +6,26 @@ row that holds units alone (as `mixed-ehl sweep merge` writes it) serves too.
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange, parse_quantity
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 # a header such as "pressure_hertz [GPa]"; round brackets are common in spreadsheets
 _HEADER = re.compile(r"(?P<name>[^\[(]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?")
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_DECIMAL_COMMA = re.compile(r"^\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*$")
 MAX_ROWS = 1_000_000
 
 Cell = float | int | str | None
 Column = tuple[float, ...] | tuple[str, ...]
-# rows that are not empty, each with its number in the file, counted from 1
-Rows = list[tuple[int, list[Cell]]]
 
 
 def read_table(
@@ -65,34 +65,36 @@ def numbered_table(
     bare: bool = True,
 ) -> tuple[dict[str, Column], tuple[int, ...]]:
     """The same as `read_table`, and the number of each row in the file, counted from 1 as editors do."""
-    rows = _rows_of(path)
-    if not rows:
+    cells = _read_cells(path)
+    if cells.empty:
         raise InputError(path.name, "no rows", "a header and at least one row")
-    header = [_HEADER.fullmatch(str(cell or "").strip()) for cell in rows[0][1]]
+    header = [_HEADER.fullmatch(str(cell).strip()) for cell in cells.iloc[0]]
     names = [match["name"].strip() if match else "" for match in header]
-    units = [match["unit"] if match else None for match in header]
+    # what a longer row has beyond the header does not count
+    while names and not names[-1]:
+        names.pop()
+    units = [match["unit"] if match else None for match in header[: len(names)]]
     _check_names(path, names, quantities, required)
-    first = 1
-    if len(rows) > 1 and _are_units(rows[1][1], names, units, quantities):
-        units = [str(cell).strip() if cell not in (None, "") else None for cell in rows[1][1]]
-        first = 2
-    if len(rows) == first:
+    body = cells.iloc[1:, : len(names)]
+    if len(body) and _are_units(list(body.iloc[0]), names, units, quantities):
+        units = [str(cell).strip() or None for cell in body.iloc[0]]
+        body = body.iloc[1:]
+    if body.empty:
         raise InputError(path.name, "a header without rows", "at least one row below the header")
-    if len(rows) - first > MAX_ROWS:
-        raise InputError(path.name, f"{len(rows) - first} rows", f"at most {MAX_ROWS} rows")
+    if len(body) > MAX_ROWS:
+        raise InputError(path.name, f"{len(body)} rows", f"at most {MAX_ROWS} rows")
     columns: dict[str, Column] = {}
     for position, (name, unit) in enumerate(zip(names, units, strict=True)):
         if name.startswith("#"):
             continue
-        cells = [row[position] if position < len(row) else None for _, row in rows[first:]]
         quantity = quantities[name]
-        where = [f"{path.name}, row {number}, {name}" for number, _ in rows[first:]]
+        where = [f"{path.name}, row {number}, {name}" for number in body.index]
+        column = zip(body.iloc[:, position], where, strict=True)
         if quantity is None:
-            columns[name] = tuple(_text(cell, place) for cell, place in zip(cells, where, strict=True))
+            columns[name] = tuple(_text(cell, place) for cell, place in column)
         else:
-            checked = (_number(cell, unit, quantity, place, bare) for cell, place in zip(cells, where, strict=True))
-            columns[name] = tuple(checked)
-    return columns, tuple(number for number, _ in rows[first:])
+            columns[name] = tuple(_number(cell, unit, quantity, place, bare) for cell, place in column)
+    return columns, tuple(int(number) for number in body.index)
 
 
 def _check_names(
@@ -119,8 +121,7 @@ def _are_units(
         quantity = quantities.get(name)
         if quantity is None:
             continue
-        cell = row[position] if position < len(row) else None
-        text = str(cell or "").strip()
+        text = str(row[position]).strip()
         if units[position] is not None or not text:
             return False
         if quantity.unit == "":
@@ -158,65 +159,68 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
     return quantity.check(value, where, bare=bare or not quantity.unit)
 
 
-def _rows_of(path: Path) -> Rows:
+def _read_cells(path: Path) -> pd.DataFrame:
+    """The cells of a file as they are, in rows numbered as in the file from 1; rows without content left out."""
     if path.suffix.lower() in (".xlsx", ".xlsm"):
-        return _xlsx_rows(path)
+        return _read_xlsx(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise InputError("file", str(path), "an existing CSV or XLSX file", "Check the path.") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            "file", str(path), "a readable UTF-8 CSV file, or XLSX", f"It could not be read: {error}."
-        ) from None
-    # a line of notes or without content stays in place as an empty one, so that rows keep their numbers
+        hint = f"It could not be read: {error}."
+        raise InputError("file", str(path), "a readable UTF-8 CSV file, or XLSX", hint) from None
+    return _read_csv(path, text)
+
+
+def _read_csv(path: Path, text: str) -> pd.DataFrame:
+    import pandas as pd
+
+    # a line of notes becomes an empty one, so that rows keep their numbers
     lines = [line if line.strip() and not line.startswith("# ") else "" for line in text.splitlines()]
     separator = max(",;\t", key=next((line for line in lines if line), "").count)
-    reader = csv.reader(io.StringIO("\n".join(lines)), delimiter=separator)
-    rows: Rows = []
-    start = 1
     try:
-        for row in reader:
-            if row:
-                rows.append((start, [*row]))
-            # a cell in quotes may hold line breaks
-            start = reader.line_num + 1
-    except csv.Error as error:
+        frame = pd.read_csv(
+            io.StringIO("\n".join(lines)),
+            sep=separator,
+            header=None,
+            names=range(max((line.count(separator) for line in lines), default=0) + 1),
+            index_col=False,
+            dtype=str,
+            na_filter=False,
+            skip_blank_lines=False,
+        )
+    except pd.errors.EmptyDataError:
+        return pd.DataFrame()
+    except pd.errors.ParserError as error:
         raise InputError("file", str(path), "a CSV file", f"It could not be read: {error}.") from None
-    if separator == ",":
-        return rows
-    return [(number, [_decimal_point(cell) for cell in row]) for number, row in rows]
+    frame = frame.fillna("")
+    # a cell in quotes may hold line breaks
+    height = 1 + frame.apply(lambda column: column.str.count("\n")).sum(axis=1)
+    frame.index = 1 + height.cumsum() - height
+    frame = frame[[bool(lines[number - 1]) for number in frame.index]]
+    return frame if separator == "," else frame.replace(_DECIMAL_COMMA, r"\1.\2", regex=True)
 
 
-def _decimal_point(cell: Cell) -> Cell:
-    text = str(cell).strip()
-    return text.replace(",", ".") if _DECIMAL_COMMA.fullmatch(text) else cell
+def _read_xlsx(path: Path) -> pd.DataFrame:
+    import pandas as pd
 
-
-def _xlsx_rows(path: Path) -> Rows:
     try:
-        from openpyxl import load_workbook
+        frame = pd.read_excel(path, header=None, dtype=object, na_filter=False, engine="openpyxl")
     except ImportError:
         hint = 'Install it by pip install "mixed-ehl[excel]", or save the sheet as CSV.'
         raise InputError("file", str(path), "CSV, unless openpyxl is installed", hint) from None
-    try:
-        book = load_workbook(path, read_only=True, data_only=True)
     except FileNotFoundError:
         raise InputError("file", str(path), "an existing CSV or XLSX file", "Check the path.") from None
     except Exception as error:  # openpyxl lets errors of zip and XML through
         raise InputError("file", str(path), "a readable XLSX file", f"It could not be read: {error}.") from None
-    try:
-        rows = [(number, [_cell(cell) for cell in row]) for number, row in enumerate(book.worksheets[0].values, 1)]
-    finally:
-        book.close()
-    return [(number, row) for number, row in rows if any(cell not in (None, "") for cell in row)]
+    frame.index += 1
+    return frame[(frame != "").any(axis=1)].map(_cell)
 
 
 def _cell(cell: object) -> Cell:
-    """Numbers and texts as they are; dates and truth values as text, so that a complaint shows what stands there."""
-    if cell is None or (isinstance(cell, (int, float, str)) and not isinstance(cell, bool)):
-        return cell
-    return str(cell)
+    """Numbers and texts as they are; dates and truth values as text, so that an error shows what stands there."""
+    return cell if isinstance(cell, (int, float, str)) and not isinstance(cell, bool) else str(cell)
 
 
 def read_columns(value: Any, quantities: Mapping[str, ValueRange | None]) -> dict[str, Column]:

@@ -104,15 +104,14 @@ def sweep_status(
     import json
 
     import regression
-    from regression.view.report import failed_table, status_table
 
     status = regression.Run(run).status
     if json_output:
         typer.echo(json.dumps(status.to_dict(), allow_nan=False))
         return
-    status_table(status)
-    if failed:
-        failed_table(status)
+    status.table().print()
+    if failed and status.failed:
+        status.failed_table().print()
 
 
 @sweep_app.command("merge")

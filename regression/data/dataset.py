@@ -6,7 +6,6 @@ Shipped datasets are used by their names; the plan of each lies in the same fold
 from __future__ import annotations
 
 import hashlib
-import html
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
@@ -19,10 +18,12 @@ import pandas as pd
 
 from ehl.io.data import data_names, named_file
 from ehl.io.errors import InputError
+from ehl.view.table import Column, Table
 from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
 from regression.data.store import LIBVER, merge, one_row_per_case, read_file, read_run, run_files
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
+from regression.plan.cost import duration
 from regression.plan.plan import Plan
 
 FOLDER = "datasets"
@@ -158,9 +159,14 @@ class Dataset:
         )
 
     def _repr_html_(self) -> str:
-        table = self.converged[list(_SUMMARY)].agg(["min", "median", "max"]).T
-        table.insert(0, "unit", [self.units[name] for name in _SUMMARY])
-        return f"<p>{html.escape(repr(self))}</p>{table.to_html(float_format='{:.4g}'.format)}"
+        return self.table().html()
+
+    def table(self) -> Table:
+        """Minimum, median and maximum of the main quantities."""
+        rows = self.converged[list(_SUMMARY)].agg(["min", "median", "max"])
+        names = ("minimum", "median", "maximum")
+        cells = [(name, *row) for name, row in zip(names, rows.itertuples(index=False), strict=True)]
+        return Table(("", *_SUMMARY), cells, title=repr(self), vertical=True)
 
 
 # what describes a dataset in a few lines
@@ -354,19 +360,51 @@ class RunStatus:
         return {**asdict(self), "shards": shards, "complete": self.complete}
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per result file: finished, converged, unsettled and failed cases, CPU time [s]."""
-        rows = [
-            (s.path.name, s.finished, s.converged, s.unsettled, sum(s.failed.values()), s.seconds) for s in self.shards
-        ]
-        return pd.DataFrame(rows, columns=["file", "finished", "converged", "unsettled", "failed", "seconds_cpu"])
+        """One row per result file: finished, converged and unsettled cases, failed ones by reason, CPU time [s]."""
+        return self.table().to_frame()
 
-    def failed_frame(self) -> pd.DataFrame:
-        """One row per case without a result: key, reason, attempts, seconds and conditions (SI)."""
+    def table(self) -> Table:
+        """One row per result file."""
+        added = f", {self.adaptive} added by the adaptive sweep" if self.adaptive else ""
+        seconds = sum(shard.seconds for shard in self.shards)
         rows = [
-            {"key": c.key, "reason": c.reason, "attempts": c.attempts, "seconds": c.seconds, **c.conditions}
-            for c in self.failed
+            (
+                shard.path.name,
+                shard.finished,
+                shard.converged,
+                shard.unsettled,
+                ", ".join(f"{count} {reason}" for reason, count in sorted(shard.failed.items())) or 0,
+                shard.seconds,
+            )
+            for shard in self.shards
         ]
-        return pd.DataFrame(rows, columns=["key", "reason", "attempts", "seconds", *_WHERE, "roughness_rms"])
+        return Table(
+            ("file", "finished", "converged", "unsettled", "failed", Column("seconds_cpu", label="CPU time")),
+            rows,
+            title=f"{self.plan_name}: {self.finished} of {self.planned} cases{added}",
+            notes=(f"CPU time of all cases {duration(seconds)}, the longest {duration(self.longest)}",),
+        )
+
+    def failed_table(self) -> Table:
+        """One row per case without a result: reason, key, attempts, conditions, wall time."""
+        symbols = {"pressure_hertz": "p_h", "radius_equivalent": "R", "speed_entrainment": "u_r", "slide_to_roll": "SR"}
+        symbols |= {"temperature_oil": "T", "roughness_rms": "Rq"}
+        columns = (
+            *(Column(name, label=symbol, digits=3) for name, symbol in symbols.items()),
+            Column("seconds", label="t"),
+        )
+        rows = [
+            (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in symbols), case.seconds)
+            for case in self.failed
+        ]
+        return Table(
+            ("reason", "key", "attempts", *columns, Column("seconds", label="t")),
+            rows,
+            title=f"{len(self.failed)} failed cases",
+        )
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
 
 def run_status(run: Path) -> RunStatus:

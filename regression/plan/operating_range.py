@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.state import ContactState
+from ehl.view.table import Table
 from regression.friction.conditions import UNITS, conditions_of
 from regression.plan.plan import Plan
 
@@ -110,7 +111,13 @@ class OperatingRange:
         return "\n".join((f"OperatingRange, {100.0 * self.coverage:g} % of the weight (SI)", *map(str.rstrip, ranges)))
 
     def _repr_html_(self) -> str:
-        return str(self.to_frame().to_html(float_format="{:.4g}".format))
+        return self.table().html()
+
+    def table(self) -> Table:
+        """Minimum, low, median, high and maximum of each variable, in display units."""
+        rows = [(column, *(getattr(x, column) for x in self.variables.values())) for column in _COLUMNS]
+        title = f"contact points, {100.0 * self.coverage:g} % of the work lost between low and high"
+        return Table(("", *self.variables), rows, title=title, vertical=True)
 
     def plan_text(
         self,
@@ -189,38 +196,39 @@ def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) 
 def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) -> OperatingRange:
     """Ranges of the plan's variables, and of the film ratio, over weighted contact points.
 
-    Parameters
-    ----------
-    points : sequence of WeightedPoints
-        Of all designs and operating points.
-    coverage : float
-        Share of the weight inside each range; what remains is cut off evenly at both ends.
+        Parameters
+        ----------
+        points : sequence of WeightedPoints
+            Of all designs and operating points.
+        coverage : float
+            Share of the weight inside each range; what remains is cut off evenly at both ends.
 
-    Returns
-    -------
-    OperatingRange
+        Returns
+        -------
+        OperatingRange
 
-    Raises
-    ------
-    InputError
-        No points, weights that cannot be used, or a coverage outside 0.5 to 1.
+        Raises
+        ------
+        InputError
+            No points, weights that cannot be used, or a coverage outside 0.5 to 1.
 
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ehl.fluid.oil import Oil
-    >>> from ehl.state import ContactState
-    >>> from regression import WeightedPoints, operating_range
-    >>> state = ContactState.of(
-    ...     pressure_hertz=np.linspace(0.5e9, 1.5e9, 101), radius_equivalent=0.01, effective_modulus=226e9,
-    ...     speed_entrainment=5.0, slide_to_roll=0.2, temperature_oil=363.15,
-    ...     roughness_rms_1=0.3e-6, roughness_rms_2=0.4e-6,
-    ... )
-    >>> ranges = operating_range([WeightedPoints(state, np.ones(101), Oil.load("fva3"))], coverage=0.9)
-    >>> f"{ranges['pressure_hertz'].low:.3g} to {ranges['pressure_hertz'].high:.3g} Pa"
-    '5.5e+08 to 1.45e+09 Pa'
-    >>> ranges.plan("gears", ["fva3"], size=64).count
-    64
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from ehl.fluid.oil import Oil
+        >>> from ehl.state import ContactState
+    from ehl.view.table import Table
+        >>> from regression import WeightedPoints, operating_range
+        >>> state = ContactState.of(
+        ...     pressure_hertz=np.linspace(0.5e9, 1.5e9, 101), radius_equivalent=0.01, effective_modulus=226e9,
+        ...     speed_entrainment=5.0, slide_to_roll=0.2, temperature_oil=363.15,
+        ...     roughness_rms_1=0.3e-6, roughness_rms_2=0.4e-6,
+        ... )
+        >>> ranges = operating_range([WeightedPoints(state, np.ones(101), Oil.load("fva3"))], coverage=0.9)
+        >>> f"{ranges['pressure_hertz'].low:.3g} to {ranges['pressure_hertz'].high:.3g} Pa"
+        '5.5e+08 to 1.45e+09 Pa'
+        >>> ranges.plan("gears", ["fva3"], size=64).count
+        64
     """
     if not points:
         raise InputError("points", "none", "contact points of at least one design")

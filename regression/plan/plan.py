@@ -7,7 +7,6 @@ value, or a column of a table; lists multiply the sampled points. Constraints sk
 from __future__ import annotations
 
 import hashlib
-import html
 import json
 import tomllib
 from collections import Counter
@@ -31,7 +30,8 @@ from ehl.io.table_files import Column, read_columns
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material, effective_modulus
-from regression.friction.conditions import LUBRICANT_UNITS, UNITS, derive, lubricant_row
+from ehl.view.table import Table
+from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_row
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, quantity_of
 from regression.plan.constraints import Constraints, constrained_quantities
 from regression.plan.cost import CostEstimate, contact_seconds
@@ -265,6 +265,37 @@ class Plan(InputModel):
         [2.0, 4.0, 8.0]
         """
         return validate(cls, dict(content))
+
+    @classmethod
+    def from_json(cls, text: str) -> Plan:
+        """The plan as result files store it: validated values, SI, with all defaults.
+
+        Parameters
+        ----------
+        text : str
+            As of ``model_dump_json``.
+
+        Returns
+        -------
+        Plan
+        """
+        stored = json.loads(text)
+        content = {key: value for key, value in stored.items() if value not in (None, {})}
+        for key in ("sampling", "adaptive", "solid_1", "solid_2", "surface", "model"):
+            defaults = json.loads(cls.model_fields[key].default.model_dump_json())
+            content[key] = {k: v for k, v in stored.get(key, {}).items() if v != defaults.get(k)}
+        axes = {name: axis for name, axis in stored["variables"].items() if axis is not None}
+        content["variables"] = {
+            name: {"low": axis["values"][0], "high": axis["values"][-1], "scale": axis["scale"]}
+            if axis["sampled"]
+            else axis["values"]
+            for name, axis in axes.items()
+        }
+        windows = {name: window for name, window in stored.get("constraints", {}).items() if window is not None}
+        content["constraints"] = {
+            name: {end: value for end, value in window.items() if value is not None} for name, window in windows.items()
+        }
+        return validate(cls, content)
 
     @model_validator(mode="after")
     def _checked(self) -> Self:
@@ -588,15 +619,14 @@ class Plan(InputModel):
         return f"{self.model.roughness} roughness, {self.model.accuracy}; {oils}; over {varied or 'a table of points'}"
 
     def _repr_html_(self) -> str:
-        rows = []
-        for name, axis in self.axes.items():
-            listed = ", ".join(f"{value:.6g}" for value in axis.values[:8]) + (" ..." if len(axis.values) > 8 else "")
-            shown = f"{axis.values[0]:.6g} to {axis.values[-1]:.6g}, {axis.scale}" if axis.sampled else listed
-            rows.append((name, shown, UNITS.get(name, "")))
-        rows += [(name, f"{len(cells)} values", UNITS.get(name, "")) for name, cells in self.table.items()]
-        body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
-        title = html.escape(f"{self.name}: {self.count} cases, {self.model.roughness}, {self.model.accuracy}")
-        return f"<table><caption>{title}</caption><tr><th>variable</th><th>values</th><th>unit</th></tr>{body}</table>"
+        columns = {**{name: axis.values for name, axis in self.axes.items()}, **self.table}
+        sampled = {name: axis.scale for name, axis in self.axes.items() if axis.sampled}
+        rows = (
+            ("low", *(min(values) for values in columns.values())),
+            ("high", *(max(values) for values in columns.values())),
+            ("values", *(f"{sampled[name]} range" if name in sampled else len(v) for name, v in columns.items())),
+        )
+        return Table(("", *columns), rows, title=repr(self), vertical=True).html()
 
     @cached_property
     def columns(self) -> dict[str, Array]:

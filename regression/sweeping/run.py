@@ -74,7 +74,7 @@ class Run(PathLike[str]):
     @cached_property
     def plan(self) -> Plan:
         """The plan of the run, as stored with the results."""
-        return Plan.model_validate_json(str(read_run(self.path, locking=False)[0]["plan"]))
+        return Plan.from_json(str(read_run(self.path, locking=False)[0]["plan"]))
 
     @property
     def status(self) -> RunStatus:

@@ -1,4 +1,4 @@
-"""What the command line shows of a run, a fit and a friction value."""
+"""What the command line shows of a fit and a friction value."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from regression.data.dataset import RunStatus
     from regression.friction.formula import FittedFormula
     from regression.friction.models import FrictionEstimate
 
@@ -41,45 +40,6 @@ def _compact(title: str, *names: str, space: int = 1) -> Table:
 
 def _reasons(reasons: dict[str, int]) -> str:
     return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
-
-
-def failed_table(status: RunStatus) -> None:
-    """The cases of a run that have no result."""
-    if not status.failed:
-        Console().print("no failed cases")
-        return
-    names = ("reason", "key", "tries", "p_h [GPa]", "R [mm]", "u_r [m/s]", "SR", "T [degC]", "Rq [um]", "s")
-    table = _compact(f"{len(status.failed)} failed cases", *names, space=0)
-    for case in status.failed:
-        c = case.conditions
-        figures = (
-            c["pressure_hertz"] / 1e9,
-            c["radius_equivalent"] * 1e3,
-            c["speed_entrainment"],
-            c["slide_to_roll"],
-            c["temperature_oil"] - 273.15,
-            c["roughness_rms"] * 1e6,
-        )
-        shown = (*(f"{x:.3g}" for x in figures), f"{case.seconds:.1f}")
-        table.add_row(case.reason, case.key[:12], str(case.attempts), *shown)
-    Console().print(table)
-
-
-def status_table(status: RunStatus) -> None:
-    """How far each shard of a run is."""
-    from regression.plan.cost import duration
-
-    added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
-    title = f"{status.plan_name}: {status.finished} of {status.planned} cases{added}"
-    table = _compact(title, "file", "finished", "converged", "unsettled", "failed", "CPU time")
-    for shard in status.shards:
-        failed = _reasons(shard.failed) or "0"
-        counts = (str(n) for n in (shard.finished, shard.converged, shard.unsettled))
-        table.add_row(shard.path.name, *counts, failed, f"{shard.seconds:.1f} s")
-    console = Console()
-    console.print(table)
-    seconds = sum(shard.seconds for shard in status.shards)
-    console.print(f"CPU time of all cases {duration(seconds)}, the longest {duration(status.longest)}", highlight=False)
 
 
 def _per_cent(share: float | None) -> str:

@@ -128,9 +128,7 @@ def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_pat
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (900_000, before[1]))
     try:
-        with pytest.raises(
-            InputError, match=r"disk that can be written\. .*Free some space and give the same command again"
-        ):
+        with pytest.raises(InputError, match=r"disk that can be written\. .*Free some space and repeat"):
             sweep_shard(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
