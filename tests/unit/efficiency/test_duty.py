@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from samples import tiny_mesh
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design, load_design
-from efficiency.gear_mesh import GearMesh, gear_mesh
+from efficiency.gear_mesh import GearMesh
 from efficiency.loss import duty as duty_module
 from efficiency.loss.duty import DutyRow, duty_points, read_duty
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
@@ -30,17 +30,12 @@ DUTY = """torque [N m],speed [rpm],temperature [degC],hours [h],# gear
 """
 
 
-@cache
-def coarse_mesh(name: str, side: Side) -> GearMesh:
-    return gear_mesh(load_design(name), side, 4, 9)
-
-
 @pytest.fixture(autouse=True)
 def _one_mesh_per_side(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every test takes the same coarse mesh."""
 
     def made(design: Design, side: Side, positions: int, points_per_line: int) -> GearMesh:
-        return coarse_mesh(design.name, side)
+        return tiny_mesh(side, design.name)
 
     monkeypatch.setattr(duty_module, "gear_mesh", made)
 
@@ -92,7 +87,7 @@ def test_weights_are_the_work_lost() -> None:
     row = DutyRow(300.0, 125.0, 363.15, 2.0)
     (part,) = duty_points([design], [row])
     operation = Operation(row.speed, row.temperature_oil, design.pinion.roughness_rms, design.gear.roughness_rms)
-    loaded = load_grids(coarse_mesh(DESIGN, "drive").mesh, 300.0)
+    loaded = load_grids(tiny_mesh().mesh, 300.0)
     result = mesh_efficiency(loaded, friction_model("constant:0.05"), Oil.load("75w90"), operation)
     assert 0.05 * part.weight.sum() == pytest.approx(2.0 * result.power_loss, rel=1e-12)
 

@@ -5,28 +5,25 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from samples import AXLE_OIL as OIL
+from samples import BEVEL as DESIGN
+from samples import tiny_load, tiny_mesh
 
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss import parameter_map as module
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.duty_cycle import duty_cycle
-from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, MeshGrids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.parameter_map import parameter_map
 from efficiency.run import Conditions, run_gear, run_parameter_map
-from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model
 
-DESIGN = load_design("fm_spiral_bevel_14x39")
-OIL = Oil.load("75w90")
 MODEL = friction_model("xu_kahraman_2007")
 ROUGH = (0.4e-6, 0.4e-6)
 
@@ -35,14 +32,12 @@ def run(row: DutyRow) -> Operation:
     return Operation(abs(row.speed), row.temperature_oil, *ROUGH, driver=row.driver)
 
 
-@cache
 def mesh(side: Side = "drive") -> MeshGrids:
-    return gear_mesh(DESIGN, side, 4, 9).mesh
+    return tiny_mesh(side).mesh
 
 
-@cache
 def load(side: Side, torque: float) -> LoadedGrids:
-    return load_grids(mesh(side), torque)
+    return tiny_load(torque, side)
 
 
 def test_energies_add_up() -> None:

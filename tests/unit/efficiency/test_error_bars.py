@@ -7,28 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from samples import AXLE_OIL as OIL
+from samples import OPERATION, tiny_load
 
-from efficiency.design.design import load_design
-from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, Solved, _friction
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import rolling_losses
 from efficiency.loss.result import EfficiencyResult
 from efficiency.loss.uncertainty import Spread, UncertainInputs, efficiency_uncertainty
-from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel
 
-OIL = Oil.load("75w90")
-OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
 MU = 0.05
 NO_SPREAD = UncertainInputs(Spread(0.0), Spread(0.0), Spread(0.0))
 
 
 @pytest.fixture(scope="module")
 def loaded() -> LoadedGrids:
-    return load_grids(gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 9).mesh, 200.0)
+    return tiny_load()
 
 
 def loss_of(points: LoadedPoints, positions: int) -> float:

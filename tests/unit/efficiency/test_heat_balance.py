@@ -4,36 +4,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from samples import AXLE_OIL as OIL
+from samples import BEVEL as DESIGN
+from samples import OPERATION, STEEL
+from samples import tiny_load as loaded
 
-from efficiency.design.design import CoolingInput, MemberCooling, load_design
-from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
+from efficiency.design.design import CoolingInput, MemberCooling
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.heat_balance import balance_heat, wetted_heat_transfer
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from efficiency.run import Conditions, run_heat_balance, thermal_resistances
-from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
-from ehl.material import load_material
 from ehl.state import ContactState
 from regression.formula import friction_model
 
-DESIGN = load_design("fm_spiral_bevel_14x39")
-OIL = Oil.load("75w90")
-OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
-BODIES = (load_material("steel"), load_material("steel"))
-
-
-@cache
-def loaded() -> LoadedGrids:
-    return load_grids(gear_mesh(DESIGN, "drive", 4, 9).mesh, 200.0)
+BODIES = (STEEL, STEEL)
 
 
 def linear_loss(slope: float, asked: list[Operation]) -> Any:

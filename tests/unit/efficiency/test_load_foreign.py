@@ -8,27 +8,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from samples import AXLE_OIL as OIL
+from samples import OPERATION, tiny_load, tiny_mesh
 
-from efficiency.design.design import load_design
-from efficiency.gear_mesh import GearMesh, gear_mesh
-from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
-from efficiency.loss.kinematics import Operation
+from efficiency.gear_mesh import GearMesh
+from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.ltca.external_load import read_load, write_load
-from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.friction.models import ConstantFriction
-
-OIL, OPERATION = Oil.load("75w90"), Operation(125.0, 363.15)
 
 
 @pytest.fixture(scope="module")
 def geared() -> GearMesh:
-    return gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 9)
+    return tiny_mesh()
 
 
 @pytest.fixture(scope="module")
 def loaded(geared: GearMesh) -> LoadedGrids:
-    return load_grids(geared.mesh, 300.0)
+    return tiny_load(300.0)
 
 
 @pytest.fixture(scope="module")

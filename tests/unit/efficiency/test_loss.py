@@ -10,9 +10,11 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from samples import AXLE_OIL as OIL
+from samples import BEVEL as DESIGN
+from samples import OPERATION, tiny_load, tiny_mesh
 
-from efficiency.design.design import Design, load_design
-from efficiency.gear_mesh import gear_mesh
+from efficiency.design.design import Design
 from efficiency.loss import efficiency as stage
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
@@ -36,10 +38,6 @@ from regression.formula import Formula
 from regression.friction.formula import load_formula
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag
 
-DESIGN = load_design("fm_spiral_bevel_14x39")
-OIL = Oil.load("75w90")
-OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
-
 
 @dataclass(frozen=True)
 class FromPressure:
@@ -59,12 +57,12 @@ class FromPressure:
 
 @pytest.fixture(scope="module")
 def mesh() -> MeshGrids:
-    return gear_mesh(DESIGN, "drive", 4, 9).mesh
+    return tiny_mesh().mesh
 
 
 @pytest.fixture(scope="module")
 def loaded(mesh: MeshGrids) -> LoadedGrids:
-    return load_grids(mesh, 200.0)
+    return tiny_load()
 
 
 def test_power_is_friction_force_times_sliding_speed() -> None:

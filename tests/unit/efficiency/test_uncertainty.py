@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import pytest
+from samples import AXLE_OIL as OIL
+from samples import tiny_load as loaded
 
-from efficiency.design.design import load_design
-from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
@@ -28,7 +27,6 @@ from ehl.state import ContactState
 from regression.formula import friction_model
 from regression.friction.models import FrictionEstimate, FrictionModel
 
-OIL = Oil.load("75w90")
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.3e-6)
 
 
@@ -42,11 +40,6 @@ class Product:
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         mu = self.boundary_friction * (1.0 + state.roughness_rms_1 / 1e-6)
         return FrictionEstimate(mu, 0.92 * mu, 1.08 * mu, np.zeros(mu.shape, np.int8))
-
-
-@cache
-def loaded() -> LoadedGrids:
-    return load_grids(gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 9).mesh, 200.0)
 
 
 def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:

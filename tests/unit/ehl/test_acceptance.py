@@ -9,29 +9,19 @@ from typing import cast
 
 import numpy as np
 import pytest
+from samples import CONTACT
+from samples import PLAIN_OIL as OIL
+from samples import contact_case as case
 
-from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import carried_shear_heat
 from ehl.io.errors import InputError
-from ehl.io.validation import validate
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult, rejection_reason
 from ehl.rough import TransientResult
 from ehl.smooth import solve_steady
 
-CONTACT = {
-    "radius_equivalent": 0.015,
-    "pressure_hertz": 1e9,
-    "speed_entrainment": 5.0,
-    "slide_to_roll": 0.3,
-}
-OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
 SHARED = {"roughness": "load_sharing"}
-
-
-def case(**tables: object) -> Contact:
-    return validate(Contact, {"contact": CONTACT, "lubricant": OIL, **tables})
 
 
 @pytest.fixture(scope="module")

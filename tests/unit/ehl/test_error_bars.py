@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from samples import CONTACT, STEEL
+from samples import contact_case as case
 
-from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
 from ehl.inputs import ModelInput, SurfaceInput
-from ehl.io.validation import validate
 from ehl.line_contact import LineContact
-from ehl.material import load_material
 from ehl.result import ContactResult, friction_above_limit_temperature
 from ehl.rough import RoughSurfaces, dry_limit
 from ehl.rough.batches import batch_means, neighbour_correlation, paired_error
@@ -24,15 +23,6 @@ from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.window import Window, film_jumped, mesh_error, realisation_error
 from ehl.smooth import estimate, solve_steady, thermal
 from ehl.smooth.estimate import extrapolate
-
-STEEL = load_material("steel")
-CONTACT = {"radius_equivalent": 0.015, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}
-OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
-
-
-def case(**tables: object) -> Contact:
-    return validate(Contact, {"contact": CONTACT, "lubricant": OIL, **tables})
-
 
 # --- smooth contact: nested grids
 

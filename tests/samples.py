@@ -1,0 +1,44 @@
+"""What many tests look at: steel, an oil, one contact, and a tiny mesh of the shipped spiral bevel pair.
+
+A mesh and its load are computed once per process and shared; nothing in them can be changed.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from efficiency.contact.gear_flanks import Side
+from efficiency.design.design import load_design
+from efficiency.gear_mesh import GearMesh, gear_mesh
+from efficiency.loss.efficiency import LoadedGrids, load_grids
+from efficiency.loss.kinematics import Operation
+from ehl.contact import Contact
+from ehl.fluid.oil import Oil
+from ehl.io.validation import validate
+from ehl.material import load_material
+
+STEEL = load_material("steel")
+AXLE_OIL = Oil.load("75w90")
+BEVEL = load_design("fm_spiral_bevel_14x39")
+OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
+
+# a contact of a gear and an oil by numbers, as tables of an input file
+CONTACT = {"radius_equivalent": 0.015, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}
+PLAIN_OIL = {"viscosity_inlet": 0.02, "pressure_viscosity": 18e-9}
+
+
+def contact_case(**tables: object) -> Contact:
+    """Input of one contact: the sample contact and oil but for the tables given."""
+    return validate(Contact, {"contact": CONTACT, "lubricant": PLAIN_OIL, **tables})
+
+
+@cache
+def tiny_mesh(side: Side = "drive", design: str = "fm_spiral_bevel_14x39") -> GearMesh:
+    """Four positions with nine points a line."""
+    return gear_mesh(load_design(design), side, 4, 9)
+
+
+@cache
+def tiny_load(torque: float = 200.0, side: Side = "drive") -> LoadedGrids:
+    """The tiny mesh of the bevel pair under a pinion torque [N m]."""
+    return load_grids(tiny_mesh(side).mesh, torque)
