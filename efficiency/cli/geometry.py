@@ -88,12 +88,12 @@ def export(
     A formula becomes one function with its range, interval and flag: .py, .c, .f90, .m, .tex, .xlsx (live cells), .txt
     (formula for one cell).
     """
-    from regression.formula import formula_friction, is_formula
+    from regression.formula import Formula, is_formula
 
     if is_formula(design):
         from regression.export.export import export_formula
 
-        formula = formula_friction(design).formula
+        formula = Formula.load(design).formula
         program = export_formula(formula, output, language, oil=oil, oil_arguments=oil_arguments)
         print(f"{output}: {formula.name}, {program.oil or 'oil properties as arguments'}")
         return

@@ -31,44 +31,30 @@ def fit(
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
+    from regression import formula as interface
     from regression.cli.files import FIGURE, check_outputs
-    from regression.data.dataset import load_dataset
-    from regression.fitting.cross_validation import process_factors
-    from regression.fitting.fit import fit_families, fit_formula
-    from regression.friction.families import FAMILIES, family_named
-    from regression.view.report import families_table, formula_report
 
     check_outputs({"--output": output, "--plot": plot, "--report": report}, {"--plot": FIGURE})
-    if family != "best":
-        family_named(family)
-        if nested:
-            raise InputError("--nested", family, "--family best", "One family leaves no choice to hold out.")
-    dataset = load_dataset(*runs)
-    beside: dict[str, Any] = {
-        "corners": corners,
-        "gaussian_process": gaussian_process,
-        "paths": None if paths is None else load_dataset(paths),
-        "noise": None if noise is None else load_dataset(noise),
-    }
-    if family == "best":
-        formulas = list(fit_families(dataset, nested=nested, **beside).values())
-    else:
-        formulas = [fit_formula(dataset, family, **beside)]
-    formulas[0].save(output)
+    formula = interface.fit(
+        runs,
+        family,
+        gaussian_process=gaussian_process,
+        corners=corners,
+        nested=nested,
+        paths=paths,
+        noise=noise,
+    )
+    formula.save(output)
     if plot is not None:
         from ehl.view.plots import save_figure
-        from regression.view.plots import plot_parity
 
-        save_figure(plot_parity(dataset, formulas), plot)
+        save_figure(formula.plot(), plot)
     if report is not None:
-        from regression.view.fit_report import write_fit_report
-
-        write_fit_report(report, dataset, formulas, FAMILIES if family == "best" else [family])
+        formula.report(report)
     if json_output:
-        typer.echo(formulas[0].to_json(), nl=False)
+        typer.echo(formula.formula.to_json(), nl=False)
         return
-    families_table(formulas, FAMILIES if family == "best" else [family])
-    formula_report(formulas[0], process_factors(dataset, formulas[0]))
+    formula.print()
     typer.echo(f"written: {output}")
 
 
@@ -93,38 +79,53 @@ def mu(
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:
     """Evaluate a friction formula at one contact point."""
-    from ehl.fluid.oil import Oil
-    from ehl.material import effective_modulus, load_material
-    from ehl.state import ContactState
     from ehl.view.report import print_json
-    from regression.cli.values import POINT, check_point, in_hull_of, oil_of, with_options
-    from regression.formula import friction_model
-    from regression.view.report import friction_content, friction_line
+    from regression.formula import Formula, friction_model
+    from regression.friction.conditions import contact_points
+    from regression.friction.models import PublishedFriction
 
-    friction = with_options(friction_model(model), boundary_friction, refuse)
-    given = (pressure, radius, speed, slide_to_roll, temperature, roughness, lengthwise, correlation_length)
-    values = check_point(dict(zip(POINT, given, strict=True)))
-    composite = values.pop("roughness_rms") / 2.0**0.5
-    steel = load_material("steel")
-    name = oil_of(friction, oil)
-    state = ContactState.of(
-        **values,
-        effective_modulus=effective_modulus(steel, steel),
-        roughness_rms_1=composite,
-        roughness_rms_2=composite,
+    friction = friction_model(model)
+    if isinstance(friction, Formula):
+        friction = friction.with_options(boundary_friction, refuse=refuse)
+    elif boundary_friction is not None or refuse or hull:
+        option = "--hull" if hull else "--refuse" if boundary_friction is None else "--boundary-friction"
+        raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
+    name = oil or friction.default_oil()
+    point = contact_points(
+        pressure_hertz=pressure,
+        radius_equivalent=radius,
+        speed_entrainment=speed,
+        slide_to_roll=slide_to_roll,
+        temperature_oil=temperature,
+        roughness_rms=roughness,
+        speed_sliding_lengthwise=lengthwise,
+        correlation_length=correlation_length,
     )
-    card = Oil.load(name)
-    content = friction_content(friction.name, name, friction.evaluate(state, card))
-    if hull:
-        content["in_convex_hull"] = in_hull_of(friction, hull, state, card)
+    content: dict[str, Any] = {**friction.mu(point, oil=name).to_dict(), "friction_model": friction.name, "oil": name}
+    if isinstance(friction, PublishedFriction):
+        content["certainty"] = friction.formula.certainty
+    if hull and isinstance(friction, Formula):
+        content["in_convex_hull"] = bool(friction.in_convex_hull(point, hull, name))
     if json_output:
         print_json(content)
     else:
-        friction_line(content)
+        _print_friction(content)
     if content["flag"] != "ok":
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
     if content["friction_coefficient"] is None:
         raise typer.Exit(1)
+
+
+def _print_friction(content: dict[str, Any]) -> None:
+    """One friction value as a sentence."""
+    value = content["friction_coefficient"]
+    line = "mu = none" if value is None else f"mu = {value:.5f}"
+    if content["friction_lower"] is not None:
+        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
+    if "in_convex_hull" in content:
+        line += f"  {'in' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
+    mark = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
+    typer.echo(f"{line}  {content['friction_model']}{mark}, {content['oil']}")
 
 
 def register(app: typer.Typer) -> None:

@@ -6,14 +6,19 @@ The sweep stores the same names for each case, so that a formula sees one table 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ehl import inputs
 from ehl.fluid.film_formulas import moes_1992_array
 from ehl.fluid.lubricant import Lubricant, dowson_higginson_1966
-from ehl.fluid.oil import Oil
+from ehl.fluid.oil import Oil, Temperature
 from ehl.fluid.rheology import RisingStress
+from ehl.io.errors import InputError
+from ehl.io.units import ValueRange
+from ehl.material import effective_modulus, load_material
 from ehl.state import ContactState
 
 Array = NDArray[np.float64]
@@ -73,6 +78,62 @@ def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, floa
         "temperature_viscosity": lubricant.temperature_viscosity,
         "thermal_conductivity": lubricant.thermal_conductivity,
     }
+
+
+def _range_of(annotation: object) -> ValueRange:
+    return next(part for part in get_args(annotation) if isinstance(part, ValueRange))
+
+
+# what a user may say of a contact point, each with its unit and range; also in the order of `mixed-ehl mu`
+POINT: dict[str, ValueRange] = {
+    name: _range_of(annotation)
+    for name, annotation in (
+        ("pressure_hertz", inputs.Pressure),
+        ("radius_equivalent", inputs.Radius),
+        ("speed_entrainment", inputs.Speed),
+        ("slide_to_roll", inputs.SlideToRoll),
+        ("temperature_oil", Temperature),
+        ("roughness_rms", inputs.Rms),
+        ("speed_sliding_lengthwise", inputs.SlidingSpeed),
+        ("correlation_length", inputs.Length),
+        ("effective_modulus", inputs.Modulus),
+    )
+}
+_NEEDED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
+
+
+def contact_points(**values: Any) -> ContactState:
+    """Contact points from SI numbers, strings with a unit, or arrays of either, by the names of `POINT`.
+
+    `temperature` may stand for `temperature_oil`; the composite roughness is shared equally by both surfaces; both
+    bodies are steel at the oil temperature where `effective_modulus` is not given.
+
+    Raises
+    ------
+    InputError
+        A value is missing, unknown, without unit, or out of range.
+    """
+    values = {"temperature_oil" if name == "temperature" else name: value for name, value in values.items()}
+    for name in values:
+        if name not in POINT:
+            raise InputError(name, values[name], "one of " + ", ".join(POINT))
+    for name in _NEEDED:
+        if name not in values:
+            raise InputError(name, None, POINT[name].expected)
+    state = {name: _checked(name, value) for name, value in values.items()}
+    rough = state.pop("roughness_rms", np.array(0.0)) / np.sqrt(2.0)
+    steel = load_material("steel")
+    return ContactState.of(
+        **{"effective_modulus": effective_modulus(steel, steel), **state},
+        roughness_rms_1=rough,
+        roughness_rms_2=rough,
+    )
+
+
+def _checked(name: str, value: Any) -> Array:
+    given = np.asarray(value)
+    numbers = [POINT[name].check(entry, name, bare=not isinstance(entry, str)) for entry in given.ravel().tolist()]
+    return np.array(numbers).reshape(given.shape)
 
 
 def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:

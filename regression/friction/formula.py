@@ -226,6 +226,11 @@ class FittedFormula(InputModel):
         lines += [f"  {name}: {low:.6g} to {high:.6g} {UNITS[name]}" for name, (low, high) in self.ranges.items()]
         return "\n".join(lines)
 
+    def to_dict(self) -> dict[str, Any]:
+        """The file's content, with its checksum."""
+        content = self.model_dump(mode="json", by_alias=True)
+        return {**content, "checksum": _checksum(content)}
+
     def to_json(self) -> str:
         """The file's text; numbers keep all their digits."""
         return formula_text(self)
@@ -271,9 +276,7 @@ def _with_least_sliding(conditions: Conditions, least: float) -> tuple[Mapping[s
 
 def formula_text(formula: FittedFormula) -> str:
     """JSON with a checksum; numbers keep all their digits, rows of numbers stand on one line."""
-    content = formula.model_dump(mode="json", by_alias=True)
-    content["checksum"] = _checksum(content)
-    text = json.dumps(content, indent=2, allow_nan=False)
+    text = json.dumps(formula.to_dict(), indent=2, allow_nan=False)
     numbers = re.compile(r"\[\s+((?:-?[\d.][\w.+-]*,\s+)*-?[\d.][\w.+-]*)\s+\]")
     return numbers.sub(lambda found: "[" + re.sub(r"\s+", " ", found[1]) + "]", text) + "\n"
 

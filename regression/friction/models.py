@@ -1,18 +1,23 @@
-"""Friction models behind one interface: constant, published formula, fitted formula file."""
+"""Friction models behind one interface: constant and published ones here, fitted ones in `regression.formula`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ehl.fluid.oil import Oil
+from ehl.io.data import data_names
+from ehl.io.errors import InputError
 from ehl.state import ContactState
-from regression.friction.conditions import Array, conditions_of
+from regression.friction.conditions import Array, conditions_of, contact_points
 from regression.friction.published_registry import PublishedFormula, evaluate_published
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COLEMAN_FRICTION = 0.05  # as cited by Kolivand, Li & Kahraman (2010)
 
@@ -31,6 +36,14 @@ class FrictionFlag(IntEnum):
     UNDEFINED = 8  # the formula has no positive value here; mu is nan
 
 
+def flags_of(start: Any, near: Any, far: Any, outside: Any, undefined: Any) -> Any:
+    """`FrictionFlag` of points: `start`, or the worst of what follows that holds there."""
+    flag = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), float(start))
+    flag = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), flag)
+    flag = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), flag)
+    return np.where(undefined, float(FrictionFlag.UNDEFINED), flag)
+
+
 @dataclass(frozen=True)
 class FrictionEstimate:
     """Friction coefficients of many contact points.
@@ -38,7 +51,7 @@ class FrictionEstimate:
     Parameters
     ----------
     mu : array
-        Friction coefficient [-], in the shape of the state; nan where there is none.
+        Friction coefficient [-], in the shape of the state; NaN where there is none.
     lower, upper : array
         Interval of the model's own error [-]; NaN where the model states none.
     flag : array of int
@@ -49,6 +62,42 @@ class FrictionEstimate:
     lower: Array
     upper: Array
     flag: NDArray[np.int8]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Numbers for JSON: a value, or a list in the shape of the points; None where there is no number.
+
+        Returns
+        -------
+        dict
+            ``friction_coefficient``, ``friction_lower``, ``friction_upper`` [-] and ``flag``, in words.
+        """
+        numbers = {"friction_coefficient": self.mu, "friction_lower": self.lower, "friction_upper": self.upper}
+        plain = {name: np.where(np.isfinite(values), values, None).tolist() for name, values in numbers.items()}
+        words = np.array([flag.name.lower() for flag in FrictionFlag], dtype=object)
+        return {**plain, "flag": words[self.flag].tolist() if np.ndim(self.flag) else words[int(self.flag)]}
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per point, with the columns of `to_dict`."""
+        import pandas as pd
+
+        return pd.DataFrame({name: np.ravel(np.array(values)) for name, values in self.to_dict().items()})
+
+    def _repr_html_(self) -> str:
+        return self.to_frame().head(20).to_html(index=False, na_rep="–")
+
+    def __repr__(self) -> str:
+        if np.size(self.mu) == 1:
+            content = self.to_frame().iloc[0]
+            interval = f" ({float(self.lower):.4g} to {float(self.upper):.4g})" if np.isfinite(self.lower) else ""
+            return f"mu = {float(self.mu):.4g}{interval}, {content['flag'].replace('_', ' ')}"
+        numbers, counts = np.unique(self.flag, return_counts=True)
+        flags = ", ".join(
+            f"{count} {FrictionFlag(number).name.lower().replace('_', ' ')}"
+            for number, count in zip(numbers.tolist(), counts.tolist(), strict=True)
+        )
+        finite = self.mu[np.isfinite(self.mu)]
+        ends = f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "nowhere defined"
+        return f"mu of {np.size(self.mu)} points: {ends}; {flags}"
 
 
 @runtime_checkable
@@ -65,8 +114,68 @@ class FrictionModel(Protocol):
         ...
 
 
+class PointFriction:
+    """Friction at contact points that are given by a state or by keywords; base of the models of this package."""
+
+    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+        """Friction at every point of `state` lubricated by `oil`."""
+        raise NotImplementedError
+
+    def default_oil(self) -> str:
+        """Name of the oil card that is used where none is given.
+
+        Raises
+        ------
+        InputError
+            The model is made for no single oil.
+        """
+        raise InputError("oil", None, "one of " + ", ".join(data_names("oils")))
+
+    def mu(
+        self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Any
+    ) -> FrictionEstimate:
+        """Friction coefficient at contact points.
+
+        Parameters
+        ----------
+        state : ContactState, optional
+            The contact points; in its place the keywords below.
+        oil : Oil or str, optional
+            Oil card or its name; the one a fitted formula was made for if not given.
+        **conditions : float, str or array
+            `pressure_hertz`, `radius_equivalent`, `speed_entrainment`, `slide_to_roll`, `temperature` and, where they
+            are not 0, `roughness_rms` (composite of both surfaces) and `speed_sliding_lengthwise`; also
+            `correlation_length` (30 um) and `effective_modulus` (steel on steel). SI numbers, strings with a unit, or
+            arrays of either that broadcast.
+
+        Returns
+        -------
+        FrictionEstimate
+            Friction coefficient with interval and flag, in the shape of the points.
+
+        Raises
+        ------
+        InputError
+            A value is missing, has no unit or the wrong one, or is out of range; or there is no such oil.
+
+        Examples
+        --------
+        >>> import regression
+        >>> model = regression.friction_model("xu_kahraman_2007")
+        >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
+        >>> model.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um", oil="75w90")
+        mu = 0.03822, ok
+        """
+        if state is None:
+            state = contact_points(**conditions)
+        elif conditions:
+            raise InputError("conditions", ", ".join(conditions), "either a state or keywords")
+        name = self.default_oil() if oil is None else oil
+        return self.evaluate(state, Oil.load(name) if isinstance(name, str) else name)
+
+
 @dataclass(frozen=True)
-class ConstantFriction:
+class ConstantFriction(PointFriction):
     """The same friction coefficient everywhere; 0.05 is Coleman's."""
 
     value: float
@@ -76,6 +185,10 @@ class ConstantFriction:
         """``constant:VALUE``."""
         return f"constant:{self.value:g}"
 
+    def default_oil(self) -> str:
+        """Any oil: the constant does not depend on it."""
+        return "fva3"
+
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         """The constant, exactly, at every point."""
         shape = np.shape(state.pressure_hertz)
@@ -84,7 +197,7 @@ class ConstantFriction:
 
 
 @dataclass(frozen=True)
-class PublishedFriction:
+class PublishedFriction(PointFriction):
     """A formula of the registry, applied with the local conditions."""
 
     formula: PublishedFormula

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE
 from rich.console import Console
@@ -12,7 +12,6 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from regression.friction.formula import FittedFormula
-    from regression.friction.models import FrictionEstimate
 
 # how the bands of each variable are shown: factor from SI, shift, unit
 _SHOWN: dict[str, tuple[float, float, str]] = {
@@ -153,34 +152,3 @@ def _interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float,
             f"{band.low:g} to {end}", str(band.count), *shown, _per_cent(band.coverage), _per_cent(2.0 * deviation)
         )
     return table
-
-
-def friction_content(name: str, oil: str, estimate: FrictionEstimate) -> dict[str, Any]:
-    """One friction value for JSON."""
-    from regression.friction.models import FrictionFlag
-    from regression.friction.published_registry import PUBLISHED
-
-    mu, lower, upper = (float(x) for x in (estimate.mu, estimate.lower, estimate.upper))
-    return {
-        "friction_coefficient": mu if math.isfinite(mu) else None,
-        "friction_lower": lower if math.isfinite(lower) else None,
-        "friction_upper": upper if math.isfinite(upper) else None,
-        "flag": FrictionFlag(int(estimate.flag)).name.lower(),
-        "friction_model": name,
-        "oil": oil,
-        **({"certainty": PUBLISHED[name].certainty} if name in PUBLISHED else {}),
-    }
-
-
-def friction_line(content: dict[str, Any]) -> None:
-    """One friction value as a sentence."""
-    value = content["friction_coefficient"]
-    line = "mu = none" if value is None else f"mu = {value:.5f}"
-    if content["friction_lower"] is not None:
-        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
-    if content.get("in_convex_hull") is not None:
-        line += (
-            "  in the convex hull of its data" if content["in_convex_hull"] else "  outside the convex hull of its data"
-        )
-    marked = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
-    Console().print(f"{line}  {content['friction_model']}{marked}, {content['oil']}", highlight=False, soft_wrap=True)

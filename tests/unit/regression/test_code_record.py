@@ -24,7 +24,7 @@ from regression.export.printer import Printer
 from regression.export.program import program_of
 from regression.export.python_text import PythonPrinter, python_text
 from regression.export.record import NotRecordable, Value
-from regression.formula import formula_friction
+from regression.formula import Formula
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
 from regression.friction.families import FAMILIES
 from regression.friction.formula import FittedFormula
@@ -123,7 +123,7 @@ def start_coefficients(family: str) -> Mapping[str, float]:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_family_can_be_exported(family: str) -> None:
-    shipped = formula_friction("fva3_load_share").formula
+    shipped = Formula.load("fva3_load_share").formula
     formula = FittedFormula.model_validate(
         {
             **shipped.model_dump(by_alias=True),
@@ -160,7 +160,7 @@ def test_command_writes_by_suffix_and_language(mixed_ehl: Callable[..., Any], tm
     assert mixed_ehl("export", "fva3_load_share", "-o", target).code == 0
     assert "friction_result friction(" in target.read_text()
     copied = tmp_path / "mine.json"
-    formula_friction("75w90_load_share").formula.save(copied)
+    Formula.load("75w90_load_share").formula.save(copied)
     outcome = mixed_ehl("export", copied, "--language", "fortran", "-o", tmp_path / "mu.for", "--oil-arguments")
     assert outcome.code == 0
     assert "oil properties as arguments" in outcome.out
@@ -202,7 +202,7 @@ def test_example_of_the_page(mixed_ehl: Callable[..., Any], tmp_path: Path) -> N
     call = re.search(r"= friction\((.*?)\);", example.group(1))
     assert call is not None
     given = [float(number) for number in call.group(1).split(",")]
-    program = program_of(formula_friction("fva3_load_share").formula)
+    program = program_of(Formula.load("fva3_load_share").formula)
     assert len(given) == len(program.arguments)
     namespace: dict[str, Any] = {}
     exec(python_text(program, "friction"), namespace)

@@ -25,7 +25,7 @@ from regression.export.export import export_formula
 from regression.export.latex_text import equations
 from regression.export.matlab_text import matlab_text
 from regression.export.program import Program, program_of
-from regression.formula import Formula, formula_friction
+from regression.formula import Formula
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
 from regression.friction.data_cloud import data_cloud
 from regression.friction.error_tables import Interval
@@ -52,7 +52,7 @@ HIGH = np.array([4e9, 0.2, 2.4e11, 50.0, 3.0, 5.0, 450.0, 100e-6, 3e-6])
 @cache
 def points(name: str) -> dict[str, Array]:
     """1000 points: 600 over the range of the formula, 400 far beyond it, some smooth, some without sliding."""
-    ranges = formula_friction(name).formula.ranges
+    ranges = Formula.load(name).formula.ranges
     unit = qmc.Sobol(len(INPUTS), seed=1).random(1024)[:1000]
     table = dict(zip(INPUTS, (LOW * (HIGH / LOW) ** unit).T, strict=True))
     for column, variable in enumerate(INPUTS):
@@ -74,7 +74,7 @@ def state(table: dict[str, Array]) -> ContactState:
 
 def with_process(name: str) -> FittedFormula:
     """A shipped formula with a made-up Gaussian process and a guard around 40 of the points."""
-    formula = formula_friction(name).formula
+    formula = Formula.load(name).formula
     table = conditions_of(state(points(name)), Oil.load(formula.oils[0].name or ""))
     variables = ("pressure_hertz", "film_ratio_formula", "slide_to_roll_total", "speed_entrainment")
     logs = np.log(np.column_stack([table[variable][:600] for variable in variables]))
@@ -101,7 +101,7 @@ def with_process(name: str) -> FittedFormula:
 
 @cache
 def formula_of(name: str) -> FittedFormula:
-    return with_process(name.removesuffix("+gp")) if name.endswith("+gp") else formula_friction(name).formula
+    return with_process(name.removesuffix("+gp")) if name.endswith("+gp") else Formula.load(name).formula
 
 
 def expected(name: str) -> Array:
