@@ -59,6 +59,8 @@ class Formula(PointFriction):
         Refuse points outside the range or extrapolated points, in place of flagging them.
     candidates : tuple of FittedFormula
         All families fitted to the same rows, best first; only this one where it was loaded from a file.
+    tried : tuple of str
+        Families that `fit` tried; those not among the candidates could not be fitted.
     dataset : Dataset, optional
         What it was fitted to; None where it was loaded from a file.
 
@@ -76,6 +78,7 @@ class Formula(PointFriction):
     boundary_friction: float | None = None
     refuse: bool = False
     candidates: tuple[FittedFormula, ...] = field(default=(), compare=False)
+    tried: tuple[str, ...] = field(default=(), compare=False)
     dataset: Dataset | None = field(default=None, compare=False)
 
     @classmethod
@@ -307,8 +310,7 @@ class Formula(PointFriction):
         """
         from regression.view.fit_report import write_fit_report
 
-        tried = FAMILIES if len(self.candidates) > 1 else (self.formula.family,)
-        return write_fit_report(Path(path), self._data(dataset), self.candidates or (self.formula,), tried)
+        return write_fit_report(Path(path), self._data(dataset), self.candidates or (self.formula,), self.tried)
 
     def plot(self, dataset: Results | None = None) -> Figure:
         """Held-out friction over computed friction of the fitted cases.
@@ -358,7 +360,7 @@ class Formula(PointFriction):
         from regression.view.report import families_table, formula_report
 
         if self.candidates:
-            families_table(self.candidates, FAMILIES if len(self.candidates) > 1 else (self.formula.family,))
+            families_table(self.candidates, self.tried)
         spread = () if self.dataset is None else process_factors(self.dataset, self.formula)
         formula_report(self.formula, spread)
 
@@ -469,6 +471,10 @@ def fit(
     """
     from regression.fitting.fit import fit_families, fit_formula
 
+    if family != "best":
+        family_named(family)
+        if nested:
+            raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
     dataset = dataset_of(results)
     options: dict[str, Any] = {
         "corners": corners,
@@ -479,11 +485,9 @@ def fit(
     if family == "best":
         found = tuple(fit_families(dataset, nested=nested, **options).values())
     else:
-        family_named(family)
-        if nested:
-            raise InputError("nested", family, "family best", "One family leaves no choice to hold out.")
         found = (fit_formula(dataset, family, **options),)
-    return Formula(found[0], found[0].name, candidates=found, dataset=dataset)
+    tried = tuple(FAMILIES) if family == "best" else (family,)
+    return Formula(found[0], found[0].name, candidates=found, tried=tried, dataset=dataset)
 
 
 def dataset_of(results: Results) -> Dataset:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -35,15 +37,16 @@ def fit(
     from regression.cli.files import FIGURE, check_outputs
 
     check_outputs({"--output": output, "--plot": plot, "--report": report}, {"--plot": FIGURE})
-    formula = interface.fit(
-        runs,
-        family,
-        gaussian_process=gaussian_process,
-        corners=corners,
-        nested=nested,
-        paths=paths,
-        noise=noise,
-    )
+    with _option_names():
+        formula = interface.fit(
+            runs,
+            family,
+            gaussian_process=gaussian_process,
+            corners=corners,
+            nested=nested,
+            paths=paths,
+            noise=noise,
+        )
     formula.save(output)
     if plot is not None:
         from ehl.view.plots import save_figure
@@ -84,28 +87,33 @@ def mu(
     from regression.friction.conditions import contact_points
     from regression.friction.models import PublishedFriction
 
-    friction = friction_model(model)
-    if isinstance(friction, Formula):
-        friction = friction.with_options(boundary_friction, refuse=refuse)
-    elif boundary_friction is not None or refuse or hull:
-        option = "--hull" if hull else "--refuse" if boundary_friction is None else "--boundary-friction"
-        raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
-    name = oil or friction.default_oil()
-    point = contact_points(
-        pressure_hertz=pressure,
-        radius_equivalent=radius,
-        speed_entrainment=speed,
-        slide_to_roll=slide_to_roll,
-        temperature_oil=temperature,
-        roughness_rms=roughness,
-        speed_sliding_lengthwise=lengthwise,
-        correlation_length=correlation_length,
-    )
-    content: dict[str, Any] = {**friction.mu(point, oil=name).to_dict(), "friction_model": friction.name, "oil": name}
-    if isinstance(friction, PublishedFriction):
-        content["certainty"] = friction.formula.certainty
-    if hull and isinstance(friction, Formula):
-        content["in_convex_hull"] = bool(friction.in_convex_hull(point, hull, name))
+    with _option_names():
+        friction = friction_model(model)
+        if isinstance(friction, Formula):
+            friction = friction.with_options(boundary_friction, refuse=refuse)
+        elif boundary_friction is not None or refuse or hull:
+            option = "hull" if hull else "refuse" if boundary_friction is None else "boundary_friction"
+            raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
+        name = oil or friction.default_oil()
+        point = contact_points(
+            pressure_hertz=pressure,
+            radius_equivalent=radius,
+            speed_entrainment=speed,
+            slide_to_roll=slide_to_roll,
+            temperature_oil=temperature,
+            roughness_rms=roughness,
+            speed_sliding_lengthwise=lengthwise,
+            correlation_length=correlation_length,
+        )
+        content: dict[str, Any] = {
+            **friction.mu(point, oil=name).to_dict(),
+            "friction_model": friction.name,
+            "oil": name,
+        }
+        if isinstance(friction, PublishedFriction):
+            content["certainty"] = friction.formula.certainty
+        if hull and isinstance(friction, Formula):
+            content["in_convex_hull"] = bool(friction.in_convex_hull(point, hull, name))
     if json_output:
         print_json(content)
     else:
@@ -114,6 +122,29 @@ def mu(
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
     if content["friction_coefficient"] is None:
         raise typer.Exit(1)
+
+
+# keyword of the interface -> option; all others are theirs with hyphens
+_OPTIONS = {
+    "pressure_hertz": "--pressure",
+    "radius_equivalent": "--radius",
+    "speed_entrainment": "--speed",
+    "temperature_oil": "--temperature",
+    "roughness_rms": "--roughness",
+    "speed_sliding_lengthwise": "--lengthwise",
+    **{name: f"--{name}" for name in ("oil", "refuse", "hull", "nested")},
+    **{name: "--" + name.replace("_", "-") for name in ("slide_to_roll", "correlation_length", "boundary_friction")},
+}
+
+
+@contextmanager
+def _option_names() -> Iterator[None]:
+    """Errors name the option where the interface names its keyword."""
+    try:
+        yield
+    except InputError as error:
+        field = _OPTIONS.get(error.field, error.field)
+        raise InputError(field, error.value, error.allowed, error.hint) from None
 
 
 def _print_friction(content: dict[str, Any]) -> None:
