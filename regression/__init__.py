@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from regression.calibration.calibrate import calibrate
     from regression.data.dataset import Dataset, load_dataset
-    from regression.formula import Formula, friction_model
+    from regression.formula import Formula, fit, friction_model, published
     from regression.plan.operating_range import OperatingRange, WeightedPoints, operating_range
     from regression.plan.plan import Plan
     from regression.sweeping.run import Run, slurm_script, sweep
@@ -28,9 +28,11 @@ __all__ = [
     "WeightedPoints",
     "__version__",
     "calibrate",
+    "fit",
     "friction_model",
     "load_dataset",
     "operating_range",
+    "published",
     "slurm_script",
     "sweep",
 ]
@@ -43,9 +45,11 @@ _MODULES = {
     "Run": "regression.sweeping.run",
     "WeightedPoints": "regression.plan.operating_range",
     "calibrate": "regression.calibration.calibrate",
+    "fit": "regression.formula",
     "friction_model": "regression.formula",
     "load_dataset": "regression.data.dataset",
     "operating_range": "regression.plan.operating_range",
+    "published": "regression.formula",
     "slurm_script": "regression.sweeping.run",
     "sweep": "regression.sweeping.run",
 }

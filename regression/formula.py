@@ -70,7 +70,7 @@ class Formula(PointFriction):
     >>> formula = regression.Formula.load("75w90")
     >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
     >>> formula.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
-    mu = 0.04083 (0.03739 to 0.04459), ok
+    mu = 0.01118 (0.009458 to 0.01323), ok
     """
 
     formula: FittedFormula
@@ -229,7 +229,7 @@ class Formula(PointFriction):
         cloud = self.formula.cloud
         if cloud is None:
             raise InputError("hull", self.name, "a formula file of schema 2, fitted with a cloud of cases")
-        dataset = dataset_of(runs)
+        dataset = _dataset_of(runs)
         if dataset.data_hash != self.formula.data.hash:
             raise InputError("hull", str(runs), f"all the data {self.name} was fitted to", "These are other results.")
         name = self.default_oil() if oil is None else oil
@@ -390,7 +390,7 @@ class Formula(PointFriction):
 
     def _data(self, dataset: Results | None) -> Dataset:
         if dataset is not None:
-            return dataset_of(dataset)
+            return _dataset_of(dataset)
         if self.dataset is None:
             hint = "A formula file does not hold its data: name the run it was fitted to."
             raise InputError("dataset", None, "the results the formula was fitted to", hint)
@@ -475,12 +475,12 @@ def fit(
         family_named(family)
         if nested:
             raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
-    dataset = dataset_of(results)
+    dataset = _dataset_of(results)
     options: dict[str, Any] = {
         "corners": corners,
         "gaussian_process": gaussian_process,
-        "paths": None if paths is None else dataset_of(paths),
-        "noise": None if noise is None else dataset_of(noise),
+        "paths": None if paths is None else _dataset_of(paths),
+        "noise": None if noise is None else _dataset_of(noise),
     }
     if family == "best":
         found = tuple(fit_families(dataset, nested=nested, **options).values())
@@ -490,20 +490,11 @@ def fit(
     return Formula(found[0], found[0].name, candidates=found, tried=tried, dataset=dataset)
 
 
-def dataset_of(results: Results) -> Dataset:
-    """Results as one dataset: a dataset as it is, a run by its folder, file or name, several joined.
+def _dataset_of(results: Results) -> Dataset:
+    """Results as one dataset; several are joined. Errors as of `regression.load_dataset`."""
+    from regression.data.dataset import Dataset, load_dataset
 
-    Raises
-    ------
-    InputError
-        They do not exist, cannot be read, or do not go together.
-    """
-    from regression.data.dataset import Dataset
-    from regression.data.datasets import joined, named_dataset
-
-    if isinstance(results, (Dataset, str, PathLike)):
-        results = (results,)
-    return joined([one if isinstance(one, Dataset) else named_dataset(Path(one)) for one in results])
+    return load_dataset(results) if isinstance(results, (Dataset, str, PathLike)) else load_dataset(*results)
 
 
 def ranking_table(formulas: Sequence[FittedFormula]) -> Table:

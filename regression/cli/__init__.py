@@ -33,12 +33,12 @@ def fit(
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
-    from regression import formula as interface
+    import regression
     from regression.cli.files import FIGURE, check_outputs
 
     check_outputs({"--output": output, "--plot": plot, "--report": report}, {"--plot": FIGURE})
     with _option_names():
-        formula = interface.fit(
+        formula = regression.fit(
             runs,
             family,
             gaussian_process=gaussian_process,
@@ -83,7 +83,7 @@ def mu(
 ) -> None:
     """Evaluate a friction formula at one contact point."""
     from ehl.view.report import print_json
-    from regression.formula import Formula, friction_model
+    from regression import Formula, friction_model
     from regression.friction.conditions import contact_points
     from regression.friction.models import PublishedFriction
 

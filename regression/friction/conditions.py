@@ -123,11 +123,8 @@ def contact_points(**values: Any) -> ContactState:
     state = {name: _checked(name, value) for name, value in values.items()}
     rough = state.pop("roughness_rms", np.array(0.0)) / np.sqrt(2.0)
     steel = load_material("steel")
-    return ContactState.of(
-        **{"effective_modulus": effective_modulus(steel, steel), **state},
-        roughness_rms_1=rough,
-        roughness_rms_2=rough,
-    )
+    state.setdefault("effective_modulus", np.array(effective_modulus(steel, steel)))
+    return ContactState.of(**state, roughness_rms_1=rough, roughness_rms_2=rough)
 
 
 def _checked(name: str, value: Any) -> Array:

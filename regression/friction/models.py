@@ -72,7 +72,10 @@ class FrictionEstimate:
             ``friction_coefficient``, ``friction_lower``, ``friction_upper`` [-] and ``flag``, in words.
         """
         numbers = {"friction_coefficient": self.mu, "friction_lower": self.lower, "friction_upper": self.upper}
-        plain = {name: np.where(np.isfinite(values), values, None).tolist() for name, values in numbers.items()}
+        plain = {
+            name: np.where(np.isfinite(values), values.astype(object), np.array(None)).tolist()
+            for name, values in numbers.items()
+        }
         words = np.array([flag.name.lower() for flag in FrictionFlag], dtype=object)
         return {**plain, "flag": words[self.flag].tolist() if np.ndim(self.flag) else words[int(self.flag)]}
 
@@ -164,7 +167,7 @@ class PointFriction:
         >>> model = regression.friction_model("xu_kahraman_2007")
         >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
         >>> model.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um", oil="75w90")
-        mu = 0.03822, ok
+        mu = 0.01874, ok
         """
         if state is None:
             state = contact_points(**conditions)
