@@ -85,6 +85,11 @@ class Quantity:
         """An SI value in the display unit, with that unit."""
         return f"{format_number(self.to_display(value), digits or self.digits)} {printed_unit(self.display)}".strip()
 
+    def span(self, low: float, high: float, digits: int = 3) -> str:
+        """Two SI values in the display unit, with that unit once."""
+        ends = (format_number(self.to_display(end), digits) for end in (low, high))
+        return f"{' to '.join(ends)} {printed_unit(self.display)}".strip()
+
 
 def format_number(value: float, digits: int = 4) -> str:
     """A number with so many significant digits; digits before the point are never cut, a dash where there is none.

@@ -188,7 +188,7 @@ def compare(
         comparison = run_compare(
             pair, friction, first_conditions(lists, oil), side=chosen_side(side), load_from=load_from
         )
-    print_json(comparison.to_dict()) if json_output else comparison_table(comparison)
+    print_json(comparison.to_dict()) if json_output else comparison_table(comparison).print()
     write_comparison(comparison, files)
     if comparison.status != "converged":
         failed = ", ".join(f"{row.name} ({row.reason})" for row in comparison.rows if row.status == "failed")

@@ -141,8 +141,8 @@ def show_point(
     if json_output:
         print_json(result.to_dict() | extras.to_dict())
     else:
-        efficiency_table(result)
-        extras.show()
+        for table in (efficiency_table(result), *extras.tables()):
+            table.print()
     write_result(design, result, files, units, extras)
     _fail_unless_converged(result.status, result.reason)
 
@@ -162,13 +162,17 @@ def show_map(
 
     from efficiency.cli.options import progress
     from efficiency.output.gear_files import write_map
-    from efficiency.output.tables import map_table
+    from efficiency.output.tables import efficiency_grids, remarks_table
     from efficiency.run import run_map
     from ehl.view.report import print_json
 
     with threadpool_limits(1), progress("operating points") as move:
         grid = run_map(design, friction, *lists, oil=oil, side=side, report=move)
-    print_json(grid.to_dict()) if json_output else map_table(grid)
+    if json_output:
+        print_json(grid.to_dict())
+    else:
+        for table in (*efficiency_grids(grid), remarks_table(grid.results)):
+            table.print()
     write_map(design, grid, files, units)
     _fail_unless_converged(grid.status, grid.reason)
 
@@ -182,14 +186,14 @@ def show_duty(
     from efficiency.cli.options import progress
     from efficiency.loss.duty import read_duty
     from efficiency.output.gear_files import write_duty
-    from efficiency.output.loss_tables import duty_table
+    from efficiency.output.tables import duty_table
     from efficiency.run import run_duty
     from ehl.view.report import print_json
 
     rows = read_duty(duty)
     with threadpool_limits(1), progress("rows of the duty cycle") as move:
         cycle = run_duty(design, friction, rows, oil=oil, report=move)
-    print_json(cycle.to_dict()) if json_output else duty_table(cycle)
+    print_json(cycle.to_dict()) if json_output else duty_table(cycle).print()
     write_duty(cycle, files)
     _fail_unless_converged(cycle.status, cycle.reason)
 

@@ -13,9 +13,10 @@ from efficiency.output.plots_comparison import (
     plot_run_time,
 )
 from efficiency.output.plots_load import plot_comparison
-from efficiency.output.tables import COMPARISON_HEADER, comparison_rows, operating_point, percent
+from efficiency.output.tables import comparison_table, operating_point, percent
 from ehl import __version__
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
+from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
@@ -43,7 +44,7 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
             "The same loaded mesh with each friction model; loads from frictionless equilibrium. The closed forms take "
             "one constant friction coefficient for the whole pair."
         ),
-        Table(COMPARISON_HEADER, comparison_rows(comparison), operating_point(comparison)),
+        comparison_table(comparison),
         Picture(plot_comparison(comparison), "Power loss by friction model; closed forms in grey."),
     ]
     along: list[Block] = [

@@ -15,29 +15,17 @@ from efficiency.output.plots_load import (
     plot_load_sharing,
     plot_transmission_error,
 )
-from efficiency.output.tables import (
-    COMPARISON_HEADER,
-    RPM,
-    comparison_rows,
-    efficiency_rows,
-    operating_point,
-    percent,
-)
+from efficiency.output.tables import comparison_table, efficiency_table, operating_point, percent
 from ehl import __version__
+from ehl.quantities import quantity
 from ehl.view.html_report import Formula as FormulaBlock
-from ehl.view.html_report import KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
+from ehl.view.html_report import KeyFigures, Picture, Pictures, Section, Text, write_report
+from ehl.view.table import Table
 from regression.view.plots import plot_friction, plot_parity
+from regression.view.tables import band_table, family_table
 
 if TYPE_CHECKING:
     from efficiency.cli.demo import DemoResult
-    from regression.friction.formula import FittedFormula
-
-_BAND_UNITS = {
-    "film_ratio": ("film ratio", 1.0, 0.0, ""),
-    "slide_to_roll_total": ("|SR|", 1.0, 0.0, ""),
-    "pressure_hertz": ("Hertz pressure", 1e-9, 0.0, " GPa"),
-    "temperature_oil": ("oil temperature", 1.0, -273.15, " degC"),
-}
 
 
 def write_demo_report(result: DemoResult) -> Path:
@@ -100,19 +88,6 @@ def _contacts(result: DemoResult) -> Section:
 
 def _formulas(result: DemoResult) -> Section:
     best = result.formulas[0]
-    rows = [
-        (
-            formula.family,
-            formula.form.title,
-            str(len(formula.coefficients)),
-            number(formula.validation.r2_log, 4),
-            number(100 * formula.validation.mape, 3),
-            number(100 * formula.validation.p95, 3),
-            number(100 * formula.validation.largest, 3),
-        )
-        for formula in result.formulas
-    ]
-    header = ("family", "form", "terms", "R² of ln mu", "MAPE [%]", "95 % below [%]", "worst [%]")
     return Section(
         "2. Friction formula",
         [
@@ -121,29 +96,11 @@ def _formulas(result: DemoResult) -> Section:
                 "pressure and radius are held out in turn. The load-share family has an advantage here that a real "
                 "contact would not give it: the contacts were computed with a load-sharing model of the same kind."
             ),
-            Table(header, rows, "Errors on held-out contacts, best family first.", 0, 2),
+            family_table(result.formulas),
             FormulaBlock(best.to_text()),
-            _band_table(best),
+            band_table(best),
         ],
     )
-
-
-def _band_table(formula: FittedFormula) -> Table:
-    rows = []
-    for band in formula.bands:
-        name, factor, shift, unit = _BAND_UNITS[band.variable]
-        low, high = band.low * factor + shift, band.high * factor + shift
-        rows.append(
-            (
-                f"{name} {low:.3g} to {high:.3g}{unit}",
-                str(band.count),
-                number(100 * band.mape, 3),
-                number(100 * band.p95, 3),
-                number(100 * band.bias, 3),
-            )
-        )
-    header = ("region", "contacts", "MAPE [%]", "95 % below [%]", "bias [%]")
-    return Table(header, rows, f"Held-out errors of {formula.family} by region.")
 
 
 def _gear(result: DemoResult) -> Section:
@@ -157,7 +114,7 @@ def _gear(result: DemoResult) -> Section:
             Text(
                 f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated: flanks from "
                 "machine settings by the equation of meshing, ease-off against the conjugate pinion, loaded contact "
-                f"at {gear.torque_pinion:.4g} N m and {gear.speed_pinion * RPM:.4g} rpm of the pinion."
+                f"at {gear.torque_pinion:.4g} N m and {quantity('speed_pinion').text(gear.speed_pinion)} of the pinion."
             ),
             Pictures(
                 [
@@ -170,7 +127,7 @@ def _gear(result: DemoResult) -> Section:
                     Picture(plot_friction_and_loss(gear), "Friction and loss over one mesh cycle, fitted formula."),
                 ]
             ),
-            Table(("quantity", "value", "unit"), efficiency_rows(gear), "With the fitted formula."),
+            efficiency_table(gear),
         ],
     )
 
@@ -185,7 +142,7 @@ def _comparison(result: DemoResult) -> Section:
                 "is what the formula costs; 'ehl' would roll the rough surfaces through. Loads come from frictionless "
                 "equilibrium. The closed forms take one constant mu for the whole pair."
             ),
-            Table(COMPARISON_HEADER, comparison_rows(result.comparison), operating_point(result.comparison), 0),
+            comparison_table(result.comparison),
             Picture(plot_comparison(result.comparison), "Power loss by friction model."),
         ],
     )
@@ -203,7 +160,7 @@ def _provenance(result: DemoResult) -> Section:
     return Section(
         "5. Provenance",
         [
-            Table(("what", "value"), rows, text_columns=2),
+            Table(("what", "value"), rows),
             Text("Left out of the gear model: " + "; ".join(left_out) + "."),
             *(Text(f"Note on the pair: {note}.") for note in result.comparison.notes),
             Text("Files beside this page: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),

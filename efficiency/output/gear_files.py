@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from efficiency.loss.map import EfficiencyMap
     from efficiency.loss.result import EfficiencyResult
     from efficiency.loss.uncertainty import EfficiencyUncertainty
-    from efficiency.output.data_tables import DataTable
     from efficiency.output.machine_summary import Units
+    from ehl.view.table import Table
 
 _SUFFIXES = {"report": (".html", ".htm"), "xlsx": (".xlsx",)}
 
@@ -54,9 +54,9 @@ class OutputFiles:
             if path is not None and path.suffix.lower() not in suffixes:
                 raise InputError(f"--{name}", str(path), f"a file name ending in {suffixes[0]}")
 
-    def write_tables(self, tables: list[DataTable], title: str) -> None:
+    def write_tables(self, tables: list[Table], title: str) -> None:
         """The workbook and the CSV files that are asked for."""
-        from efficiency.output.table_files import write_csv, write_xlsx
+        from ehl.view.table import write_csv, write_xlsx
 
         if self.xlsx is not None:
             write_xlsx(self.xlsx, tables, title)
@@ -71,12 +71,12 @@ class Extras:
     balance: HeatBalance | None = None
     uncertainty: EfficiencyUncertainty | None = None
 
-    def tables(self) -> list[DataTable]:
-        """Tables in SI units."""
-        from efficiency.output.gear_extras import balance_data, uncertainty_data
+    def tables(self) -> list[Table]:
+        """Tables of what there is."""
+        from efficiency.output.tables import balance_table, uncertainty_table
 
-        found = [] if self.balance is None else [balance_data(self.balance)]
-        return found if self.uncertainty is None else [*found, uncertainty_data(self.uncertainty)]
+        found = [] if self.balance is None else [balance_table(self.balance)]
+        return found if self.uncertainty is None else [*found, uncertainty_table(self.uncertainty)]
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -88,15 +88,6 @@ class Extras:
             found["uncertainty"] = self.uncertainty.to_dict()
         return found
 
-    def show(self) -> None:
-        """Print what there is."""
-        from efficiency.output.loss_tables import heat_lines, uncertainty_table
-
-        for line in [] if self.balance is None else heat_lines(self.balance):
-            print(line)
-        if self.uncertainty is not None:
-            uncertainty_table(self.uncertainty)
-
 
 def write_result(
     design: Design,
@@ -106,9 +97,8 @@ def write_result(
     extras: Extras = Extras(),
 ) -> None:
     """Figures, page and tables of one operating point."""
-    from efficiency.output.data_tables import result_tables
     from efficiency.output.gear_report import save_gear_figures, write_gear_report
-    from efficiency.output.tables import operating_point
+    from efficiency.output.tables import operating_point, result_tables
 
     if files.plot is not None:
         save_gear_figures(design, result, files.plot)
@@ -121,8 +111,8 @@ def write_result(
 
 def write_map(design: Design, grid: EfficiencyMap, files: OutputFiles, units: Units = "metric") -> None:
     """Figures, page and tables of a map; the page and the points are of the point next to the design's own."""
-    from efficiency.output.data_tables import map_tables
     from efficiency.output.gear_report import nearest_point, save_map_figures, write_gear_report
+    from efficiency.output.tables import map_tables
 
     result = nearest_point(design, grid)
     if files.plot is not None:
@@ -135,9 +125,8 @@ def write_map(design: Design, grid: EfficiencyMap, files: OutputFiles, units: Un
 def write_comparison(comparison: Comparison, files: OutputFiles) -> None:
     """Figure, page and tables of a comparison."""
     from efficiency.output.comparison_report import write_comparison_report
-    from efficiency.output.data_tables import comparison_tables
     from efficiency.output.plots_load import plot_comparison
-    from efficiency.output.tables import operating_point
+    from efficiency.output.tables import comparison_tables, operating_point
     from ehl.view.plots import save_figure
 
     if files.plot is not None:
@@ -149,8 +138,7 @@ def write_comparison(comparison: Comparison, files: OutputFiles) -> None:
 
 def write_duty(duty: DutyCycle, files: OutputFiles) -> None:
     """Tables of a duty cycle."""
-    from efficiency.output.data_tables import remarks_table
-    from efficiency.output.gear_extras import duty_data
+    from efficiency.output.tables import duty_table, remarks_table
 
     title = f"{duty.design}: duty cycle, friction {duty.friction_model}"
-    files.write_tables([duty_data(duty), remarks_table(duty.results)], title)
+    files.write_tables([duty_table(duty), remarks_table(duty.results)], title)

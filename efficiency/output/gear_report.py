@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.gear_extras import UNCERTAINTY_HEADER, balance_rows, uncertainty_rows, uncertainty_text
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from efficiency.output.plots_blank import blank_figure
@@ -23,18 +22,18 @@ from efficiency.output.plots_load import (
 )
 from efficiency.output.plots_map import map_figures
 from efficiency.output.tables import (
-    KELVIN,
-    RPM,
-    efficiency_rows,
+    efficiency_grids,
+    efficiency_table,
     operating_point,
     percent,
-    position_rows,
-    range_rows,
+    position_table,
+    range_table,
 )
 from ehl import __version__
 from ehl.io.errors import InputError
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
 from ehl.view.plots import save_figure
+from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -143,12 +142,12 @@ def write_gear_report(
         parts.append(("Efficiency over torque, speed and temperature", _map_blocks(grid, result)))
     on_tooth = [
         ("Contact under load", [_pictures(load_figures(flank))]),
-        ("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank)), _ranges(result)]),
+        ("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank)), range_table(result)]),
     ]
     parts += [
         ("Result", _result_blocks(result, extras)),
         *(on_tooth if flank.drawable else ()),
-        ("Over the mesh", [_pictures(mesh_figures(result)), _positions(result)]),
+        ("Over the mesh", [_pictures(mesh_figures(result)), position_table(result)]),
         ("Design", _design_blocks(design, units)),
         ("What the model leaves out", [Table(("skipped",), [(text,) for text in result.skipped])]),
     ]
@@ -202,26 +201,11 @@ def _headline(result: EfficiencyResult) -> Section:
 
 
 def _result_blocks(result: EfficiencyResult, extras: Extras | None) -> list[Block]:
-    blocks: list[Block] = [Table(("quantity", "value", "unit"), efficiency_rows(result), operating_point(result))]
-    if extras is not None and extras.balance is not None:
-        caption = "Heat balance: bulk temperatures at which friction heat and cooling of the teeth agree."
-        blocks.append(Table(("quantity", "pinion", "gear"), balance_rows(extras.balance), caption))
-    if extras is not None and extras.uncertainty is not None:
-        caption = f"Uncertainty: {uncertainty_text(extras.uncertainty)}."
-        blocks.append(Table(UNCERTAINTY_HEADER, uncertainty_rows(extras.uncertainty), caption))
-    return blocks
+    return [efficiency_table(result), *(extras.tables() if extras is not None else ())]
 
 
 def _map_blocks(grid: EfficiencyMap, shown: EfficiencyResult) -> list[Block]:
-    header = ("torque [N m]", *(f"{speed * RPM:.4g} rpm" for speed in grid.speed_pinion))
-    values = grid.values()
-    blocks: list[Block] = [_pictures(map_figures(grid))]
-    for number, temperature in enumerate(grid.temperature_oil):
-        rows = [
-            (f"{torque:.4g}", *(percent(float(value)) for value in line))
-            for torque, line in zip(grid.torque_pinion, values[:, :, number], strict=True)
-        ]
-        blocks.append(Table(header, rows, f"Mesh efficiency [%] at {temperature - KELVIN:.4g} degC.", text_columns=0))
+    blocks: list[Block] = [_pictures(map_figures(grid)), *efficiency_grids(grid)]
     notes = Counter(note for result in grid.results for note in result.notes)
     if notes:
         rows = [(note, f"{count} of {len(grid.results)}") for note, count in notes.items()]
@@ -234,20 +218,10 @@ def _pictures(figures: Iterator[Named]) -> Pictures:
     return Pictures([Picture(figure, caption) for _, figure, caption in figures])
 
 
-def _ranges(result: EfficiencyResult) -> Table:
-    caption = "Local conditions at the loaded points, and friction over them."
-    return Table(("quantity", "least", "greatest", "unit"), range_rows(result), caption)
-
-
-def _positions(result: EfficiencyResult) -> Table:
-    header, rows = position_rows(result)
-    return Table(header, rows, "Positions of a pinion pitch.", text_columns=0)
-
-
 def _design_blocks(design: Design, units: Units) -> list[Block]:
     rows = summary_rows(design, units)
     flanks = (
-        Table((words(part), "unit", *FLANKS), lines, "What is zero for all four flanks is left out.", text_columns=2)
+        Table((words(part), "unit", *FLANKS), lines, "What is zero for all four flanks is left out.")
         for part, lines in setting_tables(rows).items()
     )
     lay = f"{design.surface.correlation_length * 1e6:.3g}", f"{design.surface.peklenik_number:.3g}"
@@ -258,7 +232,7 @@ def _design_blocks(design: Design, units: Units) -> list[Block]:
     heads = ("member", "material", "roughness Rq [µm]", "correlation length [µm]", "Peklenik number")
     return [
         Picture(blank_figure(design), "Axial section of both members in the plane of the axes."),
-        Table(("quantity", "unit", "pinion", "gear"), blank_table(rows), text_columns=2),
-        Table(heads, surface, text_columns=2),
+        Table(("quantity", "unit", "pinion", "gear"), blank_table(rows)),
+        Table(heads, surface),
         *flanks,
     ]

@@ -30,8 +30,9 @@ from efficiency.output.plots_teeth import tooth_pair_figure
 from efficiency.output.plots_transmission import harmonics_figure, transmission_figure
 from ehl import __version__
 from ehl.io.errors import InputError
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, write_report
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
 from ehl.view.plots import save_figure
+from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -132,7 +133,7 @@ def _blanks(geometry: PairGeometry, units: Units) -> Section:
         "1. Blanks",
         [
             Picture(blank_figure(geometry.design), "Axial section of both members in the plane of the axes."),
-            Table(("quantity", "unit", "pinion", "gear"), rows, text_columns=2),
+            Table(("quantity", "unit", "pinion", "gear"), rows),
         ],
     )
 
@@ -143,12 +144,7 @@ def _settings(geometry: PairGeometry, units: Units) -> Section:
         "2. Cutters and machine settings",
         [
             *(
-                Table(
-                    (words(part), "unit", *FLANKS),
-                    rows,
-                    "What is zero for all four flanks is left out.",
-                    text_columns=2,
-                )
+                Table((words(part), "unit", *FLANKS), rows, "What is zero for all four flanks is left out.")
                 for part, rows in tables.items()
             ),
             Table(FLANK_HEADER, flank_rows(geometry), "Flanks at their mean points."),
@@ -165,7 +161,7 @@ def _contact(geometry: PairGeometry) -> Section:
     )
     blocks: list[Block] = [text]
     if geometry.sides:
-        blocks.append(Table(("quantity", "unit", *geometry.sides), contact_rows(geometry), text_columns=2))
+        blocks.append(Table(("quantity", "unit", *geometry.sides), contact_rows(geometry)))
     return Section("3. Unloaded contact", blocks)
 
 

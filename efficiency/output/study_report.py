@@ -14,8 +14,9 @@ from efficiency.output.tables import percent
 from efficiency.study.levels import MISALIGNED
 from efficiency.study.points import UNITS, StudyPoint
 from ehl import __version__
-from ehl.view.html_report import Block, KeyFigures, Picture, Section, Table, Text, write_report
+from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
 from ehl.view.plots import save_figure
+from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from efficiency.study.points import Study
@@ -152,7 +153,7 @@ def _headline(study: Study) -> Section:
 def _influence(study: Study) -> list[Block]:
     header = ("parameter", "levels", *study.designs)
     caption = "Efficiency from least to greatest [%], and between both [percentage points]."
-    return [Table(header, influence_rows(study), caption, text_columns=2)]
+    return [Table(header, influence_rows(study), caption)]
 
 
 def _section_tables(study: Study) -> list[Block]:
@@ -161,7 +162,6 @@ def _section_tables(study: Study) -> list[Block]:
             (axis_label(name), *HEADER[1:]),
             section_rows(study, design, name),
             f"{design}: {SHOWN[name][0]}, at {reference_text(study, name)}.",
-            text_columns=0,
         )
         for name in study.varied
         for design in study.designs
@@ -172,7 +172,7 @@ def _notes(study: Study) -> list[Block]:
     blocks: list[Block] = []
     if study.failed:
         rows = [(point.label, point.reason) for point in study.failed]
-        blocks.append(Table(("point that failed", "reason"), rows, text_columns=2))
+        blocks.append(Table(("point that failed", "reason"), rows))
     if study.notes:
         rows = [(note, f"{count} of {len(study.points)}") for note, count in study.notes.items()]
         blocks.append(Table(("note", "points"), rows))

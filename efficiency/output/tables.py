@@ -1,241 +1,346 @@
-"""What the command line shows of a gear pair: tables and figures."""
+"""The tables of a gear run: one operating point, maps, comparisons, duty cycles, heat balance, uncertainty.
+
+Each is made once and serves terminal, page, workbook, CSV and data frames.
+"""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
+from ehl.quantities import quantity
+from ehl.state import ContactState
+from ehl.view.table import Cell, Column, Table, cell
+from regression.friction.models import FrictionFlag
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
+    from efficiency.loss.duty_cycle import DutyCycle
+    from efficiency.loss.heat_balance import HeatBalance
     from efficiency.loss.map import EfficiencyMap
     from efficiency.loss.result import EfficiencyResult
+    from efficiency.loss.uncertainty import EfficiencyUncertainty
 
-RPM = 30.0 / math.pi
-KELVIN = 273.15
-ARCSEC = math.degrees(1.0) * 3600.0
-
-
-def percent(value: float, digits: int = 3) -> str:
-    """A share in per cent, a dash where there is none."""
-    return f"{100.0 * value:.{digits}f}" if math.isfinite(value) else "–"
-
-
-def efficiency_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
-    """(quantity, value, unit) of one operating point."""
-    rows = [
-        ("efficiency", percent(result.efficiency, 4), "%"),
-        ("efficiency_error (discretisation)", percent(result.efficiency_error, 5), "%"),
-    ]
-    if math.isfinite(result.efficiency_lower) and result.efficiency_lower < result.efficiency_upper:
-        interval = f"{percent(result.efficiency_lower)} to {percent(result.efficiency_upper)}"
-        rows.append(("interval of the friction model", interval, "%"))
-    film, flash = result.lubrication.film_ratio, result.lubrication.temperature_flash
-    rows += [
-        ("efficiency with rolling loss", percent(result.efficiency_with_rolling, 4), "%"),
-        ("power_loss (sliding)", f"{result.power_loss:.2f}", "W"),
-        ("power_loss_rolling", f"{result.power_loss_rolling:.2f}", "W"),
-        (f"power_input, {result.driver} driving", f"{result.power_input / 1e3:.3f}", "kW"),
-        ("friction_coefficient_mean", f"{result.friction_coefficient_mean:.5f}", ""),
-        ("outside_range_share", percent(result.outside_range_share, 1), "% of the sliding power"),
-        *_contact_rows(result),
-        ("pressure_max, flanks", f"{result.pressure_max / 1e9:.3f}", "GPa"),
-        *_edge_rows(result),
-        ("film ratio", _span(film, ".2f"), ""),
-        ("surface temperature, greatest", _greatest(flash - KELVIN), "degC"),
-        ("transmission error, loaded", f"{result.transmission_error_loaded * ARCSEC:.2f}", "arcsec peak to peak"),
-        ("transmission error, unloaded", f"{result.transmission_error_unloaded * ARCSEC:.2f}", "arcsec peak to peak"),
-        ("torque_residual", f"{result.torque_residual:.1e}", ""),
-    ]
-    return rows
-
-
-def _edge_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
-    """Pressure, load and loss where the contact reaches an edge; nothing where it does not."""
-    if not result.edge_load_share > 0.0:
-        return []
-    low, high = (f"{value / 1e9:.2f}" for value in (result.pressure_edge_lower, result.pressure_edge_upper))
-    return [
-        ("pressure at an edge", f"{result.pressure_edge / 1e9:.2f} ({low} to {high})", "GPa"),
-        ("share of the load at edges", percent(result.edge_load_share, 2), "%"),
-        ("share of the loss at edges", percent(result.edge_loss_share, 2), "%"),
-    ]
-
-
-def _contact_rows(result: EfficiencyResult) -> list[tuple[str, str, str]]:
-    """How many contacts were solved, and what the others cost; nothing where a formula gave the friction."""
-    if not result.contacts:
-        return []
-    failed = sum(result.contacts_failed.values())
-    rows = [("contacts solved", f"{result.contacts - failed} of {result.contacts}", "")]
-    if result.flags["predicted"]:
-        rows.append(("share of the loss next to failed contacts", percent(result.flag_shares["predicted"], 2), "%"))
-    return rows
-
-
-def _greatest(values: NDArray[np.float64]) -> str:
-    return f"{np.nanmax(values):.1f}" if np.isfinite(values).any() else "–"
-
-
-def _span(values: NDArray[np.float64], form: str) -> str:
-    if not np.isfinite(values).any():
-        return "–"
-    return f"{np.nanmin(values):{form}} to {np.nanmax(values):{form}}"
-
-
-# name, shown name, factor from SI, offset, unit
+_SUMMARY = (
+    "efficiency",
+    "efficiency_error",
+    "efficiency_lower",
+    "efficiency_upper",
+    "efficiency_with_rolling",
+    "power_loss",
+    "power_loss_rolling",
+    "power_input",
+    "friction_coefficient_mean",
+    "outside_range_share",
+    "pressure_max",
+    "transmission_error_loaded",
+    "transmission_error_unloaded",
+    "torque_residual",
+)
+_EDGE = ("pressure_edge", "pressure_edge_lower", "pressure_edge_upper", "edge_load_share", "edge_loss_share")
 _RANGES = (
-    ("pressure_hertz", "Hertz pressure", 1e-9, 0.0, "GPa"),
-    ("load_per_length", "load per length", 1e-3, 0.0, "N/mm"),
-    ("radius_equivalent", "equivalent radius", 1e3, 0.0, "mm"),
-    ("half_width", "half-width of the contact", 1e3, 0.0, "mm"),
-    ("speed_entrainment", "entrainment speed", 1.0, 0.0, "m/s"),
-    ("speed_sliding", "sliding speed", 1.0, 0.0, "m/s"),
-    ("speed_sliding_lengthwise", "sliding along the contact line", 1.0, 0.0, "m/s"),
-    ("slide_to_roll", "slide-to-roll ratio, across the line", 1.0, 0.0, ""),
-    ("slide_to_roll_total", "sliding over rolling, total", 1.0, 0.0, ""),
-    ("film_central", "central film thickness", 1e9, 0.0, "nm"),
-    ("film_ratio", "film ratio", 1.0, 0.0, ""),
-    ("temperature_flash", "greatest surface temperature", 1.0, -KELVIN, "degC"),
-    ("mu", "friction coefficient", 1.0, 0.0, ""),
+    "pressure_hertz",
+    "load_per_length",
+    "radius_equivalent",
+    "half_width",
+    "speed_entrainment",
+    "speed_sliding",
+    "speed_sliding_lengthwise",
+    "slide_to_roll",
+    "slide_to_roll_total",
+    "film_central",
+    "film_ratio",
+    "temperature_flash",
+    "mu",
+)
+_DERIVED = ("load_per_length", "half_width", "speed_sliding", "slide_to_roll_total")
+_LUBRICATION = ("film_central", "film_ratio", "temperature_flash", "rolling_traction")
+_COMPARED = (
+    "friction_model",
+    "efficiency",
+    "power_loss",
+    "friction_coefficient_mean",
+    "efficiency_lower",
+    "efficiency_upper",
+    "outside_range_share",
+    "seconds",
+    "status",
+    "reason",
+    "kind",
+    "efficiency_error",
+    "efficiency_with_rolling",
 )
 
 
-def range_rows(result: EfficiencyResult) -> list[tuple[str, ...]]:
-    """(quantity, least, greatest, unit) of the local conditions at the loaded points."""
-    rows: list[tuple[str, ...]] = []
-    for name, shown, factor, offset, unit in _RANGES:
-        source = next(
-            part for part in (result.friction, result.lubrication, result.points.state) if hasattr(part, name)
-        )
-        values = getattr(source, name) * factor + offset
-        finite = values[np.isfinite(values)]
-        least, greatest = (f"{finite.min():.4g}", f"{finite.max():.4g}") if finite.size else ("–", "–")
-        rows.append((shown, least, greatest, unit))
-    return rows
-
-
-def position_rows(result: EfficiencyResult) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Header and one row per mesh position: roll, load, pressure, transmission error, friction, loss."""
-    header = (
-        "pinion roll [deg]",
-        "normal force [kN]",
-        "pairs loaded",
-        "greatest share [-]",
-        "pressure [GPa]",
-        "TE loaded [arcsec]",
-        "mean mu [-]",
-        "loss [W]",
-    )
-    points = result.points
-    rows: list[tuple[str, ...]] = []
-    weight = points.force * points.speed_sliding
-    for number, load in enumerate(result.load.positions):
-        at = points.position == number
-        total, shares = float(weight[at].sum()), load.share.values()
-        mu = float((weight[at] * result.friction.mu[at]).sum()) / total if total > 0.0 else math.nan
-        rows.append(
-            (
-                f"{math.degrees(result.pinion_angle[number]):.2f}",
-                f"{load.force.sum() / 1e3:.3f}",
-                str(sum(share > 0.0 for share in shares)),
-                f"{max(shares):.3f}",
-                f"{load.pressure_hertz.max() / 1e9:.3f}",
-                f"{result.transmission_error_positions[number] * ARCSEC:.2f}",
-                f"{mu:.4f}" if math.isfinite(mu) else "–",
-                f"{result.power_loss_positions[number]:.1f}",
-            )
-        )
-    return header, rows
+def percent(value: float, digits: int = 3) -> str:
+    """A share in per cent for a sentence, a dash where there is none."""
+    return f"{100.0 * value:.{digits}f}" if math.isfinite(value) else "–"
 
 
 def operating_point(result: EfficiencyResult | Comparison) -> str:
     """One line: pair, side, torque, speed, oil."""
+    speed, temperature = quantity("speed_pinion"), quantity("temperature_oil")
     return (
-        f"{result.design}, {result.side}, {result.torque_pinion:.4g} N m, {result.speed_pinion * RPM:.4g} rpm, "
-        f"{result.oil} at {result.temperature_oil - KELVIN:.4g} degC"
+        f"{result.design}, {result.side}, {result.torque_pinion:.4g} N m, "
+        f"{speed.to_display(result.speed_pinion):.4g} rpm, "
+        f"{result.oil} at {temperature.to_display(result.temperature_oil):.4g} degC"
     )
 
 
-def efficiency_table(result: EfficiencyResult) -> None:
-    """Print one operating point."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=f"{operating_point(result)}, friction {result.friction_model}")
-    table.add_column("quantity")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    for row in efficiency_rows(result):
-        table.add_row(*row)
-    console = Console()
-    console.print(table)
-    console.print(f"{result.status}{f' ({result.reason})' if result.reason else ''}, {result.points_loaded} points")
-    for item in result.notes:
-        console.print(f"note     {item}", highlight=False)
-    for item in result.skipped:
-        console.print(f"skipped  {item}")
+def scalars(result: Any) -> dict[str, Cell]:
+    """The single values of a result by their names, without arrays and groups."""
+    kept = (str, bool, int, float, np.floating, np.integer)
+    every = {f.name: getattr(result, f.name) for f in fields(result)}
+    return {name: cell(value) for name, value in every.items() if isinstance(value, kept)}
 
 
-COMPARISON_HEADER = ("friction", "efficiency [%]", "loss [W]", "mean mu", "interval [%]", "outside [%]", "time [s]")
+def efficiency_table(result: EfficiencyResult) -> Table:
+    """The figures of one operating point a reader looks for first."""
+    values = {name: getattr(result, name) for name in _SUMMARY}
+    if not values["efficiency_lower"] < values["efficiency_upper"]:
+        del values["efficiency_lower"], values["efficiency_upper"]
+    columns: dict[Any, Any] = dict(values)
+    if result.edge_load_share > 0.0:
+        columns |= {name: getattr(result, name) for name in _EDGE}
+    film, flash = _finite(result.lubrication.film_ratio), _finite(result.lubrication.temperature_flash)
+    columns[Column("film_ratio_min", of="film_ratio", label="film ratio, minimum")] = film.min(initial=math.inf)
+    columns[Column("film_ratio_max", of="film_ratio", label="film ratio, maximum")] = film.max(initial=-math.inf)
+    columns["temperature_flash"] = flash.max(initial=-math.inf)
+    if result.contacts:
+        columns["contacts"] = result.contacts
+        columns[Column("failed", label="failed contacts")] = sum(result.contacts_failed.values())
+        if result.flags["predicted"]:
+            label = "share of the loss next to failed contacts"
+            columns[Column("predicted_share", of="share", label=label)] = result.flag_shares["predicted"]
+    status = f"{result.status} ({result.reason})" if result.reason else result.status
+    return Table(
+        tuple(columns),
+        [tuple(columns.values())],
+        title=f"{operating_point(result)}, friction {result.friction_model}",
+        notes=(
+            f"{status}, {result.points_loaded} points, {result.driver} driving",
+            *(f"note     {note}" for note in result.notes),
+            *(f"skipped  {note}" for note in result.skipped),
+        ),
+        vertical=True,
+    )
 
 
-def comparison_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Cells of the comparison, one row per way to the efficiency."""
-    rows: list[tuple[str, ...]] = []
-    for row in comparison.rows:
-        interval = "–"
-        if math.isfinite(row.efficiency_lower) and row.efficiency_lower < row.efficiency_upper:
-            interval = f"{percent(row.efficiency_lower, 2)}–{percent(row.efficiency_upper, 2)}"
-        rows.append(
-            (
-                row.name if row.status == "converged" else f"{row.name} ({row.status}: {row.reason})",
-                percent(row.efficiency),
-                f"{row.power_loss:.1f}" if math.isfinite(row.power_loss) else "–",
-                f"{row.friction_coefficient_mean:.4f}" if math.isfinite(row.friction_coefficient_mean) else "–",
-                interval,
-                percent(row.outside_range_share, 1),
-                f"{row.seconds:.2g}" if row.kind == "mesh" else "–",
-            )
+def _finite(values: Any) -> Any:
+    return values[np.isfinite(values)]
+
+
+def range_table(result: EfficiencyResult) -> Table:
+    """Minimum and maximum of the local conditions at the loaded points."""
+    parts = (result.friction, result.lubrication, result.points.state)
+    sources = {name: next(part for part in parts if hasattr(part, name)) for name in _RANGES}
+    found = {name: _finite(getattr(source, name)) for name, source in sources.items()}
+    ends = [
+        ("minimum", *(values.min(initial=math.inf) for values in found.values())),
+        ("maximum", *(values.max(initial=-math.inf) for values in found.values())),
+    ]
+    title = "Local conditions at the loaded points, and friction over them."
+    return Table(("end", *found), ends, title=title, vertical=True)
+
+
+def result_tables(result: EfficiencyResult) -> list[Table]:
+    """One operating point: the result, its remarks, the mesh positions, every point that carries load."""
+    return [result_table(result), remarks_table([result]), position_table(result), point_table(result)]
+
+
+def result_table(result: EfficiencyResult) -> Table:
+    """Single values, ranges of the local conditions and counts of the friction model's flags, one a line."""
+    columns: dict[Any, Any] = dict(scalars(result))
+    for name, (low, high) in result.ranges.items():
+        columns |= {Column(f"{name} (minimum)", of=name): low, Column(f"{name} (maximum)", of=name): high}
+    columns |= {f"points flagged {name}": count for name, count in result.flags.items()}
+    columns |= {f"contacts failed {reason}": count for reason, count in result.contacts_failed.items()}
+    return Table(tuple(columns), [tuple(columns.values())], name="result", vertical=True)
+
+
+def remarks_table(results: Sequence[EfficiencyResult]) -> Table:
+    """Notes and what the model leaves out, each once, with the number of results they belong to."""
+    counts: dict[tuple[str, str], int] = {}
+    for result in results:
+        for kind, texts in (("note", result.notes), ("skipped", result.skipped)):
+            for text in texts:
+                counts[kind, text] = counts.get((kind, text), 0) + 1
+    rows = [(kind, text, count) for (kind, text), count in counts.items()]
+    return Table(("kind", "text", "results"), rows, name="remarks")
+
+
+def position_table(result: EfficiencyResult) -> Table:
+    """One row per mesh position: load, pressure, transmission error, friction, loss, share of each tooth pair."""
+    loads, points = result.load.positions, result.points
+    count = len(loads)
+    work = np.bincount(points.position, points.force * points.speed_sliding, count)
+    lost = np.bincount(points.position, points.force * points.speed_sliding * result.friction.mu, count)
+    shares = [load.share for load in loads]
+    pairs = sorted({pair for share in shares for pair, part in share.items() if part > 0.0})
+    columns: dict[Any, Any] = {
+        "pinion_angle": result.pinion_angle,
+        "force": [float(load.force.sum()) for load in loads],
+        "pairs loaded": [sum(part > 0.0 for part in share.values()) for share in shares],
+        "pressure_max": [float(load.pressure_hertz.max()) for load in loads],
+        "transmission_error_loaded": result.transmission_error_positions,
+        "friction_coefficient_mean": np.divide(lost, work, out=np.full(count, np.nan), where=work > 0.0),
+        "power_loss": result.power_loss_positions,
+        "power_loss_rolling": result.power_loss_rolling_positions,
+        "transmission_error_unloaded": [load.position.transmission_error for load in loads],
+        "pressure_edge": [float(np.max(load.pressure_max, initial=0.0, where=load.at_edge)) for load in loads],
+        "points_loaded": [int(np.count_nonzero(load.force > 0.0)) for load in loads],
+    }
+    columns |= {f"share of pair {pair:+d}": [share.get(pair, 0.0) for share in shares] for pair in pairs}
+    return Table.from_columns(columns, title="Positions of a pinion pitch.", name="positions")
+
+
+def point_table(result: EfficiencyResult) -> Table:
+    """One row per loaded point: place on the gear, local conditions, friction with its interval and flag, loss."""
+    points, friction = result.points, result.friction
+    loads = result.load.positions
+
+    def of_position(name: str) -> np.ndarray[Any, np.dtype[Any]]:
+        return np.array(
+            [getattr(loads[k].position, name)[i] for k, i in zip(points.position, points.index, strict=True)]
         )
-    return rows
+
+    places = ("pair", "face_gear", "height_gear", "face_pinion", "height_pinion", "length")
+    columns: dict[Any, Any] = {
+        "position": points.position,
+        "pinion_angle": result.pinion_angle[points.position],
+        **{name: of_position(name) for name in places},
+        "force": points.force,
+    }
+    columns |= {f.name: getattr(points.state, f.name) for f in fields(ContactState)}
+    columns |= {name: getattr(points.state, name) for name in _DERIVED}
+    columns |= {name: getattr(result.lubrication, name) for name in _LUBRICATION}
+    columns |= {
+        "friction_coefficient": friction.mu,
+        "friction_lower": friction.lower,
+        "friction_upper": friction.upper,
+        "flag": [FrictionFlag(flag).name.lower() for flag in friction.flag],
+        "power_loss": friction.mu * points.force * points.speed_sliding,
+    }
+    return Table.from_columns(columns, name="points")
 
 
-def comparison_table(comparison: Comparison) -> None:
-    """Print the comparison."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=operating_point(comparison), box=box.SIMPLE, padding=(0, 1, 0, 0))
-    table.add_column(COMPARISON_HEADER[0], min_width=22, overflow="fold")
-    for name in COMPARISON_HEADER[1:]:
-        table.add_column("\n".join(name.rsplit(" ", 1)), justify="right")
-    for row in comparison_rows(comparison):
-        table.add_row(*row)
-    console = Console()
-    console.print(table)
-    for item in comparison.notes:
-        console.print(f"note     {item}", highlight=False)
+def map_table(grid: EfficiencyMap) -> Table:
+    """All operating points of a map, one a row."""
+    return Table.from_records([scalars(result) for result in grid.results], name="map")
 
 
-def map_table(grid: EfficiencyMap) -> None:
-    """Print efficiency over torque (rows) and speed (columns), one table per temperature."""
-    from rich.console import Console
-    from rich.table import Table
+def efficiency_grids(grid: EfficiencyMap) -> list[Table]:
+    """Efficiency over torque (rows) and speed (columns), one table per temperature."""
+    values, speed = grid.values(), quantity("speed_pinion")
+    heads = [f"{speed.to_display(value):.4g} rpm" for value in grid.speed_pinion]
+    columns: list[Column | str] = ["torque_pinion", *(Column(head, of="efficiency", label=head) for head in heads)]
+    tables = []
+    for number, kelvin in enumerate(grid.temperature_oil):
+        celsius = quantity("temperature_oil").to_display(kelvin)
+        rows = [(torque, *line) for torque, line in zip(grid.torque_pinion, values[:, :, number], strict=True)]
+        title = f"Mesh efficiency at {celsius:.4g} degC."
+        tables.append(Table(columns, rows, title=title, name=f"efficiency at {celsius:.4g} degC"))
+    return tables
 
-    values = grid.values("efficiency")
-    console = Console()
-    for number, temperature in enumerate(grid.temperature_oil):
-        table = Table(title=f"efficiency [%] at {temperature - KELVIN:.4g} degC")
-        table.add_column("pinion torque")
-        for speed in grid.speed_pinion:
-            table.add_column(f"{speed * RPM:.4g} rpm", justify="right")
-        for torque, row in zip(grid.torque_pinion, values[:, :, number], strict=True):
-            table.add_row(f"{torque:.4g} N m", *(percent(float(value)) for value in np.asarray(row)))
-        console.print(table)
-    for item, count in Counter(note for result in grid.results for note in result.notes).items():
-        console.print(f"note     {count} of {len(grid.results)} points: {item}", highlight=False)
+
+def map_tables(grid: EfficiencyMap) -> list[Table]:
+    """All operating points of a map; the efficiency over torque and speed at each temperature; remarks."""
+    return [map_table(grid), *efficiency_grids(grid), remarks_table(grid.results)]
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """A row per way to the efficiency."""
+    rows = [
+        [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
+    ]
+    notes = tuple(f"note     {note}" for note in comparison.notes)
+    return Table(_COMPARED, rows, title=operating_point(comparison), notes=notes, name="models")
+
+
+def comparison_tables(comparison: Comparison) -> list[Table]:
+    """A row per way to the efficiency, friction and loss along the mesh, loss by region of the flank, remarks."""
+    along: dict[str, dict[Any, Any]] = {"mu": {}, "power_loss": {}}
+    for row, result in zip(comparison.rows, comparison.results, strict=False):
+        along["mu"][Column(row.name, of="mu", label=row.name)] = friction_along_mesh(result)
+        along["power_loss"][Column(row.name, of="power_loss", label=row.name)] = result.power_loss_positions
+    angle = {"pinion_angle": comparison.results[0].pinion_angle}
+    regions = [
+        Column(f"{height}, {face}", of="share", label=f"{height}, {face}") for height in HEIGHTS for face in FACES
+    ]
+    shares = [
+        (row.name, *(share for line in row.loss_regions for share in line))
+        for row in comparison.rows
+        if row.loss_regions
+    ]
+    return [
+        comparison_table(comparison),
+        Table.from_columns(angle | along["mu"], name="friction along the mesh"),
+        Table.from_columns(angle | along["power_loss"], name="loss along the mesh"),
+        Table(("friction_model", *regions), shares, name="share of loss by region"),
+        remarks_table(comparison.results),
+    ]
+
+
+def duty_table(cycle: DutyCycle) -> Table:
+    """Rows of a duty cycle, the total last."""
+    rows = [asdict(row) for row in cycle.rows]
+    total: dict[str, Any] = dict.fromkeys(rows[0]) | {"side": "total", "efficiency": cycle.efficiency}
+    total |= {name: cycle.total(name) for name in ("hours", *(n for n in rows[0] if n.startswith("energy_")))}
+    outside = sum(row.outside_range_share * row.energy_loss for row in cycle.rows) / cycle.total("energy_loss")
+    rolling = quantity("energy_loss_rolling").text(cycle.total("energy_loss_rolling"))
+    summary = (
+        f"efficiency of the cycle {percent(cycle.efficiency)} +- {percent(cycle.efficiency_error, 4)} % "
+        f"(discretisation); rolling loss apart {rolling}; "
+        f"{percent(outside, 1)} % of the loss outside the range of the friction model"
+    )
+    return Table.from_records(
+        [*rows, total],
+        title=f"{cycle.design}, {cycle.oil}, friction {cycle.friction_model}",
+        notes=(summary, *(f"note     {note}" for note in cycle.notes)),
+        name="duty",
+    )
+
+
+def balance_table(balance: HeatBalance) -> Table:
+    """Heat balance of the teeth of both members."""
+    result = balance.result
+    bulk = (result.temperature_bulk_1, result.temperature_bulk_2)
+    inlet = quantity("temperature_inlet").text(result.temperature_inlet)
+    return Table.from_columns(
+        {
+            "member": ("pinion", "gear"),
+            "temperature_bulk": bulk,
+            "heat": balance.heat,
+            "thermal_resistance": balance.thermal_resistance,
+        },
+        title="Heat balance: bulk temperatures at which friction heat and cooling of the teeth agree.",
+        notes=(f"oil enters the contacts at {inlet}; {balance.rounds} rounds, {balance.residual:.1g} K left",),
+        name="heat balance",
+        vertical=True,
+    )
+
+
+def uncertainty_text(uncertainty: EfficiencyUncertainty) -> str:
+    """Interval of the efficiency in words."""
+    low, high = percent(uncertainty.efficiency_lower), percent(uncertainty.efficiency_upper)
+    return (
+        f"efficiency {percent(uncertainty.efficiency)} %, {100.0 * uncertainty.level:.0f} % interval {low} to {high} %"
+    )
+
+
+def uncertainty_table(uncertainty: EfficiencyUncertainty) -> Table:
+    """Where the uncertainty of an efficiency comes from."""
+    columns = (
+        "source",
+        Column("sigma_efficiency", of="efficiency_error", label="sigma of the efficiency"),
+        Column("variance_share", of="share", label="share of the variance", digits=3),
+        Column("sigma_input", label="sigma of the source, SI", digits=3),
+        "note",
+    )
+    rows = [(s.name, s.sigma_efficiency, s.variance_share, s.sigma_input, s.note) for s in uncertainty.sources]
+    return Table(columns, rows, title=f"Uncertainty: {uncertainty_text(uncertainty)}.", name="uncertainty")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ehl.io.errors import InputError
-from ehl.view import table
+from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,18 +30,6 @@ class Formula:
 
     text: str
     kind = "formula"
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table; the first `text_columns` are set left, numbers right. The row `highlight` is emphasised."""
-
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    caption: str = ""
-    highlight: int = -1
-    text_columns: int = 1
-    kind = "table"
 
 
 @dataclass(frozen=True)
@@ -74,7 +62,7 @@ class KeyFigures:
     kind = "key_figures"
 
 
-Block = Text | Formula | Table | table.Table | Picture | Pictures | KeyFigures
+Block = Text | Formula | Table | Picture | Pictures | KeyFigures
 
 
 @dataclass(frozen=True)

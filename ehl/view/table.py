@@ -127,7 +127,7 @@ class Table:
     kind = "table"
 
     @classmethod
-    def from_columns(cls, columns: Mapping[Column | str, Iterable[Any]], **others: Any) -> Table:
+    def from_columns(cls, columns: Mapping[Any, Iterable[Any]], **others: Any) -> Table:
         """A table from columns of equal length; `others` as of `Table`."""
         return cls(tuple(columns), tuple(zip(*columns.values(), strict=True)), **others)
 

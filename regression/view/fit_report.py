@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, number, write_report
 from ehl.view.html_report import Formula as FormulaBlock
+from ehl.view.table import Table
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import process_factors
 from regression.fitting.rows import computed_friction, fitted_rows
@@ -149,7 +150,7 @@ def _data(dataset: Dataset) -> Section:
                 "A case is unsettled when an error estimate or the interval of its time mean is wider than wanted; it "
                 "has a result and its stated error."
             ),
-            Table(("variable", "unit", "least", "25 %", "median", "75 %", "greatest"), rows, "", -1, 2),
+            Table(("variable", "unit", "least", "25 %", "median", "75 %", "greatest"), rows),
             Picture(plot_friction(dataset), "Computed friction over the solver's film ratio."),
         ],
     )
@@ -168,7 +169,7 @@ def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iter
             ("family", "terms", "R² ln µ", "R² µ", "mean", "95 %", "worst", "bias"),
             rows,
             "Fitted formulas: relative errors of held-out cases, whole (p, R) cells left out at a time.",
-            0,
+            highlight=0,
         )
     ]
     if missing:
@@ -397,9 +398,7 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     frame = dataset.frame
     counted = frame.groupby(["status", "reason"]).size().reset_index(name="count").sort_values("count", ascending=False)
     rows = [(r["status"], r["reason"] or "–", str(r["count"])) for r in counted.to_dict("records")]
-    blocks: list[Text | Table] = [
-        Table(("status", "reason", "cases"), rows, "What the solver said of its cases.", -1, 2)
-    ]
+    blocks: list[Text | Table] = [Table(("status", "reason", "cases"), rows, "What the solver said of its cases.")]
     if best.data.excluded:
         left_out = [(reason, str(count)) for reason, count in best.data.excluded.items()]
         blocks.append(Table(("left out of the fit", "cases"), left_out))
@@ -408,7 +407,7 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
         records = failed.head(3 * _WORST).to_dict("records")
         shown = [(str(r["key"])[:8], str(r["reason"]), *_where(r)) for r in records]
         caption = f"Cases without a result: {len(shown)} of {len(failed)}."
-        blocks.append(Table(("case", "reason", *_WHERE.values()), shown, caption, -1, 2))
+        blocks.append(Table(("case", "reason", *_WHERE.values()), shown, caption))
     rest = checked_rows(dataset)
     deviation = friction_of_rows(best, rest) / computed_friction(rest) - 1.0
     # of the cases that were fitted: what the others deviate by is mostly their own error
@@ -442,4 +441,4 @@ def _provenance(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
         ("Python", platform.python_version()),
         *((library, version(library)) for library in _LIBRARIES),
     ]
-    return Section("Versions and hashes", [Table(("what", "value"), rows, text_columns=2)])
+    return Section("Versions and hashes", [Table(("what", "value"), rows)])

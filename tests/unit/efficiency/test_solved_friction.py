@@ -21,8 +21,7 @@ from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh, loss_by_region
 from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
-from efficiency.output.data_tables import result_table
-from efficiency.output.tables import efficiency_rows
+from efficiency.output.tables import efficiency_table, result_table
 from efficiency.run import run_duty, run_gear, run_map, run_parameter_map
 from efficiency.study.levels import Levels
 from efficiency.study.solve import run_study
@@ -103,17 +102,16 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     assert loss_by_region(result).sum() == pytest.approx(1.0)
     assert np.all(np.isfinite(friction_along_mesh(result)))
     assert 0.0 < result.edge_loss_share < 1.0
-    rows = {row[0]: row[1] for row in result_table(result).rows}
+    (rows,) = result_table(result).records()
     assert rows["contacts"] == 60
     assert rows["contacts failed film_jump"] == failed
     assert rows["points flagged predicted"] == result.flags["predicted"]
     assert json.loads(json.dumps(result.to_dict()))["contacts_failed"] == {"film_jump": failed}
-    shown = {row[0]: row[1] for row in efficiency_rows(result)}
-    assert shown["contacts solved"] == f"{60 - failed} of 60"
-    assert float(shown["share of the loss next to failed contacts"]) == pytest.approx(100.0 * share, abs=0.01)
-    assert "contacts solved" not in dict(
-        row[:2] for row in efficiency_rows(mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION))
-    )
+    (shown,) = efficiency_table(result).records()
+    assert (shown["contacts"], shown["failed"]) == (60, failed)
+    assert shown["predicted_share"] == share
+    (exact,) = efficiency_table(mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)).records()
+    assert "contacts" not in exact
 
 
 def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
@@ -133,8 +131,8 @@ def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: True))
     hopeless = mesh_efficiency(loaded, model(), OIL, OPERATION)
     assert hopeless.reason == "friction_not_converged"
-    shown = {row[0]: row[1] for row in efficiency_rows(hopeless)}
-    assert (shown["contacts solved"], shown["film ratio"]) == ("0 of 60", "–")
+    (shown,) = efficiency_table(hopeless).records()
+    assert (shown["contacts"], shown["failed"], shown["film_ratio_min"]) == (60, 60, None)
 
 
 def test_interval_of_solved_contacts_is_that_of_their_mean(

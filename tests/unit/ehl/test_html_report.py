@@ -6,7 +6,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from ehl.io.errors import InputError
-from ehl.view.html_report import Formula, KeyFigures, Picture, Pictures, Section, Table, Text, number, write_report
+from ehl.view.html_report import Formula, KeyFigures, Picture, Pictures, Section, Text, number, write_report
+from ehl.view.table import Table
 
 
 def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
@@ -20,7 +21,8 @@ def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
         [
             Section("One", [Text("a < b"), Formula("mu = 0.05"), KeyFigures([("99 %", "efficiency")])]),
             Section(
-                "Two", [Table(["name", "value"], [["x", "1"], ["y", "2"]], "cap", 1), picture, Pictures([picture])]
+                "Two",
+                [Table(["name", "value"], [["x", "1"], ["y", "2"]], "cap", highlight=1), picture, Pictures([picture])],
             ),
         ],
         "footer",

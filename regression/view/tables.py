@@ -1,0 +1,173 @@
+"""Tables of sweeps and fitted formulas, for terminal, pages and files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ehl.quantities import Quantity, quantities
+from ehl.view.table import Column, Table
+
+if TYPE_CHECKING:
+    from regression.data.dataset import RunStatus
+    from regression.friction.formula import FittedFormula
+    from regression.plan.operating_range import SeenRange
+
+_ERRORS = ("mape", "p95", "largest", "bias")
+_CONDITIONS = (
+    "pressure_hertz",
+    "radius_equivalent",
+    "speed_entrainment",
+    "slide_to_roll",
+    "temperature_oil",
+    "roughness_rms",
+)
+
+
+def reason_text(reasons: Mapping[str, int]) -> str:
+    """Counts of reasons in one line."""
+    return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+
+
+def operating_range_table(ranges: Mapping[str, SeenRange]) -> Table:
+    """What gears see: the ends of each range, its median, and the extremes."""
+    ends = ("minimum", "from", "median", "to", "maximum")
+    rows = zip(ends, *((r.least, r.low, r.median, r.high, r.most) for r in ranges.values()), strict=True)
+    title = "what the contact points see, weighted with the work lost there"
+    return Table(("end", *(Column(name, digits=3) for name in ranges)), list(rows), title=title, vertical=True)
+
+
+def failed_table(status: RunStatus) -> Table:
+    """The cases of a run that have no result."""
+    conditions = [Column(name, label=_symbol(name), digits=3) for name in _CONDITIONS]
+    rows = [
+        (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in _CONDITIONS), case.seconds)
+        for case in status.failed
+    ]
+    return Table(
+        ["reason", "key", "attempts", *conditions, "seconds"], rows, title=f"{len(status.failed)} failed cases"
+    )
+
+
+def status_table(status: RunStatus) -> Table:
+    """How far each shard of a run is."""
+    from regression.sweeping.progress import duration
+
+    added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
+    rows = [
+        (s.path.name, s.finished, s.converged, s.unsettled, reason_text(s.failed) or "0", s.seconds)
+        for s in status.shards
+    ]
+    seconds = sum(shard.seconds for shard in status.shards)
+    return Table(
+        ("file", "finished", "converged", "unsettled", "failed", "seconds_cpu"),
+        rows,
+        title=f"{status.plan_name}: {status.finished} of {status.planned} cases{added}",
+        notes=(f"CPU time of all cases {duration(seconds)}, the longest {duration(status.longest)}",),
+    )
+
+
+def family_table(formulas: Sequence[FittedFormula]) -> Table:
+    """Held-out errors of fitted families in the order given."""
+    rows = []
+    for formula in formulas:
+        v = formula.validation
+        terms = len(formula.coefficients) - len(formula.dropped)
+        rows.append((formula.name, terms, v.r2_log, v.r2, *(getattr(v, name) for name in _ERRORS)))
+    columns = ("family", "terms", Column("r2_log", label="R² ln µ"), Column("r2", label="R² µ"), *_ERRORS)
+    title = "Fitted formulas: errors of held-out cases, whole (p, R) cells left out at a time"
+    return Table(columns, rows, title=title, highlight=0)
+
+
+def band_table(formula: FittedFormula) -> Table:
+    """Held-out errors by band of each variable."""
+    rows = [
+        (
+            _region(band.variable, band.low, band.high),
+            *(getattr(band, name) for name in ("count", "r2", "rmse_log", *_ERRORS, "coverage", "noise")),
+        )
+        for band in formula.bands
+    ]
+    columns = (
+        "region",
+        Column("count", label="cases"),
+        Column("r2", label="R² µ"),
+        Column("rmse_log", of="share", label="RMS of ln µ"),
+        *_ERRORS,
+        Column("coverage", of="share", label="covered"),
+        Column("noise", of="share", label="noise floor"),
+    )
+    note = (
+        "Noise floor: scatter of one roughness realisation about the mean of several, where repeated points were "
+        "computed. Covered: cases in their interval."
+    )
+    return Table(columns, rows, title=f"{formula.name}: errors of held-out cases by region", notes=(note,))
+
+
+def check_table(formula: FittedFormula) -> Table:
+    """Errors of a formula on the cases fitted, held out and not fitted at all."""
+    checked = (
+        ("fitted cases themselves", formula.fit),
+        ("held-out cells", formula.validation),
+        ("held out, choice of the family too", formula.nested),
+        ("corners of the box", formula.corners),
+        ("contacts along gear meshes", formula.paths),
+    )
+    columns = (
+        "checked on",
+        Column("count", label="cases"),
+        *_ERRORS[:3],
+        Column("coverage", of="share", label="covered"),
+        Column("extrapolated", of="share", label="extrapolated"),
+    )
+    rows = [
+        (what, s.count, s.mape, s.p95, s.largest, s.coverage, s.extrapolated) for what, s in checked if s is not None
+    ]
+    return Table(columns, rows, title="The same formula on other cases")
+
+
+def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, float]]) -> Table:
+    """Interval of mu by film ratio.
+
+    Parameters
+    ----------
+    formula : FittedFormula
+    spread : sequence of (median, low, high)
+        Of the factor within each band for a Gaussian process, whose deviation differs from case to case, as of
+        `regression.fitting.cross_validation.process_factors`; empty for other forms.
+    """
+    interval = formula.interval
+    level = interval.level
+    rows = []
+    for i, band in enumerate(interval.bands):
+        error = 2.0 * math.sqrt(level * (1.0 - level) / band.count)
+        factors = (band.log_width, *spread[i]) if spread else (band.log_width, math.exp(band.log_width), None, None)
+        rows.append((band.low, band.high, band.count, *factors, band.coverage, error))
+    keep = [True, True, True, interval.normalised, True, bool(spread), bool(spread), True, True]
+    columns: tuple[Column | str, ...] = (
+        Column("low", of="film_ratio", label="film ratio from"),
+        Column("high", of="film_ratio", label="to"),
+        Column("count", label="cases"),
+        Column("log_width", label="deviations"),
+        Column("factor", label="factor, median" if spread else "factor"),
+        Column("factor_low", label="factor, 5 % of cases"),
+        Column("factor_high", label="factor, 95 % of cases"),
+        Column("coverage", of="share", label="covered"),
+        Column("coverage_error", of="share", label="two binomial standard errors"),
+    )
+    return Table(
+        [column for column, kept in zip(columns, keep, strict=True) if kept],
+        [[value for value, kept in zip(row, keep, strict=True) if kept] for row in rows],
+        title=f"{formula.name}: interval of {100 * level:g} % by film ratio: µ over and times the factor",
+        notes=("exp(w s), w the deviations of the table and s the one stated at the point",) if spread else (),
+    )
+
+
+def _region(variable: str, low: float, high: float) -> str:
+    entry = quantities().get(variable, Quantity(variable, label=variable))
+    return f"{entry.label} {entry.span(low, high)}"
+
+
+def _symbol(name: str) -> str:
+    return quantities()[name].symbol
