@@ -46,7 +46,7 @@ class Quantity:
     >>> film.head
     'central film thickness [nm]'
     >>> film.text(2.5e-7)
-    '250.0 nm'
+    '250 nm'
     """
 
     name: str
@@ -83,11 +83,11 @@ class Quantity:
 
     def text(self, value: float, digits: int = 0) -> str:
         """An SI value in the display unit, with that unit."""
-        return f"{format_number(self.to_display(value), digits or self.digits)} {printed_unit(self.display)}".strip()
+        return f"{_brief(self.to_display(value), digits or self.digits)} {printed_unit(self.display)}".strip()
 
     def span(self, low: float, high: float, digits: int = 3) -> str:
         """Two SI values in the display unit, with that unit once."""
-        ends = (format_number(self.to_display(end), digits) for end in (low, high))
+        ends = (_brief(self.to_display(end), digits) for end in (low, high))
         return f"{' to '.join(ends)} {printed_unit(self.display)}".strip()
 
 
@@ -109,6 +109,12 @@ def format_number(value: float, digits: int = 4) -> str:
     # rounding may reach the next power of ten
     exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])
     return f"{value:.{max(0, digits - 1 - exponent)}f}"
+
+
+def _brief(value: float, digits: int) -> str:
+    """The same for a sentence, without zeros at the end."""
+    mantissa, mark, exponent = format_number(value, digits).partition("e")
+    return (mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa) + mark + exponent
 
 
 def printed_unit(unit: str) -> str:

@@ -65,7 +65,7 @@ def study(
     All combinations of the operating parameters, misalignments one at a time. A study that was killed goes on.
     """
     from efficiency.design.design import OPERATION_LIMITS, MemberInput, Misalignment, load_design
-    from efficiency.output.study_report import print_study, study_json, write_study
+    from efficiency.output.study_report import influence_table, study_json, write_study
     from efficiency.study.levels import Levels
     from efficiency.study.solve import run_study
     from ehl.io.errors import InputError
@@ -109,7 +109,7 @@ def study(
     if json_output:
         print_json(study_json(result))
     else:
-        print_study(result)
+        influence_table(result).print()
         for path in written:
             print(path)
     if result.status != "converged":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,8 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from efficiency.study.points import level_quantity
+from ehl.quantities import to_display
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -17,18 +18,6 @@ if TYPE_CHECKING:
 
     from efficiency.study.points import Study, StudyPoint
 
-# name, words, factor from SI, offset, unit
-SHOWN: dict[str, tuple[str, float, float, str]] = {
-    "torque": ("pinion torque", 1.0, 0.0, "N m"),
-    "speed": ("pinion speed", 30.0 / math.pi, 0.0, "rpm"),
-    "temperature_oil": ("oil temperature", 1.0, -273.15, "degC"),
-    "roughness_rms": ("roughness Rq of each flank", 1e6, 0.0, "µm"),
-    "E": ("misalignment E (offset)", 1e3, 0.0, "mm"),
-    "P": ("misalignment P (pinion axis)", 1e3, 0.0, "mm"),
-    "G": ("misalignment G (gear axis)", 1e3, 0.0, "mm"),
-    "alpha": ("misalignment α (shaft angle)", math.degrees(1.0) * 60.0, 0.0, "arcmin"),
-    "hypoid_offset": ("hypoid offset", 1e3, 0.0, "mm"),
-}
 _MARKERS = "os^vD<>P"
 # what is drawn over what: (along the axis, one line for each)
 _CROSSED = (
@@ -39,26 +28,9 @@ _CROSSED = (
 )
 
 
-def shown(name: str, value: float) -> float:
-    """A value in the unit shown."""
-    _, factor, offset, _ = SHOWN[name]
-    return value * factor + offset
-
-
-def axis_label(name: str) -> str:
-    """Name of an axis with its unit."""
-    words, _, _, unit = SHOWN[name]
-    return f"{words} [{unit}]"
-
-
-def level_text(name: str, value: float) -> str:
-    """A value with its unit."""
-    return f"{shown(name, value):.4g} {SHOWN[name][3]}"
-
-
 def reference_text(study: Study, *without: str) -> str:
     """The reference in words, less what a figure varies."""
-    return ", ".join(level_text(name, value) for name, value in study.reference.items() if name not in without)
+    return ", ".join(level_quantity(name).text(value) for name, value in study.reference.items() if name not in without)
 
 
 def study_figures(study: Study) -> Iterator[tuple[str, Figure, str]]:
@@ -75,7 +47,7 @@ def study_figures(study: Study) -> Iterator[tuple[str, Figure, str]]:
         )
     for along, lines in _CROSSED:
         if len(getattr(study.levels, along)) > 1:
-            name = SHOWN[along][0]
+            name = level_quantity(along).label
             yield f"over_{along}", crossed_figure(study, along, lines), f"Efficiency over {name}; the rest as stated."
     if any(study.levels.shifts()):
         yield (
@@ -96,14 +68,24 @@ def crossed_figure(study: Study, along: str, lines: str) -> Figure:
         for number, level in enumerate(levels):
             points = study.section(design, along, **{lines: level})
             _line(
-                axes, points, along, colour=shades[number], marker=_MARKERS[number % 8], label=level_text(lines, level)
+                axes,
+                points,
+                along,
+                colour=shades[number],
+                marker=_MARKERS[number % 8],
+                label=level_quantity(lines).text(level),
             )
-        axes.set(xlabel=axis_label(along), title=f"{design}\n{reference_text(study, along, lines)}")
+        axes.set(xlabel=level_quantity(along).axis_label, title=f"{design}\n{reference_text(study, along, lines)}")
         axes.title.set_fontsize(9)
         axes.grid(alpha=0.3)
     panels[0].set_ylabel("mesh efficiency [%]")
     panels[-1].legend(
-        title=SHOWN[lines][0], fontsize=8, title_fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False
+        title=level_quantity(lines).label,
+        fontsize=8,
+        title_fontsize=8,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        frameon=False,
     )
     return figure
 
@@ -118,14 +100,14 @@ def designs_figure(study: Study) -> Figure:
     for axes, name in zip(panels.ravel(), names, strict=False):
         for number, design in enumerate(study.designs):
             points, colour = study.section(design, name), _colour(number)
-            x = [shown(name, getattr(point, name)) for point in points]
+            x = [level_quantity(name).to_display(getattr(point, name)) for point in points]
             low, high = (
                 np.array([100.0 * getattr(point, bound) for point in points], dtype=float)
                 for bound in ("efficiency_lower", "efficiency_upper")
             )
             axes.fill_between(x, low, high, color=colour, alpha=0.15, lw=0.0)
             _line(axes, points, name, colour=colour, marker=_MARKERS[number % 8], label=_design_text(study, design))
-        axes.set(xlabel=axis_label(name), title=f"at {reference_text(study, name)}")
+        axes.set(xlabel=level_quantity(name).axis_label, title=f"at {reference_text(study, name)}")
         axes.title.set_fontsize(9)
         axes.grid(alpha=0.3)
     for axes in panels.ravel()[len(names) :]:
@@ -146,14 +128,14 @@ def offset_figure(study: Study) -> Figure:
         points = [
             next(p for p in study.section(design, "torque") if p.torque == torque and p.aligned) for design in ordered
         ]
-        x = [shown("hypoid_offset", point.hypoid_offset) for point in points]
+        x = [level_quantity("hypoid_offset").to_display(point.hypoid_offset) for point in points]
         style = {"color": shades[number], "marker": _MARKERS[number % 8], "ms": 4, "lw": 1.3}
-        panels[0].plot(x, [100.0 * p.efficiency for p in points], label=level_text("torque", torque), **style)
+        panels[0].plot(x, [100.0 * p.efficiency for p in points], label=level_quantity("torque").text(torque), **style)
         panels[1].plot(x, [p.friction_coefficient_mean for p in points], **style)
     panels[0].set(ylabel="mesh efficiency [%]")
     panels[1].set(ylabel="mean friction coefficient [-]")
     for axes in panels:
-        axes.set(xlabel=axis_label("hypoid_offset"))
+        axes.set(xlabel=level_quantity("hypoid_offset").axis_label)
         axes.grid(alpha=0.3)
     panels[0].legend(title="pinion torque", fontsize=8, title_fontsize=8, frameon=False)
     figure.suptitle(f"at {reference_text(study, 'torque')}", fontsize=10)
@@ -178,9 +160,8 @@ def misalignment_figure(study: Study) -> Figure:
                 marker=marker,
                 label=label,
                 value="pressure_max",
-                factor=1e-9,
             )
-        panels[1, column].set_xlabel(f"{SHOWN[name][0]}\n[{SHOWN[name][3]}]")
+        panels[1, column].set_xlabel(level_quantity(name).axis_label.replace(" [", "\n["))
         for row in panels:
             row[column].axvline(0.0, color=GREY, lw=0.7)
             row[column].grid(alpha=0.3)
@@ -220,7 +201,8 @@ def influence_figure(study: Study) -> Figure:
 
 def _range_text(study: Study, name: str) -> str:
     levels = sorted({*getattr(study.levels, name), *(() if name in study.reference else (0.0,))})
-    return f"{SHOWN[name][0]}\n{shown(name, levels[0]):.4g} to {level_text(name, levels[-1])}"
+    entry = level_quantity(name)
+    return f"{entry.label}\n{entry.span(levels[0], levels[-1])}"
 
 
 def _design_text(study: Study, design: str) -> str:
@@ -241,9 +223,8 @@ def _line(
     marker: str,
     label: str,
     value: str = "efficiency",
-    factor: float = 100.0,
 ) -> None:
     """One line; what failed leaves a gap."""
-    x = [shown(along, getattr(point, along)) for point in points]
-    y = [factor * getattr(point, value) for point in points]
+    x = [level_quantity(along).to_display(getattr(point, along)) for point in points]
+    y = [to_display(value, getattr(point, value)) for point in points]
     axes.plot(x, y, color=colour, marker=marker, ms=4, lw=1.3, label=label)

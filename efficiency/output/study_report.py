@@ -7,97 +7,84 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.output.data_tables import Cell, DataTable
-from efficiency.output.plots_study import SHOWN, axis_label, level_text, reference_text, shown, study_figures
-from efficiency.output.table_files import write_csv, write_xlsx
+from efficiency.output.plots_study import reference_text, study_figures
 from efficiency.output.tables import percent
 from efficiency.study.levels import MISALIGNED
-from efficiency.study.points import UNITS, StudyPoint
+from efficiency.study.points import StudyPoint, level_quantity
 from ehl import __version__
+from ehl.quantities import quantities
 from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
 from ehl.view.plots import save_figure
-from ehl.view.table import Table
+from ehl.view.table import Column, Table, write_csv, write_xlsx
 
 if TYPE_CHECKING:
     from efficiency.study.points import Study
 
 _FAILED_SHOWN = 40
-HEADER = ("value", "efficiency [%]", "interval [%]", "loss [W]", "mean mu [-]", "mean λ [-]", "pressure [GPa]")
+_SECTION = (
+    "efficiency",
+    "efficiency_lower",
+    "efficiency_upper",
+    "power_loss",
+    "friction_coefficient_mean",
+    "film_ratio",
+    "pressure_max",
+    "status",
+    "reason",
+)
 
 
-def study_tables(study: Study) -> list[DataTable]:
-    """Every point, the levels and the notes as tables in SI units."""
-    columns = {f.name: [getattr(point, f.name) for point in study.points] for f in fields(StudyPoint)}
-    rows: list[tuple[Cell, ...]] = [
-        (name, UNITS[name], ", ".join(f"{value:.6g}" for value in values), study.reference.get(name, 0.0))
+def _column(name: str) -> Column:
+    """A field of a study point."""
+    return Column(name, of=level_quantity(name).name if name in quantities() or name in MISALIGNED else "")
+
+
+def study_tables(study: Study) -> list[Table]:
+    """Every point, the levels and the notes."""
+    names = [f.name for f in fields(StudyPoint)]
+    points = [[getattr(point, name) for name in names] for point in study.points]
+    levels = [
+        (name, level_quantity(name).unit, ", ".join(f"{value:.6g}" for value in values), study.reference.get(name, 0.0))
         for name, values in study.levels.to_dict().items()
     ]
     return [
-        DataTable.of_columns("study", columns, UNITS),
-        DataTable("levels", ("parameter", "unit", "values", "reference"), rows),
-        DataTable("notes", ("note", "points"), list(study.notes.items())),
+        Table([_column(name) for name in names], points, name="study"),
+        Table(("parameter", "SI unit", "values", Column("reference", label="reference")), levels, name="levels"),
+        Table(("note", "points"), list(study.notes.items()), name="notes"),
     ]
 
 
-def section_rows(study: Study, design: str, name: str) -> list[tuple[str, ...]]:
-    """Cells of the section of one design along one parameter."""
-    rows = []
-    for point in study.section(design, name):
-        interval = "–"
-        if point.efficiency_lower < point.efficiency_upper:
-            interval = f"{percent(point.efficiency_lower, 2)}–{percent(point.efficiency_upper, 2)}"
-        numbers = (f"{point.power_loss:.1f}", f"{point.friction_coefficient_mean:.4f}", f"{point.film_ratio:.3g}")
-        rows.append(
-            (
-                f"{shown(name, getattr(point, name)):.4g}",
-                percent(point.efficiency) if point.status != "failed" else f"failed: {point.reason}",
-                interval,
-                *(text if text != "nan" else "–" for text in (*numbers, f"{point.pressure_max / 1e9:.3f}")),
-            )
-        )
-    return rows
+def section_table(study: Study, design: str, name: str) -> Table:
+    """The section of one design along one parameter."""
+    columns = (name, *_SECTION)
+    return Table(
+        [_column(column) for column in columns],
+        [[getattr(point, column) for column in columns] for point in study.section(design, name)],
+        title=f"{design}: {level_quantity(name).label}, at {reference_text(study, name)}.",
+    )
 
 
-def influence_rows(study: Study) -> list[tuple[str, ...]]:
-    """(parameter, range, and for each design the range of the efficiency and its width in percentage points)."""
-    rows = []
+def influence_table(study: Study) -> Table:
+    """For each parameter its range, and for each design the range of the efficiency and its width."""
+    columns: list[Column | str] = ["parameter", "levels"]
+    for design in study.designs:
+        columns += [Column(f"{design}: {end}", "efficiency", f"{design}, {end}") for end in ("minimum", "maximum")]
+    rows: list[tuple[object, ...]] = []
+    at = [study.reference_point(design).efficiency for design in study.designs]
+    rows.append(("reference", reference_text(study), *(value for value in at for _ in range(2))))
     for name in study.varied:
         levels = sorted({*getattr(study.levels, name), *((0.0,) if name in MISALIGNED else ())})
-        cells = []
-        for design in study.designs:
-            low, high = study.influence(design, name)
-            cells.append(f"{percent(low, 2)}–{percent(high, 2)} ({100.0 * (high - low):.2f})" if low == low else "–")
-        rows.append((SHOWN[name][0], f"{shown(name, levels[0]):.4g} to {level_text(name, levels[-1])}", *cells))
-    return rows
-
-
-def print_study(study: Study) -> None:
-    """Print the reference, the influence of each parameter, what failed, and the time."""
-    from rich import box
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table as Printed
-
-    console = Console()
-    table = Printed(
-        title=f"efficiency [%] over each parameter alone (width in points), friction {study.friction_model}, "
-        f"{study.side}; reference {reference_text(study)}, {study.oil}",
-        box=box.SIMPLE,
-        padding=(0, 1, 0, 0),
-        title_justify="left",
+        ends = [end for design in study.designs for end in study.influence(design, name)]
+        rows.append((level_quantity(name).label, level_quantity(name).span(levels[0], levels[-1]), *ends))
+    notes = [f"note     {count} of {len(study.points)} points: {note}" for note, count in list(study.notes.items())[:8]]
+    notes += [f"failed   {point.label}: {point.reason}" for point in study.failed[:_FAILED_SHOWN]]
+    return Table(
+        columns,
+        rows,
+        title=f"efficiency over each parameter alone, friction {study.friction_model}, {study.side}, {study.oil}",
+        notes=(*notes, timing(study)),
+        name="influence",
     )
-    for name in ("parameter", "from, to", *study.designs):
-        table.add_column(escape(name), overflow="fold")
-    at = [percent(study.reference_point(design).efficiency) for design in study.designs]
-    table.add_row("reference", "", *at)
-    for row in influence_rows(study):
-        table.add_row(*row)
-    console.print(table)
-    for note, count in list(study.notes.items())[:8]:
-        console.print(f"note     {count} of {len(study.points)} points: {note}", highlight=False)
-    for point in study.failed[:_FAILED_SHOWN]:
-        console.print(f"failed   {point.label}: {point.reason}", highlight=False)
-    console.print(timing(study), highlight=False)
 
 
 def timing(study: Study) -> str:
@@ -121,10 +108,11 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     figures = list(study_figures(study))
     for name, figure, _ in figures:
         save_figure(figure, folder / f"{name}.png")
-    sections = [_headline(study), Section("1. Influence of each parameter", _influence(study))]
+    sections = [_headline(study), Section("1. Influence of each parameter", [influence_table(study)])]
     pictures: list[Block] = [Picture(figure, caption) for _, figure, caption in figures]
     sections.append(Section("2. Figures", pictures))
-    sections.append(Section("3. Sections through the reference", _section_tables(study)))
+    lines = [section_table(study, design, name) for name in study.varied for design in study.designs]
+    sections.append(Section("3. Sections through the reference", lines))
     sections.append(Section("4. Notes", _notes(study)))
     page = write_report(
         folder / "study.html",
@@ -148,24 +136,6 @@ def _headline(study: Study) -> Section:
         "time at the reference. The load is solved once for each torque and misalignment."
     )
     return Section("", [KeyFigures(figures), Text(text)])
-
-
-def _influence(study: Study) -> list[Block]:
-    header = ("parameter", "levels", *study.designs)
-    caption = "Efficiency from least to greatest [%], and between both [percentage points]."
-    return [Table(header, influence_rows(study), caption)]
-
-
-def _section_tables(study: Study) -> list[Block]:
-    return [
-        Table(
-            (axis_label(name), *HEADER[1:]),
-            section_rows(study, design, name),
-            f"{design}: {SHOWN[name][0]}, at {reference_text(study, name)}.",
-        )
-        for name in study.varied
-        for design in study.designs
-    ]
 
 
 def _notes(study: Study) -> list[Block]:

@@ -11,26 +11,13 @@ import numpy as np
 
 from efficiency.loss.result import EfficiencyResult
 from efficiency.study.levels import MISALIGNED, OPERATING, Levels
+from ehl.quantities import Quantity, quantities
 
-UNITS: dict[str, str] = {
-    "hypoid_offset": "m",
-    "torque": "N m",
-    "speed": "rad/s",
-    "temperature_oil": "K",
-    "roughness_rms": "m",
-    "E": "m",
-    "P": "m",
-    "G": "m",
-    "alpha": "rad",
-    "power_loss": "W",
-    "power_loss_rolling": "W",
-    "power_input": "W",
-    "pressure_max": "Pa",
-    "temperature_flash": "K",
-    "transmission_error_loaded": "rad",
-    "transmission_error_unloaded": "rad",
-    "seconds": "s",
-}
+
+def level_quantity(name: str) -> Quantity:
+    """What a parameter of a study is: misalignments by their letters, the roughness that of each flank."""
+    known = quantities()
+    return known.get(f"study.{name}") or known.get(f"misalignment.{name}") or known[name]
 
 
 @dataclass(frozen=True)
@@ -87,14 +74,9 @@ class StudyPoint:
     @property
     def label(self) -> str:
         """Design and state in words, to name a point that failed."""
-        shift = ", ".join(
-            f"{name} {getattr(self, name):+.4g} {UNITS[name]}" for name in MISALIGNED if self._shifted(name)
-        )
-        return (
-            f"{self.design}, {self.torque:.4g} N m, {self.speed * 30.0 / math.pi:.4g} rpm, "
-            f"{self.temperature_oil - 273.15:.4g} degC, Rq {self.roughness_rms * 1e6:.3g} um"
-            + (f", {shift}" if shift else "")
-        )
+        names = ("torque", "speed", "temperature_oil", "roughness_rms", *filter(self._shifted, MISALIGNED))
+        levels = (f"{name} {level_quantity(name).text(getattr(self, name))}" for name in names)
+        return f"{self.design}, {', '.join(levels)}"
 
     def _shifted(self, name: str) -> bool:
         return bool(getattr(self, name) != 0.0)

@@ -12,7 +12,7 @@ from ehl.view.table import Column, Table
 if TYPE_CHECKING:
     from regression.data.dataset import RunStatus
     from regression.friction.formula import FittedFormula
-    from regression.plan.operating_range import SeenRange
+    from regression.plan.operating_range import OperatingRange
 
 _ERRORS = ("mape", "p95", "largest", "bias")
 _CONDITIONS = (
@@ -30,12 +30,14 @@ def reason_text(reasons: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
 
 
-def operating_range_table(ranges: Mapping[str, SeenRange]) -> Table:
+def operating_range_table(ranges: OperatingRange) -> Table:
     """What gears see: the ends of each range, its median, and the extremes."""
     ends = ("minimum", "from", "median", "to", "maximum")
-    rows = zip(ends, *((r.least, r.low, r.median, r.high, r.most) for r in ranges.values()), strict=True)
+    rows = zip(ends, *((r.minimum, r.low, r.median, r.high, r.maximum) for r in ranges.variables.values()), strict=True)
     title = "what the contact points see, weighted with the work lost there"
-    return Table(("end", *(Column(name, digits=3) for name in ranges)), list(rows), title=title, vertical=True)
+    return Table(
+        ("end", *(Column(name, digits=3) for name in ranges.variables)), list(rows), title=title, vertical=True
+    )
 
 
 def failed_table(status: RunStatus) -> Table:
@@ -52,7 +54,7 @@ def failed_table(status: RunStatus) -> Table:
 
 def status_table(status: RunStatus) -> Table:
     """How far each shard of a run is."""
-    from regression.sweeping.progress import duration
+    from regression.plan.cost import duration
 
     added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
     rows = [

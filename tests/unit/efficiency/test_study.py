@@ -21,10 +21,10 @@ from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
-from efficiency.output.plots_study import axis_label, designs_figure, influence_figure, shown, study_figures
-from efficiency.output.study_report import influence_rows, section_rows, write_study
+from efficiency.output.plots_study import designs_figure, influence_figure, study_figures
+from efficiency.output.study_report import influence_table, section_table, write_study
 from efficiency.study.levels import Levels
-from efficiency.study.points import Study
+from efficiency.study.points import Study, level_quantity
 from efficiency.study.solve import run_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
@@ -176,8 +176,8 @@ def test_figures_show_the_sections(study: Study) -> None:
     low, high = study.influence("fh_hypoid_9x34", "torque")
     assert bars[0].get_x() == pytest.approx(100.0 * low)  # type: ignore[attr-defined]
     assert bars[0].get_width() == pytest.approx(100.0 * (high - low))  # type: ignore[attr-defined]
-    assert axis_label("alpha").endswith("[arcmin]")
-    assert shown("alpha", math.radians(0.5)) == pytest.approx(30.0)
+    assert level_quantity("alpha").axis_label.endswith("[arcmin]")
+    assert level_quantity("alpha").to_display(math.radians(0.5)) == pytest.approx(30.0)
 
 
 def test_a_point_that_fails_is_named_and_the_rest_goes_on(
@@ -195,11 +195,11 @@ def test_a_point_that_fails_is_named_and_the_rest_goes_on(
     study = run_study(designs[:1], MODEL, levels, **GRID)
     assert study.status == "failed"
     assert [(point.alpha, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
-    assert study.failed[0].label.endswith("Rq 0.4 um, alpha +0.001 rad")
+    assert study.failed[0].label.endswith("roughness_rms 0.4 um, alpha 3.438 arcmin")
     assert study.reason == "1 of 3 points no_contact"
     assert study.notes["no_contact: for the test"] == 1
-    assert section_rows(study, "fh_hypoid_9x34", "alpha")[1][1] == "failed: no_contact"
-    assert len(influence_rows(study)) == 2
+    assert section_table(study, "fh_hypoid_9x34", "alpha").records()[1]["reason"] == "no_contact"
+    assert len(influence_table(study).rows) == 3
     point = json.loads(json.dumps(study.to_dict(), allow_nan=False))["points"][-1]
     assert point["efficiency"] is None
 

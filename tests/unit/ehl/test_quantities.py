@@ -35,7 +35,8 @@ def test_values_in_display_units() -> None:
     assert axis_label("film_central") == "central film thickness [nm]"
     assert axis_label("temperature_oil") == "oil temperature [°C]"
     assert si_unit("viscosity_inlet") == "Pa*s"
-    assert quantity("viscosity_inlet").text(0.04) == "40.00 mPa s"
+    assert quantity("viscosity_inlet").text(0.04) == "40 mPa s"
+    assert quantity("pressure_hertz").span(5e8, 1.25e9) == "0.5 to 1.25 GPa"
 
 
 @given(st.floats(-1e15, 1e15), st.integers(2, 9))
