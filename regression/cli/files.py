@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from ehl.io.errors import InputError
+from ehl import InputError
 
 FIGURE = (".png", ".svg", ".pdf")
 

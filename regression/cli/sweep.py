@@ -58,7 +58,7 @@ def sweep_run(
 ) -> None:
     """Compute the cases of a plan that are not on disk yet (the default command)."""
     import regression
-    from ehl.io.errors import InputError
+    from ehl import InputError
 
     content = regression.Plan.from_file(plan, changes or ())
     if estimate:
@@ -128,7 +128,7 @@ def sweep_merge(
 
 
 def _shard(text: str) -> tuple[int, int]:
-    from ehl.io.errors import InputError
+    from ehl import InputError
 
     number, slash, shards = text.partition("/")
     if not (slash and number.isdigit() and shards.isdigit() and 1 <= int(number) <= int(shards)):

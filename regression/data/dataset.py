@@ -389,10 +389,7 @@ class RunStatus:
         """One row per case without a result: reason, key, attempts, conditions, wall time."""
         symbols = {"pressure_hertz": "p_h", "radius_equivalent": "R", "speed_entrainment": "u_r", "slide_to_roll": "SR"}
         symbols |= {"temperature_oil": "T", "roughness_rms": "Rq"}
-        columns = (
-            *(Column(name, label=symbol, digits=3) for name, symbol in symbols.items()),
-            Column("seconds", label="t"),
-        )
+        columns = [Column(name, label=symbol, digits=3) for name, symbol in symbols.items()]
         rows = [
             (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in symbols), case.seconds)
             for case in self.failed

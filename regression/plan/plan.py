@@ -545,9 +545,12 @@ class Plan(InputModel):
             content = {**self.lubricant, **{name: float(columns[name][i]) for name in names}}
             if oil is not None:
                 content["oil"] = oil
-            kind = OilLubricant if "oil" in content else DirectLubricant
-            lubricant = validate(kind, content, "lubricant").lubricant()
-            rows.append(lubricant_row(lubricant, float(columns["pressure_hertz"][i])))
+            given: OilLubricant | DirectLubricant = (
+                validate(OilLubricant, content, "lubricant")
+                if "oil" in content
+                else validate(DirectLubricant, content, "lubricant")
+            )
+            rows.append(lubricant_row(given.lubricant(), float(columns["pressure_hertz"][i])))
         return {name: np.array([row[name] for row in rows]) for name in LUBRICANT_UNITS}
 
     def contact_seconds(
