@@ -321,3 +321,18 @@ def test_rough_films_too_hot_count_by_the_larger_of_two_shares(heated: ContactRe
 
     for spots, mean, share in ((0.2, 0.1, 0.4), (0.2, 0.5, 0.5), (0.8, 0.0, 1.0)):
         assert friction_above_limit_temperature(rough(spots, mean)) == pytest.approx(share * 0.04, rel=1e-12)
+
+
+@pytest.mark.parametrize(("share", "reason"), [(0.02, ""), (0.03, "too_hot")])
+def test_friction_without_a_law_widens_the_error_and_unsettles_a_result(
+    monkeypatch: pytest.MonkeyPatch, share: float, reason: str
+) -> None:
+    """Its share of mu is added whole; above half the tolerance of 5 % the result does not stand as converged."""
+    plain = case(model={"thermal": "off", "accuracy": "fast"}).solve()
+    monkeypatch.setattr(
+        "ehl.solve.friction_above_limit_temperature", lambda result: share * result.friction_coefficient
+    )
+    hot = case(model={"thermal": "off", "accuracy": "fast"}).solve()
+    assert hot.friction_error == pytest.approx(plain.friction_error + share, rel=1e-12)
+    assert hot.reason == reason
+    assert hot.status == ("unsettled" if reason else "converged")

@@ -17,7 +17,7 @@ OIL = Oil.load("75w90")
 
 
 def test_conditions_of_two_points_by_hand() -> None:
-    """1 GPa and 12 mm at 4 m/s; sliding 1.2 m/s across and 0.5 m/s along the line, the second point without roughness."""
+    """1 GPa and 12 mm at 4 m/s; sliding 1.2 m/s across and 0.5 m/s along the line, the second point smooth."""
     state = ContactState.of(
         pressure_hertz=[1e9, 1e9],
         radius_equivalent=0.012,
