@@ -20,6 +20,7 @@ from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
 from efficiency.output.inspection_grid import lowest_fraction
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.numbers import finite_or_none
 from ehl.io.units import ValueRange
 
 FloatArray = NDArray[np.float64]
@@ -85,8 +86,8 @@ class SideGeometry:
             "interpolation_error": self.pair.surface.interpolation_error,
             "pattern": {
                 "area_share": pattern.area_share,
-                "centre_u": _finite(pattern.centre[0]),
-                "centre_depth": _finite(pattern.centre[1]),
+                "centre_u": finite_or_none(pattern.centre[0]),
+                "centre_depth": finite_or_none(pattern.centre[1]),
                 "length": pattern.length,
                 "width": pattern.width,
                 "edges": list(pattern.edges),
@@ -99,10 +100,6 @@ class SideGeometry:
                 "free": path.free.tolist(),
             },
         }
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from efficiency.contact.gear_flanks import Side
 from efficiency.contact.pattern import MARKING
 from efficiency.design.design import Design
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.numbers import finite_or_none
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -124,10 +125,7 @@ class MisalignmentStudy:
 
     def to_dict(self) -> dict[str, object]:
         """Plain numbers and strings for JSON; what could not be computed is None."""
-        rows = []
-        for point in self.points:
-            row = point.to_dict()
-            rows.append({k: None if isinstance(v, float) and np.isnan(v) else v for k, v in row.items()})
+        rows = [finite_or_none(point.to_dict()) for point in self.points]
         return {
             "design": self.design,
             "side": self.side,

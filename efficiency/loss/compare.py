@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
@@ -13,6 +13,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
 from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.oil import Oil
+from ehl.io.numbers import finite_or_none
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED
 
@@ -106,7 +107,7 @@ class Comparison:
         """For JSON; not-a-number becomes None."""
         names = ("design", "side", "oil", "torque_pinion", "speed_pinion", "temperature_oil", "status", "reference")
         head = {name: getattr(self, name) for name in names}
-        return head | {"notes": list(self.notes), "rows": [_plain(asdict(row)) for row in self.rows]}
+        return head | {"notes": list(self.notes), "rows": finite_or_none(self.rows)}
 
 
 def compare_models(
@@ -216,12 +217,3 @@ def _closed_row(name: str, mu: float, efficiency: float, power: float) -> Compar
         efficiency_with_rolling=math.nan,
         loss_regions=(),
     )
-
-
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    def number(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return [number(v) for v in value]
-        return None if isinstance(value, float) and not math.isfinite(value) else value
-
-    return {k: number(v) for k, v in row.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from efficiency.contact.gear_flanks import Side
@@ -14,6 +14,7 @@ from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.loss.kinematics import Driver, Operation
 from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.oil import Oil
+from ehl.io.numbers import finite_or_none
 from regression.friction.models import FrictionModel
 
 HOUR = 3600.0
@@ -117,8 +118,8 @@ class DutyCycle:
             "oil": self.oil,
             "status": self.status,
             "reason": self.reason,
-            "total": _plain(total),
-            "rows": [_plain(asdict(row)) for row in self.rows],
+            "total": finite_or_none(total),
+            "rows": finite_or_none(self.rows),
             "notes": list(self.notes),
         }
 
@@ -181,7 +182,3 @@ def _energy(row: DutyRow, result: EfficiencyResult) -> DutyEnergy:
         status=result.status,
         reason=result.reason,
     )
-
-
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}

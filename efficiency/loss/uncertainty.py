@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import Any
 
@@ -21,6 +21,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import SolvedFriction
 from efficiency.loss.result import EfficiencyResult
 from ehl.io.errors import InputError
+from ehl.io.numbers import finite_or_none
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
 
@@ -132,11 +133,7 @@ class EfficiencyUncertainty:
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; not-a-number becomes None."""
-        content = asdict(self)
-        content["sources"] = [
-            {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in source.items()}
-            for source in content["sources"]
-        ]
+        content: dict[str, Any] = finite_or_none(self)
         return content
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from efficiency.loss.result import EfficiencyResult
 from efficiency.study.levels import MISALIGNED, OPERATING, Levels
+from ehl.io.numbers import finite_or_none
 from ehl.quantities import Quantity, quantities
 
 
@@ -194,8 +195,5 @@ class Study:
             "seconds",
         )
         head = {name: getattr(self, name) for name in names}
-        rows = [
-            {key: None if isinstance(v, float) and not math.isfinite(v) else v for key, v in asdict(point).items()}
-            for point in self.points
-        ]
+        rows = finite_or_none(self.points)
         return head | {"designs": list(self.designs), "levels": self.levels.to_dict(), "points": rows}

@@ -33,6 +33,7 @@ from efficiency.study.points import Study, StudyPoint, with_result
 from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.numbers import finite_or_none
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
 
@@ -268,10 +269,7 @@ def _loaded(design: Design, side: Side, torque: float, grid: tuple[int, int]) ->
 
 def _append(store: Path, key: str, found: Found) -> None:
     """Write a finished task as one line."""
-    points = [
-        {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(p).items()}
-        for p in found[0]
-    ]
+    points = finite_or_none(found[0])
     line = json.dumps({"key": key, "points": points, "notes": found[1]}, allow_nan=False)
     try:
         store.parent.mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.design.design import Design
 from efficiency.synthesis.conjugate import FitGrid
 from efficiency.synthesis.fit import FittedFlank
+from ehl.io.numbers import finite_or_none
 
 FloatArray = NDArray[np.float64]
 
@@ -134,9 +135,7 @@ class SettingsResult:
                 "undercut": [
                     {"gear_u": point.gear_u, "gear_h": point.gear_h, "place": point.place} for point in flank.undercut
                 ],
-                "residual_map": [
-                    [*map(float, row[:2]), None if np.isnan(row[2]) else float(row[2])] for row in flank.residual_map
-                ],
+                "residual_map": [[finite_or_none(float(value)) for value in row] for row in flank.residual_map],
             }
         out["design"] = self.design.model_dump()
         return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 
@@ -12,7 +13,7 @@ def finite_or_none(value: Any) -> Any:
     Parameters
     ----------
     value : Any
-        A scalar, or dicts, lists and tuples of them; tuples become lists.
+        A scalar, or dicts, lists, tuples and records (dataclasses) of them; tuples become lists, records dicts.
 
     Returns
     -------
@@ -23,6 +24,8 @@ def finite_or_none(value: Any) -> Any:
     >>> finite_or_none({"a": float("nan"), "b": (1.0, float("inf"))})
     {'a': None, 'b': [1.0, None]}
     """
+    if is_dataclass(value):
+        return {field.name: finite_or_none(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, dict):
         return {key: finite_or_none(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

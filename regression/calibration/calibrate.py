@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError, MixedEhlError
+from ehl.io.numbers import finite_or_none
 from regression.calibration import robust
 from regression.calibration.determination import (
     DETERMINED,
@@ -133,17 +134,8 @@ class CalibrationResult:
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; not-a-number becomes None."""
-
-        def plain(value: Any) -> Any:
-            if isinstance(value, ParameterEstimate):
-                return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-            if isinstance(value, dict):
-                return {key: plain(entry) for key, entry in value.items()}
-            if isinstance(value, tuple):
-                return [plain(entry) for entry in value]
-            return None if isinstance(value, float) and not math.isfinite(value) else value
-
-        return {field.name: plain(getattr(self, field.name)) for field in fields(self)}
+        content: dict[str, Any] = finite_or_none(self)
+        return content
 
 
 def reference_temperature(measurement: Measurement) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ehl.io.numbers import finite_or_none
 from regression.fitting.noise import BANDS, band_noise
 from regression.fitting.rows import computed_friction
 from regression.friction.conditions import Array
@@ -147,7 +148,7 @@ def _band_widths(ratio: Array, error: Array) -> tuple[WidthBand, ...]:
         inside = (ratio >= low) & (ratio < high if math.isfinite(high) else True)
         count = int(np.count_nonzero(inside))
         if count >= _MIN_IN_BAND:
-            end = high if math.isfinite(high) else None
+            end = finite_or_none(high)
             width = conformal_width(error[inside], INTERVAL_LEVEL)
             widths.append(WidthBand(low=low, high=end, count=count, log_width=width))
     return tuple(widths)
