@@ -11,7 +11,6 @@ import numpy as np
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
-from efficiency.cutting.flank import Flank
 from efficiency.design.design import BlankInput, Design, MemberInput
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.efficiency import MeshGrids
@@ -76,7 +75,7 @@ def gear_mesh(
         An impossible number of positions or points.
     """
     pair = flank_pair(design.flanks(), side)
-    pinion, gear = (_mean_angles(flank) for flank in design.flanks().mating(side))
+    pinion, gear = (flank.mean_angles() for flank in design.flanks().mating(side))
     materials = design.pinion.elastic_material(), design.gear.elastic_material()
     known = elastic_bodies(design, side) if bodies is None else bodies
     teeth_as_bodies, told = known
@@ -167,15 +166,6 @@ def profile_contact_ratio(pinion: BlankInput, gear: BlankInput, spiral_angle: fl
 
 def _mean_radius(blank: BlankInput) -> float:
     return blank.mean_cone_distance * math.sin(blank.pitch_angle)
-
-
-def _mean_angles(flank: Flank) -> tuple[float, float]:
-    """Spiral and normal pressure angle of a flank at its mean point [rad]."""
-    points, found = flank.solve(np.zeros(1), np.zeros(1))
-    if not found.all():
-        raise ConvergenceError("undercut", f"the {flank.side} flank does not reach the mean point")
-    spiral, pressure = points.angles(flank.blank.pitch_angle)
-    return float(spiral[0]), float(pressure[0])
 
 
 def _pitch_geometry(

@@ -18,7 +18,6 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
-from efficiency.output.inspection_grid import lowest_fraction
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.units import ValueRange
@@ -264,10 +263,7 @@ def _side_notes(pair: FlankPair, pattern: ContactPattern) -> tuple[str, ...]:
 
 def _flank_summary(design: Design, member: Member, side: FlankSide) -> FlankSummary:
     flank = design.flank(member, side)
-    mean, found = flank.solve(np.zeros(1), np.zeros(1))
-    if not found.all():
-        raise ConvergenceError("undercut", f"the {side} flank of the {member} does not reach the mean point")
-    spiral, pressure = mean.angles(flank.blank.pitch_angle)
+    spiral, pressure = flank.mean_angles()
     undercut, root = 0.0, None
     if isinstance(flank, CutFlank):
         try:
@@ -278,7 +274,7 @@ def _flank_summary(design: Design, member: Member, side: FlankSide) -> FlankSumm
             undercut = float(limits.undercut.mean())
             if np.isfinite(limits.root_error).all():
                 root = float(limits.root_error.min()), float(limits.root_error.max())
-    return FlankSummary(float(spiral[0]), float(pressure[0]), lowest_fraction(flank), undercut, root)
+    return FlankSummary(spiral, pressure, flank.lowest_fraction(), undercut, root)
 
 
 def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:

@@ -193,9 +193,7 @@ def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
     """Rotation of each pinion flank that brings it into contact with its gear flank; backlash taken off evenly."""
     turns: dict[FlankSide, float] = {}
     for side, pinion in flanks.pinion.items():
-        mean, found = pinion.solve(np.zeros(1), np.zeros(1))
-        if not found.all():
-            raise ConvergenceError("undercut", f"the {side} pinion flank does not reach the mean point")
+        mean = pinion.mean_point()
         spiral = mean.angles(pinion.blank.pitch_angle)[0][0]
         radius = np.hypot(mean.position[0, 0], mean.position[1, 0])
         off = 0.5 * flanks.normal_backlash / (radius * np.cos(spiral))
@@ -236,7 +234,7 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     upper: FlankSide = "concave"
     for side, flank in flanks.items():
         azimuth[side] = _flank_azimuth(flank, u, h, roots[side])
-        if _faces_up(flank.solve(np.zeros(1), np.zeros(1))[0]):
+        if _faces_up(flank.mean_point()):
             upper = side
     lower: FlankSide = "convex" if upper == "concave" else "concave"
     pitch = 2.0 * np.pi / blank.teeth

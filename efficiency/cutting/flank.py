@@ -20,6 +20,10 @@ from ehl.io.errors import ConvergenceError
 FloatArray = NDArray[np.float64]
 
 
+# levels of the depth at which a flank is looked for
+_PROBES = 81
+
+
 @dataclass(frozen=True)
 class FlankPoints:
     """Points of a flank in the work frame of its member.
@@ -122,6 +126,42 @@ class Flank(ABC):
         for share in (0.5, 1.0):
             x, ok = self._to(anchor + share * (target - anchor), x)
         return self.points(x), ok
+
+    def mean_point(self) -> FlankPoints:
+        """The point in the middle of the face on the pitch cone.
+
+        Raises
+        ------
+        ConvergenceError
+            The flank does not reach it.
+        """
+        points, found = self.solve(np.zeros(1), np.zeros(1))
+        if not found.all():
+            raise ConvergenceError("undercut", f"the {self.side} flank does not reach the mean point")
+        return points
+
+    def mean_angles(self) -> tuple[float, float]:
+        """Spiral angle and normal pressure angle at the mean point [rad]."""
+        spiral, pressure = self.mean_point().angles(self.blank.pitch_angle)
+        return float(spiral[0]), float(pressure[0])
+
+    def lowest_fraction(self, top: float = 1.0) -> float:
+        """Smallest fraction of the whole depth above which the flank exists over the whole face width [-].
+
+        Raises
+        ------
+        ConvergenceError
+            Nothing of the flank spans the face.
+        """
+        fractions = np.linspace(0.0, top, _PROBES)
+        u = np.linspace(0.5, -0.5, 9) * self.blank.face_width
+        along, depth = (grid.ravel() for grid in np.meshgrid(u, fractions))
+        found = self.solve(along, self.blank.height(along, depth))[1]
+        exists = np.asarray(found.reshape(_PROBES, u.size).all(axis=1))
+        if not exists[-1]:
+            raise ConvergenceError("undercut", f"the {self.side} flank does not reach its tip over the whole face")
+        missing = np.flatnonzero(~exists)
+        return float(fractions[missing[-1] + 1]) if missing.size else 0.0
 
     @cached_property
     def _start(self) -> FloatArray:

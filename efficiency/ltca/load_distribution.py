@@ -244,24 +244,9 @@ class LoadDistribution:
         return np.array([p.transmission_error for p in self.positions])
 
     @property
-    def transmission_harmonics(self) -> FloatArray:
-        """Amplitudes of the loaded transmission error at the orders 1, 2, ... of the mesh frequency [rad].
-
-        Up to a quarter of the number of positions; higher ones are not resolved.
-        """
-        count = len(self.positions)
-        return np.asarray(2.0 * np.abs(np.fft.rfft(self.transmission_error))[1 : count // 4 + 1] / count)
-
-    @property
     def stiffness_tangent(self) -> FloatArray:
         """Derivative of the pinion torque by the pinion rotation against a held gear, each position [N m/rad]."""
         return np.array([p.equilibrium.stiffness for p in self.positions])
-
-    @property
-    def stiffness_secant(self) -> FloatArray:
-        """Pinion torque over the whole pinion rotation from first touch against a held gear [N m/rad]."""
-        torques = np.array([float(p.force @ p.position.lever_pinion) for p in self.positions])
-        return np.asarray(torques / np.array([p.approach for p in self.positions]))
 
     @property
     def line_stiffness_factor(self) -> FloatArray:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import tooth_grid, tooth_shapes
 from efficiency.ltca.local_compliance import Tooth
@@ -73,11 +71,7 @@ def elastic_teeth(flanks: GearFlanks, bodies: Bodies, side: Side, model: ToothMo
         return solid_tooth_of(flanks, bodies[0], "pinion", side), solid_tooth_of(flanks, bodies[1], "gear", side)
     teeth = []
     for shape, flank, body in zip(tooth_shapes(flanks), flanks.mating(side), bodies, strict=True):
-        points, found = flank.solve(np.zeros(1), np.zeros(1))
-        if not found.all():
-            raise ConvergenceError("undercut", f"the {flank.side} flank does not reach the mean point")
-        spiral, pressure = points.angles(flank.blank.pitch_angle)
-        teeth.append(PlateTooth.from_shape(shape, float(spiral[0]), float(pressure[0]), body.material))
+        teeth.append(PlateTooth.from_shape(shape, *flank.mean_angles(), body.material))
     return teeth[0], teeth[1]
 
 

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
-from efficiency.output.machine_summary import Units, write_summary
-from efficiency.output.setting_sheet import write_sheet
-from efficiency.output.solid import Solid, member_solid, tooth_space_solid
-from efficiency.output.stl import write_stl
+from efficiency.output.machine_summary import Units, write_sheet, write_summary
+from efficiency.output.solid import Solid, member_solid, tooth_space_solid, write_stl
 from ehl.io.errors import ConvergenceError
 
 if TYPE_CHECKING:

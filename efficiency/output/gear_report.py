@@ -13,7 +13,7 @@ from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
-from efficiency.output.plots_blank import blank_figure
+from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
     plot_friction_and_loss,
     plot_load_sharing,

@@ -19,15 +19,16 @@ from efficiency.output.geometry_tables import (
     words,
 )
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
-from efficiency.output.plots_blank import blank_figure
 from efficiency.output.plots_geometry import (
+    blank_figure,
     contact_lines_figure,
     contact_pattern_figure,
     ease_off_figure,
+    harmonics_figure,
     radius_figure,
+    transmission_figure,
 )
 from efficiency.output.plots_teeth import tooth_pair_figure
-from efficiency.output.plots_transmission import harmonics_figure, transmission_figure
 from ehl import __version__
 from ehl.io.errors import InputError
 from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report

@@ -26,7 +26,6 @@ FloatArray = NDArray[np.float64]
 
 FORMAT = "mixed-ehl flank grid v1"
 COLUMNS = "row,column,x,y,z,nx,ny,nz"
-_PROBES = 81
 
 
 @dataclass(frozen=True)
@@ -53,25 +52,6 @@ class InspectionGrid:
     def azimuth(self) -> FloatArray:
         """Angle of the points about the axis of the member [rad], (rows, columns)."""
         return np.asarray(np.arctan2(self.position[1], self.position[0]))
-
-
-def lowest_fraction(flank: Flank, top: float = 1.0) -> float:
-    """Smallest fraction of the whole depth above which the flank exists over the whole face width [-].
-
-    Raises
-    ------
-    ConvergenceError
-        Nothing of the flank spans the face.
-    """
-    fractions = np.linspace(0.0, top, _PROBES)
-    u = np.linspace(0.5, -0.5, 9) * flank.blank.face_width
-    along, depth = (grid.ravel() for grid in np.meshgrid(u, fractions))
-    _, exists = flank.solve(along, flank.blank.height(along, depth))
-    found = np.asarray(exists.reshape(_PROBES, u.size).all(axis=1))
-    if not found[-1]:
-        raise ConvergenceError("undercut", f"the {flank.side} flank does not reach its tip over the whole face")
-    missing = np.flatnonzero(~found)
-    return float(fractions[missing[-1] + 1]) if missing.size else 0.0
 
 
 def inspection_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: float = 0.0) -> InspectionGrid:
@@ -101,7 +81,7 @@ def inspection_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: flo
         if found.all():
             shape = (3, rows, columns)
             return InspectionGrid(u, h, points.position.reshape(shape), points.normal.reshape(shape), lowest)
-        lowest = max(margin, lowest_fraction(flank, 1.0 - margin))
+        lowest = max(margin, flank.lowest_fraction(1.0 - margin))
     raise ConvergenceError("undercut", f"the {flank.side} flank does not span its blank")
 
 

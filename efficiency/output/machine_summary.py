@@ -1,4 +1,8 @@
-"""Summary of a pair as a machine setter reads it: blanks, cutters and machine settings of all four flanks."""
+"""Summary of a pair as a machine setter reads it: blanks, cutters and machine settings of all four flanks.
+
+As a table with a column for each flank, and as a setting sheet with one entry a line, in the form that
+`efficiency.cutting.summary` reads back.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import BaseModel
 
+from efficiency.cutting.cutter import FLANK_SIDES
+from efficiency.cutting.summary import LABELS
 from ehl.io.errors import InputError
 from ehl.io.expectation import find_place
 from ehl.io.units import ValueRange
@@ -24,6 +30,8 @@ Units = Literal["metric", "inch"]
 FLANKS = ("pinion concave", "pinion convex", "gear concave", "gear convex")
 _INCH = 0.0254
 KINDS = ("type", "process")
+_LENGTH = {"metric": ("mm", 1e3), "inch": ("inch", 1.0 / _INCH)}
+_WIDTH = 34
 
 # shown unit, factor from SI, decimals
 _SHOWN: dict[str, dict[str, tuple[str, float, int]]] = {
@@ -82,12 +90,9 @@ def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
         Lengths in mm or inch; angles in deg.
     """
     members = [design.pinion, design.pinion, design.gear, design.gear]
-    blanks = [dict(_entries("blank", member.blank)) for member in members]
+    blanks = [_columns(member.blank, "blank") for member in members]
     derived = [{("blank", name): entry for name, entry in _dimensions(m.blank.blank()).items()} for m in members]
-    flanks = [
-        dict(_entries("", getattr(member, side)))
-        for member, side in zip(members, ("concave", "convex") * 2, strict=True)
-    ]
+    flanks = [_columns(getattr(member, side)) for member, side in zip(members, FLANK_SIDES * 2, strict=True)]
     columns = [blank | more | flank for blank, more, flank in zip(blanks, derived, flanks, strict=True)]
     keys: dict[tuple[str, str], None] = {}
     for column in columns:
@@ -132,18 +137,26 @@ def chosen_units(text: str) -> Units:
     raise InputError("--units", text, "metric or inch")
 
 
-def _entries(section: str, model: BaseModel) -> Iterator[tuple[tuple[str, str], tuple[Any, str]]]:
-    """((section, name), (value, SI unit)) of a model and the models in it; what is not set is left out."""
-    names = type(model).model_fields
+def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any, str, bool]]:
+    """(names, value, SI unit, whether it is the default) of a model and the models in it; None is left out."""
+    fields = type(model).model_fields
     # the kind of a cutter or machine comes before its numbers
-    for name in sorted(names, key=lambda name: name not in KINDS):
+    for name in sorted(fields, key=lambda name: name not in KINDS):
         value = getattr(model, name)
         if isinstance(value, BaseModel):
-            yield from _entries(f"{section}.{name}" if section else name, value)
+            yield from _entries(value, (*path, name))
         elif isinstance(value, (int, float, str)):
             metadata = find_place(type(model), (name,)).metadata
             unit = next((item.unit for item in metadata if isinstance(item, ValueRange)), "")
-            yield (section or "points", name), (value, unit)
+            yield (*path, name), value, unit, value == fields[name].get_default()
+
+
+def _columns(model: BaseModel, section: str = "") -> dict[tuple[str, str], tuple[Any, str]]:
+    """(value, SI unit) by section and name."""
+    head = (section,) if section else ()
+    return {
+        (".".join((*head, *path[:-1])) or "points", path[-1]): (value, unit) for path, value, unit, _ in _entries(model)
+    }
 
 
 def _dimensions(blank: Blank) -> dict[str, tuple[float, str]]:
@@ -175,3 +188,64 @@ def _converted(entry: tuple[Any, str] | None, factor: float) -> float | str | No
     if isinstance(value, (int, str)):
         return value
     return float(value) * factor
+
+
+def sheet_text(design: Design, units: Units = "metric") -> str:
+    """The sheet: members, their blanks, then cutter and machine of each flank; angles in deg, lengths in one unit.
+
+    What has no label on a sheet follows as a comment.
+    """
+    name, factor = _LENGTH[units]
+    lines = [f"# machine summary of {design.name}", _line("units", name)]
+    for member, part in (("pinion", design.pinion), ("gear", design.gear)):
+        lines += ["", _line("member", member), *_lines("blank", part.blank, factor)]
+        for side in FLANK_SIDES:
+            lines += ["", _line("flank", side)]
+            flank = getattr(part, side)
+            for table in ("cutter", "machine"):
+                inner = getattr(flank, table, None)
+                if inner is not None:
+                    lines += _lines(table, inner, factor)
+            if getattr(flank, "machine", None) is None:
+                lines.append("# not cut: given by points or by its ease-off")
+    return "\n".join(lines) + "\n"
+
+
+def write_sheet(path: Path, design: Design, units: Units = "metric") -> None:
+    """Write the sheet.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(sheet_text(design, units), encoding="utf-8")
+    except OSError as error:
+        raise InputError("--output", str(path), "a writable file", f"{error}.") from None
+
+
+def _lines(table: str, model: BaseModel, factor: float) -> Iterator[str]:
+    """Lines of a table; what stands at its default is left out."""
+    labels = {(where, key): label for label, (where, key, _) in reversed(LABELS.items())}
+    for path, value, unit, default in _entries(model):
+        if default and path[-1] not in KINDS:
+            continue
+        key = ".".join(path)
+        if key == "blade_curvature":
+            key, value, unit = "BLADE_RADIUS", 1.0 / value, "m"
+        label, shown = labels.get((table, key)), _shown(value, unit, factor)
+        yield _line(label, shown) if label else f"# no label: {table} {key} = {shown}"
+
+
+def _shown(value: Any, unit: str, factor: float) -> str:
+    if isinstance(value, str):
+        return value.replace("_", " ")
+    if unit == "m":
+        return f"{value * factor:.12g}"
+    return f"{math.degrees(value):.12g}" if unit == "rad" else f"{value:.12g}"
+
+
+def _line(label: str, value: str) -> str:
+    return f"{label + ',':{_WIDTH}} {value}"

@@ -20,9 +20,9 @@ from efficiency.design.design import Design, load_design
 from efficiency.geometry import PairGeometry, pair_geometry
 from efficiency.output.geometry_report import side_figures
 from efficiency.output.geometry_tables import all_notes, contact_rows, misalignment_text
-from efficiency.output.inspection_grid import FORMAT, inspection_grid, lowest_fraction, write_inspection_grid
+from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import summary_rows, write_summary
-from efficiency.output.plots_blank import blank_figure
+from efficiency.output.plots_geometry import blank_figure
 from ehl.io.errors import ConvergenceError, InputError
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geometry.sh"
@@ -188,11 +188,11 @@ def test_normals_of_the_grid_point_out_of_the_tooth(design: Design) -> None:
 
 def test_grid_starts_where_the_flank_does(design: Design) -> None:
     flank = design.pinion.flank("concave")
-    lowest = lowest_fraction(flank)
+    lowest = flank.lowest_fraction()
     grid = inspection_grid(flank, 7, 11)
     assert 0.0 < lowest == grid.lowest < 0.1
     assert np.isfinite(grid.position).all()
-    assert lowest_fraction(design.gear.flank("concave")) == 0.0
+    assert design.gear.flank("concave").lowest_fraction() == 0.0
 
 
 def commands() -> list[str]:

@@ -14,8 +14,7 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design.design import Design, load_design
-from efficiency.output.solid import Solid, member_solid, tooth_space_solid
-from efficiency.output.stl import read_stl, write_stl
+from efficiency.output.solid import Solid, member_solid, read_stl, tooth_space_solid, write_stl
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
 

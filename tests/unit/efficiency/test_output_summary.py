@@ -15,7 +15,7 @@ from efficiency.cutting.summary import read_summary
 from efficiency.design.design import load_design
 from efficiency.output.design_import import design_from_sheet
 from efficiency.output.files import export_grids
-from efficiency.output.setting_sheet import sheet_text, write_sheet
+from efficiency.output.machine_summary import sheet_text, write_sheet
 from ehl.io.data import data_names
 
 PAIR = "fm_spiral_bevel_14x39"
