@@ -98,172 +98,82 @@ def blank_warnings(pair: PairBlank) -> tuple[BlankWarning, ...]:
     return tuple(sorted(found, key=lambda warning: KINDS.index(warning.kind)))
 
 
+def _at_least(
+    kind: str, what: str, value: float, limit: float, unit: str, remedy: str, slack: float = 0.0
+) -> Iterator[BlankWarning]:
+    if value < limit - slack:
+        yield BlankWarning(kind, what, value, limit, unit, "at least", remedy)
+
+
+def _at_most(kind: str, what: str, value: float, limit: float, unit: str, remedy: str) -> Iterator[BlankWarning]:
+    if value > limit:
+        yield BlankWarning(kind, what, value, limit, unit, "at most", remedy)
+
+
 def _teeth(pair: PairBlank) -> Iterator[BlankWarning]:
-    module = pair.module_normal
+    module = pair.module_normal * 1e3
     for point in pair.undercut:
-        if point.undercut:
-            yield BlankWarning(
-                "undercut",
-                f"x_hm1, {point.member} at the {point.place}",
-                pair.profile_shift,
-                point.limit,
-                "",
-                "at least" if point.member == "pinion" else "at most",
-                "Change the addendum factor, raise the pressure angle or lower the depth factor.",
-            )
+        check = _at_least if point.member == "pinion" else _at_most
+        remedy = "Change the addendum factor, raise the pressure angle or lower the depth factor."
+        what = f"x_hm1, {point.member} at the {point.place}"
+        yield from check("undercut", what, pair.profile_shift, point.limit, "", remedy)
     for name, member in (("pinion", pair.pinion), ("gear", pair.gear)):
         places = ("toe", "mean point", "heel")
         land, place = min(zip(member.top_land, places, strict=True))
-        if land < TOP_LAND * module:
-            yield BlankWarning(
-                "top_land",
-                f"{name} at the {place}",
-                land * 1e3,
-                TOP_LAND * module * 1e3,
-                "mm",
-                "at least",
-                "The tooth is pointed: lower the addendum, change the thickness factor."
-                if land == 0.0
-                else "Lower the addendum or change the thickness factor.",
-            )
+        remedy = "Lower the addendum or change the thickness factor."
+        if land == 0.0:
+            remedy = "The tooth is pointed: lower the addendum, change the thickness factor."
+        yield from _at_least("top_land", f"{name} at the {place}", land * 1e3, TOP_LAND * module, "mm", remedy)
         slot, place = min(zip(member.slot_width, places, strict=True))
-        if slot < SLOT_WIDTH * module:
-            yield BlankWarning(
-                "slot_width",
-                f"{name} at the {place}",
-                slot * 1e3,
-                SLOT_WIDTH * module * 1e3,
-                "mm",
-                "at least",
-                "Change the thickness factor, or lower depth or pressure angle.",
-            )
-        if pair.process == "face_milling" and max(member.slot_width) > 2.0 * slot:
-            yield BlankWarning(
-                "slot_taper",
-                f"{name}, widest over narrowest slot",
-                max(member.slot_width) / slot,
-                2.0,
-                "",
-                "at most",
-                "The blade for the wide end cuts the other flank at the narrow one: take another depth taper.",
-            )
-        theta = min(member.addendum_angle, member.dedendum_angle)
-        if degrees(theta) < -0.05:
-            yield BlankWarning(
-                "depth_taper",
-                f"{name}, theta",
-                degrees(theta),
-                0.0,
-                "deg",
-                "at least",
-                "The tooth grows towards the toe.",
-            )
+        remedy = "Change the thickness factor, or lower depth or pressure angle."
+        yield from _at_least("slot_width", f"{name} at the {place}", slot * 1e3, SLOT_WIDTH * module, "mm", remedy)
+        if pair.process == "face_milling":
+            what, ratio = f"{name}, widest over narrowest slot", max(member.slot_width) / slot
+            remedy = "The blade for the wide end cuts the other flank at the narrow one: take another depth taper."
+            yield from _at_most("slot_taper", what, ratio, 2.0, "", remedy)
+        theta = degrees(min(member.addendum_angle, member.dedendum_angle))
+        remedy = "The tooth grows towards the toe."
+        yield from _at_least("depth_taper", f"{name}, theta", theta, 0.0, "deg", remedy, slack=0.05)
 
 
 def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
     gear = pair.gear
-    ratio = gear.face_width / gear.outer_cone_distance
-    if ratio > FACE_WIDTH_CONE:
-        yield BlankWarning(
-            "face_width", "b_2/R_e2", ratio, FACE_WIDTH_CONE, "", "at most", "The toe becomes small: narrow the face."
-        )
-    if gear.face_width > FACE_WIDTH_MODULE * pair.module_outer:
-        yield BlankWarning(
-            "face_width",
-            "b_2",
-            gear.face_width * 1e3,
-            FACE_WIDTH_MODULE * pair.module_outer * 1e3,
-            "mm",
-            "at most",
-            "Ten outer modules are usual: narrow the face.",
-        )
-    natural = gear.mean_cone_distance * sin(gear.mean_spiral_angle)
+    ratio, remedy = gear.face_width / gear.outer_cone_distance, "The toe becomes small: narrow the face."
+    yield from _at_most("face_width", "b_2/R_e2", ratio, FACE_WIDTH_CONE, "", remedy)
+    limit, remedy = FACE_WIDTH_MODULE * pair.module_outer * 1e3, "Ten outer modules are usual: narrow the face."
+    yield from _at_most("face_width", "b_2", gear.face_width * 1e3, limit, "mm", remedy)
+    natural = gear.mean_cone_distance * sin(gear.mean_spiral_angle) * 1e3
+    cutter = "cutter_radius", "r_c0", pair.cutter_radius * 1e3
     if pair.process == "face_milling" and natural > 0.0:
-        if pair.taper != "uniform" and pair.cutter_radius < CUTTER_TAPERED * natural:
-            yield _cutter(pair, CUTTER_TAPERED * natural, "at least", "Smaller cutters ask for uniform depth.")
-        if pair.taper == "uniform" and pair.cutter_radius > CUTTER_UNIFORM * natural:
-            yield _cutter(pair, CUTTER_UNIFORM * natural, "at most", "Larger cutters ask for tapered depth.")
+        if pair.taper != "uniform":
+            remedy = "Smaller cutters ask for uniform depth."
+            yield from _at_least(*cutter, CUTTER_TAPERED * natural, "mm", remedy)
+        else:
+            yield from _at_most(*cutter, CUTTER_UNIFORM * natural, "mm", "Larger cutters ask for tapered depth.")
     for name, member in (("pinion", pair.pinion), ("gear", gear)):
-        if degrees(member.mean_spiral_angle) > SPIRAL_PINION:
-            yield BlankWarning(
-                "spiral_angle",
-                f"{name}, beta_m",
-                degrees(member.mean_spiral_angle),
-                SPIRAL_PINION,
-                "deg",
-                "at most",
-                "Axial forces and sliding grow: lower the spiral angle or the offset.",
-            )
-        if member.inner_spiral_angle < 0.0:
-            yield BlankWarning(
-                "spiral_angle",
-                f"{name}, beta_i",
-                degrees(member.inner_spiral_angle),
-                0.0,
-                "deg",
-                "at least",
-                "The tooth turns back at the toe: take a larger cutter or spiral angle.",
-            )
-    if pair.hypoid_offset > OFFSET * gear.outer_diameter:
-        yield BlankWarning(
-            "offset",
-            "a",
-            pair.hypoid_offset * 1e3,
-            OFFSET * gear.outer_diameter * 1e3,
-            "mm",
-            "at most",
-            "Sliding and heat grow with the offset.",
-        )
-
-
-def _cutter(pair: PairBlank, limit: float, side: str, remedy: str) -> BlankWarning:
-    return BlankWarning("cutter_radius", "r_c0", pair.cutter_radius * 1e3, limit * 1e3, "mm", side, remedy)
+        mean, inner = degrees(member.mean_spiral_angle), degrees(member.inner_spiral_angle)
+        remedy = "Axial forces and sliding grow: lower the spiral angle or the offset."
+        yield from _at_most("spiral_angle", f"{name}, beta_m", mean, SPIRAL_PINION, "deg", remedy)
+        remedy = "The tooth turns back at the toe: take a larger cutter or spiral angle."
+        yield from _at_least("spiral_angle", f"{name}, beta_i", inner, 0.0, "deg", remedy)
+    limit, remedy = OFFSET * gear.outer_diameter * 1e3, "Sliding and heat grow with the offset."
+    yield from _at_most("offset", "a", pair.hypoid_offset * 1e3, limit, "mm", remedy)
 
 
 def _mesh(pair: PairBlank) -> Iterator[BlankWarning]:
-    if pair.clearance < CLEARANCE * pair.module_normal * (1.0 - 1e-9):
-        yield BlankWarning(
-            "clearance",
-            "c",
-            pair.clearance * 1e3,
-            CLEARANCE * pair.module_normal * 1e3,
-            "mm",
-            "at least",
-            "Raise the clearance factor: the edge radius of the mating blade needs room.",
-        )
+    limit = CLEARANCE * pair.module_normal * 1e3
+    remedy = "Raise the clearance factor: the edge radius of the mating blade needs room."
+    yield from _at_least("clearance", "c", pair.clearance * 1e3, limit, "mm", remedy, slack=1e-9 * limit)
+    remedy = "A tooth leaves the mesh before the next one enters: raise spiral angle, face width or depth."
     for side, virtual in (("drive", pair.virtual_drive), ("coast", pair.virtual_coast)):
-        if virtual.contact_ratio_total < CONTACT_RATIO:
-            yield BlankWarning(
-                "contact_ratio",
-                f"total, {side} side",
-                virtual.contact_ratio_total,
-                CONTACT_RATIO,
-                "",
-                "at least",
-                "A tooth leaves the mesh before the next one enters: raise spiral angle, face width or depth.",
-            )
-    teeth = pair.pinion.teeth, pair.gear.teeth
-    pairs = [("z_1 and z_2", *teeth)]
-    if pair.blade_groups is not None:
-        pairs += [("z_0 and z_1", pair.blade_groups, teeth[0]), ("z_0 and z_2", pair.blade_groups, teeth[1])]
-    for name, first, second in pairs:
-        if gcd(first, second) > 1 and first > 1 and pair.process == "face_hobbing":
-            yield BlankWarning(
-                "common_factor",
-                name,
-                gcd(first, second),
-                1,
-                "",
-                "at most",
-                "Errors of one blade group or tooth always meet the same teeth; take numbers without common factor.",
-            )
-    if abs(degrees(pair.tangency_error)) > TANGENCY:
-        yield BlankWarning(
-            "tangency",
-            "spiral angle of the pinion against touching cones",
-            abs(degrees(pair.tangency_error)),
-            TANGENCY,
-            "deg",
-            "at most",
-            "The method as printed stops early: take pitch_cones = 'tangent' or 'converged' for flanks.",
-        )
+        total = virtual.contact_ratio_total
+        yield from _at_least("contact_ratio", f"total, {side} side", total, CONTACT_RATIO, "", remedy)
+    if pair.blade_groups is not None and pair.process == "face_hobbing":
+        numbers = {"z_0": pair.blade_groups, "z_1": pair.pinion.teeth, "z_2": pair.gear.teeth}
+        remedy = "Errors of one blade group or tooth always meet the same teeth; take numbers without common factor."
+        for one, other in (("z_1", "z_2"), ("z_0", "z_1"), ("z_0", "z_2")):
+            factor = gcd(numbers[one], numbers[other])
+            yield from _at_most("common_factor", f"{one} and {other}", factor, 1, "", remedy)
+    what, error = "spiral angle of the pinion against touching cones", abs(degrees(pair.tangency_error))
+    remedy = "The method as printed stops early: take pitch_cones = 'tangent' or 'converged' for flanks."
+    yield from _at_most("tangency", what, error, TANGENCY, "deg", remedy)
