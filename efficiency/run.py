@@ -25,7 +25,7 @@ from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs, 
 from efficiency.ltca.external_load import read_load
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
-from ehl.io.expectation import quantity_of
+from ehl.io.validation import value_range_of
 from regression.formula import friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
@@ -272,7 +272,7 @@ def run_parameter_map(
         elif name in TEXTURE:
             chosen[name] = [TEXTURE[name].check(value, name) for value in values]
         elif name.startswith("roughness_rms"):
-            chosen[name] = [quantity_of(MemberInput, "roughness_rms").check(value, name) for value in values]
+            chosen[name] = [value_range_of(MemberInput, "roughness_rms").check(value, name) for value in values]
     torque, operation, oil = _operating_point(designs[0], conditions)
 
     def pair(place: Place) -> Design:

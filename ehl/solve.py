@@ -35,8 +35,7 @@ from ehl.rough.mixed import (
     roughness_matters,
     solve_mixed,
 )
-from ehl.smooth.film import isothermal_fallback, smooth_film
-from ehl.smooth.thermal import ThermalSteadyResult
+from ehl.smooth.thermal import ThermalSteadyResult, isothermal_fallback, smooth_film
 
 NO_INLET_HEAT = "heat of the pressure-driven flow neglected: no thermal solution of the smooth contact"
 

@@ -197,13 +197,13 @@ def misalignment(
     from efficiency.misalignment import misalignment_study
     from efficiency.output.misalignment_table import print_study, write_study
     from ehl.io.errors import InputError
-    from ehl.io.expectation import quantity_of
+    from ehl.io.validation import value_range_of
     from ehl.view.report import print_json
 
     thickness = MARKING if marking is None else MARKING_LIMITS.check(marking, "--marking", bare=False)
     given = {"E": e, "P": p, "G": g, "alpha": alpha}
     values = {
-        name: (0.0,) if text is None else value_list(f"--{name}", text, quantity_of(Misalignment, name))
+        name: (0.0,) if text is None else value_list(f"--{name}", text, value_range_of(Misalignment, name))
         for name, text in given.items()
     }
     if all(text is None for text in given.values()):

@@ -123,12 +123,12 @@ def aligned_design(design: str, misalignment: dict[str, str | None]) -> Design:
     from threadpoolctl import threadpool_limits
 
     from efficiency.design.design import Misalignment, load_design
-    from ehl.io.expectation import quantity_of
+    from ehl.io.validation import value_range_of
 
     with threadpool_limits(1):
         loaded = load_design(design)
     given = {
-        name: quantity_of(Misalignment, name).check(text, f"--{name}", bare=False)
+        name: value_range_of(Misalignment, name).check(text, f"--{name}", bare=False)
         for name, text in misalignment.items()
         if text is not None
     }

@@ -69,7 +69,7 @@ def study(
     from efficiency.study.levels import Levels
     from efficiency.study.solve import run_study
     from ehl.io.errors import InputError
-    from ehl.io.expectation import quantity_of
+    from ehl.io.validation import value_range_of
     from ehl.view.report import print_json
     from regression.plan.cost import available_jobs
 
@@ -77,10 +77,10 @@ def study(
         "torque": ("--torque", torque, OPERATION_LIMITS["torque"]),
         "speed": ("--speed", speed, OPERATION_LIMITS["speed"]),
         "temperature_oil": ("--temperature", temperature, OPERATION_LIMITS["temperature_oil"]),
-        "roughness_rms": ("--roughness", roughness, quantity_of(MemberInput, "roughness_rms")),
+        "roughness_rms": ("--roughness", roughness, value_range_of(MemberInput, "roughness_rms")),
     }
     for name, text in {"E": e, "P": p, "G": g, "alpha": alpha}.items():
-        quantities[name] = (f"--{name}", text, quantity_of(Misalignment, name))
+        quantities[name] = (f"--{name}", text, value_range_of(Misalignment, name))
     given = {
         name: value_list(option, text, quantity)
         for name, (option, text, quantity) in quantities.items()

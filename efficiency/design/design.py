@@ -23,9 +23,8 @@ from ehl.inputs import Length as TextureLength
 from ehl.inputs import PeklenikNumber
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
-from ehl.io.expectation import quantity_of
 from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
+from ehl.io.validation import InputModel, read_toml, validate, value_range_of
 from ehl.material import Material, load_material
 
 Surface = Literal["base", "toe", "heel"]
@@ -300,7 +299,7 @@ class OperatingPoint(InputModel):
 
 # units and ranges of an operating point that does not come from the design file
 OPERATION_LIMITS: dict[str, ValueRange] = {
-    name: quantity_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
+    name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
 }
 
 

@@ -14,7 +14,7 @@ from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.fluid.oil import TEMPERATURE_RANGE
 from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
-from ehl.io.expectation import quantity_of
+from ehl.io.validation import value_range_of
 from ehl.state import ContactState
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ IntArray = NDArray[np.int64]
 Driver = Literal["pinion", "gear"]
 
 # texture of the flanks: unit and range
-TEXTURE = {name: quantity_of(SurfaceInput, name) for name in ("correlation_length", "peklenik_number")}
+TEXTURE = {name: value_range_of(SurfaceInput, name) for name in ("correlation_length", "peklenik_number")}
 
 
 @dataclass(frozen=True)

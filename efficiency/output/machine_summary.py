@@ -19,8 +19,8 @@ from pydantic import BaseModel
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.summary import LABELS
 from ehl.io.errors import InputError
-from ehl.io.expectation import find_place
 from ehl.io.units import ValueRange
+from ehl.io.validation import locate_field
 
 if TYPE_CHECKING:
     from efficiency.blanks.cones import Blank
@@ -146,7 +146,7 @@ def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tup
         if isinstance(value, BaseModel):
             yield from _entries(value, (*path, name))
         elif isinstance(value, (int, float, str)):
-            metadata = find_place(type(model), (name,)).metadata
+            metadata = locate_field(type(model), (name,)).metadata
             unit = next((item.unit for item in metadata if isinstance(item, ValueRange)), "")
             yield (*path, name), value, unit, value == fields[name].get_default()
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import tomllib
+import types
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AliasChoices, BaseModel, ConfigDict, Tag, ValidationError
+from pydantic.fields import FieldInfo
 
 from ehl.io.errors import InputError
-from ehl.io.expectation import expectation, find_place
+from ehl.io.units import ValueRange
 
 
 class InputModel(BaseModel):
@@ -62,7 +66,7 @@ def input_error(error: ValidationError, model: type[BaseModel], where: str = "")
     """The `InputError` that says the same as pydantic's first complaint."""
     complaints = error.errors(include_url=False)
     first = complaints[0]
-    place = find_place(model, first["loc"])
+    place = locate_field(model, first["loc"])
     parts = ([where] if where else []) + list(place.path)
     field = ".".join(parts) or model.__name__
     kind = first["type"]
@@ -82,7 +86,7 @@ def input_error(error: ValidationError, model: type[BaseModel], where: str = "")
     if kind.startswith("union_tag"):
         key = str(context["discriminator"]).strip("'")
         return InputError(".".join([*parts, key]), context.get("tag"), _tags(place.annotation, key), more)
-    return InputError(field, value, expectation(place, ".".join(place.path)) or first["msg"], more)
+    return InputError(field, value, expected_input(place, ".".join(place.path)) or first["msg"], more)
 
 
 def _join(*texts: str) -> str:
@@ -99,3 +103,153 @@ def _tags(annotation: Any, key: str) -> str:
     return "one of " + ", ".join(
         repr(tag) for member in members for tag in get_args(member.model_fields[key].annotation)
     )
+
+
+@dataclass(frozen=True)
+class FieldLocation:
+    """A place in the tree of input models.
+
+    Attributes
+    ----------
+    path : tuple of str
+        Keys as the user wrote them.
+    owner : type
+        The innermost model on the way.
+    annotation : Any
+        Type of what belongs there; None where nothing does.
+    metadata : tuple
+        Units and bounds of it.
+    """
+
+    path: tuple[str, ...]
+    owner: type[BaseModel]
+    annotation: Any
+    metadata: tuple[Any, ...] = ()
+
+
+def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocation:
+    """The place pydantic's `loc` names, without what pydantic puts in for the members of unions."""
+    owner, annotation, metadata = model, model, ()  # type: type[BaseModel], Any, tuple[Any, ...]
+    path: list[str] = []
+    for part in map(str, loc):
+        annotation, metadata = _bare(annotation, metadata)
+        if _is_model(annotation):
+            owner = annotation
+            info = _field(owner, part)
+            path.append(part)
+            annotation, metadata = (None, ()) if info is None else (info.annotation, tuple(info.metadata))
+        elif _is_union(annotation):
+            # the user never wrote the name of the member
+            annotation, metadata = _member(annotation, part), ()
+        else:
+            path.append(part)
+            annotation, metadata = _item(annotation, part), ()
+    annotation, metadata = _bare(annotation, metadata)
+    return FieldLocation(tuple(path), annotation if _is_model(annotation) else owner, annotation, metadata)
+
+
+def value_range_of(model: type[BaseModel], name: str) -> ValueRange:
+    """Unit and range of a field of a model."""
+    return next(part for part in locate_field(model, (name,)).metadata if isinstance(part, ValueRange))
+
+
+def expected_input(place: FieldLocation, table: str) -> str:
+    """What the place takes, in words; empty where that is not known.
+
+    Parameters
+    ----------
+    place : FieldLocation
+        From `locate_field`.
+    table : str
+        What the place is called if it is a table.
+    """
+    for part in place.metadata:
+        if isinstance(part, ValueRange):
+            return part.expected
+    kind = place.annotation
+    if _is_model(kind):
+        needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]
+        return f"a table [{table}]" + (f" with {', '.join(needed)}" if needed else "")
+    if get_origin(kind) is Literal:
+        return "one of " + ", ".join(map(repr, get_args(kind)))
+    if _is_union(kind):
+        parts = (FieldLocation((), place.owner, *_bare(member, ())) for member in get_args(kind))
+        return " or ".join(dict.fromkeys(filter(None, (expected_input(part, table) for part in parts))))
+    words = {int: "a whole number", str: "a text in quotes", bool: "true or false", float: "a number"}
+    if kind in words:
+        return words[kind] + _bounds(place.metadata)
+    if kind is dict or get_origin(kind) is dict:
+        return f"a table [{table}]"
+    if get_origin(kind) in (list, tuple):
+        items = get_args(kind)
+        fixed = get_origin(kind) is tuple and ... not in items
+        return f"a list of {len(items)} entries" if fixed else "a list"
+    return ""
+
+
+def _bounds(metadata: tuple[Any, ...]) -> str:
+    words = {"gt": "above", "ge": "of at least", "lt": "below", "le": "of at most"}
+    found = [
+        f"{word} {getattr(part, name)}" for part in metadata for name, word in words.items() if hasattr(part, name)
+    ]
+    return " " + " and ".join(found) if found else ""
+
+
+def _bare(annotation: Any, metadata: tuple[Any, ...]) -> tuple[Any, tuple[Any, ...]]:
+    """The type inside ``Annotated[...]`` and ``... | None``, and what was noted at it."""
+    while True:
+        if get_origin(annotation) is Annotated:
+            notes = (n.metadata if isinstance(n, FieldInfo) else [n] for n in annotation.__metadata__)
+            metadata = (*metadata, *(note for part in notes for note in part))
+            annotation = get_args(annotation)[0]
+            continue
+        members = [part for part in get_args(annotation) if part is not types.NoneType]
+        if not (_is_union(annotation) and len(members) == 1):
+            return annotation, metadata
+        annotation = members[0]
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)
+
+
+def _field(model: type[BaseModel], key: str) -> FieldInfo | None:
+    for name, info in model.model_fields.items():
+        alias = info.validation_alias
+        others = alias.choices if isinstance(alias, AliasChoices) else [alias]
+        if key == name or key in others:
+            return info
+    return None
+
+
+def _member(union: Any, label: str) -> Any:
+    """The member of a union that pydantic calls by its tag or its name."""
+    for member in get_args(union):
+        bare, notes = _bare(member, ())
+        if label in (getattr(bare, "__name__", ""), *(note.tag for note in notes if isinstance(note, Tag))):
+            return member
+        if _is_model(bare) and label in _literals(bare):
+            return member
+    return None
+
+
+def _literals(model: type[BaseModel]) -> Iterator[Any]:
+    for info in model.model_fields.values():
+        if get_origin(info.annotation) is Literal:
+            yield from get_args(info.annotation)
+
+
+def _item(annotation: Any, key: str) -> Any:
+    """Type of an entry of a table of any keys or of a list."""
+    arguments = get_args(annotation)
+    if not arguments:
+        return None
+    if get_origin(annotation) is dict:
+        return arguments[1]
+    if get_origin(annotation) is tuple and ... not in arguments:
+        return arguments[int(key)] if key.isdigit() and int(key) < len(arguments) else None
+    return arguments[0]

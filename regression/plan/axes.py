@@ -27,7 +27,7 @@ class PlanAxis(InputModel):
     scale: Literal["linear", "log"] = "linear"
 
 
-def quantity_of(annotation: Any) -> ValueRange:
+def value_range_of(annotation: Any) -> ValueRange:
     """The unit and the allowed range an annotated type carries."""
     return next(part for part in get_args(annotation)[1:] if isinstance(part, ValueRange))
 
@@ -89,7 +89,7 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
 
 
 def _axis(annotation: Any) -> Any:
-    return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=quantity_of(annotation)))]
+    return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=value_range_of(annotation)))]
 
 
 def _surface(name: str) -> Any:

@@ -19,7 +19,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from ehl.material import Material
-from regression.plan.axes import quantity_of, read_ends
+from regression.plan.axes import read_ends, value_range_of
 
 Array = NDArray[np.float64]
 
@@ -81,9 +81,9 @@ class Constraints(InputModel):
     """
 
     film_ratio: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
-    load_per_length: _window(quantity_of(LoadPerLength)) | None = None  # type: ignore[valid-type]
+    load_per_length: _window(value_range_of(LoadPerLength)) | None = None  # type: ignore[valid-type]
     half_width: _window(ValueRange("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
-    speed_sliding: _window(ValueRange("m/s", ge=0.0, le=quantity_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
+    speed_sliding: _window(ValueRange("m/s", ge=0.0, le=value_range_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
     slide_to_roll_total: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     pressure_velocity: _window(ValueRange("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
     temperature_flash: _window(ValueRange("K", ge=TEMPERATURE_RANGE[0], le=3000.0)) | None = None  # type: ignore[valid-type]

@@ -32,7 +32,7 @@ from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material, effective_modulus
 from ehl.view.table import Table
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_row
-from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, quantity_of
+from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
 from regression.plan.constraints import Constraints, constrained_quantities
 from regression.plan.cost import CostEstimate, contact_seconds
 from regression.plan.sampling import Accept, Array, BoxSampler, IntArray, PointBlock, filtered, lattice
@@ -44,7 +44,7 @@ MAX_CASES = 1_000_000
 # 2^d corner points; beyond this a plan asks for more corners than samples
 MAX_CORNER_VARIABLES = 10
 # what a table of points may hold; the oil is a text
-QUANTITIES: dict[str, ValueRange | None] = {**{n: quantity_of(a) for n, a in VARIABLES.items()}, "oil": None}
+QUANTITIES: dict[str, ValueRange | None] = {**{n: value_range_of(a) for n, a in VARIABLES.items()}, "oil": None}
 
 
 def _read_columns(value: Any) -> dict[str, Column]:
@@ -519,7 +519,7 @@ class Plan(InputModel):
 
     def _state_columns(self, columns: Mapping[str, Array], size: int) -> dict[str, Array]:
         """Columns of `regression.friction.conditions.STATE_UNITS` from the values of the variables."""
-        temperature = quantity_of(VARIABLES["temperature_oil"]).check(
+        temperature = value_range_of(VARIABLES["temperature_oil"]).check(
             self.lubricant.get("temperature_oil", 353.15), "lubricant.temperature_oil"
         )
         table = {

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import ehl.smooth.film
+import ehl.smooth.thermal
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.validation import validate
@@ -142,7 +142,7 @@ def test_a_note_says_where_no_balance_gave_the_heat_of_the_flow(monkeypatch: pyt
         found = solve_steady_thermal(*arguments, **options)  # type: ignore[arg-type]
         return replace(found, status="failed", reason="thermal_rounds", heat=None)
 
-    monkeypatch.setattr(ehl.smooth.film, "solve_steady_thermal", lost)
+    monkeypatch.setattr(ehl.smooth.thermal, "solve_steady_thermal", lost)
     result = rough_case(0.5e-6, friction_tolerance=0.5).solve()
     assert result.transient is not None
     assert NO_INLET_HEAT in result.notes

@@ -9,7 +9,7 @@ from efficiency.design.design import OPERATION_LIMITS, Design
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ContactInput
-from ehl.io.expectation import expectation, find_place, quantity_of
+from ehl.io.validation import expected_input, locate_field, value_range_of
 from ehl.material import Material
 from regression.friction.formula import FittedFormula
 
@@ -36,19 +36,19 @@ from regression.friction.formula import FittedFormula
     ],
 )
 def test_place_and_words(model: type[BaseModel], loc: tuple[str | int, ...], path: str, words: str) -> None:
-    place = find_place(model, loc)
+    place = locate_field(model, loc)
     assert ".".join(place.path) == path
-    assert words in expectation(place, path)
+    assert words in expected_input(place, path)
 
 
 def test_owner_is_the_member_of_the_union_in_use() -> None:
-    assert find_place(Contact, ("lubricant", "card", "colour")).owner is OilLubricant
-    assert find_place(Contact, ("lubricant", "direct", "colour")).owner is DirectLubricant
-    assert expectation(find_place(Contact, ("lubricant", "direct", "colour")), "") == ""
+    assert locate_field(Contact, ("lubricant", "card", "colour")).owner is OilLubricant
+    assert locate_field(Contact, ("lubricant", "direct", "colour")).owner is DirectLubricant
+    assert expected_input(locate_field(Contact, ("lubricant", "direct", "colour")), "") == ""
 
 
 def test_limits_are_those_of_the_design_file() -> None:
-    assert quantity_of(ContactInput, "radius_equivalent").le == 10.0
+    assert value_range_of(ContactInput, "radius_equivalent").le == 10.0
     assert {name: limit.unit for name, limit in OPERATION_LIMITS.items()} == {
         "torque": "N*m",
         "speed": "rad/s",

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from ehl.surface.roughness import RoughProfile, generate_profile
-from ehl.view.profile_plots import plot_profile
+from ehl.view.rough_plots import plot_profile
 
 
 @pytest.mark.parametrize("skewness", [0.0, -1.0])
