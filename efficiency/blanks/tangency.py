@@ -150,7 +150,7 @@ def _touching(
 
 
 def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> TangentCones:
-    """The pinion cone that touches a given gear cone at the offset of the pair, exactly.
+    """The pinion cone that touches a given gear cone at the hypoid offset of the pair, exactly.
 
     The pitch plane touches both cones: sin delta_1 = cos zeta_m sin Sigma cos delta_2 - cos Sigma sin delta_2; equal
     normal modules: d_m1 = d_m2 z_1 cos beta_m2/(z_2 cos beta_m1); the offset: 2 a = sin zeta_m (d_m2 + d_m1 cos delta_2

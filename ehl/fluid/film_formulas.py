@@ -1,7 +1,7 @@
 """Published film-thickness formulas of the smooth line contact, one function each.
 
-All take the groups of `LineContact`: U = eta0 u_r/(E'R) with the mean speed, W = w'/(E'R), G = alpha E',
-M = W (2U)^-1/2, L = G (2U)^1/4, and return h/R or H = (h/R)(2U)^-1/2 as stated.
+All take groups of `LineContact`: Dowson-Higginson's U = eta0 u_r/(E'R) with the mean speed, W = w'/(E'R),
+G = alpha E', or Moes' M = W (2U)^-1/2, L = G (2U)^1/4, and return h/R or H = (h/R)(2U)^-1/2 as stated.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ Every law gives the stress as scale T(x), x = eta rate/scale:
     eyring      T = asinh x                      scale tau0, constant or rising with pressure   Ree & Eyring (1955)
     carreau     T = x (1 + x^2)^((n - 1)/2)      scale G                                        Carreau (1972)
 
-and a limiting stress tau_L = tau_L0 + Lambda p, which either cuts the traction off, tau = min(tau, tau_L), or is
+and a limiting shear stress tau_L = tau_L0 + Lambda p, which either cuts the traction off, tau = min(tau, tau_L), or is
 approached smoothly, tau_L (1 - exp(-tau/tau_L)) (Bair & Winer 1979), and then takes part in the pressure flow as well.
 """
 

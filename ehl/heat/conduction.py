@@ -1,4 +1,4 @@
-"""Temperature rise of a surface under a heat flux that it moves through.
+"""Flash temperature: the rise of a surface under a heat flux that it moves through.
 
 Each function returns the matrix A of ``rise = A @ flux`` for a flux that is linear between the nodes of any graded
 mesh and zero outside it; the kernels are integrated exactly over each cell.

@@ -1,5 +1,8 @@
 """Transient mixed EHL of two moving rough surfaces.
 
+Transient Reynolds equation: Couette flow carried along characteristics, Poiseuille flow implicit, and mass-conserving
+cavitation (JFO, in the complementary form of Elrod-Adams: p >= 0, filling <= 1, one of them an equality).
+
 coarse start-up  ->  fine run takes over its state  ->  both roll over the same roughness
 ->  stop when the interval of mu is inside the tolerance  ->  mesh error from the pair
 ->  boundary film doubled and halved where contacts carry load

@@ -1,5 +1,8 @@
 """Smooth, steady, isothermal line contact: the method in one screen.
 
+Reynolds equation in its first integral: Poiseuille flow (rho h^3/12 eta) S dp/dx against Couette flow u_r (rho h - Q);
+cavitation at the exit after Swift-Stieber, p = dp/dx = 0.
+
 scene -> (neighbour | path from an easy contact) -> mesh graded for what was found -> three nested grids
 -> Richardson values with their errors.
 """
