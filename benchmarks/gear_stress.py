@@ -32,7 +32,7 @@ from efficiency.blanks.result import PairBlank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission
-from efficiency.synthesis.gear import cut_gear, pair_geometry
+from efficiency.synthesis.gear import cut_gear, pair_dimensions
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 
@@ -117,7 +117,7 @@ def blank_numbers(pair: PairBlank) -> dict[str, float]:
 
 def contact_numbers(pair: PairBlank, generated: bool, until: str) -> dict[str, float]:
     """Gear flank, conjugate pinion flank and unloaded contact of the drive side."""
-    geometry = run_stage("gear", pair_geometry, pair, generated)
+    geometry = run_stage("gear", pair_dimensions, pair, generated)
     gear = run_stage("gear", cut_gear, geometry).flank("convex")
     if until == "gear":
         return {}

@@ -16,7 +16,7 @@ from efficiency.contact.ease_off import ConjugatePoints, conjugate_points
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.rotation import turn
-from efficiency.synthesis.gear import GearCut, PairGeometry
+from efficiency.synthesis.gear import GearCut, PairDimensions
 from efficiency.synthesis.generating import ToolPose, machine_pose
 from ehl.io.errors import ConvergenceError
 
@@ -58,7 +58,7 @@ class FitGrid:
     lowest: float
 
 
-def fit_grid(pair: PairGeometry, lowest: float = _DEPTH[0], shape: tuple[int, int] = _SHAPE) -> FitGrid:
+def fit_grid(pair: PairDimensions, lowest: float = _DEPTH[0], shape: tuple[int, int] = _SHAPE) -> FitGrid:
     """Grid over nine tenths of the face and nearly the whole working depth."""
     blank = pair.gear
     x, v = (
@@ -69,7 +69,7 @@ def fit_grid(pair: PairGeometry, lowest: float = _DEPTH[0], shape: tuple[int, in
     return FitGrid(u, low + v * (blank.tip(u) - low), x, 2.0 * v - 1.0, shape, lowest)
 
 
-def grid_on_gear(pair: PairGeometry, gear: GearCut) -> FitGrid:
+def grid_on_gear(pair: PairDimensions, gear: GearCut) -> FitGrid:
     """The grid, begun above the undercut of the gear where it has one.
 
     Raises
@@ -109,19 +109,19 @@ class ConjugateFlankStart:
     error: float
 
 
-def pinion_tool(pair: PairGeometry, gear: GearCut) -> ToolPose:
+def pinion_tool(pair: PairDimensions, gear: GearCut) -> ToolPose:
     """The gear cutter turned over, its tips at the pinion's root at the mean point."""
     outwards = -gear.tool.axes[:, 2]
     return ToolPose(gear.tool.centre + _reach(pair) * outwards, gear.tool.axes @ np.diag([1.0, -1.0, -1.0]))
 
 
-def _reach(pair: PairGeometry) -> float:
+def _reach(pair: PairDimensions) -> float:
     """Distance of both tip planes: gear dedendum and pinion dedendum at the mean point [m]."""
     gear, pinion = pair.dedendum_gear, pair.dedendum_pinion
     return float(gear * np.cos(pair.gear.dedendum_angle) + pinion * np.cos(pair.pinion.dedendum_angle))
 
 
-def conjugate_start(pair: PairGeometry, gear: GearCut, side: FlankSide, grid: FitGrid) -> ConjugateFlankStart:
+def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: FitGrid) -> ConjugateFlankStart:
     """Exactly conjugate settings of one pinion flank.
 
     Raises

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from efficiency.cutting.flank import CutFlank
 from efficiency.synthesis.fit import FitResult, FittedFlank, Parameter, TargetFlank, fit
 from efficiency.synthesis.free_settings import AXIS, FreeAxisMachine, FreeSettings, free_axis, tilt_and_swivel
-from efficiency.synthesis.gear import PairGeometry
+from efficiency.synthesis.gear import PairDimensions
 from efficiency.synthesis.generating import (
     GeneratingScrew,
     ToolPose,
@@ -31,7 +31,7 @@ from efficiency.synthesis.generating import (
 FloatArray = NDArray[np.float64]
 
 
-def cradle_shares(pair: PairGeometry, screw: GeneratingScrew, steps: int) -> FloatArray:
+def cradle_shares(pair: PairDimensions, screw: GeneratingScrew, steps: int) -> FloatArray:
     """Shares from the exact cradle to the one at the pinion's root angle, the exact one left out."""
     root = pair.pinion.pitch_angle - pair.pinion.dedendum_angle
     last = share_of_root_angle(pair.assembly, root, "pinion")
@@ -40,7 +40,7 @@ def cradle_shares(pair: PairGeometry, screw: GeneratingScrew, steps: int) -> Flo
     return first + (last - first) * np.arange(1, steps + 1) / steps
 
 
-def tool_in_space(pair: PairGeometry, flank: CutFlank, screw: GeneratingScrew) -> ToolPose:
+def tool_in_space(pair: PairDimensions, flank: CutFlank, screw: GeneratingScrew) -> ToolPose:
     """Pose of a flank's cutter in the mesh frame at the design point, from its settings on a cradle."""
     machine = tilt_and_swivel(flank).machine
     axis, origin = pair.assembly.pinion_axis[:, 0], pair.assembly.pinion_origin[:, 0]
@@ -55,7 +55,7 @@ def tool_in_space(pair: PairGeometry, flank: CutFlank, screw: GeneratingScrew) -
 
 
 def fit_on_cradle(
-    pair: PairGeometry,
+    pair: PairDimensions,
     targets: Sequence[TargetFlank],
     screw: GeneratingScrew,
     free: FreeSettings,
@@ -112,7 +112,7 @@ def _without_axis(parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
     return tuple(parameter for parameter in parameters if parameter not in AXIS)
 
 
-def _on_cradle(pair: PairGeometry, target: TargetFlank, old: GeneratingScrew, new: GeneratingScrew) -> TargetFlank:
+def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, new: GeneratingScrew) -> TargetFlank:
     """The same tool in space on another cradle; cutting parameters only as a start."""
     pose = machine_pose(
         new.point,
@@ -147,7 +147,7 @@ def _on_cradle(pair: PairGeometry, target: TargetFlank, old: GeneratingScrew, ne
     return replace(target, flank=flank, phase=target.phase + turned, parameters=parameters, root=root)
 
 
-def _work_direction(pair: PairGeometry, flank: CutFlank, screw: GeneratingScrew) -> FloatArray:
+def _work_direction(pair: PairDimensions, flank: CutFlank, screw: GeneratingScrew) -> FloatArray:
     axis, z = pair.assembly.pinion_axis[:, 0], screw.direction
     sine = float(axis @ z)
     x = (axis - sine * z) / np.sqrt(1.0 - sine * sine)

@@ -9,51 +9,24 @@ from dataclasses import fields, replace
 import numpy as np
 
 from efficiency.blanks.result import MemberBlank, PairBlank
-from efficiency.cutting.cutter import Blade, FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import Design
 from efficiency.synthesis.fit import FittedFlank
 from efficiency.synthesis.free_settings import tilt_and_swivel
-from efficiency.synthesis.gear import SIDES
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput
 from ehl.io.validation import validate
-
-_LENGTHS = {
-    "radial_setting",
-    "blank_offset",
-    "sliding_base",
-    "machine_centre_to_back",
-    "mean_cone_distance",
-    "face_width",
-    "mean_addendum",
-    "mean_dedendum",
-    "pitch_apex_beyond_crossing",
-    "point_radius",
-    "cutter_radius",
-    "reference_height",
-    "radius_offset",
-    "lengthwise_crowning",
-    "profile_crowning",
-    "twist",
-}
-_ANGLES = {
-    "cradle_angle",
-    "machine_root_angle",
-    "tilt",
-    "swivel",
-    "pitch_angle",
-    "addendum_angle",
-    "dedendum_angle",
-    "blade_angle",
-    "blade_offset_angle",
-    "blade_phase",
-}
-# motions per radian of the cradle and the like: written in SI
-_MOTIONS = {f.name for f in fields(MachineSettings)} - _LENGTHS - _ANGLES - {"generated"}
+from ehl.quantities import quantities
 
 Value = str | float | int
 Table = dict[str, Value]
+
+
+def _unit(name: str) -> str:
+    """SI unit of a value of a design file."""
+    known = quantities().get(name)
+    return known.unit if known else ""
 
 
 def _written(name: str, value: Value) -> str:
@@ -62,10 +35,10 @@ def _written(name: str, value: Value) -> str:
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, int):
         return str(value)
-    number = float(value)
-    if name in _LENGTHS:
+    number, unit = float(value), _unit(name)
+    if unit == "m":
         return f'"{_short(number * 1e3, 7)} mm"'
-    if name in _ANGLES:
+    if unit == "rad":
         return f'"{_short(np.degrees(number), 8)} deg"'
     return repr(float(f"{number:.10g}"))
 
@@ -74,9 +47,10 @@ def formatted(name: str, value: Value) -> str:
     """A value for reading: millimetres, degrees, six digits."""
     if isinstance(value, str | int):
         return str(value)
-    if name in _LENGTHS:
+    unit = _unit(name)
+    if unit == "m":
         return f"{value * 1e3:.4f} mm"
-    if name in _ANGLES:
+    if unit == "rad":
         return f"{np.degrees(value):.4f} deg"
     return f"{value:.6g}"
 
@@ -101,7 +75,7 @@ def machine_table(machine: MachineSettings) -> Table:
     table: Table = {"process": "generated" if machine.generated else "formate"}
     for f in fields(MachineSettings):
         value = getattr(machine, f.name)
-        if f.name == "generated" or (f.name in _MOTIONS and not machine.generated):
+        if f.name == "generated" or (not machine.generated and _unit(f.name) not in ("m", "rad")):
             continue
         if f.name in ("radial_setting", "cradle_angle", "machine_root_angle", "roll_ratio") or value != 0.0:
             table[f.name] = float(value)
@@ -157,15 +131,15 @@ def _member(name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table) -
 
 def _cut_tables(name: str, blank: MemberBlank, flanks: dict[FlankSide, CutFlank]) -> list[tuple[str, Table]]:
     mirror = 1.0 if blank.hand == "right" else -1.0
-    machines = {side: machine_table(flanks[side].machine) for side in SIDES}
-    cutters = {side: cutter_table(flanks[side].blade, mirror) for side in SIDES}
+    machines = {side: machine_table(flanks[side].machine) for side in FLANK_SIDES}
+    cutters = {side: cutter_table(flanks[side].blade, mirror) for side in FLANK_SIDES}
     tables: list[tuple[str, Table]] = []
     shared_machine = machines["concave"] == machines["convex"]
     if shared_machine:
         tables.append((f"{name}.machine", machines["concave"]))
     shared = {key: value for key, value in cutters["concave"].items() if cutters["convex"][key] == value}
     tables.append((f"{name}.cutter", shared))
-    for side in SIDES:
+    for side in FLANK_SIDES:
         own = {key: value for key, value in cutters[side].items() if key not in shared}
         tables.append((f"{name}.{side}.cutter", own))
         if not shared_machine:
@@ -206,7 +180,7 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
         )
         lines.append("at the ends of the face and of the working depth of the gear:")
     targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
-    for side in SIDES:
+    for side in FLANK_SIDES:
         target, state = targets[side], fitted[side]
         wish = (
             f"toe {target.crowning_toe * 1e6:.4g}, heel {target.crowning_heel * 1e6:.4g}, "

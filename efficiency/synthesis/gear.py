@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from efficiency.blanks.cones import Blank
 from efficiency.blanks.result import PairBlank
 from efficiency.contact.assembly import Assembly
-from efficiency.cutting.cutter import Blade, FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank, FlankPoints
 from efficiency.cutting.machine import MachineSettings
 from efficiency.synthesis.generating import (
@@ -32,12 +32,10 @@ from ehl.io.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 
-SIDES: tuple[FlankSide, FlankSide] = ("concave", "convex")
-
 
 @dataclass(frozen=True)
-class PairGeometry:
-    """What settings need to know of a pair, SI units and rad.
+class PairDimensions:
+    """Dimensions of a pair that machine settings are made from, SI units and rad.
 
     Attributes
     ----------
@@ -167,7 +165,7 @@ def turned(angle: float) -> FloatArray:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def cut_gear(pair: PairGeometry) -> GearCut:
+def cut_gear(pair: PairDimensions) -> GearCut:
     """Both flanks of the gear.
 
     Raises
@@ -178,7 +176,7 @@ def cut_gear(pair: PairGeometry) -> GearCut:
     return _hobbed(pair) if pair.blade_groups else _milled(pair)
 
 
-def _tool(pair: PairGeometry, shift: float) -> tuple[ToolPose, float]:
+def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
     """Cutter on the root at the gear's calculation point, that point at azimuth 0 in the gear frame; its cutter
     angle."""
     blank, hand = pair.gear, pair.hand_gear
@@ -202,7 +200,7 @@ class _Setup:
     rotation: float
 
 
-def _setup(pair: PairGeometry, tool: ToolPose) -> _Setup:
+def _setup(pair: PairDimensions, tool: ToolPose) -> _Setup:
     placed = tool.moved(turned(pair.offset_angle), np.zeros(3))
     if pair.generated_gear:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
@@ -228,19 +226,19 @@ def _setup(pair: PairGeometry, tool: ToolPose) -> _Setup:
     return _Setup(machine, placed, generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle)
 
 
-def _cut(pair: PairGeometry, setup: _Setup, angle: float, blades: tuple[Blade, Blade]) -> GearCut:
+def _cut(pair: PairDimensions, setup: _Setup, angle: float, blades: tuple[Blade, Blade]) -> GearCut:
     zero = angle + setup.cutter_turn
     concave, convex = (CutFlank(blade, setup.machine, pair.gear, zero) for blade in blades)
     return GearCut(concave, convex, setup.tool, setup.screw, angle, setup.cutter_turn, setup.rotation)
 
 
-def _hobbed(pair: PairGeometry) -> GearCut:
+def _hobbed(pair: PairDimensions) -> GearCut:
     """Both blades at the reference radius on the pitch plane, the slot made by their phase."""
     tool, angle = _tool(pair, 0.0)
     setup = _setup(pair, tool)
     index = pair.blade_groups / pair.gear.teeth
     blades = []
-    for side in SIDES:
+    for side in FLANK_SIDES:
         # the slot lies between the flanks: half of it to each side of the mean point's azimuth
         rotation = (-0.5 if side == "concave" else 0.5) * pair.hand_gear * pair.slot_angle
         blades.append(
@@ -257,7 +255,7 @@ def _hobbed(pair: PairGeometry) -> GearCut:
     return _cut(pair, setup, angle, (blades[0], blades[1]))
 
 
-def _milled(pair: PairGeometry) -> GearCut:
+def _milled(pair: PairDimensions) -> GearCut:
     """Point radii, blade angles and place of the cutter by Newton's method on the calculation point of both flanks."""
     depth, radius = pair.dedendum_gear, pair.point_gear[0]
     place = np.array([pair.calculation_gear]), np.zeros(1)
@@ -282,7 +280,7 @@ def _milled(pair: PairGeometry) -> GearCut:
     def excess(x: FloatArray) -> FloatArray:
         azimuth, spiral, pressure = [], [], []
         made = cut(x)
-        for side in SIDES:
+        for side in FLANK_SIDES:
             points, found = made.flank(side).solve(*place)
             if not found.all():
                 raise ConvergenceError("gear_settings", f"the {side} gear flank does not reach its calculation point")
@@ -317,7 +315,7 @@ def _milled(pair: PairGeometry) -> GearCut:
     return cut(x)
 
 
-def _signed_spiral(pair: PairGeometry, points: FlankPoints) -> float:
+def _signed_spiral(pair: PairDimensions, points: FlankPoints) -> float:
     """Spiral angle of one point [rad], positive in the sense of the member's hand."""
     normal, azimuth = points.normal[:, 0], float(points.azimuth[0])
     outwards = normal[0] * np.cos(azimuth) + normal[1] * np.sin(azimuth)
@@ -326,11 +324,11 @@ def _signed_spiral(pair: PairGeometry, points: FlankPoints) -> float:
     return -pair.hand_gear * float(np.arctan(along / around))
 
 
-def pair_geometry(blank: PairBlank, generated_gear: bool) -> PairGeometry:
-    """Geometry of a pair from its blank; drive is the concave pinion flank, hence the convex gear flank."""
+def pair_dimensions(blank: PairBlank, generated_gear: bool) -> PairDimensions:
+    """Dimensions of a pair from its blank; drive is the concave pinion flank, hence the convex gear flank."""
     hand = 1.0 if blank.gear.hand == "right" else -1.0
     assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
-    return PairGeometry(
+    return PairDimensions(
         assembly=assembly,
         pinion=blank.pinion.cones,
         gear=blank.gear.cones,

@@ -13,7 +13,7 @@ from efficiency.blanks.result import PairBlank
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.transmission import Transmission
-from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design
@@ -22,7 +22,7 @@ from efficiency.synthesis.cradle import fit_on_cradle
 from efficiency.synthesis.design_file import Table, design_text, ease_off_table, header, parse_design, written_flank
 from efficiency.synthesis.fit import FitResult, FittedFlank, fit, measure
 from efficiency.synthesis.free_settings import FreeSettings, free_settings, with_motions
-from efficiency.synthesis.gear import SIDES, GearCut, PairGeometry, cut_gear, pair_geometry
+from efficiency.synthesis.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput
 from efficiency.synthesis.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
 from efficiency.synthesis.target_flank import backlash_angle, target_flank, target_relief
@@ -59,24 +59,24 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
     """
     began = perf_counter()
     blank = pair_blank(inputs.blank)
-    pair = pair_geometry(blank, inputs.cutting.gear == "generated")
+    pair = pair_dimensions(blank, inputs.cutting.gear == "generated")
     gear = cut_gear(pair)
     grid = grid_on_gear(pair, gear)
-    starts = {side: conjugate_start(pair, gear, side, grid) for side in SIDES}
+    starts = {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES}
 
     targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
-    scale = dict.fromkeys(SIDES, 1.0)
+    scale = dict.fromkeys(FLANK_SIDES, 1.0)
     for _ in range(5):
         if inputs.cutting.pinion == "conjugate":
-            fits, fitted = [], {side: _uncut(pair, starts[side]) for side in SIDES}
+            fits, fitted = [], {side: _uncut(pair, starts[side]) for side in FLANK_SIDES}
         else:
             fits = _fit(inputs, pair, gear, grid, starts, scale)
             fitted = _by_side(fits)
         text, design = _design(inputs, blank, pair, gear, fitted, scale)
-        amplitudes = {side: targets[side].transmission_error for side in SIDES}
+        amplitudes = {side: targets[side].transmission_error for side in FLANK_SIDES}
         mesh = {
             side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or amplitudes[side] else None
-            for side in SIDES
+            for side in FLANK_SIDES
         }
         off = {
             side: float(want / have.peak_to_peak)
@@ -85,11 +85,11 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
         }
         if all(abs(ratio - 1.0) < _AMPLITUDE_TOLERANCE for ratio in off.values()):
             break
-        scale = {side: scale[side] * off.get(side, 1.0) for side in SIDES}
+        scale = {side: scale[side] * off.get(side, 1.0) for side in FLANK_SIDES}
 
     reports = {
         side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), mesh[side])
-        for side in SIDES
+        for side in FLANK_SIDES
     }
     warnings = _warnings(blank, reports, transmission)
     if inputs.cutting.pinion == "conjugate":
@@ -114,7 +114,7 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
 
 def _fit(
     inputs: SettingsInput,
-    pair: PairGeometry,
+    pair: PairDimensions,
     gear: GearCut,
     grid: FitGrid,
     starts: dict[FlankSide, ConjugateFlankStart],
@@ -142,7 +142,7 @@ def _fit(
     if weight > 0.0 and inputs.targets.root_weight is None:
         ways.append((_LOOSER * weight, with_motions(free)))
     fits = []
-    for sides in [SIDES] if free.common else [(side,) for side in SIDES]:
+    for sides in [FLANK_SIDES] if free.common else [(side,) for side in FLANK_SIDES]:
         best: FitResult | None = None
         for way in ways:
             result = attempt(sides, *way)
@@ -154,7 +154,7 @@ def _fit(
     return fits
 
 
-def root_weight(inputs: SettingsInput, pair: PairGeometry) -> float:
+def root_weight(inputs: SettingsInput, pair: PairDimensions) -> float:
     """Residual that a metre of root error counts as: less where both flanks share few settings."""
     if inputs.targets.root_weight is not None:
         return inputs.targets.root_weight
@@ -171,7 +171,7 @@ def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
     return found
 
 
-def _uncut(pair: PairGeometry, start: ConjugateFlankStart) -> FittedFlank:
+def _uncut(pair: PairDimensions, start: ConjugateFlankStart) -> FittedFlank:
     """The conjugate flank itself: nothing is left to fit, only its undercut is looked for."""
     target = target_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
     return measure(target, target.flank, target.phase, target.parameters)
@@ -180,31 +180,31 @@ def _uncut(pair: PairGeometry, start: ConjugateFlankStart) -> FittedFlank:
 def _design(
     inputs: SettingsInput,
     blank: PairBlank,
-    pair: PairGeometry,
+    pair: PairDimensions,
     gear: GearCut,
     fitted: dict[FlankSide, FittedFlank],
     scale: dict[FlankSide, float],
 ) -> tuple[str, Design]:
-    cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in SIDES}
+    cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in FLANK_SIDES}
     if inputs.cutting.pinion == "conjugate":
         targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
-        defined: dict[FlankSide, Table] = {side: ease_off_table(targets[side], scale[side]) for side in SIDES}
+        defined: dict[FlankSide, Table] = {side: ease_off_table(targets[side], scale[side]) for side in FLANK_SIDES}
         text = design_text(inputs, blank, defined, cut_flanks, header(inputs, fitted))
         return text, parse_design(text)
     # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
     back = _backlash_turns(pair, fitted)
-    middle = 0.5 * sum(fitted[side].phase for side in SIDES)
+    middle = 0.5 * sum(fitted[side].phase for side in FLANK_SIDES)
     pinion: dict[FlankSide, CutFlank] = {
-        side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in SIDES
+        side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in FLANK_SIDES
     }
     text = design_text(inputs, blank, pinion, cut_flanks, header(inputs, fitted))
     return text, parse_design(text)
 
 
-def _backlash_turns(pair: PairGeometry, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:
+def _backlash_turns(pair: PairDimensions, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:
     """Turn of each flank from contact on both sides into its tooth [rad]."""
     turns: dict[FlankSide, float] = {}
-    for side in SIDES:
+    for side in FLANK_SIDES:
         flank = fitted[side]
         points = flank.flank.points(flank.parameters[:, flank.found])
         spun = spin(points.position)

@@ -9,7 +9,7 @@ from efficiency.cutting.rotation import dot, spin, turn
 from efficiency.synthesis.conjugate import ConjugateFlankStart
 from efficiency.synthesis.fit import RootLine, TargetFlank
 from efficiency.synthesis.free_settings import free_axis
-from efficiency.synthesis.gear import PairGeometry
+from efficiency.synthesis.gear import PairDimensions
 from efficiency.synthesis.inputs import FlankTarget
 
 FloatArray = NDArray[np.float64]
@@ -18,7 +18,7 @@ _STATIONS = np.array([-0.5, 0.0, 0.5])
 
 
 def target_flank(
-    pair: PairGeometry, start: ConjugateFlankStart, relief: FloatArray, root_weight: float, thinning: float = 0.0
+    pair: PairDimensions, start: ConjugateFlankStart, relief: FloatArray, root_weight: float, thinning: float = 0.0
 ) -> TargetFlank:
     """A flank to be fitted, from its conjugate start.
 
@@ -45,7 +45,7 @@ def target_flank(
     return TargetFlank(flank, phase, conjugate.position, conjugate.normal, relief, parameters, root)
 
 
-def root_line(pair: PairGeometry, position: FloatArray, parameters: FloatArray, weight: float) -> RootLine:
+def root_line(pair: PairDimensions, position: FloatArray, parameters: FloatArray, weight: float) -> RootLine:
     """The blank's root at toe, middle and heel of the pinion; the nearest flank points are where the search starts."""
     blank = pair.pinion
     u, h = blank.coordinates(np.hypot(position[0], position[1]), position[2])
@@ -54,7 +54,7 @@ def root_line(pair: PairGeometry, position: FloatArray, parameters: FloatArray, 
     return RootLine(stations, blank.root(stations), weight, parameters[1:, nearest])
 
 
-def backlash_angle(pair: PairGeometry) -> float:
+def backlash_angle(pair: PairDimensions) -> float:
     """Angle of each pinion flank that gives the pair its backlash [rad]."""
     radius, _ = pair.pinion.axial(np.array([pair.calculation_pinion]), np.zeros(1))
     return 0.5 * pair.backlash / float(radius[0] * np.cos(pair.spiral_pinion))

@@ -16,13 +16,13 @@ from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission
-from efficiency.cutting.cutter import Blade, FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from efficiency.synthesis.conjugate import conjugate_start, fit_grid, opposite
 from efficiency.synthesis.fit import Parameter, TargetFlank, fit, measure
 from efficiency.synthesis.free_settings import ANGLE, CURVATURE, PHASE, RADIAL, RADIUS, free_settings, tilt_and_swivel
-from efficiency.synthesis.gear import SIDES, cut_gear, pair_geometry
+from efficiency.synthesis.gear import cut_gear, pair_dimensions
 from efficiency.synthesis.inputs import FlankTarget, load_targets
 from efficiency.synthesis.target_flank import target_flank, target_relief
 
@@ -63,7 +63,7 @@ def recipe_flank(side: FlankSide, pinion: object) -> CutFlank:
 
 
 def test_conjugate_start_is_the_given_one() -> None:
-    pair = pair_geometry(pair_blank(load_blank("fh_hypoid_9x34")), False)
+    pair = pair_dimensions(pair_blank(load_blank("fh_hypoid_9x34")), False)
     gear = cut_gear(pair)
     machine = conjugate_start(pair, gear, "concave", fit_grid(pair, 0.1, (3, 3))).flank.machine
     given = {
@@ -81,7 +81,7 @@ def test_conjugate_start_is_the_given_one() -> None:
 
 
 def test_gear_settings_are_the_given_ones() -> None:
-    pair = pair_geometry(pair_blank(load_blank("fh_hypoid_9x34")), False)
+    pair = pair_dimensions(pair_blank(load_blank("fh_hypoid_9x34")), False)
     gear = cut_gear(pair)
     machine = gear.concave.machine
     assert machine.radial_setting == pytest.approx(111.08769 * MM, abs=2e-6 * MM * 10)
@@ -103,7 +103,7 @@ def test_gear_settings_are_the_given_ones() -> None:
 def test_given_settings_have_the_given_residual_and_transmission_error(
     side: FlankSide, rms: float, largest: float, missing: int, together: float
 ) -> None:
-    pair = pair_geometry(pair_blank(load_blank("fh_hypoid_9x34")), False)
+    pair = pair_dimensions(pair_blank(load_blank("fh_hypoid_9x34")), False)
     gear = cut_gear(pair)
     grid = fit_grid(pair)
     start = conjugate_start(pair, gear, side, grid)
@@ -136,10 +136,10 @@ def sister() -> PairBlankInput:
 
 
 def target_flanks(blank: PairBlankInput, root_weight: float) -> list[TargetFlank]:
-    pair = pair_geometry(pair_blank(blank), False)
+    pair = pair_dimensions(pair_blank(blank), False)
     gear, grid = cut_gear(pair), fit_grid(pair)
     relief = target_relief(TARGET, grid.x, grid.y)
-    return [target_flank(pair, conjugate_start(pair, gear, side, grid), relief, root_weight) for side in SIDES]
+    return [target_flank(pair, conjugate_start(pair, gear, side, grid), relief, root_weight) for side in FLANK_SIDES]
 
 
 @pytest.mark.parametrize(("name", "convex", "concave"), [("offset 31.75", 0.51, 0.48), ("offset 10", 0.50, 0.48)])

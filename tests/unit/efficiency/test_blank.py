@@ -242,7 +242,7 @@ def test_command_refuses_with_exit_code_2(mixed_ehl: Cli, tmp_path: Path) -> Non
 
 
 def test_every_result_is_in_the_nomenclature() -> None:
-    page = set(re.findall(r"`([A-Za-z_0-9]+)`", (ROOT / "docs" / "nomenclature.md").read_text(encoding="utf-8")))
+    page = set(re.findall(r"`(?:\w+\.)*(\w+)`", (ROOT / "docs" / "nomenclature.md").read_text(encoding="utf-8")))
     for record in (PairBlank, MemberBlank, VirtualGears, UndercutLimit):
         assert {field.name for field in fields(record)} <= page
         documented = record.__doc__ or ""

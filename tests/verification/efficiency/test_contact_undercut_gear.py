@@ -14,7 +14,7 @@ from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.transmission import transmission
-from efficiency.synthesis.gear import cut_gear, pair_geometry
+from efficiency.synthesis.gear import cut_gear, pair_dimensions
 from ehl.io.errors import ConvergenceError
 from ehl.io.validation import validate
 
@@ -56,7 +56,7 @@ MILLED: dict[str, Any] = {
 
 def surface_of(content: dict[str, Any]) -> MeshSurface:
     """Generated gear and the pinion conjugate to it less `RELIEF`."""
-    geometry = pair_geometry(pair_blank(validate(PairBlankInput, content)), True)
+    geometry = pair_dimensions(pair_blank(validate(PairBlankInput, content)), True)
     gear = cut_gear(geometry).flank("convex")
     return mesh_surface(gear, conjugate_flank(gear, geometry.pinion, geometry.assembly, RELIEF), geometry.assembly)
 

@@ -11,7 +11,7 @@ from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
 from efficiency.synthesis.conjugate import fit_grid
-from efficiency.synthesis.gear import pair_geometry
+from efficiency.synthesis.gear import pair_dimensions
 from efficiency.synthesis.inputs import load_targets
 from efficiency.synthesis.solve import machine_settings
 from efficiency.synthesis.target_flank import target_relief
@@ -21,7 +21,7 @@ from ehl.io.data import data_names
 @pytest.mark.parametrize("name", data_names("targets"))
 def test_design_has_the_wanted_ease_off(name: str) -> None:
     inputs, design = load_targets(name), load_design(name)
-    pair = pair_geometry(pair_blank(inputs.blank), inputs.cutting.gear == "generated")
+    pair = pair_dimensions(pair_blank(inputs.blank), inputs.cutting.gear == "generated")
     grid = fit_grid(pair)
     for side, target in (("drive", inputs.targets.drive), ("coast", inputs.targets.coast)):
         pinion, gear = design.flanks().mating("drive" if side == "drive" else "coast")

@@ -8,20 +8,21 @@ import pytest
 from efficiency.blanks.inputs import load_blank
 from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
+from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
 from efficiency.synthesis.conjugate import conjugate_start, fit_grid
 from efficiency.synthesis.fit import Parameter, RootLine, _derivatives, measure, with_setting
 from efficiency.synthesis.free_settings import free_axis, tilt_and_swivel
-from efficiency.synthesis.gear import SIDES, PairGeometry, cut_gear, pair_geometry
+from efficiency.synthesis.gear import PairDimensions, cut_gear, pair_dimensions
 from efficiency.synthesis.generating import generating_screw
 from efficiency.synthesis.target_flank import target_flank
 
 
-def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairGeometry:
+def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairDimensions:
     inputs = load_blank(name)
     if left_hand_gear:
         inputs = inputs.model_copy(update={"hand_pinion": "right", "hand_gear": "left"})
-    return pair_geometry(pair_blank(inputs), generated)
+    return pair_dimensions(pair_blank(inputs), generated)
 
 
 @pytest.mark.parametrize("left_hand_gear", [False, True])
@@ -31,7 +32,7 @@ def test_the_mirrored_gear_cutter_cuts_the_conjugate_pinion(name: str, generated
     pair = geometry(name, generated, left_hand_gear)
     gear = cut_gear(pair)
     grid = fit_grid(pair, 0.1, (5, 4))
-    for side in SIDES:
+    for side in FLANK_SIDES:
         start = conjugate_start(pair, gear, side, grid)
         assert start.error < 1e-13
         condition = start.flank.sweep(start.parameters)[2]
@@ -69,7 +70,7 @@ def test_formate_gear_has_the_angles_of_its_blank() -> None:
         pair = geometry(name, False)
         gear = cut_gear(pair)
         spirals = []
-        for side in SIDES:
+        for side in FLANK_SIDES:
             points, _ = gear.flank(side).solve(np.array([pair.calculation_gear]), np.zeros(1))
             spiral, pressure = points.angles(pair.gear.pitch_angle)
             spirals.append(float(spiral[0]))
