@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.oil import Oil
-from regression.calibration.held_film import HeldFilm, log_moes_film
+from regression.calibration.frozen_film import FrozenFilm, log_moes_film
 from regression.calibration.parameters import card_with, lubricant_of
 from regression.calibration.prediction import FrictionSolver
 
@@ -23,7 +23,7 @@ class OneLineSolver(FrictionSolver):
     def parts(self, sets: Sequence[Mapping[str, float]], rows: Any = None) -> Array:
         out = np.full((len(sets), self.roughness.size, 3), np.nan)
         for k, values in enumerate(sets):
-            films: list[HeldFilm] = []
+            films: list[FrozenFilm] = []
             card = card_with(Oil.load(self.setup.oil), values, self.temperature)
             for group in self.groups:
                 for row, contact, temperature in zip(group.rows, group.contacts, group.temperatures, strict=True):
@@ -35,7 +35,7 @@ class OneLineSolver(FrictionSolver):
                     stress = oil.shear_stress(mean, np.array([film]), contact.speed_sliding)
                     out[k, row] = float(stress[0] / mean[0]), film, 0.0
                     rest = np.log(np.array([contact.speed_sliding / film]))
-                    films.append(HeldFilm(mean, rest, 1.0 / mean, log_moes_film(contact, oil)))
+                    films.append(FrozenFilm(mean, rest, 1.0 / mean, log_moes_film(contact, oil)))
             if k == 0:
                 self.films = dict(enumerate(films))
         self.calls += len(sets) * self.roughness.size

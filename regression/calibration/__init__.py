@@ -1,4 +1,4 @@
 """Calibration: oil and surface parameters of the contact solver fitted to measured friction.
 
-measured table + setup ─> bounded, robust least squares on the solver ─> intervals, what data do not tell ─> oil card
+measured table + setup ─> bounded, robust least squares on the solver ─> intervals, parameters held ─> oil card
 """

@@ -1,15 +1,18 @@
-"""Calibration from a measured table and a setup to values, intervals and verdicts: the whole method in one place.
+"""Calibration from a measured table and a setup to values, intervals and notes: the whole method in one place.
 
-rows ─> contacts ─> start ─> search ─> what the data do not tell is held, search again ─> intervals ─> result
+rows ─> contacts ─> start ─> search ─> hold what is not identifiable, search again ─> intervals ─> result
 """
 
 from __future__ import annotations
 
+import datetime
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,23 +21,28 @@ from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.numbers import finite_or_none
+from ehl.io.validation import validate
 from regression.calibration import robust
+from regression.calibration.contacts import contact_groups, line_pressure
 from regression.calibration.determination import (
     DETERMINED,
     Interval,
     determination_of,
     intervals_by_errors,
-    least_known,
+    least_identifiable,
     profile_intervals,
-    why_untold,
+    why_not_identifiable,
 )
-from regression.calibration.measurement import Measurement
+from regression.calibration.measurement import Measurement, read_measurement
 from regression.calibration.parameters import PARAMETERS, start_values
 from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise, noise_of
-from regression.calibration.scenes import groups_of, line_pressure
 from regression.calibration.search import Fit, Target, best_start, search
-from regression.calibration.setup import CalibrationSetup
+from regression.calibration.setup import CalibrationSetup, load_setup
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 
@@ -42,8 +50,8 @@ PROFILE_CALLS = 6000  # profiles are made where they ask for at most so many sol
 EXCLUDED_GAIN = 3.84  # loss of fit beyond which a held value is excluded by the data, chi-square of one degree, 95 %
 
 
-class NothingTold(MixedEhlError):
-    """The data tell none of the parameters."""
+class NotIdentifiable(MixedEhlError):
+    """None of the parameters can be identified from the data."""
 
     exit_code = 1
 
@@ -80,12 +88,12 @@ class ParameterEstimate:
     interval_high: float
     held: float
     start: float
-    verdict: str
+    note: str
 
 
-@dataclass(frozen=True, eq=False)
-class CalibrationResult:
-    """What a calibration found; SI, names of docs/nomenclature.md.
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration:
+    """What a calibration found: `regression.calibrate` makes it; SI, names of docs/nomenclature.md.
 
     Parameters
     ----------
@@ -112,6 +120,10 @@ class CalibrationResult:
     notes : tuple of str
     iterations, solver_calls : int
     seconds : float
+    measurement : Measurement, optional
+        What it was fitted to.
+    setup : CalibrationSetup, optional
+        What was known and fitted.
     """
 
     parameters: tuple[ParameterEstimate, ...]
@@ -131,10 +143,138 @@ class CalibrationResult:
     iterations: int
     solver_calls: int
     seconds: float
+    measurement: Measurement | None = None
+    setup: CalibrationSetup | None = None
+
+    def card(self, name: str) -> Oil:
+        """The oil card with the calibrated figures and the record of what they come from.
+
+        Parameters
+        ----------
+        name : str
+            Name of the new card.
+
+        Returns
+        -------
+        Oil
+            Figures that are not identifiable stay those of the card the calibration began with, unless the data
+            exclude them.
+        """
+        from regression.calibration.card import calibrated_card
+
+        return calibrated_card(name, *self._inputs(), self, datetime.date.today())
+
+    def save_card(self, path: str | PathLike[str]) -> Oil:
+        """Write the calibrated oil card.
+
+        Parameters
+        ----------
+        path : str or path
+            A file ending in .toml; its stem is the name of the card.
+
+        Returns
+        -------
+        Oil
+            The card.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        from regression.calibration.card import write_card
+
+        card = self.card(Path(path).stem)
+        write_card(card, Path(path))
+        return card
+
+    def use_lines(self, path: str | PathLike[str]) -> list[str]:
+        """Lines of an input file that use the card at that path with the calibrated surface values."""
+        from regression.calibration.card import use_lines
+
+        return use_lines(Path(path), self._inputs()[1], self)
+
+    def plot(self) -> Figure:
+        """Measured and computed friction over what varies along each curve, and the residuals.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from regression.calibration.report import plot_calibration
+
+        return plot_calibration(self._inputs()[0], self)
+
+    def report(self, path: str | PathLike[str]) -> Path:
+        """Write the HTML page: parameters with intervals, correlations, noise, measured and computed curves.
+
+        Parameters
+        ----------
+        path : str or path
+            HTML file.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        from regression.calibration.report import write_calibration_report
+
+        return write_calibration_report(Path(path), self._inputs()[0], self)
+
+    def print(self) -> None:
+        """Print parameters, correlations, noise, outliers and cost to the terminal."""
+        from regression.calibration.report import calibration_report
+
+        calibration_report(self)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per parameter, SI: name, unit, status, value, standard error of ln(value), 95 % interval, note.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        import pandas as pd
+
+        return pd.DataFrame([asdict(estimate) for estimate in self.parameters])
+
+    def __repr__(self) -> str:
+        lines = [
+            f"Calibration of {', '.join(self.fitted)}: misfit {self.misfit:.2g} of mu (RMS), noise {self.noise:.2g}"
+        ]
+        for estimate in self.parameters:
+            value = estimate.held if math.isnan(estimate.value) else estimate.value
+            lines.append(f"  {estimate.name} = {value:.4g} {estimate.unit} {estimate.status}: {estimate.note}"[:160])
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return self.to_frame().to_html(index=False, na_rep="–")
+
+    def _inputs(self) -> tuple[Measurement, CalibrationSetup]:
+        if self.measurement is None or self.setup is None:
+            raise InputError(
+                "measurement", None, "a result of `regression.calibrate`, which keeps what it was fitted to"
+            )
+        return self.measurement, self.setup
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
-        content: dict[str, Any] = finite_or_none(self)
+        """Numbers and notes for JSON, SI; not-a-number becomes None.
+
+        Returns
+        -------
+        dict
+        """
+        content: dict[str, Any] = finite_or_none(replace(self, measurement=None, setup=None))
+        for name in ("measurement", "setup"):
+            del content[name]
+        for parameter in content["parameters"]:
+            parameter["verdict"] = parameter.pop("note")  # the key of files
         return content
 
 
@@ -156,7 +296,7 @@ def all_values(measurement: Measurement, setup: CalibrationSetup) -> dict[str, f
 
 def solver_of(measurement: Measurement, setup: CalibrationSetup, jobs: int) -> FrictionSolver:
     """The contact solver over the rows of a measurement."""
-    groups = groups_of(measurement, setup)
+    groups = contact_groups(measurement, setup)
     roughness = measurement.columns["roughness_rms"]
     return FrictionSolver(setup, groups, roughness, reference_temperature(measurement), jobs)
 
@@ -182,7 +322,7 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
     pressure = line_pressure(measurement, setup)
     if set(setup.parameters) >= {"stress_low", "stress_slope"} and np.ptp(pressure) < 0.1 * pressure.mean():
         hint = "Measure at a second pressure, or fit eyring_stress alone."
-        raise InputError("parameters", "stress_slope", "parameters that one pressure can tell", hint)
+        raise InputError("parameters", "stress_slope", "parameters that can be identified at one pressure", hint)
 
 
 def target_of(measurement: Measurement, setup: CalibrationSetup) -> Target:
@@ -204,85 +344,105 @@ def target_of(measurement: Measurement, setup: CalibrationSetup) -> Target:
 
 
 def calibrate(
-    measurement: Measurement,
-    setup: CalibrationSetup,
+    measurement: Measurement | str | PathLike[str],
+    setup: CalibrationSetup | str | PathLike[str] | Mapping[str, Any],
     *,
+    parameters: Sequence[str] | None = None,
+    oil: str | None = None,
     jobs: int = 1,
     profile: bool | None = None,
-    told: Callable[[str], None] = lambda words: None,
-) -> CalibrationResult:
-    """Fit the parameters of the setup to a measurement.
+    progress: Callable[[str], None] = lambda words: None,
+) -> Calibration:
+    """Fit oil and surface parameters to measured friction.
 
     Parameters
     ----------
-    measurement, setup
-        What was measured, and what is known of it.
+    measurement : Measurement, str or path
+        Measured friction: a CSV or XLSX file with one row per value and units in the head, or what
+        `regression.calibration.measurement.read_measurement` makes of it.
+    setup : CalibrationSetup, str or path, or mapping
+        Oil, parameters, specimens and common conditions: a TOML file, or its content.
+    parameters : sequence of str, optional
+        What is fitted, in place of the setup's: `eyring_stress`, `stress_low`, `stress_slope`,
+        `limiting_shear_coefficient`, `pressure_viscosity`, `boundary_film`, `boundary_friction`, `load_sharing_scale`.
+    oil : str, optional
+        Oil card to begin with, in place of the setup's.
     jobs : int
         Worker processes, one thread each.
     profile : bool, optional
         Whether intervals are profiles on the solver; where not given, if that is cheap (`PROFILE_CALLS`).
-    told : callable, optional
-        Told of the progress in words.
+    progress : callable, optional
+        Called with the progress in words.
 
     Raises
     ------
     InputError
-        The rows cannot tell a parameter whatever is measured in them, or a condition is out of range.
-    NothingTold
-        They could, but the friction measured does not.
+        A parameter cannot be identified from such rows whatever is measured in them, or a condition is out of range.
+    NotIdentifiable
+        It could be, but not from the friction measured.
     ConvergenceError
         The search did not come to rest.
+
+    Returns
+    -------
+    Calibration
+        Values with intervals; `card` makes an oil card of them.
     """
+    setup = setup_of(setup, parameters, oil)
+    if not isinstance(measurement, Measurement):
+        measurement = read_measurement(Path(measurement), setup.conditions.given())
     clock = time.perf_counter()
     check_information(measurement, setup)
     solver = solver_of(measurement, setup, jobs)
     start = all_values(measurement, setup)
     target = target_of(measurement, setup)
     target = _solvable(solver, start, target)
-    told(f"{int(target.rows.sum())} rows, {len(setup.parameters)} parameters")
+    progress(f"{int(target.rows.sum())} rows, {len(setup.parameters)} parameters")
 
     names = setup.parameters
-    fit = search(solver, best_start(solver, start, names, target), names, target, told)
+    fit = search(solver, best_start(solver, start, names, target), names, target, progress)
     rounds, stated = fit.rounds, _noise(fit, target)
     if stated.larger_than_stated:
-        told(f"the residuals are {math.sqrt(stated.chi_square):.2g} times the stated noise: it is estimated instead")
+        progress(
+            f"the residuals are {math.sqrt(stated.chi_square):.2g} times the stated noise: it is estimated instead"
+        )
         target = replace(target, stated=False)
-        fit = search(solver, fit.values, names, target, told)
+        fit = search(solver, fit.values, names, target, progress)
         rounds += fit.rounds
-    untold: dict[str, tuple[str, float]] = {}
+    not_identifiable: dict[str, tuple[str, float]] = {}
     while True:
         noise = _noise(fit, target)
         found = determination_of(fit, target, noise, measurement.curve)
         intervals = intervals_by_errors(fit, noise, found)
-        worst = least_known(fit, found, noise.quantile * found.errors)
+        worst = least_identifiable(fit, found, noise.quantile * found.errors)
         profiled = worst is None and _profiles(solver, names, target, wanted=profile)
         if profiled:
             intervals = profile_intervals(solver, fit, target, noise, found)
-            worst = least_known(fit, found, np.array([interval.half_width for interval in intervals]))
+            worst = least_identifiable(fit, found, np.array([interval.half_width for interval in intervals]))
         if worst is None:
             break
-        why = why_untold(worst, fit, found, noise.quantile, intervals[names.index(worst)])
-        told(f"{worst}: {why}")
+        why = why_not_identifiable(worst, fit, found, noise.quantile, intervals[names.index(worst)])
+        progress(f"{worst}: {why}")
         names = tuple(name for name in names if name != worst)
-        fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise, told)
+        fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise, progress)
         rounds += more
-        untold[worst] = (why, held)
+        not_identifiable[worst] = (why, held)
         if not names:
-            reasons = "; ".join(f"{name}: {words}" for name, (words, _) in untold.items())
-            raise NothingTold(f"these rows tell none of the parameters. {reasons}")
+            reasons = "; ".join(f"{name}: {words}" for name, (words, _) in not_identifiable.items())
+            raise NotIdentifiable(f"none of the parameters can be identified from these rows. {reasons}")
 
     estimates = []
     for name in setup.parameters:
-        if name in untold:
-            why, held = untold[name]
-            estimates.append(_untold(name, why, held, start[name]))
+        if name in not_identifiable:
+            why, held = not_identifiable[name]
+            estimates.append(_not_identifiable(name, why, held, start[name]))
         else:
             j = names.index(name)
             estimates.append(_estimate(name, fit, float(found.errors[j]), intervals[j], start[name]))
     scale = noise.scale * target.sigma
     far = target.rows & (np.abs(fit.friction - target.friction) > robust.FAR * scale)
     errors = solver.parts([fit.values], target.rows)[0, target.rows, 2]
-    return CalibrationResult(
+    return Calibration(
         parameters=tuple(estimates),
         correlation=tuple(tuple(float(value) for value in row) for row in found.correlation),
         fitted=names,
@@ -296,11 +456,28 @@ def calibrate(
         solver_error=float(np.nanmax(errors)),
         profiled=profiled,
         values=fit.values,
-        notes=_notes(setup, stated, float(noise.scale), found.widening, tuple(untold)),
+        notes=_notes(setup, stated, float(noise.scale), found.widening, tuple(not_identifiable)),
         iterations=rounds,
         solver_calls=solver.calls,
         seconds=time.perf_counter() - clock,
+        measurement=measurement,
+        setup=setup,
     )
+
+
+def setup_of(
+    setup: CalibrationSetup | str | PathLike[str] | Mapping[str, Any],
+    parameters: Sequence[str] | None = None,
+    oil: str | None = None,
+) -> CalibrationSetup:
+    """A setup from a file or its content, with other parameters or another oil; errors as of `calibrate`."""
+    if isinstance(setup, CalibrationSetup):
+        setup = setup.model_dump(exclude_unset=True)
+    changes = {"parameters": None if parameters is None else list(parameters), "oil": oil}
+    given = {name: value for name, value in changes.items() if value}
+    if isinstance(setup, Mapping):
+        return validate(CalibrationSetup, {**setup, **given}, "setup")
+    return load_setup(Path(setup), given)
 
 
 def _profiles(solver: FrictionSolver, names: tuple[str, ...], target: Target, *, wanted: bool | None) -> bool:
@@ -314,7 +491,7 @@ def _solvable(solver: FrictionSolver, values: dict[str, float], target: Target) 
     found = np.isfinite(solver.parts([values], target.rows)[0]).all(axis=1)
     rows = target.rows & found
     if rows.sum() < max(3, 0.5 * target.rows.sum()):
-        raise NothingTold(
+        raise NotIdentifiable(
             f"the solver fails on {int((target.rows & ~found).sum())} of {int(target.rows.sum())} rows with the values "
             "of the card: check pressures, speeds and temperatures against the units of their columns"
         )
@@ -334,14 +511,14 @@ def _refit_without(
     solver: FrictionSolver,
     target: Target,
     noise: Noise,
-    told: Callable[[str], None],
+    progress: Callable[[str], None],
 ) -> tuple[Fit, float, int]:
     """The fit with one parameter held: at the card's value, or where it was if the data exclude that."""
     rounds, limit = 0, EXCLUDED_GAIN / robust.DEVIANCE
     before = robust.loss(target.residuals(fit.friction) / noise.scale)
     best = fit.values[name]
     for held in dict.fromkeys((card, best)):
-        again = search(solver, {**fit.values, name: held}, names, target, told) if names else fit
+        again = search(solver, {**fit.values, name: held}, names, target, progress) if names else fit
         rounds += again.rounds if names else 0
         after = robust.loss(target.residuals(again.friction) / noise.scale)
         if after - before <= limit or held == best:
@@ -355,24 +532,24 @@ def _estimate(name: str, fit: Fit, error: float, interval: Interval, start: floa
     below, above = (100.0 * (end / fit.values[name] - 1.0) for end in (low, high))
     words = f"95 % interval {below:+.2g} % to {above:+.2g} %"
     if status == "weak":
-        words += "; weakly told: take the interval, not the number"
+        words += "; weakly identified: use the interval, not the number"
     return ParameterEstimate(
         name, PARAMETERS[name].unit, status, fit.values[name], error, low, high, math.nan, start, words
     )
 
 
-def _untold(name: str, why: str, held: float, start: float) -> ParameterEstimate:
+def _not_identifiable(name: str, why: str, held: float, start: float) -> ParameterEstimate:
     nan, parameter = math.nan, PARAMETERS[name]
     shown = f"{held * parameter.shown:.4g} {parameter.shown_unit}".removesuffix(" -")
     where = (
         "the value it began with" if held == start else "where the fit left it, as the data exclude the card's value"
     )
-    words = f"not told by these rows: {why}. Held at {shown}, {where}"
+    words = f"not identifiable from these rows: {why}. Held at {shown}, {where}"
     return ParameterEstimate(name, parameter.unit, "undetermined", nan, nan, nan, nan, held, start, words)
 
 
 def _notes(
-    setup: CalibrationSetup, stated: Noise, scale: float, widening: float, untold: tuple[str, ...]
+    setup: CalibrationSetup, stated: Noise, scale: float, widening: float, not_identifiable: tuple[str, ...]
 ) -> tuple[str, ...]:
     notes = []
     if setup.specimens.geometry == "point":
@@ -391,11 +568,13 @@ def _notes(
         )
     if widening > 1.0:
         notes.append(
-            "Residuals go together along the curves: the model bends otherwise than the data. Standard errors and "
-            f"intervals are {widening:.2g} times wider for it."
+            "Residuals are correlated along the curves: the model differs systematically from the data. Standard "
+            f"errors and intervals are {widening:.2g} times wider for it."
         )
-    if untold:
-        notes.append("Values hold with " + ", ".join(untold) + " held; what those hide is not in the intervals.")
+    if not_identifiable:
+        notes.append(
+            "Values hold with " + ", ".join(not_identifiable) + " held; what those hide is not in the intervals."
+        )
     if math.isnan(stated.chi_square):
         notes.append("The noise was estimated from the residuals.")
     return tuple(notes)

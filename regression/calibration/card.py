@@ -9,7 +9,7 @@ from typing import Any
 
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
 from ehl.io.errors import InputError
-from regression.calibration.calibrate import SOLVER_VERSION, CalibrationResult, reference_temperature
+from regression.calibration.calibrate import SOLVER_VERSION, Calibration, reference_temperature
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import RISING, card_with
 from regression.calibration.setup import CalibrationSetup
@@ -18,7 +18,7 @@ SURFACE = ("boundary_friction", "boundary_film", "load_sharing_scale")
 
 
 def calibrated_card(
-    name: str, measurement: Measurement, setup: CalibrationSetup, result: CalibrationResult, date: datetime.date
+    name: str, measurement: Measurement, setup: CalibrationSetup, result: Calibration, date: datetime.date
 ) -> Oil:
     """The card with the calibrated figures and their record.
 
@@ -138,13 +138,13 @@ def _literal(value: Any) -> str:
     return repr(value)
 
 
-def use_words(path: Path, setup: CalibrationSetup, result: CalibrationResult) -> list[str]:
+def use_lines(path: Path, setup: CalibrationSetup, result: Calibration) -> list[str]:
     """What to write in an input file so that the calibrated values are used."""
     lines = [f'[lubricant]  oil = "{path}"' + ('  eyring_stress_law = "pressure"' if setup.rising else "")]
-    told = [name for name in SURFACE if name in result.fitted]
+    fitted = [name for name in SURFACE if name in result.fitted]
     for table, names in (("surface", ("boundary_friction", "boundary_film")), ("model", ("load_sharing_scale",))):
-        here = [f"{name} = {result.values[name]:.4g}" for name in names if name in told]
-        if table == "model" and (here or told):
+        here = [f"{name} = {result.values[name]:.4g}" for name in names if name in fitted]
+        if table == "model" and (here or fitted):
             here.append(f'roughness = "{setup.model.roughness}"')
         if here:
             lines.append(f"[{table}]  " + "  ".join(here))

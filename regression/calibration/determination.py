@@ -1,4 +1,4 @@
-"""What the data tell of each parameter: standard errors, correlations, profile intervals, and a verdict in words."""
+"""Identifiability of each parameter: standard errors, correlations, profile intervals, and a note in words."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from regression.calibration.search import Fit, Target, bounds_of, inverse_inform
 Array = NDArray[np.float64]
 
 # half width of the 95 % interval of ln(value): up to a factor of 1.5 is a value, up to 3 a weak one, beyond none
-DETERMINED, TOLD = math.log(1.5), math.log(3.0)
+DETERMINED, IDENTIFIABLE = math.log(1.5), math.log(3.0)
 ALONE = 0.9  # share of what is known of a parameter that may come from one row
-MAX_PROFILE, FARTHEST = 5, 6.0  # solutions of all rows for each side of a profile; over the first step
+MAX_PROFILE, MAX_PROFILE_REACH = 5, 6.0  # solutions of all rows for each side of a profile; over the first step
 CLOSE_ROOT = 0.1  # of the quantile: near enough to interpolate
-ALIKE = 0.95  # correlation above which two parameters are told to be known together only
+COLLINEAR = 0.95  # correlation above which two parameters are identifiable together only
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +37,9 @@ class Determination:
         The same if all other parameters were known.
     correlation : ndarray, shape (k, k)
     main_row : tuple of int
-        Row that tells most of each parameter beside the others.
+        Row that adds most to the information on each parameter, given the others.
     main_share : ndarray, shape (k,)
-        Its share of what all rows tell.
+        Its share of the information of all rows.
     widening : float
         Factor on the errors for residuals that go together along the curves; 1 without.
     """
@@ -56,15 +56,15 @@ class Determination:
 def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, ...]) -> Determination:
     """Standard errors at the end of a search.
 
-    Residuals whose neighbours along the curves go together (beyond chance, p < 0.01) count as fewer measurements:
+    Residuals whose neighbours along the curves go together (p < 0.01) count as fewer measurements:
     errors grow by sqrt((1 + r)/(1 - r)).
     """
     scaled = (fit.jacobian / target.sigma[:, None])[target.rows]
     covariance = noise.covariance_scale * inverse_information(scaled)
     residuals = target.residuals(fit.friction) / noise.scale
     used = tuple(label for label, row in zip(labels, target.rows, strict=True) if row)
-    together, chance = robust.serial_correlation(np.clip(residuals, -robust.TUNING, robust.TUNING), used)
-    widening = math.sqrt((1.0 + together) / (1.0 - together)) if chance < together < 0.98 else 1.0
+    together, random_limit = robust.serial_correlation(np.clip(residuals, -robust.TUNING, robust.TUNING), used)
+    widening = math.sqrt((1.0 + together) / (1.0 - together)) if random_limit < together < 0.98 else 1.0
     errors = np.sqrt(np.diag(covariance))
     alone = np.sqrt(noise.covariance_scale) / np.maximum(np.linalg.norm(scaled, axis=0), 1e-150)
     correlation = covariance / np.outer(errors, errors)
@@ -83,8 +83,8 @@ def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, 
     )
 
 
-def least_known(fit: Fit, found: Determination, width: Array) -> str | None:
-    """The parameter the data tell least of, if they do not tell it at all; None where all are told.
+def least_identifiable(fit: Fit, found: Determination, width: Array) -> str | None:
+    """The least identifiable parameter, if it is not identifiable at all; None where all are.
 
     Parameters
     ----------
@@ -93,19 +93,23 @@ def least_known(fit: Fit, found: Determination, width: Array) -> str | None:
     width : ndarray, shape (k,)
         Half widths of the 95 % intervals of ln(value).
     """
-    untold = [name in fit.pinned or share > ALONE for name, share in zip(fit.names, found.main_share, strict=True)]
-    width = np.where(untold, np.inf, width)
+    not_identifiable = [
+        name in fit.pinned or share > ALONE for name, share in zip(fit.names, found.main_share, strict=True)
+    ]
+    width = np.where(not_identifiable, np.inf, width)
     # of two that are known together only, the one that moves the friction least goes first
-    order = np.lexsort((found.alone, np.minimum(width, 10.0 * TOLD)))
+    order = np.lexsort((found.alone, np.minimum(width, 10.0 * IDENTIFIABLE)))
     worst = int(order[-1])
-    return fit.names[worst] if width[worst] > TOLD else None
+    return fit.names[worst] if width[worst] > IDENTIFIABLE else None
 
 
-def why_untold(name: str, fit: Fit, found: Determination, quantile: float, interval: Interval | None = None) -> str:
-    """Why the data do not tell a parameter, in words."""
+def why_not_identifiable(
+    name: str, fit: Fit, found: Determination, quantile: float, interval: Interval | None = None
+) -> str:
+    """Why a parameter is not identifiable, in words."""
     j = fit.names.index(name)
     parameter = PARAMETERS[name]
-    if quantile * found.alone[j] > TOLD:
+    if quantile * found.alone[j] > IDENTIFIABLE:
         return (
             f"hardly moves the friction of these rows: even with all else known its 95 % interval would span a factor "
             f"of {_factor(quantile * found.alone[j])} both ways"
@@ -124,10 +128,10 @@ def why_untold(name: str, fit: Fit, found: Determination, quantile: float, inter
     others = [k for k in range(len(fit.names)) if k != j]
     if others:
         partner = max(others, key=lambda k: abs(found.correlation[j, k]))
-        if abs(found.correlation[j, partner]) > ALIKE:
+        if abs(found.correlation[j, partner]) > COLLINEAR:
             return (
                 f"is known only together with {fit.names[partner]} (correlation {found.correlation[j, partner]:+.3f}): "
-                f"alone it would be told within a factor of {_factor(quantile * found.alone[j])}"
+                f"alone its interval would span a factor of {_factor(quantile * found.alone[j])}"
             )
     width = _factor(quantile * found.errors[j])
     return f"its 95 % interval spans a factor of {width} both ways beside the other parameters"
@@ -164,8 +168,8 @@ def profile_intervals(
 
     One parameter is set aside, the others are chosen by the surrogate, all rows are solved, and the deviance of the
     loss is taken. Its root is 1.96 (or Student's quantile) at the end of the interval; the step is drawn out or in
-    until it is, at most `MAX_PROFILE` times a side. Where even `FARTHEST` such steps do not get there, or a bound of
-    the parameter comes first, the data set no limit on that side.
+    until it is, at most `MAX_PROFILE_STEPS` times a side. Where even `MAX_PROFILE_REACH` such steps do not get
+    there, or a bound of the parameter comes first, the data set no limit on that side.
     """
     low, high = bounds_of(fit.names)
     here = np.log([fit.values[name] for name in fit.names])
@@ -227,11 +231,11 @@ class _Side:
             self.end = a + (b - a) * share
             self.done = abs(self.root - quantile) < CLOSE_ROOT * quantile
         else:
-            self.done = self.size >= min(self.room, FARTHEST * self.first)
+            self.done = self.size >= min(self.room, MAX_PROFILE_REACH * self.first)
             self.end = self.size * quantile / self.root if self.root > (1.0 - CLOSE_ROOT) * quantile else math.inf
             self.done = self.done or math.isfinite(self.end)
         reach = self.end if math.isfinite(b) else self.size * min(max(quantile / max(self.root, 1e-3), 1.3), 2.5)
-        self.size = min(reach, self.room, FARTHEST * self.first)
+        self.size = min(reach, self.room, MAX_PROFILE_REACH * self.first)
 
 
 def _with(fit: Fit, log_values: Array) -> dict[str, float]:

@@ -37,7 +37,7 @@ CONDITIONS: dict[str, ValueRange] = {
 LOADS = ("pressure_hertz", "load", "load_per_length")
 NEEDED = ("radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 MEASURED: dict[str, ValueRange] = {
-    # the noise of a friction near nil may be negative
+    # the noise of a friction near 0 may be negative
     "friction_coefficient": ValueRange("", ge=-0.1, le=2.0, hint="mu, not a friction force."),
     "friction_uncertainty": ValueRange("", gt=0.0, le=1.0, hint="One standard deviation of mu."),
 }

@@ -3,7 +3,7 @@
 What the solver gives for a row is kept in two parts: friction of the film, and what decides the load share of the
 asperities (film thickness with load sharing, the share itself with the deterministic solver). Boundary friction and the
 scale of the load share then mix the two without another solution. The surrogate takes the parts with the film held
-(`regression.calibration.held_film`), and a correction linear in the logarithms of the parameters.
+(`regression.calibration.frozen_film`), and a correction linear in the logarithms of the parameters.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from ehl.material import Material
 from ehl.path import solve_path
 from ehl.result import ContactResult
 from ehl.solve import solve_contact
-from regression.calibration.held_film import HeldFilm, held_film
+from regression.calibration.contacts import ContactGroup
+from regression.calibration.frozen_film import FrozenFilm, frozen_film
 from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of
-from regression.calibration.scenes import Group
 from regression.calibration.setup import CalibrationSetup
 from regression.friction.published import share_arana_2019, share_doleschel_2002
 
@@ -50,12 +50,12 @@ def _parts(result: ContactResult, *, rough: bool) -> tuple[float, float, float]:
 
 
 def solve_group(
-    group: Group,
+    group: ContactGroup,
     sets: Sequence[tuple[Sequence[Lubricant], Mapping[str, float]]],
     model: ModelInput,
     bodies: tuple[Material, Material],
     windows: Sequence[float | None] = (),
-) -> tuple[Array, tuple[HeldFilm | None, ...], tuple[float | None, ...]]:
+) -> tuple[Array, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
     """Parts of the friction of one group for several sets of parameters, and films and windows of the first set.
 
     The contacts of the first set are solved one from the other, those of the others from the same contact of the first.
@@ -95,7 +95,7 @@ def solve_group(
             out[k, i] = _parts(result, rough=rough)
             if k == 0:
                 first.append(result)
-    films = [held_film(*entry) for entry in zip(first, group.contacts, sets[0][0], strict=True)]
+    films = [frozen_film(*entry) for entry in zip(first, group.contacts, sets[0][0], strict=True)]
     return out, tuple(films), tuple(known or _window(result) for known, result in zip(windows, first, strict=True))
 
 
@@ -128,14 +128,14 @@ class FrictionSolver:
     """
 
     setup: CalibrationSetup
-    groups: tuple[Group, ...]
+    groups: tuple[ContactGroup, ...]
     roughness: Array
     temperature: float
     jobs: int = 1
     calls: int = 0
     seconds: float = 0.0
     _known: dict[tuple[float, ...], Array] = field(default_factory=dict, repr=False)
-    films: dict[int, HeldFilm] = field(default_factory=dict, repr=False)
+    films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)
     windows: dict[int, float] = field(default_factory=dict, repr=False)
 
     @property
@@ -205,8 +205,8 @@ class FrictionSolver:
                 self._known[key][list(group.rows)] = np.column_stack([of_set, np.ones(len(group.rows))])
         self.seconds += time.perf_counter() - clock
 
-    def held(self, values: Values, films: Mapping[int, HeldFilm]) -> Array:
-        """Transformed parts with these films held, shape (n, 2), to a constant for each row; nil without films."""
+    def held(self, values: Values, films: Mapping[int, FrozenFilm]) -> Array:
+        """Transformed parts with these films held, shape (n, 2), to a constant for each row; 0 without films."""
         out = np.zeros((self.roughness.size, 2))
         if not films:
             return out
@@ -263,7 +263,7 @@ class Surrogate:
     centre : ndarray, shape (n, 2)
         Transformed parts there.
     slopes : ndarray, shape (n, 2, k)
-        What their derivatives by the logarithm of each fitted parameter have beyond those with films held; nil for
+        What their derivatives by the logarithm of each fitted parameter have beyond those with films held; 0 for
         those that only mix.
     films : dict
         The films that are held.
@@ -276,7 +276,7 @@ class Surrogate:
     names: tuple[str, ...]
     centre: Array
     slopes: Array
-    films: Mapping[int, HeldFilm]
+    films: Mapping[int, FrozenFilm]
     held: Array
 
     @property

@@ -3,16 +3,86 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from regression.calibration.calibrate import CalibrationResult
+from ehl import __version__
+from ehl.view import html_report
+from ehl.view.html_report import Block
+from regression.calibration.calibrate import Calibration
+from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import PARAMETERS
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def calibration_report(result: CalibrationResult) -> None:
-    """Values with intervals, correlations, noise, outliers, what is not told, and what it cost."""
+# what a curve may be drawn over: factor from SI, shift, label
+_OVER = {
+    "slide_to_roll": (1.0, 0.0, "|slide_to_roll| [-]"),
+    "speed_entrainment": (1.0, 0.0, "speed_entrainment [m/s]"),
+    "pressure_hertz": (1e-9, 0.0, "pressure_hertz [GPa]"),
+    "load": (1.0, 0.0, "load [N]"),
+    "load_per_length": (1e-3, 0.0, "load_per_length [N/mm]"),
+    "temperature_oil": (1.0, -273.15, "temperature_oil [degC]"),
+}
+MAX_LABELS = 10
+
+
+def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
+    """Points measured, lines computed; one column for each quantity curves are drawn over, residuals below."""
+    from matplotlib import colormaps
+    from matplotlib.figure import Figure
+
+    curves: dict[str, list[tuple[str, list[int]]]] = {}
+    for label in dict.fromkeys(measurement.curve):
+        rows = [i for i, other in enumerate(measurement.curve) if other == label]
+        curves.setdefault(_varies(measurement, rows), []).append((label, rows))
+    computed = np.array(result.friction_computed)
+    residual = (measurement.friction - computed) / result.noise
+    figure = Figure(figsize=(5.4 * len(curves) + 0.8, 6.0), layout="constrained")
+    panels = figure.subplots(2, len(curves), sharex="col", squeeze=False, height_ratios=(3, 1))
+    number_of = measurement.row_numbers
+    for column, (over, lines) in enumerate(curves.items()):
+        above, below = panels[0, column], panels[1, column]
+        factor, shift, name = _OVER[over]
+        x = factor * np.abs(measurement.columns[over]) + shift
+        for number, (label, rows) in enumerate(lines):
+            colour = colormaps["viridis"](0.9 * number / max(len(lines) - 1, 1))
+            order = sorted((i for i in rows if number_of[i] not in result.excluded), key=lambda i: x[i])
+            text = label if number < MAX_LABELS else "_"
+            above.plot(x[order], measurement.friction[order], "o", ms=4, color=colour, label=text)
+            above.plot(x[order], computed[order], "-", lw=1.2, color=colour)
+            below.plot(x[order], residual[order], "o", ms=3, color=colour)
+            far = [i for i in order if number_of[i] in result.outliers]
+            above.plot(x[far], measurement.friction[far], "o", ms=10, mfc="none", mec="crimson", label="_")
+        if over in ("slide_to_roll", "speed_entrainment"):
+            above.set_xscale("log")
+        above.set_ylabel("friction coefficient [-]")
+        above.legend(frameon=False, fontsize=8)
+        below.axhline(0.0, color="black", lw=0.8)
+        below.set(xlabel=name, ylabel="table - computed\nover noise [-]")
+    fitted = ", ".join(result.fitted)
+    figure.suptitle(f"{measurement.name}: points of the table, lines computed with fitted\n{fitted}", fontsize=10)
+    return figure
+
+
+def _varies(measurement: Measurement, rows: list[int]) -> str:
+    """What varies most along a curve, by ratio."""
+    ratios = {}
+    for name in _OVER:
+        if name in measurement.columns:
+            values = np.abs(measurement.columns[name][rows])
+            values = values[values > 0.0]
+            ratios[name] = float(values.max() / values.min()) if values.size else 1.0
+    return max(ratios, key=lambda name: ratios[name])
+
+
+def calibration_report(result: Calibration) -> None:
+    """Values with intervals, correlations, noise, outliers, parameters that are not identifiable, and the cost."""
     console = Console(soft_wrap=True, highlight=False)
     how = "profile on the solver" if result.profiled else "standard errors"
     table = Table(title=f"calibrated parameters (95 % intervals by {how})")
@@ -34,7 +104,7 @@ def calibration_report(result: CalibrationResult) -> None:
     console.print(table)
     for estimate in result.parameters:
         if estimate.status != "determined":
-            console.print(f"{estimate.name}: {estimate.verdict}.", markup=False)
+            console.print(f"{estimate.name}: {estimate.note}.", markup=False)
     if len(result.fitted) > 1:
         matrix = Table(title="correlation of the logarithms")
         for heading in ("", *result.fitted):
@@ -54,3 +124,32 @@ def calibration_report(result: CalibrationResult) -> None:
     for note in result.notes:
         console.print(f"note: {note}", markup=False)
     console.print(f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s")
+
+
+def write_calibration_report(path: Path, measurement: Measurement, result: Calibration) -> Path:
+    """Write the HTML page of a calibration.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    rows = []
+    for estimate in result.parameters:
+        parameter = PARAMETERS[estimate.name]
+        numbers = (estimate.value, estimate.interval_low, estimate.interval_high, estimate.start)
+        shown = (f"{number * parameter.shown:.4g}" if math.isfinite(number) else "–" for number in numbers)
+        rows.append((parameter.meaning, parameter.shown_unit, *shown, estimate.status, estimate.note))
+    heads = ("parameter", "unit", "value", "95 % from", "to", "start", "status", "note")
+    correlation = [
+        (name, *(f"{value:+.2f}" for value in row)) for name, row in zip(result.fitted, result.correlation, strict=True)
+    ]
+    misfit = f"Misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}, {result.solver_calls} contacts solved."
+    blocks: list[Block] = [
+        html_report.Table(heads, rows, "Calibrated parameters.", -1, 2),
+        html_report.Table(("", *result.fitted), correlation, "Correlation of the logarithms."),
+        html_report.Text(" ".join((misfit, *result.notes))),
+        html_report.Picture(plot_calibration(measurement, result), "Measured points, computed lines, residuals."),
+    ]
+    sections = [html_report.Section("", blocks)]
+    return html_report.write_report(path, "Calibration", measurement.name, sections, f"mixed-ehl {__version__}")

@@ -38,7 +38,7 @@ def loss(standardised: Array) -> float:
 
 
 def spread(residuals: Array, fitted: int) -> float:
-    """Robust standard deviation of residuals about nil: 1.4826 times the median size, for the parameters fitted."""
+    """Robust standard deviation of residuals about 0: 1.4826 times the median size, for the parameters fitted."""
     free = max(residuals.size - fitted, 1)
     return float(1.4826 * np.median(np.abs(residuals)) * math.sqrt(residuals.size / free))
 
@@ -102,7 +102,7 @@ def noise_of(residuals: Array, fitted: int, *, stated: bool, tuned_to: float) ->
 
 
 def serial_correlation(residuals: Array, labels: tuple[str, ...]) -> tuple[float, float]:
-    """Correlation of neighbours along the curves, and the value chance exceeds once in a hundred."""
+    """Correlation of neighbours along the curves, and the value that independent residuals exceed once in a hundred."""
     first, second = [], []
     for label in dict.fromkeys(labels):
         here = residuals[[i for i, other in enumerate(labels) if other == label]]

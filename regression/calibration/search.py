@@ -228,7 +228,7 @@ def search(
     values: dict[str, float],
     names: tuple[str, ...],
     target: Target,
-    told: Callable[[str], None] = lambda words: None,
+    progress: Callable[[str], None] = lambda words: None,
 ) -> Fit:
     """Least loss over the fitted parameters, from these values on.
 
@@ -251,7 +251,7 @@ def search(
             # held later on: a loss that changes from round to round has no least value
             scale = target.scale(residuals, len(names))
         cost = robust.loss(residuals / scale)
-        told(f"round {rounds}: misfit {np.sqrt(np.mean((friction - target.friction)[target.rows] ** 2)):.3g}")
+        progress(f"round {rounds}: misfit {np.sqrt(np.mean((friction - target.friction)[target.rows] ** 2)):.3g}")
         goal = minimise(surrogate, target, scale, region)
         step = np.abs(goal - here)
         foretold = cost - robust.loss(target.residuals(surrogate.at(goal)) / scale)

@@ -1,6 +1,6 @@
 """Synthetic measurements: friction by the solver with known parameters, and noise. Never a measurement.
 
-What a planned test will tell can be seen before it is run: write its conditions, make synthetic friction, calibrate.
+A test can be judged before it is run: write its conditions, make synthetic friction, calibrate.
 """
 
 from __future__ import annotations

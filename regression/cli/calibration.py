@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -34,53 +34,43 @@ def calibrate(
     seed: Annotated[int, typer.Option(min=0, help="Of the synthetic noise.")] = 1,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
-    import datetime
-
+    import regression
     from ehl.view.report import print_json
-    from regression.calibration.calibrate import calibrate as fit_parameters
-    from regression.calibration.card import calibrated_card, use_words, write_card
-    from regression.calibration.measurement import read_measurement
-    from regression.calibration.report import calibration_report
-    from regression.calibration.setup import load_setup
+    from regression.calibration.calibrate import setup_of
     from regression.cli.files import FIGURE, check_outputs
     from regression.plan.cost import available_jobs
 
-    changes: dict[str, Any] = {}
-    if fit:
-        changes["parameters"] = fit
-    if oil is not None:
-        changes["oil"] = oil
     files = {"--output": output, "--plot": plot, "--synthetic": synthetic}
     check_outputs(files, {"--output": (".toml",), "--plot": FIGURE})
-    content = load_setup(setup, changes)
+    content = setup_of(setup, fit, oil)
     workers = available_jobs() if jobs is None else jobs
-    measurement = read_measurement(measured, content.conditions.given(), friction=synthetic is None)
     if synthetic is not None:
+        from regression.calibration.measurement import read_measurement
         from regression.calibration.synthetic import parse_true, write_synthetic
         from regression.calibration.synthetic import synthetic as make
 
+        planned = read_measurement(measured, content.conditions.given(), friction=False)
         truth = parse_true(true or [])
-        made = make(measurement, content, seed, truth=truth, jobs=workers)
+        made = make(planned, content, seed, truth=truth, jobs=workers)
         write_synthetic(made, content, seed, truth, synthetic)
         typer.echo(f"written: {synthetic}, synthetic")
         return
-    result = fit_parameters(
-        measurement, content, jobs=workers, profile=profile, told=lambda words: typer.echo(words, err=True)
+    result = regression.calibrate(
+        measured, content, jobs=workers, profile=profile, progress=lambda words: typer.echo(words, err=True)
     )
     if plot is not None:
         from ehl.view.plots import save_figure
-        from regression.calibration.plots import plot_calibration
 
-        save_figure(plot_calibration(measurement, result), plot)
+        save_figure(result.plot(), plot)
     if output is not None:
-        write_card(calibrated_card(output.stem, measurement, content, result, datetime.date.today()), output)
+        result.save_card(output)
     if json_output:
         print_json(result.to_dict())
         return
-    calibration_report(result)
+    result.print()
     if output is not None:
         typer.echo(f"written: {output}. To use it:")
-        for line in use_words(output, content, result):
+        for line in result.use_lines(output):
             typer.echo(f"  {line}")
 
 

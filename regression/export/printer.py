@@ -132,7 +132,7 @@ def assignments(program: Program, printer: Printer) -> list[tuple[str, str]]:
     return [(printer.variable(step.name), printer.expression(step)) for step in program.steps]
 
 
-_NO_GUARD = ("This form has no loops: points within the range but beside the cases of the fit are not flagged.",)
+_NO_GUARD = ("This form has no loops: extrapolated points within the range are not flagged.",)
 
 
 def description(program: Program) -> list[str]:
@@ -168,8 +168,8 @@ def description(program: Program) -> list[str]:
 def _flags(program: Program) -> str:
     meanings = {FrictionFlag.OK: "good"}
     if "case_distance" in program.operations:
-        meanings[FrictionFlag.EXTRAPOLATED_NEAR] = "within the range, but beside the cases of the fit"
-        meanings[FrictionFlag.EXTRAPOLATED_FAR] = "with no such case near"
+        meanings[FrictionFlag.EXTRAPOLATED_NEAR] = "within the range, but extrapolated"
+        meanings[FrictionFlag.EXTRAPOLATED_FAR] = "extrapolated far from the fitted cases"
     meanings[FrictionFlag.OUTSIDE_RANGE] = "outside the range"
     meanings[FrictionFlag.UNDEFINED] = "no value"
     return ", ".join(f"{flag:d} {meaning}" for flag, meaning in meanings.items())

@@ -157,7 +157,7 @@ def _outputs(formula: FittedFormula, oil: Oil | None, loops: bool) -> tuple[Valu
     """Friction, interval and flag as `FittedFormula.evaluate` and `regression.formula.Formula` compute them."""
     table, within_laws = _conditions(oil)
     outside = _outside(formula, table)
-    ramp, floored = _least_sliding(formula, table)
+    ramp, floored = _minimum_sliding(formula, table)
     coefficients = {
         name: record.coefficient(re.sub(r"\W", "_", f"k_{name}"), value) for name, value in formula.coefficients.items()
     }
@@ -264,7 +264,7 @@ def _outside(formula: FittedFormula, table: dict[str, Any]) -> Any:
     return outside
 
 
-def _least_sliding(formula: FittedFormula, table: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+def _minimum_sliding(formula: FittedFormula, table: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
     """Below the least sliding of the data mu falls linearly to 0 with it."""
     least = formula.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
     total = table["slide_to_roll_total"]

@@ -18,7 +18,7 @@ from regression.friction.conditions import LUBRICANT_UNITS, Array, lubricant_row
 
 _FIRST_ROW = 3  # under the names and the units, counted from 0
 _ROWS = 20
-_LONGEST = 8192  # characters of a cell formula
+_MAX_CELL_LENGTH = 8192  # characters of a cell formula
 
 
 class SpreadsheetPrinter(Printer):
@@ -82,9 +82,12 @@ def cell_formula(program: Program) -> str:
     parts = [f"{printer.variable(value.name)},{printer.number(value.number)}" for value in program.coefficients]
     parts += [f"{printer.variable(step.name)},{printer.expression(step)}" for step in needed]
     text = f"=LET({','.join(parts)},mu)".replace(" ", "")
-    if len(text) > _LONGEST:
+    if len(text) > _MAX_CELL_LENGTH:
         raise InputError(
-            "--output", f"a formula of {len(text)} characters", f"at most {_LONGEST} in one cell", "Write .xlsx."
+            "--output",
+            f"a formula of {len(text)} characters",
+            f"at most {_MAX_CELL_LENGTH} in one cell",
+            "Write .xlsx.",
         )
     return text
 

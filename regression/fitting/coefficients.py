@@ -23,7 +23,7 @@ from regression.friction.formula import corrected
 from regression.friction.gaussian_process import GpResidual, fit_residual
 
 _OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
-# weight of the parts of mu beside mu itself: without them a share too high hides behind a film too low
+# weight of the parts of mu in the fit: without them a share too high is balanced by a film too low
 _PARTS_WEIGHT = 0.25
 
 
@@ -183,7 +183,7 @@ def _nonlinear_fit(
     )
 
 
-# of the process beside the variables of the box: sliding across the line makes films between rough surfaces of its own
+# of the process, with the variables of the box: sliding across the line builds films between rough surfaces
 _MORE_INPUTS = ("slide_to_roll", "correlation_length", "film_ratio_formula")
 
 

@@ -38,14 +38,14 @@ class HeldOut:
     deviation : array, shape (n,), or None
         The formula's own standard deviation of ln mu, where it has one.
     folds : array of int, shape (n,)
-    beside : array of bool, shape (n,)
+    extrapolated : array of bool, shape (n,)
         Rows that lie outside the cloud of the cases of the other folds.
     """
 
     mu: Array
     deviation: Array | None
     folds: NDArray[np.int64]
-    beside: NDArray[np.bool_]
+    extrapolated: NDArray[np.bool_]
 
 
 def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
@@ -97,7 +97,7 @@ def cross_validate(
     identity = (family.name, gaussian_process, _digest(frame)) if folds is None else None
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
-    beside = np.zeros(len(frame), dtype=bool)
+    extrapolated = np.zeros(len(frame), dtype=bool)
     for number in np.unique(folds):
         held = folds == number
         rest = frame[~held].reset_index(drop=True)
@@ -107,8 +107,8 @@ def cross_validate(
             deviation[held] = spread
         cloud = data_cloud(columns(rest), family.box)
         if cloud is not None:
-            beside[held] = cloud.extrapolation(columns(frame[held])) >= Extrapolation.NEAR
-    held_out = HeldOut(mu, deviation if gaussian_process else None, folds, beside)
+            extrapolated[held] = cloud.extrapolation(columns(frame[held])) >= Extrapolation.NEAR
+    held_out = HeldOut(mu, deviation if gaussian_process else None, folds, extrapolated)
     if identity is not None:
         while len(_KEPT) >= _MAX_KEPT:
             del _KEPT[next(iter(_KEPT))]

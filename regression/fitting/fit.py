@@ -95,12 +95,14 @@ def fit_formula(
         oils=oil_identities(dataset),
         fit=scores(frame, within),
         validation=scores(frame, held_out.mu).model_copy(
-            update={"coverage": float(covered.mean()), "extrapolated": float(held_out.beside.mean())}
+            update={"coverage": float(covered.mean()), "extrapolated": float(held_out.extrapolated.mean())}
         ),
         corners=None,
         folds=int(np.unique(held_out.folds).size),
         bands=bands(frame, held_out.mu, covered, floor),
-        interval=interval_of(frame, error, held_out.folds, deviation=held_out.deviation, beside=held_out.beside),
+        interval=interval_of(
+            frame, error, held_out.folds, deviation=held_out.deviation, extrapolated=held_out.extrapolated
+        ),
         noise_floor=noise_floor(frame),
         noise=floor,
         data=DataIdentity(
@@ -190,9 +192,9 @@ def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None
         return None
     mu = computed_friction(frame)
     covered = (value.lower <= mu) & (mu <= value.upper)
-    beside = value.extrapolation >= Extrapolation.NEAR
+    extrapolated = value.extrapolation >= Extrapolation.NEAR
     return scores(frame, value.mu).model_copy(
-        update={"coverage": float(covered.mean()), "extrapolated": float(beside.mean())}
+        update={"coverage": float(covered.mean()), "extrapolated": float(extrapolated.mean())}
     )
 
 

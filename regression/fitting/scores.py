@@ -61,7 +61,7 @@ def bands(
     covered : array of bool, shape (n,), optional
         Whether each case lies within its interval.
     noise : NoiseFloor, optional
-        Scatter over roughness realisations, put beside the errors.
+        Scatter over roughness realisations, listed with the errors.
     """
     mu = computed_friction(frame)
     relative = predicted / mu - 1.0
@@ -106,7 +106,7 @@ def interval_of(
     folds: NDArray[np.int64] | None = None,
     *,
     deviation: Array | None = None,
-    beside: NDArray[np.bool_] | None = None,
+    extrapolated: NDArray[np.bool_] | None = None,
 ) -> Interval:
     """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is.
 
@@ -120,7 +120,7 @@ def interval_of(
         Fold each row was held out with: measures the coverage of every band, with widths from the other folds.
     deviation : array, shape (n,), optional
         The formula's own standard deviation of ln mu at every row, held out; widths become multiples of it.
-    beside : array of bool, shape (n,), optional
+    extrapolated : array of bool, shape (n,), optional
         Rows that lay outside the cloud of the cases of the other folds: what an extrapolation costs.
     """
     ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
@@ -131,7 +131,7 @@ def interval_of(
         widths = tuple(
             band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
         )
-    outer = error if beside is None or beside.sum() < _MIN_IN_BAND else error[beside]
+    outer = error if extrapolated is None or extrapolated.sum() < _MIN_IN_BAND else error[extrapolated]
     return Interval(
         level=INTERVAL_LEVEL,
         log_width=conformal_width(score, INTERVAL_LEVEL),

@@ -181,7 +181,7 @@ class FittedFormula(InputModel):
         """
         outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
         least = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
-        table, ramp = _with_least_sliding(conditions, least)
+        table, ramp = _with_minimum_sliding(conditions, least)
         shape = np.shape(outside)
         flat = {name: np.ravel(values) for name, values in table.items()}
         mu_b = self.boundary_friction if boundary_friction is None else boundary_friction
@@ -263,7 +263,7 @@ def corrected(
         return np.minimum(mu * np.exp(correction), bound), np.sqrt(deviation**2 + residual.noise)
 
 
-def _with_least_sliding(conditions: Conditions, least: float) -> tuple[Mapping[str, Array], Array]:
+def _with_minimum_sliding(conditions: Conditions, least: float) -> tuple[Mapping[str, Array], Array]:
     total = conditions["slide_to_roll_total"]
     if least <= 0.0:
         return conditions, np.ones(np.shape(total))

@@ -28,7 +28,7 @@ class FrictionFlag(IntEnum):
     OK = 0
     OTHER_CARD = 1  # the card of the formula's oil has other figures now than when its data were computed
     OTHER_OIL = 2  # the formula was fitted to another oil
-    EXTRAPOLATED_NEAR = 3  # within the range of every variable, but beside the cases the formula was fitted to
+    EXTRAPOLATED_NEAR = 3  # within the range of every variable, but outside the cloud of the fitted cases
     EXTRAPOLATED_FAR = 4  # and with no such case near
     OUTSIDE_RANGE = 5  # at least one variable lies outside the stated range
     PREDICTED = 6  # the contact next to it could not be solved and is predicted by the others

@@ -35,7 +35,7 @@ from regression.view.plots import (
     plot_residuals,
     plot_sensitivity,
 )
-from regression.view.plots_curves import COLEMAN, plot_maps, plot_stribeck, plot_traction, scene_of, varies
+from regression.view.plots_curves import COLEMAN, middle_conditions, plot_maps, plot_stribeck, plot_traction, varies
 
 _OILS_SHOWN = 3
 _WORST = 10
@@ -252,7 +252,7 @@ def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     ]
     blocks.append(
         Table(
-            ("checked on", "cases", "mean", "95 %", "worst", "covered", "beside the data"),
+            ("checked on", "cases", "mean", "95 %", "worst", "covered", "extrapolated"),
             checks,
             "The same formula on other cases.",
         )
@@ -306,26 +306,26 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
 
 
 def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Section:
-    scene = scene_of(dataset, oil)
+    middle = middle_conditions(dataset, oil)
     best = formulas[0]
     drawn = "Thick: fitted formulas, the best with its interval. Thin: published ones, not fitted, (M) from memory. "
     near = "Dots: computed cases whose other variables lie within 22 % of their range about these conditions."
-    blocks: list[Block] = [Text(f"The middle of the data, where nothing else is said: {scene.said()}.")]
-    if scene.ranges["roughness_rms"][0] > 0.0 and (
-        varies(scene, "roughness_rms") or varies(scene, "speed_entrainment")
+    blocks: list[Block] = [Text(f"The middle of the data, unless stated otherwise: {middle.description()}.")]
+    if middle.ranges["roughness_rms"][0] > 0.0 and (
+        varies(middle, "roughness_rms") or varies(middle, "speed_entrainment")
     ):
         caption = (
             "Stribeck curves from slow and rough to fast and smooth: speed and roughness run from 3 to 97 % of the "
             f"cases in opposite directions. {drawn}{near}"
         )
-        blocks.append(Picture(plot_stribeck(scene, formulas), caption))
-    blocks.append(Picture(plot_traction(scene, formulas), f"Traction curves. {drawn}{near}"))
-    if varies(scene, "pressure_hertz") and varies(scene, "speed_entrainment"):
+        blocks.append(Picture(plot_stribeck(middle, formulas), caption))
+    blocks.append(Picture(plot_traction(middle, formulas), f"Traction curves. {drawn}{near}"))
+    if varies(middle, "pressure_hertz") and varies(middle, "speed_entrainment"):
         caption = (
             f"{best.name}: friction over pressure and speed. Dots: computed cases near, in the same colours. Hatched: "
-            "outside the range or beside the data."
+            "outside the range, or extrapolated."
         )
-        blocks.append(Picture(plot_maps(scene, best), caption))
+        blocks.append(Picture(plot_maps(middle, best), caption))
     return Section(f"Curves and maps, {oil}", blocks)
 
 

@@ -30,7 +30,7 @@ COLEMAN = 0.05
 
 
 @dataclass(frozen=True)
-class Scene:
+class CurveConditions:
     """Conditions that curves are drawn for.
 
     Parameters
@@ -50,7 +50,7 @@ class Scene:
     held: Mapping[str, float]
     ranges: Mapping[str, tuple[float, float]]
 
-    def at(self, **values: float) -> Scene:
+    def at(self, **values: float) -> CurveConditions:
         """The same with other values held."""
         return replace(self, held={**self.held, **values})
 
@@ -87,7 +87,7 @@ class Scene:
         table = {name: frame[name].to_numpy(dtype=float) for name in (*_HELD, "roughness_rms", "film_ratio_formula")}
         return frame["friction_coefficient"].to_numpy(dtype=float), table
 
-    def said(self, *left_out: str) -> str:
+    def description(self, *left_out: str) -> str:
         """The held values in words."""
         parts = []
         for name in (*_HELD, "roughness_rms"):
@@ -99,40 +99,40 @@ class Scene:
         return ", ".join(parts)
 
 
-def scene_of(dataset: Dataset, oil: str) -> Scene:
+def middle_conditions(dataset: Dataset, oil: str) -> CurveConditions:
     """The middle of the data of one oil: the median of every variable."""
     frame = fitted_rows(dataset)
     frame = frame[frame["oil"] == oil]
     names = (*_HELD, "roughness_rms", "correlation_length", "effective_modulus")
     held = {name: float(frame[name].median()) for name in names}
     ranges = {name: (float(frame[name].min()), float(frame[name].max())) for name in names}
-    return Scene(dataset, Oil.load(oil), held, ranges)
+    return CurveConditions(dataset, Oil.load(oil), held, ranges)
 
 
-def varies(scene: Scene, name: str) -> bool:
+def varies(middle: CurveConditions, name: str) -> bool:
     """Whether the data hold more than one value of a variable."""
-    low, high = scene.ranges[name]
+    low, high = middle.ranges[name]
     return high > low * (1.0 + 1e-6)
 
 
-def plot_stribeck(scene: Scene, formulas: Sequence[FittedFormula]) -> Figure:
+def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the film ratio at three slide-to-roll ratios, from slow and rough to fast and smooth."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.4, 4.9), layout="constrained", dpi=RASTER_DPI)
     panels = figure.subplots(1, 3, sharey=True)
-    speed, rough = (np.geomspace(*_ends(scene, name), _POINTS) for name in ("speed_entrainment", "roughness_rms"))
-    for axes, sliding in zip(panels, _spread(scene, "slide_to_roll_total"), strict=True):
-        here = scene.at(slide_to_roll_total=sliding)
+    speed, rough = (np.geomspace(*_ends(middle, name), _POINTS) for name in ("speed_entrainment", "roughness_rms"))
+    for axes, sliding in zip(panels, _spread(middle, "slide_to_roll_total"), strict=True):
+        here = middle.at(slide_to_roll_total=sliding)
         table = here.conditions(speed_entrainment=speed, roughness_rms=rough[::-1])
         mu, near = here.near("speed_entrainment", "roughness_rms")
         axes.plot(near["film_ratio_formula"], mu, ".", color="black", ms=4, alpha=0.6, label="computed, near")
-        _curves(axes, table["film_ratio_formula"], table, formulas, scene.oil.base)
+        _curves(axes, table["film_ratio_formula"], table, formulas, middle.oil.base)
         ratio = table["film_ratio_formula"]
         axes.set(xscale="log", xlabel="film ratio λ by formula [-]", xlim=(ratio[0], ratio[-1]))
         axes.set_title(f"|SR| {sliding:.2g}", fontsize=10)
         plain_ticks(axes.xaxis, ratio[0], ratio[-1])
-    frame = fitted_rows(scene.dataset)
+    frame = fitted_rows(middle.dataset)
     least, most = frame["friction_coefficient"].quantile((0.01, 0.995))
     for axes in panels:
         axes.set(yscale="log", ylim=(0.6 * least, 2.0 * most))
@@ -141,21 +141,21 @@ def plot_stribeck(scene: Scene, formulas: Sequence[FittedFormula]) -> Figure:
     return figure
 
 
-def plot_traction(scene: Scene, formulas: Sequence[FittedFormula]) -> Figure:
+def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the slide-to-roll ratio at three pressures."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.4, 4.9), layout="constrained", dpi=RASTER_DPI)
     panels = figure.subplots(1, 3, sharey=True)
-    high = scene.ranges["slide_to_roll_total"][1]
+    high = middle.ranges["slide_to_roll_total"][1]
     sliding = np.linspace(0.0, high, 4 * _POINTS)
     reach: list[float] = []
-    for axes, pressure in zip(panels, _spread(scene, "pressure_hertz"), strict=True):
-        here = scene.at(pressure_hertz=pressure)
+    for axes, pressure in zip(panels, _spread(middle, "pressure_hertz"), strict=True):
+        here = middle.at(pressure_hertz=pressure)
         table = here.conditions(slide_to_roll_total=sliding)
         mu, near = here.near("slide_to_roll_total")
         axes.plot(near["slide_to_roll_total"], mu, ".", color="black", ms=4, alpha=0.6, label="computed, near")
-        _curves(axes, sliding, table, formulas, scene.oil.base)
+        _curves(axes, sliding, table, formulas, middle.oil.base)
         axes.set(xlabel="|SR| [-]", xlim=(0.0, high))
         axes.set_title(f"Hertz pressure {1e-9 * pressure:.2g} GPa", fontsize=10)
         reach.append(float(np.quantile(mu, 0.95)) if mu.size else 0.0)
@@ -166,7 +166,7 @@ def plot_traction(scene: Scene, formulas: Sequence[FittedFormula]) -> Figure:
     return figure
 
 
-def plot_maps(scene: Scene, formula: FittedFormula) -> Figure:
+def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     """Friction over pressure and speed by a formula, with the computed cases near in the same colours.
 
     At three roughnesses, or at three slide-to-roll ratios where the roughness does not vary.
@@ -176,21 +176,21 @@ def plot_maps(scene: Scene, formula: FittedFormula) -> Figure:
 
     figure = Figure(figsize=(10.4, 3.6), layout="constrained", dpi=RASTER_DPI)
     panels = figure.subplots(1, 3, sharey=True)
-    pressure = np.linspace(*scene.ranges["pressure_hertz"], _MAP)
-    speed = np.geomspace(*scene.ranges["speed_entrainment"], _MAP)
+    pressure = np.linspace(*middle.ranges["pressure_hertz"], _MAP)
+    speed = np.geomspace(*middle.ranges["speed_entrainment"], _MAP)
     grid = dict(zip(("speed_entrainment", "pressure_hertz"), np.meshgrid(speed, pressure), strict=True))
-    third = "roughness_rms" if varies(scene, "roughness_rms") else "slide_to_roll_total"
-    scenes = [scene.at(**{third: value}) for value in _spread(scene, third)]
+    third = "roughness_rms" if varies(middle, "roughness_rms") else "slide_to_roll_total"
+    panels_at = [middle.at(**{third: value}) for value in _spread(middle, third)]
     label, factor, _, _ = AXES[third]
-    maps = [formula.evaluate(here.conditions(**grid)) for here in scenes]
+    maps = [formula.evaluate(here.conditions(**grid)) for here in panels_at]
     every = np.concatenate([value.mu.ravel() for value in maps])
     levels = np.geomspace(0.98 * np.nanmin(every), 1.02 * np.nanmax(every), 17)
     norm = LogNorm(levels[0], levels[-1])
-    for axes, here, value in zip(panels, scenes, maps, strict=True):
+    for axes, here, value in zip(panels, panels_at, maps, strict=True):
         filled = axes.contourf(speed, 1e-9 * pressure, value.mu, levels=levels, cmap="viridis", norm=norm)
-        beside = value.outside | (value.extrapolation > 0)
-        if beside.any():
-            axes.contourf(speed, 1e-9 * pressure, beside, levels=(0.5, 1.5), colors="none", hatches=["///"])
+        extrapolated = value.outside | (value.extrapolation > 0)
+        if extrapolated.any():
+            axes.contourf(speed, 1e-9 * pressure, extrapolated, levels=(0.5, 1.5), colors="none", hatches=["///"])
         mu, near = here.near("pressure_hertz", "speed_entrainment")
         axes.scatter(
             near["speed_entrainment"],
@@ -211,12 +211,12 @@ def plot_maps(scene: Scene, formula: FittedFormula) -> Figure:
     return figure
 
 
-def _spread(scene: Scene, name: str) -> tuple[float, float, float]:
+def _spread(middle: CurveConditions, name: str) -> tuple[float, float, float]:
     """A low, the middle and a high value of a variable: 15, 50 and 85 % of the cases lie below."""
-    frame = fitted_rows(scene.dataset)
-    values = frame.loc[frame["oil"] == scene.oil.name, name].to_numpy(dtype=float)
-    low, middle, high = (float(value) for value in np.quantile(values, (0.15, 0.5, 0.85)))
-    return low, middle, high
+    frame = fitted_rows(middle.dataset)
+    values = frame.loc[frame["oil"] == middle.oil.name, name].to_numpy(dtype=float)
+    low, centre, high = (float(value) for value in np.quantile(values, (0.15, 0.5, 0.85)))
+    return low, centre, high
 
 
 def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[FittedFormula], base: str) -> None:
@@ -244,9 +244,9 @@ def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
     figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=5, frameon=False, fontsize=8)
 
 
-def _ends(scene: Scene, name: str) -> tuple[float, float]:
+def _ends(middle: CurveConditions, name: str) -> tuple[float, float]:
     """Values that 3 and 97 % of the cases lie below."""
-    frame = fitted_rows(scene.dataset)
-    values = frame.loc[frame["oil"] == scene.oil.name, name].to_numpy(dtype=float)
+    frame = fitted_rows(middle.dataset)
+    values = frame.loc[frame["oil"] == middle.oil.name, name].to_numpy(dtype=float)
     low, high = (float(value) for value in np.quantile(values[values > 0.0], (0.03, 0.97)))
     return low, high

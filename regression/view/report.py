@@ -100,7 +100,7 @@ def formula_report(formula: FittedFormula, spread: Sequence[tuple[float, float, 
                 f"{checked.count} {what}, not fitted: MAPE {100.0 * checked.mape:.1f} %, "
                 f"95 % {100.0 * checked.p95:.1f} %, worst {100.0 * checked.largest:.1f} %"
                 + ("" if checked.coverage is None else f", {100.0 * checked.coverage:.0f} % within their interval")
-                + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % beside the data"),
+                + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % extrapolated"),
                 highlight=False,
                 soft_wrap=True,
             )

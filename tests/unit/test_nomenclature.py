@@ -24,7 +24,7 @@ from ehl.material import Material
 from ehl.quantities import nomenclature, quantities
 from ehl.result import ContactResult
 from ehl.state import ContactState
-from regression.calibration.calibrate import CalibrationResult, ParameterEstimate
+from regression.calibration.calibrate import Calibration, ParameterEstimate
 from regression.calibration.measurement import COLUMNS
 from regression.calibration.setup import CalibrationSetup
 from regression.data.store import NUMBER_UNITS
@@ -64,7 +64,7 @@ def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     [
         ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow,
         PairGeometry, SideGeometry, FlankSummary, MisalignmentPoint, MisalignmentStudy,
-        CalibrationResult, ParameterEstimate,
+        Calibration, ParameterEstimate,
         Study, StudyPoint,
     ],
 )  # fmt: skip

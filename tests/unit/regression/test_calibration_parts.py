@@ -13,12 +13,11 @@ from calibration_stub import OneLineSolver
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
 from regression.calibration import robust
-from regression.calibration.calibrate import CalibrationResult, ParameterEstimate, solver_of
-from regression.calibration.card import calibrated_card, use_words, write_card
-from regression.calibration.hertz import hertz_point_pressure
+from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
+from regression.calibration.card import calibrated_card, use_lines, write_card
+from regression.calibration.contacts import contact_groups, hertz_point_pressure, line_pressure
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of, start_values
-from regression.calibration.scenes import groups_of, line_pressure
 from regression.calibration.search import surrogate_at
 from regression.calibration.setup import CalibrationSetup
 
@@ -96,7 +95,7 @@ def test_line_in_place_of_a_point() -> None:
     np.testing.assert_allclose(mean * math.pi / 4.0, [2e9 / 3.0, 2.4e9 / 3.0])
     rollers = measurement_of("load", [1000.0, 2000.0])
     pressure = line_pressure(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))
-    contact = groups_of(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))[0].contacts[1]
+    contact = contact_groups(rollers, setup_of(specimens={"geometry": "line", "length": "10 mm"}))[0].contacts[1]
     assert contact.load_per_length == pytest.approx(2e5, rel=1e-12)
     assert contact.pressure_hertz == pytest.approx(pressure[1], rel=1e-12)
 
@@ -165,9 +164,9 @@ def test_neighbours_that_go_together_are_found() -> None:
     noise = np.random.default_rng(2).standard_normal(400)
     together = np.convolve(noise, np.ones(4), mode="same")
     labels = tuple("ab"[i >= 200] for i in range(400))
-    alone, chance = robust.serial_correlation(noise, labels)
+    alone, random_limit = robust.serial_correlation(noise, labels)
     moving, _ = robust.serial_correlation(together, labels)
-    assert abs(alone) < chance
+    assert abs(alone) < random_limit
     # a running mean of four has the correlation 3/4 between neighbours
     assert moving == pytest.approx(0.75, abs=0.1)
 
@@ -194,16 +193,18 @@ def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
     )
 
 
-def result_with(values: dict[str, float], fitted: tuple[str, ...], untold: tuple[str, ...] = ()) -> CalibrationResult:
+def result_with(
+    values: dict[str, float], fitted: tuple[str, ...], not_identifiable: tuple[str, ...] = ()
+) -> Calibration:
     nan = math.nan
-    told = [
+    found = [
         ParameterEstimate(n, PARAMETERS[n].unit, "determined", values[n], 0.02, 0.96 * values[n], 1.04 * values[n], nan,
                           1.0, "")
         for n in fitted
     ]  # fmt: skip
-    rest = [ParameterEstimate(n, "", "undetermined", nan, nan, nan, nan, values[n], 1.0, "") for n in untold]
-    return CalibrationResult(
-        (*told, *rest),
+    rest = [ParameterEstimate(n, "", "undetermined", nan, nan, nan, nan, values[n], 1.0, "") for n in not_identifiable]
+    return Calibration(
+        (*found, *rest),
         ((1.0,),),
         fitted,
         1e-3,
@@ -246,7 +247,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     oil = OilLubricant(oil="mine.toml", temperature_oil=WARM, eyring_stress_law="pressure").lubricant()
     assert not isinstance(oil.eyring_stress, float)
     assert oil.eyring_stress.slope == 0.03
-    words = "\n".join(use_words(Path("mine.toml"), setup, result))
+    words = "\n".join(use_lines(Path("mine.toml"), setup, result))
     assert 'oil = "mine.toml"' in words
     assert 'eyring_stress_law = "pressure"' in words
     assert "boundary_friction = 0.12" in words

@@ -142,13 +142,13 @@ def test_gear_paths_are_checked_and_not_fitted(dataset: Dataset) -> None:
     assert within.paths is not None
     assert within.paths.count == 30
     assert within.data.excluded["gear path kept for checking"] == 30
-    beside = fit_formula(
+    extrapolated = fit_formula(
         replace(dataset, frame=dataset.frame.drop(index=some).reset_index(drop=True)),
         "power_law",
         paths=replace(dataset, frame=dataset.frame.loc[some].reset_index(drop=True)),
     )
-    assert beside.paths == within.paths
-    assert beside.coefficients == within.coefficients
+    assert extrapolated.paths == within.paths
+    assert extrapolated.coefficients == within.coefficients
     assert fit_formula(dataset, "power_law").paths is None
 
 
@@ -161,8 +161,8 @@ def test_corners_lie_beside_the_cloud_and_state_their_coverage(dataset: Dataset)
     # beside the data the interval is at least that of the held-out cases beside theirs
     corner = dataset.frame[dataset.frame["origin"] == "corner"]
     value = formula.evaluate(columns(corner))
-    beside = value.extrapolation >= Extrapolation.NEAR
-    assert (np.log(value.upper / value.mu)[beside] >= formula.interval.near - 1e-12).all()
+    extrapolated = value.extrapolation >= Extrapolation.NEAR
+    assert (np.log(value.upper / value.mu)[extrapolated] >= formula.interval.near - 1e-12).all()
 
 
 def test_noise_stands_beside_the_errors(dataset: Dataset) -> None:

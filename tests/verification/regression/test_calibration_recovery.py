@@ -23,8 +23,8 @@ from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from regression.calibration import prediction
 from regression.calibration.calibrate import (
-    CalibrationResult,
-    NothingTold,
+    Calibration,
+    NotIdentifiable,
     ParameterEstimate,
     all_values,
     calibrate,
@@ -85,7 +85,7 @@ def made(rows: Measurement, setup: CalibrationSetup, truth: dict[str, float], no
     return replace(rows, friction=solver.friction(solver.transformed(solver.parts([values])[0]), values) + noise)
 
 
-def estimates(result: CalibrationResult) -> dict[str, ParameterEstimate]:
+def estimates(result: Calibration) -> dict[str, ParameterEstimate]:
     return {estimate.name: estimate for estimate in result.parameters}
 
 
@@ -129,7 +129,7 @@ def test_what_the_rows_do_not_tell_is_not_returned_as_a_number() -> None:
     limit = estimates(result)["limiting_shear_coefficient"]
     assert limit.status == "undetermined"
     assert math.isnan(limit.value)
-    assert "not told by these rows" in limit.verdict
+    assert "not identifiable from these rows" in limit.note
     assert result.fitted == ("eyring_stress",)
     assert any("limiting_shear_coefficient held" in note for note in result.notes)
 
@@ -151,7 +151,7 @@ def test_two_parameters_known_only_together_are_told_so() -> None:
 def test_nothing_told_is_an_error() -> None:
     rows = planned([0.6e9], [0.0005, 0.001, 0.002], [])
     setup = setup_of(["limiting_shear_coefficient"])
-    with pytest.raises(NothingTold, match="limiting_shear_coefficient"):
+    with pytest.raises(NotIdentifiable, match="limiting_shear_coefficient"):
         calibrate(made(rows, setup, {"limiting_shear_coefficient": 0.2}, np.zeros(rows.size)), setup)
 
 

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class HeldFilm:
+class FrozenFilm:
     """A solved film, as its shear stress needs it.
 
     Parameters
@@ -38,7 +38,7 @@ class HeldFilm:
     """
 
     pressure: Array
-    log_rest: Array
+    log_shear_rate: Array
     weight: Array
     log_film: float
 
@@ -47,7 +47,7 @@ class HeldFilm:
         film = log_moes_film(contact, lubricant)
         log_viscosity = math.log(lubricant.viscosity_inlet) + lubricant.log_viscosity_ratio(self.pressure)
         law = lubricant.shear_law
-        stress = np.exp(law.log_stress(log_viscosity + self.log_rest - (film - self.log_film), self.pressure)[0])
+        stress = np.exp(law.log_stress(log_viscosity + self.log_shear_rate - (film - self.log_film), self.pressure)[0])
         friction = float(self.weight @ np.minimum(stress, law.limiting_stress(self.pressure)))
         return math.log(max(friction, 1e-300)), film
 
@@ -59,7 +59,7 @@ def log_moes_film(contact: LineContact, lubricant: Lubricant) -> float:
     return math.log(height * contact.radius_equivalent * math.sqrt(2.0 * speed))
 
 
-def held_film(result: ContactResult, contact: LineContact, lubricant: Lubricant) -> HeldFilm | None:
+def frozen_film(result: ContactResult, contact: LineContact, lubricant: Lubricant) -> FrozenFilm | None:
     """The film of a smooth, steady solution; None where there is none, or no sliding."""
     if result.status == "failed" or result.transient is not None or result.film is None or contact.speed_sliding == 0.0:
         return None
@@ -69,4 +69,4 @@ def held_film(result: ContactResult, contact: LineContact, lubricant: Lubricant)
     hotter = np.zeros_like(x) if result.heat is None else np.interp(x, result.heat.x, result.heat.log_viscosity_offset)
     rest = np.log(contact.speed_sliding / film.film) + hotter
     weight = np.gradient(x) / contact.load_per_length
-    return HeldFilm(pressure[inside], rest[inside], weight[inside], log_moes_film(contact, lubricant))
+    return FrozenFilm(pressure[inside], rest[inside], weight[inside], log_moes_film(contact, lubricant))

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
 
 from ehl.inputs import MAX_PRESSURE_OVER_MODULUS, MAX_SLIDING, SurfaceInput
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import effective_modulus
-from regression.calibration.hertz import MEAN_LINE, MEAN_POINT, hertz_point_pressure
 from regression.calibration.measurement import CONDITIONS, Measurement
 from regression.calibration.setup import CalibrationSetup
 
 Array = NDArray[np.float64]
 
+# mean over maximum pressure: 2/3 of an ellipsoid, pi/4 of a half cylinder
+MEAN_POINT, MEAN_LINE = 2.0 / 3.0, math.pi / 4.0
 GROUP = 8  # contacts solved one from the other by one worker
 
 
 @dataclass(frozen=True)
-class Group:
+class ContactGroup:
     """Neighbouring contacts of one surface.
 
     Parameters
@@ -39,10 +43,10 @@ class Group:
     temperatures: tuple[float, ...]
     surface: SurfaceInput
 
-    def only(self, wanted: NDArray[np.bool_]) -> Group:
+    def only(self, wanted: NDArray[np.bool_]) -> ContactGroup:
         """The contacts of the rows wanted; `wanted` over all rows of the measurement."""
         kept = [k for k, row in enumerate(self.rows) if wanted[row]]
-        return Group(
+        return ContactGroup(
             tuple(self.rows[k] for k in kept),
             tuple(self.contacts[k] for k in kept),
             tuple(self.temperatures[k] for k in kept),
@@ -95,7 +99,7 @@ def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
     return np.asarray(pressure)
 
 
-def groups_of(measurement: Measurement, setup: CalibrationSetup) -> tuple[Group, ...]:
+def contact_groups(measurement: Measurement, setup: CalibrationSetup) -> tuple[ContactGroup, ...]:
     """The contacts of all rows, grouped by curve and roughness.
 
     Raises
@@ -132,7 +136,7 @@ def groups_of(measurement: Measurement, setup: CalibrationSetup) -> tuple[Group,
         pieces = -(-len(rows) // GROUP)
         for part in np.array_split(np.array(rows), pieces):
             groups.append(
-                Group(
+                ContactGroup(
                     tuple(int(i) for i in part),
                     tuple(contacts[i] for i in part),
                     tuple(float(c["temperature_oil"][i]) for i in part),
@@ -148,3 +152,35 @@ def _surface(setup: CalibrationSetup, roughness: float) -> SurfaceInput:
         return SurfaceInput()
     each = roughness / 2.0**0.5
     return setup.surface.model_copy(update={"roughness_rms_1": each, "roughness_rms_2": each})
+
+
+def hertz_point_pressure(load: float, radius_1: float, radius_2: float, effective_modulus: float) -> float:
+    """Largest pressure of an elliptical Hertz contact [Pa] (Johnson 1985, Contact Mechanics, section 4.2).
+
+    1/(2 R') = (p0/E*) b/(e^2 a^2) (K - E), 1/(2 R'') = (p0/E*) b/(e^2 a^2) ((a/b)^2 E - K), W = 2 pi a b p0/3, with
+    E* = E'/2, R' the larger radius, a the longer half axis, e^2 = 1 - (b/a)^2, K and E complete elliptic integrals.
+
+    Parameters
+    ----------
+    load : float
+        W [N].
+    radius_1, radius_2 : float
+        Equivalent radii in both directions [m].
+    effective_modulus : float
+        E' [Pa].
+    """
+    stiff = 0.5 * effective_modulus
+    larger, smaller = max(radius_1, radius_2), min(radius_1, radius_2)
+    if larger / smaller < 1.0 + 1e-4:
+        mean = math.sqrt(larger * smaller)
+        return float((6.0 * load * stiff**2 / (math.pi**3 * mean**2)) ** (1.0 / 3.0))
+
+    def ratio(log_axes: float) -> float:
+        axes = math.exp(log_axes)
+        m = 1.0 - axes**-2
+        return float(math.log((axes**2 * ellipe(m) - ellipk(m)) / (ellipk(m) - ellipe(m))) - math.log(larger / smaller))
+
+    axes = math.exp(brentq(ratio, 1e-5, math.log(larger / smaller) + 1.0, xtol=1e-12))
+    m = 1.0 - axes**-2
+    short = (3.0 * load * larger * float(ellipk(m) - ellipe(m)) / (math.pi * axes**3 * m * stiff)) ** (1.0 / 3.0)
+    return float(1.5 * load / (math.pi * axes * short**2))
