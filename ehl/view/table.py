@@ -356,11 +356,11 @@ def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
     names = _sheet_names(tables)
     front: list[list[Cell]] = [["what", title], ["program", f"mixed-ehl {__version__}"]]
     front += [["units", "in the head of each column"]]
-    front += [[f"sheet {name}", f"{len(table.rows)} rows"] for name, table in zip(names, tables, strict=True)]
+    for name, table in zip(names, tables, strict=True):
+        front += [[f"sheet {name}", f"{len(table.rows)} rows"], *([f"note on {name}", note] for note in table.notes)]
     _add_sheet(book, "about", [], front, bold)
     for name, table in zip(names, tables, strict=True):
-        head, rows = table._grid(display=True)
-        _add_sheet(book, name, head, [*rows, *([note] for note in table.notes)], bold)
+        _add_sheet(book, name, *table._grid(display=True), bold)
     try:
         book.close()
     except (OSError, FileCreateError) as error:

@@ -101,7 +101,8 @@ def test_workbook_is_in_display_units_and_computes_nothing(tmp_path: Path) -> No
     assert [c.value for c in sheet[1]] == ["oil", "film_central [nm]", "efficiency [%]", "temperature_oil [degC]"]
     assert sheet["B2"].value == pytest.approx(250.0)
     assert sheet["D2"].value == pytest.approx(80.0)
-    assert [cell.data_type for cell in sheet["A"]] == ["s"] * (1 + len(HOSTILE)) + ["s"]
+    assert [cell.data_type for cell in sheet["A"]] == ["s"] * (1 + len(HOSTILE))
+    assert "note [/n] <u>" in {cell.value for cell in book["about"]["B"]}
 
 
 def test_json_and_frame_are_si_without_nan() -> None:
