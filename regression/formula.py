@@ -199,7 +199,9 @@ class Formula(PointFriction):
             One row per family: number of terms, R2 of ln mu and of mu, and the relative errors [-] `mape` (mean),
             `p95` (95 %), `largest` and `bias`.
         """
-        return ranking_table(self.candidates or (self.formula,)).to_frame()
+        from regression.view.tables import family_table
+
+        return family_table(self.candidates or (self.formula,)).to_frame()
 
     def in_convex_hull(self, state: ContactState, runs: Results, oil: Oil | str | None = None) -> NDArray[np.bool_]:
         """Whether contact points lie in the convex hull of the fitted cases, in ln of their variables (exact).
@@ -357,10 +359,11 @@ class Formula(PointFriction):
     def print(self) -> None:
         """Print ranking, equation, coefficients, errors by region and interval to the terminal."""
         from regression.fitting.cross_validation import process_factors
-        from regression.view.report import families_table, formula_report
+        from regression.view.report import formula_report
+        from regression.view.tables import family_table
 
         if self.candidates:
-            families_table(self.candidates, self.tried)
+            family_table(self.candidates, self.tried).print()
         spread = () if self.dataset is None else process_factors(self.dataset, self.formula)
         formula_report(self.formula, spread)
 
@@ -374,9 +377,11 @@ class Formula(PointFriction):
         )
 
     def _repr_html_(self) -> str:
+        from regression.view.tables import family_table
+
         tables = [self._coefficients()]
         if len(self.candidates) > 1:
-            tables.insert(0, ranking_table(self.candidates))
+            tables.insert(0, family_table(self.candidates))
         return "\n".join(table.html() for table in tables)
 
     def _coefficients(self) -> Table:
@@ -495,17 +500,6 @@ def _dataset_of(results: Results) -> Dataset:
     from regression.data.dataset import Dataset, load_dataset
 
     return load_dataset(results) if isinstance(results, (Dataset, str, PathLike)) else load_dataset(*results)
-
-
-def ranking_table(formulas: Sequence[FittedFormula]) -> Table:
-    """Held-out errors of fitted formulas, best first."""
-    heads = ("family", "terms", "r2_log", "r2", "mape", "p95", "largest", "bias")
-    rows = [
-        (f.name, len(f.coefficients) - len(f.dropped), v.r2_log, v.r2, v.mape, v.p95, v.largest, v.bias)
-        for f, v in ((formula, formula.validation) for formula in formulas)
-    ]
-    title = "errors of held-out cases, whole (p, R) cells left out at a time"
-    return Table([Column(head, label=head.replace("_", " ")) for head in heads], rows, title=title)
 
 
 def friction_model(spec: str) -> ConstantFriction | PublishedFriction | Formula:

@@ -357,7 +357,8 @@ def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
     front: list[list[Cell]] = [["what", title], ["program", f"mixed-ehl {__version__}"]]
     front += [["units", "in the head of each column"]]
     for name, table in zip(names, tables, strict=True):
-        front += [[f"sheet {name}", f"{len(table.rows)} rows"], *([f"note on {name}", note] for note in table.notes)]
+        front.append([f"sheet {name}", f"{len(table.rows)} rows"])
+        front.extend([f"note on {name}", note] for note in table.notes)
     _add_sheet(book, "about", [], front, bold)
     for name, table in zip(names, tables, strict=True):
         _add_sheet(book, name, *table._grid(display=True), bold)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +14,9 @@ from numpy.typing import NDArray
 from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, number, write_report
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
 from ehl.view.html_report import Formula as FormulaBlock
-from ehl.view.table import Table
+from ehl.view.table import Column, Table
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import process_factors
 from regression.fitting.rows import computed_friction, fitted_rows
@@ -36,20 +35,22 @@ from regression.view.plots import (
     plot_sensitivity,
 )
 from regression.view.plots_curves import COLEMAN, middle_conditions, plot_maps, plot_stribeck, plot_traction, varies
+from regression.view.tables import band_table, check_table, family_table, interval_table
 
 _OILS_SHOWN = 3
 _WORST = 10
-# the conditions of single cases in tables, by short names
-_WHERE = {
-    "pressure_hertz": "p_h [GPa]",
-    "radius_equivalent": "R [mm]",
-    "speed_entrainment": "u_r [m/s]",
+# the conditions of single cases in tables, by their symbols
+_CONDITIONS = {
+    "pressure_hertz": "p_h",
+    "radius_equivalent": "R",
+    "speed_entrainment": "u_r",
     "slide_to_roll_total": "|SR|",
-    "temperature_oil": "T [°C]",
-    "roughness_rms": "Rq [µm]",
-    "correlation_length": "l_c [µm]",
+    "temperature_oil": "T",
+    "roughness_rms": "Rq",
+    "correlation_length": "l_c",
     "film_ratio_formula": "λ by formula",
 }
+_CONDITION_COLUMNS = [Column(name, label=label, digits=3) for name, label in _CONDITIONS.items()]
 _LIBRARIES = ("numpy", "scipy", "scikit-learn", "pandas", "h5py", "numba")
 
 
@@ -105,15 +106,6 @@ def _percent(value: float | None) -> str:
     return f"{percent:.{digits}f} %"
 
 
-def _where(record: Mapping[Hashable, Any]) -> tuple[str, ...]:
-    """The conditions of a case, in the order of `_WHERE`."""
-    shown = []
-    for name in _WHERE:
-        _, factor, shift, _ = AXES.get(name, ("", 1.0, 0.0, True))
-        shown.append(number(factor * (float(record[name]) + shift), 3))
-    return tuple(shown)
-
-
 def _summary(dataset: Dataset, best: FittedFormula) -> Section:
     figures = [
         (best.name, "formula with the smallest held-out error"),
@@ -134,14 +126,11 @@ def _data(dataset: Dataset) -> Section:
     frame = checked_rows(dataset)
     counts = dataset.frame["status"].value_counts()
     said = ", ".join(f"{counts[name]} {name}" for name in counts.index)
-    rows = []
-    for name, (label, factor, shift, _) in AXES.items():
-        values = frame[name].to_numpy(dtype=float)
-        values = factor * (values[np.isfinite(values)] + shift)
-        if values.size:
-            title, _, unit = label.partition(" [")
-            quantiles = np.quantile(values, (0.0, 0.25, 0.5, 0.75, 1.0))
-            rows.append((title, unit.rstrip("]"), *(number(float(q), 3) for q in quantiles)))
+    ends = ("minimum", "25 %", "median", "75 %", "maximum")
+    columns = {name: frame[name].to_numpy(dtype=float) for name in AXES}
+    finite = {name: values[np.isfinite(values)] for name, values in columns.items() if np.isfinite(values).any()}
+    quantiles = [np.quantile(values, (0.0, 0.25, 0.5, 0.75, 1.0)) for values in finite.values()]
+    heads = [Column("quantile"), *(Column(name, digits=3) for name in finite)]
     return Section(
         "Data",
         [
@@ -150,33 +139,24 @@ def _data(dataset: Dataset) -> Section:
                 "A case is unsettled when an error estimate or the interval of its time mean is wider than wanted; it "
                 "has a result and its stated error."
             ),
-            Table(("variable", "unit", "least", "25 %", "median", "75 %", "greatest"), rows),
+            Table(heads, list(zip(ends, *quantiles, strict=True)), vertical=True),
             Picture(plot_friction(dataset), "Computed friction over the solver's film ratio."),
         ],
     )
 
 
 def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> Section:
-    rows = []
-    for formula in formulas:
-        v = formula.validation
-        terms = str(len(formula.coefficients) - len(formula.dropped))
-        errors = (_percent(v.mape), _percent(v.p95), _percent(v.largest), _percent(v.bias))
-        rows.append((formula.name, terms, f"{v.r2_log:.4f}", f"{v.r2:.4f}", *errors))
-    missing = sorted(set(tried) - {formula.family for formula in formulas})
-    blocks: list[Text | Table] = [
-        Table(
-            ("family", "terms", "R² ln µ", "R² µ", "mean", "95 %", "worst", "bias"),
-            rows,
-            "Fitted formulas: relative errors of held-out cases, whole (p, R) cells left out at a time.",
-            highlight=0,
-        )
-    ]
-    if missing:
-        blocks.append(Text("Could not be fitted to these data: " + ", ".join(missing) + "."))
+    blocks: list[Text | Table] = [family_table(formulas, tried)]
     blocks.append(
         Table(
-            ("published formula", "mean", "95 %", "bias", "in its range", "no value"),
+            (
+                "published formula",
+                "mape",
+                "p95",
+                "bias",
+                Column("inside", of="share", label="in its range"),
+                Column("no value", of="share"),
+            ),
             _published_rows(dataset),
             "Published formulas on the same cases, not fitted. (M): digits from memory, wholly or in part.",
         )
@@ -184,7 +164,7 @@ def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iter
     return Section("All formulas", blocks)
 
 
-def _published_rows(dataset: Dataset) -> list[tuple[str, ...]]:
+def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
     frame = checked_rows(dataset)
     mu, table = computed_friction(frame), columns(frame)
     bases = np.array([Oil.load(name).base if name else "mineral" for name in frame["oil"]])
@@ -199,87 +179,18 @@ def _published_rows(dataset: Dataset) -> list[tuple[str, ...]]:
     return rows
 
 
-def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_]) -> tuple[str, ...]:
+def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_]) -> tuple[object, ...]:
     defined = np.isfinite(value)
     relative = value[defined] / mu[defined] - 1.0
     if not relative.size:
-        return (name, "–", "–", "–", "–", _percent(1.0))
+        return (name, None, None, None, None, 1.0)
     errors = (np.mean(np.abs(relative)), np.quantile(np.abs(relative), 0.95), np.mean(relative))
-    return (
-        name,
-        *(_percent(float(e)) for e in errors),
-        _percent(float(np.mean(~outside))),
-        _percent(float(np.mean(~defined))),
-    )
+    return (name, *errors, np.mean(~outside), np.mean(~defined))
 
 
 def _errors(dataset: Dataset, best: FittedFormula) -> Section:
-    rows = []
-    for band in best.bands:
-        label, factor, shift, _ = AXES.get(band.variable, (band.variable, 1.0, 0.0, False))
-        ends = (number(factor * (end + shift), 3) for end in (band.low, band.high))
-        figures = (band.mape, band.p95, band.largest, band.bias, band.noise, band.coverage)
-        r2 = "–" if band.r2 is None else f"{band.r2:.3f}"
-        rows.append((label, *ends, str(band.count), r2, *(_percent(figure) for figure in figures)))
-    header = ("variable", "from", "to", "cases", "R² µ", "mean", "95 %", "worst", "bias", "noise floor", "covered")
-    blocks: list[Text | Table] = [
-        Table(
-            header,
-            rows,
-            f"{best.name}: errors of held-out cases by band. Noise floor: scatter of one roughness realisation "
-            "about the mean of several, where repeated points were computed. Covered: cases in their interval.",
-        ),
-        _intervals(dataset, best),
-    ]
-    checks = [
-        (
-            what,
-            str(s.count),
-            _percent(s.mape),
-            _percent(s.p95),
-            _percent(s.largest),
-            _percent(s.coverage),
-            _percent(s.extrapolated),
-        )
-        for what, s in (
-            ("fitted cases themselves", best.fit),
-            ("held-out cells", best.validation),
-            ("held out, choice of the family too", best.nested),
-            ("corners of the box", best.corners),
-            ("contacts along gear meshes", best.paths),
-        )
-        if s is not None
-    ]
-    blocks.append(
-        Table(
-            ("checked on", "cases", "mean", "95 %", "worst", "covered", "extrapolated"),
-            checks,
-            "The same formula on other cases.",
-        )
-    )
-    return Section("Errors by region", blocks)
-
-
-def _intervals(dataset: Dataset, formula: FittedFormula) -> Table:
-    """Interval by film ratio; that of a Gaussian process varies within a band, so that its spread stands there too."""
-    level, bands = formula.interval.level, formula.interval.bands
-    spread = process_factors(dataset, formula)
-    rows: list[tuple[str, ...]] = []
-    for i, band in enumerate(bands):
-        end = "" if band.high is None else f"{band.high:g}"
-        shown: tuple[str, ...] = (number(math.exp(band.log_width)),)
-        if spread:
-            middle, low, high = (number(x) for x in spread[i])
-            shown = (middle, f"{low} to {high}", number(band.log_width, 3))
-        error = 2.0 * math.sqrt(level * (1.0 - level) / band.count)
-        rows.append((f"{band.low:g}", end, str(band.count), *shown, _percent(band.coverage), _percent(error)))
-    factors = ("factor, median", "90 % of cases", "w") if spread else ("factor",)
-    return Table(
-        ("film ratio from", "to", "cases", *factors, "covered", "two binomial standard errors"),
-        rows,
-        f"{formula.name}: interval of {100 * level:g} % by film ratio: µ over and times the factor"
-        + (" exp(w s), s the deviation the process states at the point." if spread else "."),
-    )
+    tables = [band_table(best), interval_table(best, process_factors(dataset, best)), check_table(best)]
+    return Section("Errors by region", tables)
 
 
 def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
@@ -332,33 +243,36 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
 def _formula(best: FittedFormula) -> Section:
     rows = []
     for term in FAMILIES[best.family].terms:
-        error, inflation = best.standard_errors.get(term), best.variance_inflation.get(term)
-        relative = None if error is None or not best.coefficients[term] else error / abs(best.coefficients[term])
-        rows.append(
-            (
-                term,
-                f"{best.coefficients[term]:.9g}",
-                "–" if error is None else number(error, 3),
-                _percent(relative),
-                "–" if inflation is None else number(inflation, 3),
-                best.dropped.get(term, "collinear" if inflation is not None and inflation > 10.0 else ""),
-            )
+        value, error, inflation = (
+            best.coefficients[term],
+            best.standard_errors.get(term),
+            best.variance_inflation.get(term),
         )
-    ranges = [
-        (AXES[name][0], *(number(AXES[name][1] * (end + AXES[name][2]), 4) for end in ends))
-        if name in AXES
-        else (f"{name} [{best.units.get(name, '')}]", *(number(end, 4) for end in ends))
-        for name, ends in best.ranges.items()
-    ]
+        relative = None if error is None or not value else error / abs(value)
+        remark = best.dropped.get(term, "collinear" if inflation is not None and inflation > 10.0 else "")
+        rows.append((term, value, error, relative, inflation, remark))
+    columns = (
+        "coefficient",
+        Column("number", label="value", digits=9),
+        Column("standard_error", digits=3),
+        Column("relative error", of="relative_error"),
+        Column("variance_inflation", digits=3),
+        "remark",
+    )
+    note = (
+        f"Collinearity: condition number {best.condition_number:.3g}; a variance inflation above 10 says that the "
+        "coefficient cannot be told from others, though their combination can."
+    )
+    ranges = Table(
+        ("end", *best.ranges),
+        list(zip(("from", "to"), *best.ranges.values(), strict=True)),
+        "Range of the data: points outside are computed and flagged.",
+        vertical=True,
+    )
     blocks: list[Block] = [
         FormulaBlock(best.equation),
-        Table(
-            ("coefficient", "value", "standard error", "relative", "variance inflation", "remark"),
-            rows,
-            f"Collinearity: condition number {best.condition_number:.3g}; a variance inflation above 10 says that the "
-            "coefficient cannot be told from others, though their combination can.",
-        ),
-        Table(("variable", "from", "to"), ranges, "Range of the data: points outside are computed and flagged."),
+        Table(columns, rows, notes=(note,)),
+        ranges,
     ]
     if best.residual is not None:
         scales = ", ".join(
@@ -397,7 +311,7 @@ def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:
 def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     frame = dataset.frame
     counted = frame.groupby(["status", "reason"]).size().reset_index(name="count").sort_values("count", ascending=False)
-    rows = [(r["status"], r["reason"] or "–", str(r["count"])) for r in counted.to_dict("records")]
+    rows = [(r["status"], r["reason"] or None, r["count"]) for r in counted.to_dict("records")]
     blocks: list[Text | Table] = [Table(("status", "reason", "cases"), rows, "What the solver said of its cases.")]
     if best.data.excluded:
         left_out = [(reason, str(count)) for reason, count in best.data.excluded.items()]
@@ -405,9 +319,9 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     failed = frame[frame["status"] == "failed"].sort_values("key")
     if len(failed):
         records = failed.head(3 * _WORST).to_dict("records")
-        shown = [(str(r["key"])[:8], str(r["reason"]), *_where(r)) for r in records]
+        shown = [(str(r["key"])[:8], str(r["reason"]), *(r[name] for name in _CONDITIONS)) for r in records]
         caption = f"Cases without a result: {len(shown)} of {len(failed)}."
-        blocks.append(Table(("case", "reason", *_WHERE.values()), shown, caption))
+        blocks.append(Table(["case", "reason", *_CONDITION_COLUMNS], shown, caption))
     rest = checked_rows(dataset)
     deviation = friction_of_rows(best, rest) / computed_friction(rest) - 1.0
     # of the cases that were fitted: what the others deviate by is mostly their own error
@@ -416,14 +330,20 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     shown = [
         (
             str(r["key"])[:8],
-            f"{100.0 * d:+.1f} %",
-            number(r["friction_coefficient"], 3),
-            _percent(r["friction_error"]),
-            *_where(r),
+            d,
+            r["friction_coefficient"],
+            r["friction_error"],
+            *(r[name] for name in _CONDITIONS),
         )
         for r, d in zip(rest.iloc[worst].to_dict("records"), deviation[worst], strict=True)
     ]
-    header = ("case", "deviation", "µ computed", "its error", *_WHERE.values())
+    header: tuple[Column | str, ...] = (
+        "case",
+        Column("deviation", of="relative_error"),
+        "friction_coefficient",
+        "friction_error",
+        *_CONDITION_COLUMNS,
+    )
     caption = f"The fitted cases {best.name} misses most, with the error the solver states for them."
     blocks.append(Table(header, shown, caption))
     return Section("What failed, and the worst cases", blocks)

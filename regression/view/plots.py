@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ehl.quantities import quantity
 from ehl.view.plots import BLUE, GREY, ORANGE
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import held_out_friction
@@ -26,18 +27,18 @@ if TYPE_CHECKING:
 
 COLOURS = (BLUE, ORANGE, "#4f8f5b", "#8d5a97", "#b0413e", "#5f6b2d")
 RASTER_DPI = 160  # of the scattered points inside the vector figure
-# variable: label, factor from SI, shift, logarithmic axis
-AXES: dict[str, tuple[str, float, float, bool]] = {
-    "film_ratio": ("film ratio λ [-]", 1.0, 0.0, True),
-    "pressure_hertz": ("Hertz pressure [GPa]", 1e-9, 0.0, False),
-    "radius_equivalent": ("equivalent radius [mm]", 1e3, 0.0, True),
-    "speed_entrainment": ("entrainment speed [m/s]", 1.0, 0.0, True),
-    "slide_to_roll_total": ("|SR| [-]", 1.0, 0.0, True),
-    "temperature_oil": ("oil temperature [°C]", 1.0, -273.15, False),
-    "viscosity_inlet": ("viscosity at the inlet [mPa s]", 1e3, 0.0, True),
-    "roughness_rms": ("composite Rq [µm]", 1e6, 0.0, True),
-    "correlation_length": ("correlation length [µm]", 1e6, 0.0, True),
-    "asperity_load_share": ("asperity load share [-]", 1.0, 0.0, False),
+# variables of the figures, and whether their axis is logarithmic
+AXES: dict[str, bool] = {
+    "film_ratio": True,
+    "pressure_hertz": False,
+    "radius_equivalent": True,
+    "speed_entrainment": True,
+    "slide_to_roll_total": True,
+    "temperature_oil": False,
+    "viscosity_inlet": True,
+    "roughness_rms": True,
+    "correlation_length": True,
+    "asperity_load_share": False,
 }
 
 
@@ -130,16 +131,16 @@ def plot_residuals(dataset: Dataset, formula: FittedFormula) -> Figure:
     panels = np.ravel(figure.subplots(rows, 3, squeeze=False, sharey=True))
     limit = max(1.1, float(np.exp(1.2 * np.quantile(np.abs(np.log(ratio)), 0.98))))
     for number, (axes, name) in enumerate(zip(panels, shown, strict=False)):
-        label, factor, shift, logarithmic = AXES[name]
+        entry, logarithmic = quantity(name), AXES[name]
         values = frame[name].to_numpy(dtype=float)
         here = np.isfinite(values) & ((values > 0.0) if logarithmic else True)
-        x, y = factor * (values[here] + shift), ratio[here]
+        x, y = entry.to_display(values[here]), ratio[here]
         axes.plot(x, np.clip(y, 1.0 / limit, limit), ".", color=BLUE, ms=3, alpha=0.4, rasterized=True)
         centre, low, middle, high = _running(x, y)
         axes.plot(centre, middle, color=ORANGE, lw=1.6)
         axes.fill_between(centre, low, high, color=ORANGE, alpha=0.18, lw=0.0)
         axes.axhline(1.0, color="black", lw=0.7)
-        axes.set(xlabel=label, yscale="log", ylim=(0.95 / limit, limit / 0.95))
+        axes.set(xlabel=entry.axis_label, yscale="log", ylim=(0.95 / limit, limit / 0.95))
         plain_ticks(axes.yaxis, 1.0 / limit, limit)
         if logarithmic:
             axes.set_xscale("log")
@@ -179,7 +180,7 @@ def plot_sensitivity(indices: SobolIndices) -> Figure:
     ):
         reach = np.abs(interval[order].T - values[order])
         axes.barh(places + shift, values[order], height=0.36, color=colour, label=label, xerr=reach, ecolor="black")
-    labels = [AXES[name][0].rpartition(" [")[0] if name in AXES else name for name in indices.names]
+    labels = [quantity(name).label for name in indices.names]
     axes.set_yticks(places, [labels[i] for i in order])
     axes.set(xlabel="share of the variance of ln µ [-]", xlim=(0.0, None))
     axes.legend(frameon=False, loc="lower right")

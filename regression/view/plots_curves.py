@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ehl.fluid.oil import Oil
+from ehl.quantities import axis_label, quantity, to_display
 from ehl.state import ContactState
 from ehl.view.plots import GREY
 from regression.data.dataset import Dataset
@@ -80,7 +81,7 @@ class CurveConditions:
             low, high = self.ranges[name]
             if name not in free and high > low:
                 values, held = frame[name].to_numpy(dtype=float), self.held[name]
-                if AXES[name][3] and low > 0.0:
+                if AXES[name] and low > 0.0:
                     values, held, low, high = np.log(values), np.log(held), np.log(low), np.log(high)
                 inside &= np.abs(values - held) <= _NEAR * (high - low)
         frame = frame[inside]
@@ -92,10 +93,8 @@ class CurveConditions:
         parts = []
         for name in (*_HELD, "roughness_rms"):
             if name not in left_out:
-                label, factor, shift, _ = AXES[name]
-                title, _, unit = label.partition(" [")
-                unit = unit.rstrip("]")
-                parts.append(f"{title} {factor * (self.held[name] + shift):.3g}" + ("" if unit == "-" else f" {unit}"))
+                entry = quantity(name)
+                parts.append(f"{entry.label} {entry.text(self.held[name], 3)}")
         return ", ".join(parts)
 
 
@@ -157,7 +156,7 @@ def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
         axes.plot(near["slide_to_roll_total"], mu, ".", color="black", ms=4, alpha=0.6, label="computed, near")
         _curves(axes, sliding, table, formulas, middle.oil.base)
         axes.set(xlabel="|SR| [-]", xlim=(0.0, high))
-        axes.set_title(f"Hertz pressure {1e-9 * pressure:.2g} GPa", fontsize=10)
+        axes.set_title(f"Hertz pressure {quantity('pressure_hertz').text(pressure, 2)}", fontsize=10)
         reach.append(float(np.quantile(mu, 0.95)) if mu.size else 0.0)
         reach.append(1.3 * float(np.nanmax(formulas[0].evaluate(table).mu)))
     # formulas far from these data leave the frame
@@ -181,20 +180,20 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     grid = dict(zip(("speed_entrainment", "pressure_hertz"), np.meshgrid(speed, pressure), strict=True))
     third = "roughness_rms" if varies(middle, "roughness_rms") else "slide_to_roll_total"
     panels_at = [middle.at(**{third: value}) for value in _spread(middle, third)]
-    label, factor, _, _ = AXES[third]
+    up = to_display("pressure_hertz", pressure)
     maps = [formula.evaluate(here.conditions(**grid)) for here in panels_at]
     every = np.concatenate([value.mu.ravel() for value in maps])
     levels = np.geomspace(0.98 * np.nanmin(every), 1.02 * np.nanmax(every), 17)
     norm = LogNorm(levels[0], levels[-1])
     for axes, here, value in zip(panels, panels_at, maps, strict=True):
-        filled = axes.contourf(speed, 1e-9 * pressure, value.mu, levels=levels, cmap="viridis", norm=norm)
+        filled = axes.contourf(speed, up, value.mu, levels=levels, cmap="viridis", norm=norm)
         extrapolated = value.outside | (value.extrapolation > 0)
         if extrapolated.any():
-            axes.contourf(speed, 1e-9 * pressure, extrapolated, levels=(0.5, 1.5), colors="none", hatches=["///"])
+            axes.contourf(speed, up, extrapolated, levels=(0.5, 1.5), colors="none", hatches=["///"])
         mu, near = here.near("pressure_hertz", "speed_entrainment")
         axes.scatter(
             near["speed_entrainment"],
-            1e-9 * near["pressure_hertz"],
+            to_display("pressure_hertz", near["pressure_hertz"]),
             c=mu,
             cmap="viridis",
             norm=norm,
@@ -202,10 +201,10 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
             edgecolors="white",
             linewidths=0.8,
         )
-        axes.set(xscale="log", xlabel=AXES["speed_entrainment"][0])
+        axes.set(xscale="log", xlabel=axis_label("speed_entrainment"))
         plain_ticks(axes.xaxis, speed[0], speed[-1])
-        axes.set_title(f"{label} {factor * here.held[third]:.2g}", fontsize=10)
-    panels[0].set_ylabel(AXES["pressure_hertz"][0])
+        axes.set_title(f"{quantity(third).label} {quantity(third).text(here.held[third], 2)}", fontsize=10)
+    panels[0].set_ylabel(axis_label("pressure_hertz"))
     bar = figure.colorbar(filled, ax=panels, label="friction coefficient µ [-]")
     bar.set_ticks(levels[::4].tolist(), labels=[f"{level:.2g}" for level in levels[::4]])
     return figure

@@ -1,28 +1,18 @@
-"""Tables of sweeps and fitted formulas, for terminal, pages and files."""
+"""Tables of fitted formulas, for terminal, pages and notebooks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ehl.quantities import Quantity, quantities
 from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
-    from regression.data.dataset import RunStatus
     from regression.friction.formula import FittedFormula
-    from regression.plan.operating_range import OperatingRange
 
 _ERRORS = ("mape", "p95", "largest", "bias")
-_CONDITIONS = (
-    "pressure_hertz",
-    "radius_equivalent",
-    "speed_entrainment",
-    "slide_to_roll",
-    "temperature_oil",
-    "roughness_rms",
-)
 
 
 def reason_text(reasons: Mapping[str, int]) -> str:
@@ -30,48 +20,8 @@ def reason_text(reasons: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
 
 
-def operating_range_table(ranges: OperatingRange) -> Table:
-    """What gears see: the ends of each range, its median, and the extremes."""
-    ends = ("minimum", "from", "median", "to", "maximum")
-    rows = zip(ends, *((r.minimum, r.low, r.median, r.high, r.maximum) for r in ranges.variables.values()), strict=True)
-    title = "what the contact points see, weighted with the work lost there"
-    return Table(
-        ("end", *(Column(name, digits=3) for name in ranges.variables)), list(rows), title=title, vertical=True
-    )
-
-
-def failed_table(status: RunStatus) -> Table:
-    """The cases of a run that have no result."""
-    conditions = [Column(name, label=_symbol(name), digits=3) for name in _CONDITIONS]
-    rows = [
-        (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in _CONDITIONS), case.seconds)
-        for case in status.failed
-    ]
-    return Table(
-        ["reason", "key", "attempts", *conditions, "seconds"], rows, title=f"{len(status.failed)} failed cases"
-    )
-
-
-def status_table(status: RunStatus) -> Table:
-    """How far each shard of a run is."""
-    from regression.plan.cost import duration
-
-    added = f", {status.adaptive} added by the adaptive sweep" if status.adaptive else ""
-    rows = [
-        (s.path.name, s.finished, s.converged, s.unsettled, reason_text(s.failed) or "0", s.seconds)
-        for s in status.shards
-    ]
-    seconds = sum(shard.seconds for shard in status.shards)
-    return Table(
-        ("file", "finished", "converged", "unsettled", "failed", "seconds_cpu"),
-        rows,
-        title=f"{status.plan_name}: {status.finished} of {status.planned} cases{added}",
-        notes=(f"CPU time of all cases {duration(seconds)}, the longest {duration(status.longest)}",),
-    )
-
-
-def family_table(formulas: Sequence[FittedFormula]) -> Table:
-    """Held-out errors of fitted families in the order given."""
+def family_table(formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -> Table:
+    """Held-out errors of fitted families in the order given; notes on those tried that could not be fitted."""
     rows = []
     for formula in formulas:
         v = formula.validation
@@ -79,7 +29,9 @@ def family_table(formulas: Sequence[FittedFormula]) -> Table:
         rows.append((formula.name, terms, v.r2_log, v.r2, *(getattr(v, name) for name in _ERRORS)))
     columns = ("family", "terms", Column("r2_log", label="R² ln µ"), Column("r2", label="R² µ"), *_ERRORS)
     title = "Fitted formulas: errors of held-out cases, whole (p, R) cells left out at a time"
-    return Table(columns, rows, title=title, highlight=0)
+    missing = sorted(set(tried) - {formula.family for formula in formulas})
+    notes = [f"{name} could not be fitted to these data; --family {name} says why" for name in missing]
+    return Table(columns, rows, title=title, notes=notes, highlight=0)
 
 
 def band_table(formula: FittedFormula) -> Table:
@@ -169,7 +121,3 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
 def _region(variable: str, low: float, high: float) -> str:
     entry = quantities().get(variable, Quantity(variable, label=variable))
     return f"{entry.label} {entry.span(low, high)}"
-
-
-def _symbol(name: str) -> str:
-    return quantities()[name].symbol
