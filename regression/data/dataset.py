@@ -137,7 +137,13 @@ class Dataset:
             raise InputError("target", str(target), "a writable path", f"{error.strerror}.") from None
 
     def to_dict(self) -> dict[str, Any]:
-        """Origin and number of the cases, and the range of each variable (SI)."""
+        """Origin and number of the cases, and the range of the main quantities.
+
+        Returns
+        -------
+        dict
+            For JSON, SI.
+        """
         counts = self.frame["status"].value_counts()
         return {
             "plan": self.plan_name,
@@ -162,7 +168,12 @@ class Dataset:
         return self.table().html()
 
     def table(self) -> Table:
-        """Minimum, median and maximum of the main quantities."""
+        """Minimum, median and maximum of the main quantities.
+
+        Returns
+        -------
+        ehl.Table
+        """
         rows = self.converged[list(_SUMMARY)].agg(["min", "median", "max"])
         names = ("minimum", "median", "maximum")
         cells = [(name, *row) for name, row in zip(names, rows.itertuples(index=False), strict=True)]

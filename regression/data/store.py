@@ -35,12 +35,12 @@ _BLOCK_BYTES = 2 * _CHUNK * ROW.itemsize + 4096 * (len(_COLUMNS) + 1)
 
 # what all files of one run share
 _SHARED = ("plan_name", "plan_hash", "solver_version", "oil", "oil_hash", "bodies_hash", "count")
-# what must not have changed when a run goes on
+# what must be unchanged when a run is resumed
 _SAME = {
     "plan_hash": "another plan",
     "solver_version": "another version of the solver",
-    "oil_hash": "an oil card with other figures",
-    "bodies_hash": "materials with other figures",
+    "oil_hash": "an oil card with other properties",
+    "bodies_hash": "materials with other properties",
 }
 
 
@@ -50,7 +50,7 @@ class ResultStore:
     Parameters
     ----------
     path : Path
-        The file; made if there is none.
+        The file; created where it does not exist.
     meta : mapping
         What the run is, by the names of `regression.sweeping.sweep.run_meta`; an existing file must be of the same run.
 

@@ -1,4 +1,4 @@
-"""Constraints of a plan: combinations of its variables no gear has are skipped before anything is computed.
+"""Constraints of a plan: combinations of its variables that do not occur in gears are skipped.
 
 Each is a window on one quantity that follows from a point by a closed formula.
 """
@@ -111,7 +111,7 @@ def flash_temperature_blok(
     """Largest flash temperature rise of a band contact with mu = `FLASH_FRICTION` [K].
 
     1.11 mu w' |v_s| / ((e1 sqrt|u1| + e2 sqrt|u2|) sqrt(2 b)), e the thermal effusivity (Blok 1963, fast moving
-    sources; for equal bodies the well-known form with sqrt(u1) - sqrt(u2)). Of a surface at rest the other takes all.
+    sources; for equal bodies the well-known form with sqrt(u1) - sqrt(u2)). All heat enters the other surface where one does not move.
     """
     u1, u2 = np.abs(speed * (1.0 + 0.5 * slide_to_roll)), np.abs(speed * (1.0 - 0.5 * slide_to_roll))
     e1, e2 = (body.thermal_effusivity for body in bodies)

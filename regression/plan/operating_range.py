@@ -95,7 +95,13 @@ class OperatingRange:
         return self.variables[name]
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per variable: unit, minimum, low, median, high, maximum (SI)."""
+        """The ranges as a data frame.
+
+        Returns
+        -------
+        DataFrame
+            One row per variable: unit, minimum, low, median, high, maximum (SI).
+        """
         import pandas as pd
 
         rows = {
@@ -114,7 +120,13 @@ class OperatingRange:
         return self.table().html()
 
     def table(self) -> Table:
-        """Minimum, low, median, high and maximum of each variable, in display units."""
+        """The ranges as a table in display units.
+
+        Returns
+        -------
+        ehl.Table
+            Minimum, low, median, high and maximum of each variable.
+        """
         rows = [(column, *(getattr(x, column) for x in self.variables.values())) for column in _COLUMNS]
         title = f"contact points, {100.0 * self.coverage:g} % of the work lost between low and high"
         return Table(("", *self.variables), rows, title=title, vertical=True)
@@ -134,12 +146,14 @@ class OperatingRange:
 
         Parameters
         ----------
-        name, description : str
+        name : str
             Of the plan.
         oils : sequence of str
             Oil cards; several are crossed with the points.
         size : int
             Cases in the ranges, for each oil.
+        description : str
+            Of the plan.
         margin : float
             Every range is widened by this part of itself (of its logarithm on a log scale) at both ends, so that the
             gears lie inside the fitted range.
@@ -166,7 +180,23 @@ class OperatingRange:
         return "\n".join(lines)
 
     def plan(self, name: str, oils: Sequence[str], *, size: int, **options: Any) -> Plan:
-        """The plan over the ranges; parameters as of `plan_text`."""
+        """The plan over the ranges.
+
+        Parameters
+        ----------
+        name : str
+            Of the plan.
+        oils : sequence of str
+            Oil cards; several are crossed with the points.
+        size : int
+            Cases in the ranges, for each oil.
+        **options
+            Others of `plan_text`.
+
+        Returns
+        -------
+        Plan
+        """
         return Plan.from_dict(tomllib.loads(self.plan_text(name, oils, size=size, **options)))
 
 

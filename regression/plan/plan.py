@@ -1,7 +1,7 @@
 """The plan of a sweep: which contacts are solved (`mixed-ehl sweep PLAN.toml`), its points, and what they cost.
 
 A variable is a range (sampled by Sobol or a Latin hypercube), a list or the levels of a range (full factorial), one
-value, or a column of a table; lists multiply the sampled points. Constraints skip what no gear has.
+value, or a column of a table; lists multiply the sampled points. Constraints skip combinations that do not occur in gears.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 MAX_CASES = 1_000_000
 # 2^d corner points; beyond this a plan asks for more corners than samples
 MAX_CORNER_VARIABLES = 10
-# what a table of points may hold; the oil is a text
+# columns of a table of points; the oil is a text
 QUANTITIES: dict[str, ValueRange | None] = {**{n: value_range_of(a) for n, a in VARIABLES.items()}, "oil": None}
 
 
@@ -52,7 +52,7 @@ def _read_columns(value: Any) -> dict[str, Column]:
 
 
 class Sampling(InputModel):
-    """How ranges are filled, whether the corners of the box are added, and how many roughness profiles a point meets.
+    """How ranges are filled, whether the corners of the box are added, and how many roughness profiles each point has.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Sampling(InputModel):
     realisations : int
         Roughness profiles per point, each a case of its own (deterministic roughness only).
     same_profile : bool
-        All points meet the profiles of the same seeds; otherwise every point has its own.
+        All points have the profiles of the same seeds; otherwise every point has its own.
     """
 
     method: Literal["sobol", "latin_hypercube", "factorial"] = "sobol"
@@ -82,7 +82,7 @@ class Sampling(InputModel):
 
 
 class Adaptive(InputModel):
-    """Batches of further points where a surrogate knows least (`mixed-ehl sweep --adaptive`).
+    """Batches of further points where a surrogate is least certain (`mixed-ehl sweep --adaptive`).
 
     Parameters
     ----------
@@ -341,7 +341,7 @@ class Plan(InputModel):
         sampled = [name for name, axis in self.axes.items() if axis.sampled]
         size = sampling.size
         if sampled and self.table:
-            raise InputError(f"variables.{sampled[0]}", "a range", "lists and values beside a [table]")
+            raise InputError(f"variables.{sampled[0]}", "a range", "lists and values together with a [table]")
         if sampled and size is None:
             raise InputError("sampling.size", None, "the number of points for " + ", ".join(sampled))
         if size is not None and not sampled:
@@ -359,7 +359,7 @@ class Plan(InputModel):
         if sampling.levels is not None and sampling.method != "factorial":
             raise InputError("sampling.levels", sampling.levels, "levels only with method = 'factorial'")
         if sampling.realisations > 1 and self.model.roughness == "load_sharing":
-            hint = "Load sharing knows Rq alone."
+            hint = "Load sharing uses Rq only."
             raise InputError(
                 "sampling.realisations", sampling.realisations, "1 unless model.roughness = 'deterministic'", hint
             )
@@ -463,7 +463,18 @@ class Plan(InputModel):
         return [oil] * number.size
 
     def roughness_seeds(self, number: IntArray) -> IntArray | None:
-        """Seeds of the profiles that points of these numbers meet, all realisations; None without profiles."""
+        """Seeds of the roughness profiles of points, all realisations.
+
+        Parameters
+        ----------
+        number : (n,) int array
+            Numbers of the points in their sequence.
+
+        Returns
+        -------
+        int array or None
+            `realisations` seeds for each point; None where the model has no profiles.
+        """
         if self.model.roughness != "deterministic":
             return None
         repeat = self.sampling.realisations
@@ -473,9 +484,21 @@ class Plan(InputModel):
     def constraint_filter(
         self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str] | None = None
     ) -> Accept | None:
-        """Which sampled points, together with these fixed values, lie in all windows; None without constraints.
+        """The test whether sampled points lie in all windows of the constraints.
 
-        `rejected` counts the points outside of each window, and under ``drawn`` all points.
+        Parameters
+        ----------
+        fixed : mapping of str to float
+            Values of the variables that are not sampled, SI.
+        oil : str or None
+            Oil card.
+        rejected : Counter, optional
+            Counts the points outside of each window, and under ``drawn`` all points.
+
+        Returns
+        -------
+        callable or None
+            From columns and numbers of points to a boolean array; None without constraints.
         """
         windows = self.constraints.windows
         if not windows:
@@ -496,7 +519,20 @@ class Plan(InputModel):
         return accept
 
     def constrained(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
-        """The quantities of `Constraints` at points given by values of the variables."""
+        """The quantities of `Constraints` at points given by values of the variables.
+
+        Parameters
+        ----------
+        columns : mapping of str to (n,) array
+            Values of the plan's variables, SI.
+        oils : sequence of str or None
+            Oil card of each of the n points.
+
+        Returns
+        -------
+        dict of str to (n,) array
+            SI; the film ratio only where a window limits it.
+        """
         ratio = self.conditions(columns, oils)["film_ratio_formula"] if self.constraints.need_oil else None
         return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
 
@@ -556,7 +592,22 @@ class Plan(InputModel):
     def contact_seconds(
         self, columns: Mapping[str, Array], oils: Sequence[str | None]
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Estimated seconds of the contacts at given points, and which of them are transient rough contacts."""
+        """Estimated seconds of contacts at given points, and which of them are transient rough contacts.
+
+        Parameters
+        ----------
+        columns : mapping of str to (n,) array
+            Values of the plan's variables, SI.
+        oils : sequence of str or None
+            Oil card of each of the n points.
+
+        Returns
+        -------
+        seconds : (n,) array
+            Processor time [s].
+        rough : (n,) bool array
+            Whether a contact is computed as a transient rough one.
+        """
         if self.model.roughness == "load_sharing":
             unused = np.ones(len(oils))
             return contact_seconds(self.model, unused, unused)
@@ -566,7 +617,13 @@ class Plan(InputModel):
         )
 
     def case_seconds(self) -> Array:
-        """Estimated seconds of every case, in the order of `points`."""
+        """Estimated processor time of every case, in the order of `points`.
+
+        Returns
+        -------
+        (n,) array
+            Seconds.
+        """
         return self.contact_seconds(self.points.columns, self.points.oils)[0]
 
     def estimate(self) -> CostEstimate:
@@ -647,12 +704,30 @@ class Plan(InputModel):
         return self.solid_1.body(), self.solid_2.body()
 
     def cases(self) -> Iterator[tuple[str, Contact]]:
-        """Origin and case of every point of the plan, in a fixed order."""
+        """Origin and contact of every point of the plan, in a fixed order.
+
+        Yields
+        ------
+        origin : str
+            sobol, latin, corner, lattice or table.
+        contact : ehl.Contact
+            The contact.
+        """
         for index, origin in enumerate(self.points.origin):
             yield origin, self.case_at(index)
 
     def case_at(self, index: int) -> Contact:
-        """The case of one point of `points`."""
+        """The contact of one point of `points`.
+
+        Parameters
+        ----------
+        index : int
+            Number of the point.
+
+        Returns
+        -------
+        ehl.Contact
+        """
         points = self.points
         seed = None if points.seed is None else int(points.seed[index])
         return self.case(points.values(index), oil=points.oils[index], seed=seed)
@@ -664,12 +739,25 @@ class Plan(InputModel):
         return str(self.table["oil"][row]) if "oil" in self.table else None
 
     def case(self, values: Mapping[str, float], *, oil: str | None = None, seed: int | None = None) -> Contact:
-        """The case at one point.
+        """The contact at one point.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Values of the plan's variables, SI.
+        oil : str, optional
+            Oil card, where the plan has several.
+        seed : int, optional
+            Of the roughness profile.
+
+        Returns
+        -------
+        ehl.Contact
 
         Raises
         ------
         InputError
-            A fixed figure of the plan is not one a case accepts.
+            A fixed value of the plan cannot be used in a case.
         """
         v = dict(values)
         along = v.pop("lengthwise_to_roll", None)

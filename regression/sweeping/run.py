@@ -87,15 +87,37 @@ class Run(PathLike[str]):
         return sum(report.failed + report.unsettled for report in self.reports)
 
     def dataset(self) -> Dataset:
-        """All results as a dataset."""
+        """All results as a dataset.
+
+        Returns
+        -------
+        Dataset
+        """
         return load_dataset(self.path)
 
     def to_frame(self, *, units: bool = False) -> pd.DataFrame:
-        """All results as a table; as `Dataset.to_frame`."""
+        """All results as a data frame.
+
+        Parameters
+        ----------
+        units : bool
+            Name the columns with their SI units, as ``pressure_hertz [Pa]``.
+
+        Returns
+        -------
+        DataFrame
+            One row per case, sorted by key.
+        """
         return self.dataset().to_frame(units=units)
 
     def to_dict(self) -> dict[str, Any]:
-        """The status, for JSON."""
+        """The status of the run.
+
+        Returns
+        -------
+        dict
+            For JSON.
+        """
         return self.status.to_dict()
 
     def retry(self, **options: Any) -> Run:
@@ -159,7 +181,12 @@ class Run(PathLike[str]):
         return merge_compressed(self.path, target) if compress else merge(self.path, target)
 
     def to_text(self) -> str:
-        """What the last call of `sweep` did, in words."""
+        """What the last call of `sweep` did, in words.
+
+        Returns
+        -------
+        str
+        """
         lines = []
         if self.adaptive is not None:
             cause = "the budget is spent" if self.adaptive.ended == "budget" else "two more batches gained too little"
@@ -294,8 +321,14 @@ def slurm_script(
         Processors of a task; 4 by default.
     changes : sequence of str
         Entries to put in place of the plan's, as ``lubricant.oil=fva3``.
-    formula, time_cap, retries, retry_failed
-        As of `sweep`.
+    formula : str, optional
+        Compute with this published formula in place of the solver.
+    time_cap : float or str
+        Wall time after which a case is given up [s].
+    retries : int
+        Fallback settings tried where the solver gives a case up.
+    retry_failed : bool
+        Compute the failed cases on disk again.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A Gaussian process over the points of a plan: what it knows of ln mu, and where it knows least.
+"""A Gaussian process over the points of a plan: ln mu, and where it is least certain.
 
 Linear trend and process on the transformed inputs (the unit cube of the plan's ranges, and the logarithm of the film
 ratio); hyperparameters by maximum likelihood. Leave-one-out residuals are exact for fixed hyperparameters (Rasmussen &
@@ -115,7 +115,7 @@ def fit_surrogate(inputs: Array, log_mu: Array, own_error: Array, failed: Array)
     chosen = np.random.default_rng(0).permutation(len(inputs))[:FIT_POINTS]
     process = GaussianProcessRegressor(kernel, alpha=1e-10 + stated[chosen], random_state=0)
     with warnings.catch_warnings():
-        # a length scale at its bound says that the variable does not matter
+        # a length scale at its bound means that the variable has no influence
         warnings.simplefilter("ignore", ConvergenceWarning)
         process.fit(inputs[chosen], y[chosen])
     found = process.kernel_

@@ -217,7 +217,7 @@ def compute_cases(
     Parameters
     ----------
     path : Path
-        The result file; made if there is none.
+        The result file; created where it does not exist.
     meta : mapping
         As of `run_meta`.
     points : sequence of PlannedCase

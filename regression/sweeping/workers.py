@@ -64,7 +64,7 @@ class CaseRunner:
             # a retry that ran out of time leaves the solver's own reason
             row["reason"] = row["reason"] or TIME_CAP
         except Exception as error:
-            # one bad case must not cost the run; the type says where to look, unless the cap itself broke something
+            # one bad case must not end the run; its reason is the type of the error, unless the time cap caused it
             late = self.time_cap is not None and time.perf_counter() - clock >= self.time_cap
             row["reason"] = row["reason"] or (TIME_CAP if late else f"error:{type(error).__name__}")
         row["seconds"] = time.perf_counter() - clock

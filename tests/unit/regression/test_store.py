@@ -114,8 +114,8 @@ def test_newer_schema_is_refused_in_clear_words(path: Path) -> None:
     [
         ("plan_hash", "another plan"),
         ("solver_version", "another version of the solver"),
-        ("oil_hash", "an oil card with other figures"),
-        ("bodies_hash", "materials with other figures"),
+        ("oil_hash", "an oil card with other properties"),
+        ("bodies_hash", "materials with other properties"),
     ],
 )
 def test_results_of_another_run_are_not_mixed_in(path: Path, name: str, words: str) -> None:
