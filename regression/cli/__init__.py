@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ehl.io.errors import InputError
+from ehl import InputError
+from regression.cli.files import FIGURE, check_outputs, option_names
 from regression.cli.sweep import sweep_app
 
 
@@ -34,10 +33,9 @@ def fit(
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     import regression
-    from regression.cli.files import FIGURE, check_outputs
 
     check_outputs({"--output": output, "--plot": plot, "--report": report}, {"--plot": FIGURE})
-    with _option_names():
+    with option_names(_OPTIONS):
         formula = regression.fit(
             runs,
             family,
@@ -87,7 +85,7 @@ def mu(
     from regression.friction.conditions import contact_points
     from regression.friction.models import PublishedFriction
 
-    with _option_names():
+    with option_names(_OPTIONS):
         friction = friction_model(model)
         if isinstance(friction, Formula):
             friction = friction.with_options(boundary_friction, refuse=refuse)
@@ -135,16 +133,6 @@ _OPTIONS = {
     **{name: f"--{name}" for name in ("oil", "refuse", "hull", "nested")},
     **{name: "--" + name.replace("_", "-") for name in ("slide_to_roll", "correlation_length", "boundary_friction")},
 }
-
-
-@contextmanager
-def _option_names() -> Iterator[None]:
-    """Errors name the option where the interface names its keyword."""
-    try:
-        yield
-    except InputError as error:
-        field = _OPTIONS.get(error.field, error.field)
-        raise InputError(field, error.value, error.allowed, error.hint) from None
 
 
 def _print_friction(content: dict[str, Any]) -> None:

@@ -1,9 +1,10 @@
-"""Files named on the command line: what cannot be written is refused before the work is done, not after it."""
+"""Options of the command line: files that cannot be written are refused at once; errors name the options."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from ehl import InputError
@@ -42,3 +43,23 @@ def check_outputs(outputs: Mapping[str, Path | None], suffixes: Mapping[str, tup
     for option, path in given.items():
         if resolved.count(path.resolve()) > 1:
             raise InputError(option, str(path), "a file of its own for each option")
+
+
+@contextmanager
+def option_names(options: Mapping[str, str]) -> Iterator[None]:
+    """Let errors in the block name the option where the Python interface names its keyword.
+
+    Parameters
+    ----------
+    options : mapping
+        Keyword to option.
+
+    Raises
+    ------
+    InputError
+        That of the block.
+    """
+    try:
+        yield
+    except InputError as error:
+        raise InputError(options.get(error.field, error.field), error.value, error.allowed, error.hint) from None

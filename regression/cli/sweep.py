@@ -8,6 +8,17 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
+from regression.cli.files import option_names
+
+# keyword of the interface -> option
+OPTIONS = {
+    **{name: f"--{name}" for name in ("jobs", "dask", "shard", "retries")},
+    "formula": "--with",
+    "time_cap": "--time-cap",
+    "tasks": "--slurm",
+    "changes": "--set",
+}
+
 
 class SweepGroup(typer.core.TyperGroup):
     """`sweep PLAN.toml ...` means `sweep run PLAN.toml ...`; `sweep status` and `sweep merge` stay commands."""
@@ -60,30 +71,26 @@ def sweep_run(
     import regression
     from ehl import InputError
 
-    content = regression.Plan.from_file(plan, changes or ())
-    if estimate:
-        typer.echo(content.estimate().to_text(jobs))
-        return
-    if run is None:
-        raise InputError("--output", None, "the folder of the results, -o RUN")
-    options: dict[str, Any] = {
-        "jobs": jobs,
-        "formula": formula,
-        "time_cap": time_cap,
-        "retries": retries,
-        "retry_failed": retry_failed,
-    }
-    if slurm is not None:
-        if adaptive or dask is not None or shard != "1/1":
-            raise InputError("--slurm", slurm, "neither --adaptive, --dask nor --shard with it")
-        typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
-        return
-    options |= {"shard": _shard(shard), "dask": dask, "adaptive": adaptive, "progress": True, "notify": _show_score}
-    try:
-        result = regression.sweep(content, run, **options)
-    except KeyboardInterrupt:
-        typer.echo("stopped; finished cases are on disk, the same command resumes", err=True)
-        raise typer.Exit(1) from None
+    with option_names(OPTIONS):
+        content = regression.Plan.from_file(plan, changes or ())
+        if estimate:
+            typer.echo(content.estimate().to_text(jobs))
+            return
+        if run is None:
+            raise InputError("--output", None, "the folder of the results, -o RUN")
+        options: dict[str, Any] = {"jobs": jobs, "formula": formula, "time_cap": time_cap, "retries": retries}
+        options["retry_failed"] = retry_failed
+        if slurm is not None:
+            if adaptive or dask is not None or shard != "1/1":
+                raise InputError("--slurm", slurm, "neither --adaptive, --dask nor --shard with it")
+            typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
+            return
+        options |= {"shard": shard, "dask": dask, "adaptive": adaptive, "progress": True, "notify": _show_score}
+        try:
+            result = regression.sweep(content, run, **options)
+        except KeyboardInterrupt:
+            typer.echo("stopped; finished cases are on disk, the same command resumes", err=True)
+            raise typer.Exit(1) from None
     typer.echo(result.to_text())
     if result.unfinished:
         typer.echo(f"not converged: {result.unfinished} cases, recorded with their reasons", err=True)
@@ -125,12 +132,3 @@ def sweep_merge(
 
     count = regression.Run(run).merge(target, compress=compress)
     typer.echo(f"{target}: {count} cases")
-
-
-def _shard(text: str) -> tuple[int, int]:
-    from ehl import InputError
-
-    number, slash, shards = text.partition("/")
-    if not (slash and number.isdigit() and shards.isdigit() and 1 <= int(number) <= int(shards)):
-        raise InputError("--shard", text, "i/n with 1 <= i <= n", "Write it as 2/8.")
-    return int(number), int(shards)

@@ -111,7 +111,7 @@ def flash_temperature_blok(
     """Largest flash temperature rise of a band contact with mu = `FLASH_FRICTION` [K].
 
     1.11 mu w' |v_s| / ((e1 sqrt|u1| + e2 sqrt|u2|) sqrt(2 b)), e the thermal effusivity (Blok 1963, fast moving
-    sources; for equal bodies the well-known form with sqrt(u1) - sqrt(u2)). All heat enters the other surface where one does not move.
+    sources; for equal bodies the well-known form with sqrt(u1) - sqrt(u2)). A surface at rest takes no heat.
     """
     u1, u2 = np.abs(speed * (1.0 + 0.5 * slide_to_roll)), np.abs(speed * (1.0 - 0.5 * slide_to_roll))
     e1, e2 = (body.thermal_effusivity for body in bodies)

@@ -2,7 +2,7 @@
 
 A rough contact by the deterministic solver costs nodes times steps: both grow with the half-width over the correlation
 length, both change with the film ratio. The coefficients are least squares of ln(seconds) on contacts of the default
-plan's ranges on one core; `benchmarks/sweep_cost.py` fits them to any finished run and prints the error of the estimate.
+plan's ranges on one core; `benchmarks/sweep_cost.py` fits them to a finished run and prints the error of the estimate.
 """
 
 from __future__ import annotations

@@ -226,44 +226,42 @@ def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) 
 def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) -> OperatingRange:
     """Ranges of the plan's variables, and of the film ratio, over weighted contact points.
 
-        Parameters
-        ----------
-        points : sequence of WeightedPoints
-            Of all designs and operating points.
-        coverage : float
-            Share of the weight inside each range; what remains is cut off evenly at both ends.
+    Parameters
+    ----------
+    points : sequence of WeightedPoints
+        Of all designs and operating points.
+    coverage : float
+        Share of the weight inside each range; what remains is cut off evenly at both ends.
 
-        Returns
-        -------
-        OperatingRange
+    Returns
+    -------
+    OperatingRange
 
-        Raises
-        ------
-        InputError
-            No points, weights that cannot be used, or a coverage outside 0.5 to 1.
+    Raises
+    ------
+    InputError
+        No points, weights that cannot be used, or a coverage outside 0.5 to 1.
 
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from ehl.fluid.oil import Oil
-        >>> from ehl.state import ContactState
-    from ehl.view.table import Table
-        >>> from regression import WeightedPoints, operating_range
-        >>> state = ContactState.of(
-        ...     pressure_hertz=np.linspace(0.5e9, 1.5e9, 101), radius_equivalent=0.01, effective_modulus=226e9,
-        ...     speed_entrainment=5.0, slide_to_roll=0.2, temperature_oil=363.15,
-        ...     roughness_rms_1=0.3e-6, roughness_rms_2=0.4e-6,
-        ... )
-        >>> ranges = operating_range([WeightedPoints(state, np.ones(101), Oil.load("fva3"))], coverage=0.9)
-        >>> f"{ranges['pressure_hertz'].low:.3g} to {ranges['pressure_hertz'].high:.3g} Pa"
-        '5.5e+08 to 1.45e+09 Pa'
-        >>> ranges.plan("gears", ["fva3"], size=64).count
-        64
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ehl import ContactState, Oil
+    >>> from regression import WeightedPoints, operating_range
+    >>> state = ContactState.of(
+    ...     pressure_hertz=np.linspace(0.5e9, 1.5e9, 101), radius_equivalent=0.01, effective_modulus=226e9,
+    ...     speed_entrainment=5.0, slide_to_roll=0.2, temperature_oil=363.15,
+    ...     roughness_rms_1=0.3e-6, roughness_rms_2=0.4e-6,
+    ... )
+    >>> ranges = operating_range([WeightedPoints(state, np.ones(101), Oil.load("fva3"))], coverage=0.9)
+    >>> f"{ranges['pressure_hertz'].low:.3g} to {ranges['pressure_hertz'].high:.3g} Pa"
+    '5.46e+08 to 1.45e+09 Pa'
+    >>> ranges.plan("gears", ["fva3"], size=64).count
+    64
     """
     if not points:
         raise InputError("points", "none", "contact points of at least one design")
     if not 0.5 <= coverage <= 1.0:
-        raise InputError("--coverage", coverage, "0.5 to 1")
+        raise InputError("coverage", coverage, "0.5 to 1")
     columns: dict[str, list[Array]] = {name: [] for name in (*_PLAN_UNITS, "film_ratio", "pressure_velocity")}
     for part in points:
         table = conditions_of(part.state, part.oil)

@@ -1,7 +1,7 @@
 """The plan of a sweep: which contacts are solved (`mixed-ehl sweep PLAN.toml`), its points, and what they cost.
 
 A variable is a range (sampled by Sobol or a Latin hypercube), a list or the levels of a range (full factorial), one
-value, or a column of a table; lists multiply the sampled points. Constraints skip combinations that do not occur in gears.
+value, or a column of a table; lists multiply the sampled points. Constraints skip combinations that gears do not have.
 """
 
 from __future__ import annotations
@@ -802,7 +802,7 @@ def _apply(content: dict[str, Any], change: str) -> None:
     key, equals, text = change.partition("=")
     *tables, name = (part.strip() for part in key.split("."))
     if not equals or not name or not all(tables):
-        raise InputError("--set", change, "KEY=VALUE such as lubricant.oil=fva3")
+        raise InputError("changes", change, "KEY=VALUE such as lubricant.oil=fva3")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -812,5 +812,5 @@ def _apply(content: dict[str, Any], change: str) -> None:
     for table in tables:
         target = target.setdefault(table, {})
         if not isinstance(target, dict):
-            raise InputError("--set", change, f"a key of a table; {table} is none")
+            raise InputError("changes", change, f"a key of a table; {table} is none")
     target[name] = value

@@ -113,10 +113,10 @@ class DaskCluster:
             raise _cluster_lost("the scheduler closed the connection") from None
         except _OtherVersion as error:
             allowed = f"workers with mixed-ehl {__version__}"
-            raise InputError("--dask", f"worker with mixed-ehl {error}", allowed, "Use one environment.") from None
+            raise InputError("dask", f"worker with mixed-ehl {error}", allowed, "Use one environment.") from None
         except ImportError as error:
             hint = f"{error}. Install mixed-ehl {__version__} where the workers run."
-            raise InputError("--dask", "a worker without mixed-ehl", "workers that can import it", hint) from None
+            raise InputError("dask", "a worker without mixed-ehl", "workers that can import it", hint) from None
 
     def _wait_for_workers(self) -> None:
         """Return as soon as there is a worker.
@@ -176,12 +176,12 @@ def dask_executor(address: str) -> Iterator[Executor]:
         dask, distributed = import_module("dask"), import_module("distributed")
     except ImportError:
         hint = 'Install it by pip install "mixed-ehl[dask]".'
-        raise InputError("--dask", address, "nothing, unless dask is installed", hint) from None
+        raise InputError("dask", address, "nothing, unless dask is installed", hint) from None
 
     kind, colon, count = address.partition(":")
     if kind == "local":
         if not (colon and count.isdigit() and int(count) >= 1):
-            raise InputError("--dask", address, "local:N with N worker processes, such as local:4")
+            raise InputError("dask", address, "local:N with N worker processes, such as local:4")
         # the sweep finds the case that crashes its worker: it need not crash three more
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 0, "distributed.comm.timeouts.connect": "30s"}),
@@ -201,7 +201,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
     if address.endswith(".json") and not Path(address).is_file():
         # dask would wait for it without limit
         hint = "Start `dask scheduler --scheduler-file FILE` first."
-        raise InputError("--dask", address, "a scheduler file that exists", hint)
+        raise InputError("dask", address, "a scheduler file that exists", hint)
     try:
         client = (
             distributed.Client(scheduler_file=address)
@@ -210,6 +210,6 @@ def dask_executor(address: str) -> Iterator[Executor]:
         )
     except (OSError, TimeoutError, ValueError) as error:
         hint = f"{error}. Is `dask scheduler` running there?"
-        raise InputError("--dask", address, "tcp://HOST:PORT, a scheduler file, or local:N", hint) from None
+        raise InputError("dask", address, "tcp://HOST:PORT, a scheduler file, or local:N", hint) from None
     with client:
         yield DaskCluster(client)

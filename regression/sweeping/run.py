@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property, partial
@@ -199,7 +198,7 @@ class Run(PathLike[str]):
         return f"Run {self.path}: {status.plan_name!r}, {status.finished} of {status.planned} cases{failed}"
 
     def _repr_html_(self) -> str:
-        return f"<p>{html.escape(repr(self))}</p>{self.status.to_frame().to_html(index=False)}"
+        return self.status.table().html()
 
 
 def sweep(
@@ -207,7 +206,7 @@ def sweep(
     folder: str | PathLike[str],
     *,
     jobs: int | None = None,
-    shard: tuple[int, int] = (1, 1),
+    shard: tuple[int, int] | str = (1, 1),
     dask: Any = None,
     adaptive: bool = False,
     formula: str | None = None,
@@ -227,8 +226,8 @@ def sweep(
         Folder of the results; created where it does not exist.
     jobs : int, optional
         Worker processes of one thread each; all processors by default, 1 computes in this process.
-    shard : tuple of int
-        (i, n): every n-th case, beginning with the i-th, for n sweeps of one plan at once.
+    shard : tuple of int, or str
+        (i, n) or ``"i/n"``: every n-th case, beginning with the i-th, for n sweeps of one plan at once.
     dask : str or distributed.Client, optional
         Compute on a dask cluster: the address of its scheduler, a scheduler file, ``local:N``, or a connected client,
         for whose workers the sweep waits up to an hour.
@@ -268,13 +267,14 @@ def sweep(
     >>> run = sweep("demo", folder, formula="xu_kahraman_2007", jobs=1)
     >>> run.status.finished
     128
-    >>> run.to_frame()["friction_coefficient"].max() < 0.2
+    >>> bool(run.to_frame()["friction_coefficient"].max() < 0.2)
     True
     """
     content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
     _check_formula(formula)
-    if adaptive and shard != (1, 1):
-        raise InputError("--shard", f"{shard[0]}/{shard[1]}", "no shards with --adaptive", "Use --jobs or --dask.")
+    part = _shard(shard)
+    if adaptive and part != (1, 1):
+        raise InputError("shard", f"{part[0]}/{part[1]}", "no shards in an adaptive sweep", "Use jobs or dask.")
     shown: AbstractContextManager[Callable[[Progress], None] | None]
     shown = show_progress(content.name) if progress is True else nullcontext(progress or None)
     with shown as show, _executor(dask) as executor:
@@ -292,7 +292,7 @@ def sweep(
         if adaptive:
             report = adaptive_sweep(content, target, notify=notify, **options)
             return Run(target, report.sweeps, report)
-        return Run(target, (sweep_shard(content, target, shard, **options),))
+        return Run(target, (sweep_shard(content, target, part, **options),))
 
 
 def slurm_script(
@@ -358,12 +358,19 @@ def slurm_script(
 
 def _check_formula(formula: str | None) -> None:
     if formula is not None and formula not in PUBLISHED:
-        raise InputError("--with", formula, "one of " + ", ".join(sorted(PUBLISHED)))
+        raise InputError("formula", formula, "one of " + ", ".join(sorted(PUBLISHED)))
+
+
+def _shard(value: tuple[int, int] | str) -> tuple[int, int]:
+    number, slash, shards = value.partition("/") if isinstance(value, str) else (str(value[0]), "/", str(value[1]))
+    if not (slash and number.isdigit() and shards.isdigit() and 1 <= int(number) <= int(shards)):
+        raise InputError("shard", value, "i/n with 1 <= i <= n", "Write it as 2/8.")
+    return int(number), int(shards)
 
 
 def _time_cap(value: float | str) -> float:
     """Seconds; a text must have its unit."""
-    return _SECONDS.check(value, "--time-cap", bare=not isinstance(value, str))
+    return _SECONDS.check(value, "time_cap", bare=not isinstance(value, str))
 
 
 def _executor(dask: Any) -> AbstractContextManager[Executor | None]:

@@ -43,8 +43,8 @@ def array_script(plan: str, run: str, shards: int, options: Sequence[str] = (), 
         Fewer than one task, or processor.
     """
     if shards < 1:
-        raise InputError("--slurm", shards, "at least 1 task")
+        raise InputError("tasks", shards, "at least 1 task")
     if jobs < 1:
-        raise InputError("--jobs", jobs, "at least 1")
+        raise InputError("jobs", jobs, "at least 1")
     command = shlex.join(["mixed-ehl", "sweep", plan, *options, "-o", run])
     return _SCRIPT.format(shards=shards, jobs=jobs, command=command)

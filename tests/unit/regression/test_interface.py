@@ -1,0 +1,122 @@
+"""The public interface of `regression`: one line for each step, short texts, tables, and the same errors."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_plans import gear_plan, sweep_plan
+
+import regression
+from ehl import ContactState, InputError, Oil
+from regression.data.store import read_run
+
+XU = "xu_kahraman_2007"
+
+
+def test_every_public_name_is_there_and_there_are_few() -> None:
+    assert len(regression.__all__) <= 16
+    for name in regression.__all__:
+        assert getattr(regression, name) is not None
+    assert dir(regression) == regression.__all__
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = regression.nothing
+
+
+def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> None:
+    plan = regression.Plan.from_dict(sweep_plan("small"))
+    run = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1)
+    assert run.status.complete
+    assert (run.unfinished, run.reports[0].converged) == (0, 16)
+    assert repr(run).endswith("'small', 16 of 16 cases")
+    frame = run.to_frame(units=True)
+    assert {"pressure_hertz [Pa]", "friction_coefficient", "key"} <= set(frame)
+    # the stored plan is the plan
+    assert run.plan.plan_hash == plan.plan_hash == read_run(run.path)[0]["plan_hash"]
+    assert run.plan.to_frame().equals(plan.to_frame())
+    again = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1)
+    assert (again.reports[0].resumed, again.reports[0].converged) == (16, 0)
+    assert regression.load_dataset(run).data_hash == regression.Run(tmp_path / "run").dataset().data_hash
+    assert run.merge(tmp_path / "cases.csv") == run.merge(tmp_path / "cases.h5") == 16
+    for result in (plan, run, run.status, run.dataset()):
+        assert "<table>" in result._repr_html_()
+    for result in (plan, run, run.dataset(), plan.estimate()):
+        assert len(repr(result)) < 1500
+
+
+def test_shards_and_failed_cases(tmp_path: Path) -> None:
+    plan = regression.Plan.from_dict(gear_plan("shards", {"size": 16}))
+    for shard in ("1/2", (2, 2)):
+        regression.sweep(plan, tmp_path, formula="benedict_kelley_1961", jobs=1, shard=shard)
+    run = regression.Run(tmp_path)
+    assert run.status.finished == 16
+    assert len(run.status.table().rows) == 2
+    assert len(run.status.failed_table().rows) == len(run.status.failed)
+    assert run.to_dict()["complete"]
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"formula": "nothing"}, "formula"),
+        ({"shard": "3/2"}, "shard"),
+        ({"shard": (0, 2)}, "shard"),
+        ({"shard": "1/2", "adaptive": True}, "shard"),
+        ({"time_cap": "5 m"}, "time_cap"),
+        ({"jobs": 0}, "jobs"),
+        ({"dask": "local:x"}, "dask"),
+    ],
+)
+def test_errors_name_the_keyword(tmp_path: Path, options: dict[str, object], field: str) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError) as caught:
+        regression.sweep("demo", tmp_path, **{"formula": XU, **options})  # type: ignore[arg-type]
+    assert caught.value.field == field
+    assert not list(tmp_path.glob("*.h5"))
+
+
+def test_the_slurm_script_has_all_options(tmp_path: Path) -> None:
+    script = regression.slurm_script(
+        "demo", tmp_path, 8, jobs=2, changes=["lubricant.oil=fva3"], formula=XU, time_cap=30, retry_failed=True
+    )
+    assert "--cpus-per-task=2" in script
+    assert f"demo --set lubricant.oil=fva3 --with {XU} --time-cap '30 s' --retries 1 --retry-failed" in script
+    with pytest.raises(InputError, match="tasks"):
+        regression.slurm_script("demo", tmp_path, 0)
+    with pytest.raises(InputError, match="lubricant"):
+        regression.slurm_script("demo", tmp_path, 2, changes=["lubricant.oil=nothing"])
+
+
+@pytest.mark.parametrize("name", ["demo", "gear_default", "gear_mesh", "gear_range"])
+def test_a_plan_is_read_back_from_what_files_store(name: str) -> None:
+    plan = regression.Plan.from_file(name)
+    back = regression.Plan.from_json(plan.model_dump_json())
+    assert back.plan_hash == plan.plan_hash
+    assert back.case_at(5).model_dump_json() == plan.case_at(5).model_dump_json()
+
+
+def test_results_of_an_operating_range() -> None:
+    state = ContactState.of(
+        pressure_hertz=np.linspace(0.5e9, 1.5e9, 101),
+        radius_equivalent=0.01,
+        effective_modulus=226e9,
+        speed_entrainment=5.0,
+        slide_to_roll=0.2,
+        temperature_oil=363.15,
+        roughness_rms_1=0.3e-6,
+        roughness_rms_2=0.4e-6,
+    )
+    ranges = regression.operating_range([regression.WeightedPoints(state, np.ones(101), Oil.load("fva3"))])
+    frame = ranges.to_frame()
+    assert frame.loc["pressure_hertz", "maximum"] == 1.5e9
+    assert "Hertz pressure" in ranges._repr_html_()
+    assert len(repr(ranges)) < 1500
+    assert ranges.plan("range", ["fva3"], size=32).count == 32
+
+
+def test_a_sweep_leaves_signal_handlers_as_they_were(tmp_path: Path) -> None:
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    regression.sweep(regression.Plan.from_dict(sweep_plan("signals")), tmp_path, formula=XU, jobs=1)
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
