@@ -250,7 +250,7 @@ def test_adaptive_sweep_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_pat
     assert "8 added by the adaptive sweep" in mixed_ehl("sweep", "status", tmp_path / "run").out
     shards = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--adaptive", "--shard", "1/2")
     assert shards.code == 2
-    assert "no shards with --adaptive" in shards.err
+    assert "no shards in an adaptive sweep" in shards.err
 
 
 def test_slurm_script_is_shell(mixed_ehl: Call, tmp_path: Path) -> None:
