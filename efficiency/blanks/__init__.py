@@ -1,1 +1,4 @@
-"""Blank of a member: cones, face, tooth height (ISO 23509)."""
+"""Blanks of a pair (ISO 23509): pitch cones, tooth proportions, face width, undercut check, virtual gears.
+
+Imports no other folder of the package.
+"""

@@ -1,3 +1,4 @@
-"""Design files of gear pairs."""
+"""Design files: every input of a gear pair, and the flanks and tooth bodies that follow from it.
 
-from __future__ import annotations
+Imports `blanks`, `cutting`, `contact` and `ltca`; these know no design file.
+"""

@@ -40,9 +40,18 @@ _TO_AXIS, _MAX_TO_AXIS = 0.5, 0.9
 class BodyInput(InputModel):
     """Body under the teeth: from the root cone down to its base, between the end faces of the teeth.
 
-    The base is the surface `rim_thickness` below the root cone, square to the pitch cone: the seat of a ring gear, the
-    bore or core of a pinion. `held` names the surfaces that do not move against the shaft: the base, the toe or the
-    heel face of the body. A very large `youngs_modulus` makes the body rigid, a small one stands for a web.
+    The base is the seat of a ring gear, the bore or core of a pinion.
+
+    Attributes
+    ----------
+    rim_thickness : float, optional
+        Distance of the base from the root cone, square to the pitch cone [m]; by default 1.2 whole depths, at most half
+        the way to the axis.
+    held : tuple of {"base", "toe", "heel"}
+        Surfaces that do not move against the shaft.
+    youngs_modulus : float, optional
+        Of the body [Pa]; that of the teeth by default. A very large one makes the body rigid, a small one stands for a
+        web.
     """
 
     rim_thickness: Length | None = None
@@ -71,7 +80,17 @@ class BodyInput(InputModel):
 
 
 class MemberCooling(InputModel):
-    """Cooling of one member: its thermal resistance to the oil, or heat transfer coefficient and wetted area."""
+    """Cooling of one member: its thermal resistance, or heat transfer coefficient and wetted area.
+
+    Attributes
+    ----------
+    thermal_resistance : float, optional
+        From the teeth to the oil [K/W].
+    heat_transfer_coefficient : float, optional
+        In its place, with the area [W/(m2 K)]; by default that of flanks wetted once per turn.
+    cooled_area : float, optional
+        Wetted area [m2]; by default both flanks of all teeth.
+    """
 
     thermal_resistance: Annotated[float, ValueRange("K/W", gt=0.0, le=1e3)] | None = None
     heat_transfer_coefficient: Annotated[float, ValueRange("W/(m^2*K)", gt=0.0, le=1e6)] | None = None
@@ -90,7 +109,12 @@ class MemberCooling(InputModel):
 class CoolingInput(InputModel):
     """Table [cooling]: heat from the teeth to the oil.
 
-    `oil_inlet`: the oil enters the contacts at the mean bulk temperature of both members ("bulk") or as it is ("oil").
+    Attributes
+    ----------
+    pinion, gear : MemberCooling
+        Of each member.
+    oil_inlet : {"bulk", "oil"}
+        Temperature of the oil at the inlet of the contacts: the mean bulk temperature of both members, or its own.
     """
 
     pinion: MemberCooling = MemberCooling()
@@ -99,9 +123,14 @@ class CoolingInput(InputModel):
 
 
 class FlankSurfaceInput(InputModel):
-    """Table [surface]: what the roughness of both flanks has in common, as [surface] of a contact file.
+    """Table [surface]: texture that both flanks have in common, as [surface] of a contact file.
 
-    `correlation_length` is that across the contact line, `peklenik_number` its ratio along over across the line.
+    Attributes
+    ----------
+    correlation_length : float
+        Across the contact line [m].
+    peklenik_number : float
+        Correlation length along the contact line over that across it [-].
     """
 
     correlation_length: TextureLength = 30e-6
@@ -119,7 +148,25 @@ Teeth = Annotated[int, Field(ge=3, le=400)]
 
 
 class BlankInput(InputModel):
-    """Blank of one member in ISO 23509 terms; the mean point lies in the middle of the face."""
+    """Blank of one member in ISO 23509 terms; the mean point lies in the middle of the face.
+
+    Attributes
+    ----------
+    teeth : int
+        Number of teeth.
+    hand : {"left", "right"}
+        Hand of spiral.
+    pitch_angle : float
+        Pitch cone angle [rad].
+    mean_cone_distance, face_width : float
+        Along the pitch cone [m].
+    mean_addendum, mean_dedendum : float
+        At the mean point, square to the pitch cone [m].
+    addendum_angle, dedendum_angle : float
+        Of face and root cone against the pitch cone [rad].
+    pitch_apex_beyond_crossing : float
+        Distance of the pitch apex beyond the crossing point, away from the heel [m].
+    """
 
     teeth: Teeth
     hand: Hand
@@ -165,6 +212,21 @@ class MemberInput(InputModel):
 
     Tables `cutter` and `machine` beside `concave` and `convex` hold what both flanks share (completing, spread blade);
     the tables of a flank add to them or override them.
+
+    Attributes
+    ----------
+    blank : BlankInput
+        Cones and teeth.
+    concave, convex : CutFlankInput, GridFlankInput or ConjugateFlankInput
+        Flanks: by cutter and machine settings, by points, or (pinion only) by an ease-off.
+    material : str
+        Name of a material card.
+    roughness_rms : float
+        Rq of the flanks [m].
+    edge_rounding : float, optional
+        Radius of the tip, toe and heel edges [m]; by default 0.05 of the mean transverse module.
+    body : BodyInput
+        Body under the teeth.
     """
 
     blank: BlankInput
@@ -239,7 +301,19 @@ def _cut_flank(given: CutFlankInput, side: FlankSide, hand: Hand, blank: Blank) 
 
 
 class Misalignment(InputModel):
-    """E along the offset, P along the pinion axis, G along the gear axis, alpha added to the shaft angle."""
+    """Displacement of the members from their nominal position.
+
+    Attributes
+    ----------
+    E : float
+        Along the offset [m].
+    P : float
+        Along the pinion axis [m].
+    G : float
+        Along the gear axis [m].
+    alpha : float
+        Added to the shaft angle [rad].
+    """
 
     E: Error = 0.0
     P: Error = 0.0
@@ -250,7 +324,12 @@ class Misalignment(InputModel):
 class Deflection(InputModel):
     """Displacements of shafts, bearings and housing under load, in the axes of the misalignment.
 
-    They are those at the pinion torque `torque`, and grow in proportion to it.
+    Attributes
+    ----------
+    E, P, G, alpha : float
+        As in `Misalignment` [m], alpha [rad].
+    torque : float, optional
+        Pinion torque at which they are reached; they grow in proportion to it [N m].
     """
 
     E: Error = 0.0
@@ -272,7 +351,23 @@ class Deflection(InputModel):
 
 
 class AssemblyInput(InputModel):
-    """Position of the axes and which flanks drive."""
+    """Position of the axes and which flanks drive.
+
+    Attributes
+    ----------
+    shaft_angle : float
+        Angle of the axes [rad].
+    hypoid_offset : float
+        Distance of the axes [m]; 0 for a spiral bevel pair.
+    drive_flank_pinion : {"concave", "convex"}
+        Pinion flank that carries on the drive side.
+    normal_backlash : float
+        Along the normal [m].
+    misalignment : Misalignment
+        Without load.
+    deflection : Deflection
+        Under load.
+    """
 
     shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]
     hypoid_offset: Annotated[float, ValueRange("m", ge=0.0, le=0.5)] = 0.0
@@ -283,7 +378,21 @@ class AssemblyInput(InputModel):
 
 
 class OperatingPoint(InputModel):
-    """Default operating point: torque and speed of the pinion, oil and its temperature, the member that drives."""
+    """Default operating point.
+
+    Attributes
+    ----------
+    torque : float
+        At the pinion shaft [N m].
+    speed : float
+        Of the pinion [rad/s].
+    temperature_oil : float
+        Of the oil [K].
+    oil : str
+        Name of an oil card.
+    driver : {"pinion", "gear"}
+        Member the power comes from.
+    """
 
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
     speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]
@@ -304,7 +413,31 @@ OPERATION_LIMITS: dict[str, ValueRange] = {
 
 
 class Design(InputModel):
-    """A gear pair: the content of a design file."""
+    """A gear pair: the content of a design file.
+
+    Attributes
+    ----------
+    name, source : str
+        What it is called and where it comes from.
+    assembly : AssemblyInput
+        Position of the axes.
+    pinion, gear : MemberInput
+        Members.
+    operation : OperatingPoint
+        Default operating point.
+    cooling : CoolingInput
+        Heat from the teeth to the oil.
+    surface : FlankSurfaceInput
+        Texture of the flanks.
+
+    Examples
+    --------
+    >>> design = load_design("fm_spiral_bevel_14x39")
+    >>> design.pinion.blank.teeth, design.gear.blank.teeth
+    (14, 39)
+    >>> design.with_misalignment(E=1e-4).assembly.misalignment.E
+    0.0001
+    """
 
     name: str
     source: str = ""
@@ -389,10 +522,25 @@ class Design(InputModel):
 def load_design(name: str | Path) -> Design:
     """Read and check a design file, or a shipped design by its name.
 
+    Parameters
+    ----------
+    name : str or Path
+        Name of a shipped design, or path of a TOML file.
+
+    Returns
+    -------
+    Design
+        With paths of point files counted from the folder of the file.
+
     Raises
     ------
     InputError
         Naming field, value and allowed range.
+
+    Examples
+    --------
+    >>> load_design("fh_hypoid_9x34").assembly.hypoid_offset > 0.0
+    True
     """
     path = named_file("design", "designs", name)
     return validate(Design, _with_places(read_toml(path), path.parent))

@@ -35,7 +35,17 @@ Groups = Annotated[int, Field(ge=1, le=60)]
 
 
 class ReliefInput(InputModel):
-    """Toprem or flankrem: an arc tangent to the profile at a height over the blade tip, straight on after an angle."""
+    """Toprem or flankrem: an arc tangent to the profile.
+
+    Attributes
+    ----------
+    height : float
+        Where it begins, over the blade tip [m].
+    radius : float
+        Of the arc [m].
+    angle : float, optional
+        Turn of the profile after which it goes straight on [rad].
+    """
 
     height: Length
     radius: Length
@@ -47,7 +57,17 @@ class ReliefInput(InputModel):
 
 
 class ProtuberanceInput(InputModel):
-    """Blade thickened by an amount below a height over its tip, led there by two arcs of one radius."""
+    """Blade thickened below a height over its tip.
+
+    Attributes
+    ----------
+    height : float
+        Over the blade tip below which the blade is thicker [m].
+    amount : float
+        By which it is thicker [m].
+    radius : float
+        Of both arcs that lead there [m].
+    """
 
     height: Length
     amount: Annotated[float, ValueRange("m", gt=0.0, le=2e-3)]
@@ -73,9 +93,20 @@ class ProtuberanceInput(InputModel):
 
 
 class BladeInput(InputModel):
-    """The edge of one blade: straight or an arc, with edge radius and reliefs tangent to it.
+    """Edge of one blade: straight or an arc, with edge radius and reliefs tangent to it.
 
-    Angle, curvature and radius belong to the reference height over the blade tip (0: the tip plane).
+    Attributes
+    ----------
+    blade_angle : float
+        Of the edge to the cutter axis at the reference height [rad].
+    blade_curvature : float
+        There [1/m]; 0 for a straight edge.
+    reference_height : float
+        Over the blade tip [m]; 0 is the tip plane.
+    edge_radius : float
+        At the blade tip [m].
+    toprem, protuberance, flankrem : optional
+        Reliefs of the profile.
     """
 
     blade_angle: BladeAngle
@@ -89,7 +120,7 @@ class BladeInput(InputModel):
     @model_validator(mode="after")
     def _edge(self) -> Self:
         if self.toprem is not None and self.protuberance is not None:
-            raise InputError("protuberance", "given beside a toprem", "either toprem or protuberance")
+            raise InputError("protuberance", "given together with a toprem", "either toprem or protuberance")
         low = self.toprem or self.protuberance
         if low is not None and self.flankrem is not None and self.flankrem.height <= low.height:
             raise InputError(
@@ -115,9 +146,14 @@ class BladeInput(InputModel):
 
 
 class FaceMillingCutter(BladeInput):
-    """One blade of a face mill: by its point radius, or by cutter radius and point width of a spread-blade cutter.
+    """One blade of a face mill; see also `BladeInput`.
 
-    The point radius is that of the (extended) profile at the tip plane.
+    Attributes
+    ----------
+    point_radius : float, optional
+        Radius of the (extended) profile at the tip plane [m].
+    cutter_radius, point_width : float, optional
+        In its place: mean radius and distance of the blades of a spread-blade cutter [m].
     """
 
     type: Literal["face_milling"] = "face_milling"
@@ -133,7 +169,7 @@ class FaceMillingCutter(BladeInput):
                 "point_radius", None, "a length such as '114.3 mm', or cutter_radius and point_width instead"
             )
         if self.point_radius is not None and spread != (None, None):
-            raise InputError("point_radius", "given beside cutter_radius or point_width", "one of both ways")
+            raise InputError("point_radius", "given together with cutter_radius or point_width", "only one of the two")
         if self.point_radius is None and 0.5 * float(self.point_width or 0.0) >= float(self.cutter_radius or 0.0):
             raise InputError("point_width", self.point_width, "below the cutter diameter")
         return self
@@ -150,10 +186,22 @@ class FaceMillingCutter(BladeInput):
 
 
 class FaceHobbingCutter(BladeInput):
-    """One blade of each group of a face-hob head.
+    """One blade of each group of a face-hobbing head; see also `BladeInput`.
 
-    The profile passes the cutter radius at the reference height, where its plane stands at the blade offset angle to
-    the axial plane; `radius_offset` moves it outwards from there, square to the cutting direction.
+    Attributes
+    ----------
+    cutter_radius : float
+        Radius of the profile at the reference height [m].
+    blade_groups : int
+        Of the head.
+    blade_offset_angle : float
+        Of the plane of the profile to the axial plane, at the cutter radius [rad].
+    radius_offset : float
+        Moves the profile outwards, square to the cutting direction [m].
+    blade_phase : float
+        Position of the blade around the cutter axis [rad].
+    rake_angle, hook_angle : float
+        Of the front face [rad].
     """
 
     type: Literal["face_hobbing"]
@@ -181,7 +229,21 @@ class FaceHobbingCutter(BladeInput):
 
 
 class MachineInput(InputModel):
-    """Settings that generated and non-generated members share."""
+    """Machine settings that generated and non-generated members share.
+
+    Attributes
+    ----------
+    radial_setting : float
+        Cutter centre from the cradle axis [m].
+    cradle_angle : float
+        Of the cutter centre around the cradle axis; positive for a right-hand member [rad].
+    machine_root_angle : float
+        Of the work axis to the machine plane [rad].
+    tilt, swivel : float
+        Of the cutter axis [rad].
+    blank_offset, sliding_base, machine_centre_to_back : float
+        Position of the work [m].
+    """
 
     radial_setting: Length
     cradle_angle: Turn
@@ -194,7 +256,19 @@ class MachineInput(InputModel):
 
 
 class GeneratedMachine(MachineInput):
-    """Settings of a generated flank by their trade names."""
+    """Settings of a generated flank by their trade names; see also `MachineInput`.
+
+    Attributes
+    ----------
+    roll_ratio : float
+        Rotation of the work over that of the cradle [-].
+    modified_roll_2c, modified_roll_6d, modified_roll_24e, modified_roll_120f, modified_roll_720g : float
+        Coefficients of modified roll by their trade names [-].
+    helical_motion_1, helical_motion_2, helical_motion_3 : float
+        Derivatives of the sliding base by the cradle roll [m/rad^n].
+    vertical_motion_1, vertical_motion_2, vertical_motion_3 : float
+        Derivatives of the vertical position by the cradle roll [m/rad^n].
+    """
 
     process: Literal["generated"] = "generated"
     roll_ratio: Annotated[float, ValueRange("", gt=0.0, le=100.0)]
@@ -226,7 +300,15 @@ class FormateMachine(MachineInput):
 
 
 class CutFlankInput(InputModel):
-    """A flank given by the cutter and the machine settings that cut it."""
+    """A flank given by the cutter and the machine settings that cut it.
+
+    Attributes
+    ----------
+    cutter : FaceMillingCutter or FaceHobbingCutter
+        Blade of the flank.
+    machine : GeneratedMachine or FormateMachine
+        Settings of the cradle machine.
+    """
 
     cutter: Annotated[FaceMillingCutter | FaceHobbingCutter, Field(discriminator="type")]
     machine: Annotated[GeneratedMachine | FormateMachine, Field(discriminator="process")]
@@ -252,7 +334,13 @@ class CutFlankInput(InputModel):
 
 
 class GridFlankInput(InputModel):
-    """A flank given by the points of a CSV file, measured or of another program (see `contact.grid_flank`)."""
+    """A flank given by points, measured or of another program.
+
+    Attributes
+    ----------
+    grid : str
+        Path of the CSV file, see `contact.grid_flank`.
+    """
 
     grid: str
 
@@ -267,7 +355,15 @@ class GridFlankInput(InputModel):
 
 
 class EaseOffTerm(InputModel):
-    """One further term of an ease-off: ``relief length^length_power depth^depth_power``, both from -1 to 1."""
+    """One further term of an ease-off: ``relief length^i depth^j``, both from -1 to 1.
+
+    Attributes
+    ----------
+    length_power, depth_power : int
+        Powers of length and depth.
+    relief : float
+        Coefficient [m].
+    """
 
     length_power: Annotated[int, Field(ge=0, le=8)]
     depth_power: Annotated[int, Field(ge=0, le=8)]
@@ -275,7 +371,21 @@ class EaseOffTerm(InputModel):
 
 
 class EaseOffInput(InputModel):
-    """Ease-off of a pinion flank from the conjugate one, over face and working depth (see `EaseOffTarget`)."""
+    """Ease-off of a pinion flank from the conjugate one, over face and working depth; see `EaseOffTarget`.
+
+    Attributes
+    ----------
+    lengthwise_crowning, profile_crowning, twist : float
+        Reliefs [m].
+    bias : float
+        Lean of the lengthwise crowning [-].
+    contact_face, contact_depth : float
+        Point without relief, from -1 to 1.
+    terms : tuple of EaseOffTerm
+        Further terms.
+    map : str, optional
+        Path of a CSV file with a table of the ease-off, added to the rest.
+    """
 
     lengthwise_crowning: Relieved = 0.0
     profile_crowning: Relieved = 0.0
@@ -308,7 +418,13 @@ class EaseOffInput(InputModel):
 
 
 class ConjugateFlankInput(InputModel):
-    """A pinion flank that no setting has to cut: conjugate to its gear flank, less an ease-off."""
+    """A pinion flank that no setting has to cut: conjugate to its gear flank, less an ease-off.
+
+    Attributes
+    ----------
+    ease_off : EaseOffInput
+        Material missing on the pinion.
+    """
 
     ease_off: EaseOffInput
 

@@ -1,1 +1,1 @@
-"""What a gear pair looks like on paper: tables, figures, reports and files for other programs."""
+"""Tables, figures, pages and files of results."""
