@@ -30,7 +30,6 @@ from ehl.rough._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
 from ehl.rough.accuracy import make_plan
 from ehl.rough.batches import batch_means
 from ehl.rough.run import Run
-from ehl.rough.scaling import film_estimate
 from ehl.rough.window import Window
 from ehl.surface.roughness import generate_profile
 
@@ -61,7 +60,7 @@ def sample_scenes(count: int, seed: int) -> Iterator[tuple[dict[str, float], Sce
         contact = line(speed, slip, p_h)
         scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation, index), boundary, gamma)
         drained = math.isfinite(gamma)
-        film = film_estimate(contact, oil)
+        film = contact.film_moes(oil)
         fine = 1.0 / make_plan("fast", contact, scene.surfaces, film, drained=drained, thermal=False).spacing
         row = {
             "case": index,
@@ -229,7 +228,7 @@ def mesh_targets(out: Path, window: float) -> None:
     for ratio in (3.0, 1.5, 0.8, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02):
         contact = line(speed_of_film_ratio(ratio, rms, oil))
         scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation))
-        film = film_estimate(contact, oil)
+        film = contact.film_moes(oil)
         mesh = 1.0 / make_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
         standard, finest = family(scene, (mesh, 4.0 * mesh), startup_of(scene), window)
         a, b = batch_series(standard), batch_series(finest)
@@ -267,7 +266,7 @@ def spots(out: Path, window: float) -> None:
     rows = []
     for ratio in (0.38, 0.3, 0.2, 0.15, 0.1, 0.06):
         contact = line(speed_of_film_ratio(ratio, rms, oil, pressure=p_h), slip, p_h)
-        film = film_estimate(contact, oil)
+        film = contact.film_moes(oil)
         for correlation in (0.2, 0.4):
             for seed in (1, 2):
                 scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation, seed))

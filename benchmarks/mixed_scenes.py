@@ -19,7 +19,7 @@ from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
 from ehl.rough._kernels.newton import LAGGED
 from ehl.rough.accuracy import mesh_length
 from ehl.rough.run import Run
-from ehl.rough.scaling import Settings, build_problem, film_estimate
+from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.window import Window
 from ehl.surface.roughness import generate_profile
 
@@ -45,7 +45,7 @@ class Scene:
     @property
     def film_ratio(self) -> float:
         """lambda by Moes's formula."""
-        return film_estimate(self.contact, self.lubricant) / self.surfaces.rms if self.surfaces.rms else math.inf
+        return self.contact.film_moes(self.lubricant) / self.surfaces.rms if self.surfaces.rms else math.inf
 
     def run(self, nodes_per_half_width: float, start_travel: float = 0.0) -> Run:
         """A run that has not moved yet."""
@@ -67,7 +67,7 @@ class Scene:
         return Run(problem)
 
     def _length(self) -> float:
-        return mesh_length(self.contact, film_estimate(self.contact, self.lubricant))
+        return mesh_length(self.contact, self.contact.film_moes(self.lubricant))
 
     def with_(self, **changes: object) -> Scene:
         """A copy with other values."""
@@ -107,7 +107,7 @@ def speed_of_film_ratio(ratio: float, rms: float, lubricant: Lubricant, **contac
     low, high = 1e-8, 1e4
     for _ in range(80):
         middle = math.sqrt(low * high)
-        if film_estimate(line(middle, **contact), lubricant) < ratio * rms:
+        if line(middle, **contact).film_moes(lubricant) < ratio * rms:
             low = middle
         else:
             high = middle

@@ -19,7 +19,6 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import inlet_sweep
-from ehl.rough.scaling import film_estimate
 from ehl.smooth import SteadyResult, solve_steady
 from ehl.surface.roughness import RoughProfile
 
@@ -49,12 +48,12 @@ def wavy(contact: LineContact, wavelength: float, amplitude: float) -> RoughSurf
 
 def mesh_of(contact: LineContact, oil: Lubricant, wavelength: float) -> float:
     """Nodes per b that resolve the wave and the inlet of the smooth film."""
-    return max(60.0, 30.0 / wavelength, 5.0 / inlet_sweep(contact, film_estimate(contact, oil)))
+    return max(60.0, 30.0 / wavelength, 5.0 / inlet_sweep(contact, contact.film_moes(oil)))
 
 
 def attenuation(contact: LineContact, oil: Lubricant, wavelength: float, nodes_per_b: float) -> tuple[float, float]:
     """Amplitude of the film over that of the rigid wave, in the middle of the contact, and the formula's g."""
-    film = film_estimate(contact, oil)
+    film = contact.film_moes(oil)
     amplitude = 0.05 * film
     scene = Scene(contact, oil, wavy(contact, wavelength, amplitude), 1e-9)
     run = scene.run(nodes_per_b)

@@ -18,7 +18,7 @@ from scipy.linalg import solve
 from ehl.elasticity import DeflectionOperator
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.rough.scaling import film_estimate, inlet_wedge, rough_length, solved_length
+from ehl.rough.scaling import inlet_wedge, rough_length, solved_length
 from ehl.rough.surfaces import RoughSurfaces, ring
 from ehl.surface.roughness import RoughProfile
 
@@ -67,7 +67,7 @@ class PlainTwin:
 
     def __post_init__(self) -> None:
         contact, b = self.contact, self.contact.half_width
-        film = film_estimate(contact, self.lubricant)
+        film = contact.film_moes(self.lubricant)
         inlet, outlet = solved_length(contact, film)
         dx = (outlet - inlet) * b / self.nodes
         period = self.surfaces.common_length()

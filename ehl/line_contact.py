@@ -4,10 +4,56 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.fluid.film_formulas import moes_film
 
 if TYPE_CHECKING:
     from ehl.fluid.lubricant import Lubricant
+
+Values = TypeVar("Values", float, NDArray[np.float64])
+
+
+def hertz_half_width(load_per_length: Values, radius_equivalent: Values, effective_modulus: float) -> Values:
+    """Hertz half-width b = sqrt(8 w' R/(pi E')) of a line contact [m].
+
+    Parameters
+    ----------
+    load_per_length : float or ndarray
+        w' [N/m].
+    radius_equivalent : float or ndarray
+        R [m].
+    effective_modulus : float
+        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
+
+    Examples
+    --------
+    >>> round(1e6 * hertz_half_width(4e5, 0.015, 228e9), 2)
+    258.87
+    """
+    half_width: Values = np.sqrt(8.0 * load_per_length * radius_equivalent / (np.pi * effective_modulus))
+    return half_width
+
+
+def half_width_of_pressure(pressure_hertz: Values, radius_equivalent: Values, effective_modulus: Values) -> Values:
+    """Hertz half-width b = 4 R p_h/E' [m]; arguments as in `hertz_load`."""
+    return 4.0 * radius_equivalent * pressure_hertz / effective_modulus
+
+
+def hertz_load(pressure_hertz: Values, radius_equivalent: Values, effective_modulus: Values) -> Values:
+    """Load per length w' = 2 pi p_h^2 R/E' of a line contact [N/m].
+
+    Parameters
+    ----------
+    pressure_hertz : float or ndarray
+        Maximum Hertz pressure p_h [Pa].
+    radius_equivalent, effective_modulus : float or ndarray
+        R [m] and E' [Pa].
+    """
+    return 2.0 * np.pi * pressure_hertz**2 * radius_equivalent / effective_modulus
 
 
 @dataclass(frozen=True)
@@ -49,7 +95,7 @@ class LineContact:
         speed_sliding_lengthwise: float = 0.0,
     ) -> LineContact:
         """The contact whose maximum Hertz pressure is given: w' = 2 pi p_h^2 R/E'."""
-        load = 2.0 * math.pi * pressure_hertz**2 * radius_equivalent / effective_modulus
+        load = hertz_load(pressure_hertz, radius_equivalent, effective_modulus)
         return cls(
             radius_equivalent,
             effective_modulus,
@@ -62,7 +108,7 @@ class LineContact:
     @property
     def half_width(self) -> float:
         """Hertz half-width b = sqrt(8 w' R/(pi E')) [m]."""
-        return math.sqrt(8.0 * self.load_per_length * self.radius_equivalent / (math.pi * self.effective_modulus))
+        return float(hertz_half_width(self.load_per_length, self.radius_equivalent, self.effective_modulus))
 
     @property
     def pressure_hertz(self) -> float:
@@ -108,3 +154,16 @@ class LineContact:
         """Moes groups (M, L): W (2U)^-1/2 and G (2U)^1/4 [-]."""
         speed, load, material = self.dowson_groups(lubricant)
         return load / math.sqrt(2.0 * speed), material * (2.0 * speed) ** 0.25
+
+    def film_moes(self, lubricant: Lubricant) -> float:
+        """Smooth isothermal central film by the formula of Moes (1992) [m]."""
+        return float(
+            moes_film(
+                lubricant.viscosity_inlet,
+                abs(self.speed_entrainment),
+                self.load_per_length,
+                self.radius_equivalent,
+                self.effective_modulus,
+                lubricant.pressure_viscosity,
+            )
+        )

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ehl.fluid.lubricant import KELVIN, Lubricant
+from ehl.fluid.lubricant import Lubricant
 from ehl.heat import ThermalTraction, carried_shear_heat
 from ehl.inputs import ContactProblem
 from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
+from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
 from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult

@@ -7,6 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ehl.line_contact import half_width_of_pressure, hertz_load
+
 Array = NDArray[np.float64]
 
 
@@ -86,12 +88,12 @@ class ContactState:
     @property
     def half_width(self) -> Array:
         """Hertz half-width b = 4 R p_h/E' [m]."""
-        return 4.0 * self.radius_equivalent * self.pressure_hertz / self.effective_modulus
+        return half_width_of_pressure(self.pressure_hertz, self.radius_equivalent, self.effective_modulus)
 
     @property
     def load_per_length(self) -> Array:
         """w' = pi b p_h/2 [N/m]."""
-        return np.asarray(0.5 * np.pi * self.half_width * self.pressure_hertz)
+        return hertz_load(self.pressure_hertz, self.radius_equivalent, self.effective_modulus)
 
     @property
     def speed_sliding(self) -> Array:

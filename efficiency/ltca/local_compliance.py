@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from efficiency.ltca.edge_contact import EdgeSection
+from ehl.line_contact import hertz_half_width
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -103,7 +104,7 @@ class LocalCompliance:
         load_per_length : (n,) array
             w' [N/m]; must be positive.
         """
-        b = np.sqrt(8.0 * load_per_length * self.radius_equivalent / (np.pi * self.effective_modulus))
+        b = hertz_half_width(load_per_length, self.radius_equivalent, self.effective_modulus)
         total, slope = np.zeros_like(b), np.zeros_like(b)
         for depth, material in zip(self.depths, self.materials, strict=True):
             nu = material.poisson_ratio
@@ -164,7 +165,7 @@ class LocalApproach:
     def half_width(self, load: FloatArray) -> FloatArray:
         """Hertz half-width of the flanks for a load per length, edges left out [m]."""
         radius, modulus = self.flanks.radius_equivalent, self.flanks.effective_modulus
-        return np.asarray(np.sqrt(8.0 * load * radius / (np.pi * modulus)))
+        return hertz_half_width(load, radius, modulus)
 
     def sections(self, load: FloatArray) -> tuple[IntArray, EdgeSection]:
         """Points whose contact reaches an edge, and the contact there."""

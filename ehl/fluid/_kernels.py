@@ -1,6 +1,6 @@
-"""Shear laws at one point, for the compiled loops of the steady and the transient solver.
+"""The table of viscosity and density and the shear laws at one point, for the compiled loops of both solvers.
 
-Everything is taken in logarithms: the viscosity of a stiff oil under pressure leaves the range of doubles.
+Stresses are taken in logarithms: the viscosity of a stiff oil under pressure leaves the range of doubles.
 """
 
 from __future__ import annotations
@@ -10,9 +10,28 @@ import math
 from numba import njit
 
 # compiled loops that lie on disk look for the record of numbers here
-from ehl.fluid.rheology_numbers import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers  # noqa: F401
+from ehl.fluid.lookup import LawTable  # noqa: F401
+from ehl.fluid.rheology import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers  # noqa: F401
 
 LOG_TWO = math.log(2.0)
+
+
+@njit(cache=True, error_model="numpy")
+def inlet_laws(p, table):
+    """ln(eta/eta0), rho/rho0 and their slopes in p at the inlet temperature; on along the tangent at both ends."""
+    root = math.sqrt(max(p, 0.0) + table.shift)
+    place = (root - table.root) * table.rate
+    x = min(place, float(table.row.shape[0]))
+    cell = min(int(x), table.row.shape[0] - 1)
+    x -= cell
+    a = table.row[cell]
+    growth = 0.5 * table.rate / root
+    slope = a[1] + x * (2.0 * a[2] + 3.0 * x * a[3])
+    density_slope = a[5] + x * (2.0 * a[6] + 3.0 * x * a[7])
+    beyond = place - cell - x + min(p, 0.0) * growth
+    value = a[0] + x * (a[1] + x * (a[2] + x * a[3])) + slope * beyond
+    density = a[4] + x * (a[5] + x * (a[6] + x * a[7])) + density_slope * beyond
+    return value, slope * growth, density, density_slope * growth
 
 
 @njit(cache=True, error_model="numpy")

@@ -6,13 +6,15 @@ G = alpha E', or Moes' M = W (2U)^-1/2, L = G (2U)^1/4, and return h/R or H = (h
 
 from __future__ import annotations
 
-import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+Values = TypeVar("Values", float, NDArray[np.float64])
 
-def moes_1992(load: float, lubricant: float) -> float:
+
+def moes_1992(load: Values, lubricant: Values) -> Values:
     """Film thickness H = (h/R)(2U)^-1/2 where dp/dx = 0, all four regimes blended.
 
     Moes (1992), J. Tribol. 114: H = [(H_RI^(7/3) + H_EI^(7/3))^(3s/7) + (H_RP^(-7/2) + H_EP^(-7/2))^(-2s/7)]^(1/s),
@@ -22,43 +24,48 @@ def moes_1992(load: float, lubricant: float) -> float:
 
     Parameters
     ----------
-    load : float
+    load : float or ndarray
         M [-].
-    lubricant : float
+    lubricant : float or ndarray
         L [-].
     """
-    rigid_iso = 3.0 / load
-    elastic_iso = 2.621 * load**-0.2
-    if lubricant <= 0.0:
-        return float((rigid_iso ** (7 / 3) + elastic_iso ** (7 / 3)) ** (3 / 7))
-    rigid_piezo = 1.287 * lubricant ** (2 / 3)
-    elastic_piezo = 1.311 * load**-0.125 * lubricant**0.75
-    s = (7.0 + 8.0 * math.exp(-2.0 * elastic_iso / rigid_iso)) / 5.0
-    iso = (rigid_iso ** (7 / 3) + elastic_iso ** (7 / 3)) ** (3 * s / 7)
-    piezo = (rigid_piezo**-3.5 + elastic_piezo**-3.5) ** (-2 * s / 7)
-    return float((iso + piezo) ** (1.0 / s))
-
-
-def moes_1992_array(load: NDArray[np.float64], lubricant: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`moes_1992` for arrays, with L > 0: ufuncs and arithmetic only, so that it can be exported as code."""
     rigid_iso, elastic_iso = 3.0 / load, 2.621 * load**-0.2
-    rigid_piezo, elastic_piezo = 1.287 * lubricant ** (2 / 3), 1.311 * load**-0.125 * lubricant**0.75
+    piezo = np.maximum(lubricant, 1e-30)  # L = 0, no rise of viscosity, leaves the isoviscous part
+    rigid_piezo, elastic_piezo = 1.287 * piezo ** (2 / 3), 1.311 * load**-0.125 * piezo**0.75
     blend = (7.0 + 8.0 * np.exp(-2.0 * elastic_iso / rigid_iso)) / 5.0
     film_iso = (rigid_iso ** (7 / 3) + elastic_iso ** (7 / 3)) ** (3.0 * blend / 7.0)
     film_piezo = (rigid_piezo**-3.5 + elastic_piezo**-3.5) ** (-2.0 * blend / 7.0)
-    return np.asarray((film_iso + film_piezo) ** (1.0 / blend))
+    return (film_iso + film_piezo) ** (1.0 / blend)
 
 
-def dowson_higginson_1968(speed: float, load: float, material: float) -> float:
+def moes_film(viscosity: Values, speed: Values, load: Values, radius: Values, modulus: Values, alpha: Values) -> Values:
+    """Isothermal film of `moes_1992` [m].
+
+    Parameters
+    ----------
+    viscosity, speed : float or ndarray
+        eta0 [Pa s] and |u_r| [m/s].
+    load, radius, modulus : float or ndarray
+        w' [N/m], R [m] and E' [Pa].
+    alpha : float or ndarray
+        [1/Pa].
+    """
+    root = np.sqrt(2.0 * viscosity * speed / (modulus * radius))
+    # an unloaded point has no contact; the least load keeps the formula finite there
+    moes_load = np.maximum(load / (modulus * radius) / root, 1e-6)
+    return moes_1992(moes_load, alpha * modulus * np.sqrt(root)) * radius * root
+
+
+def dowson_higginson_1968(speed: Values, load: Values, material: Values) -> Values:
     """Minimum film h_min/R = 2.65 U^0.70 G^0.54 W^-0.13 (Dowson & Higginson; exponents of 1968)."""
-    return float(2.65 * speed**0.70 * material**0.54 * load**-0.13)
+    return 2.65 * speed**0.70 * material**0.54 * load**-0.13
 
 
-def pan_hamrock_1989_minimum(speed: float, load: float, material: float) -> float:
+def pan_hamrock_1989_minimum(speed: Values, load: Values, material: Values) -> Values:
     """Minimum film h_min/R = 1.714 U^0.694 G^0.568 W^-0.128 (Pan & Hamrock 1989, J. Tribol. 111; from memory)."""
-    return float(1.714 * speed**0.694 * material**0.568 * load**-0.128)
+    return 1.714 * speed**0.694 * material**0.568 * load**-0.128
 
 
-def pan_hamrock_1989_central(speed: float, load: float, material: float) -> float:
+def pan_hamrock_1989_central(speed: Values, load: Values, material: Values) -> Values:
     """Central film h_c/R = 2.922 U^0.692 G^0.470 W^-0.166 (Pan & Hamrock 1989, J. Tribol. 111; from memory)."""
-    return float(2.922 * speed**0.692 * material**0.470 * load**-0.166)
+    return 2.922 * speed**0.692 * material**0.470 * load**-0.166

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Tag, model_validator
 
-from ehl.fluid.lubricant import DOWSON_HIGGINSON, DensityLaw, Lubricant
+from ehl.fluid.density import DOWSON_HIGGINSON
+from ehl.fluid.lubricant import DensityLaw, Lubricant
 from ehl.fluid.oil import Oil, RisingStressInput, Temperature
 from ehl.fluid.rheology import Limit, Rheology
 from ehl.io.errors import InputError

@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from ehl.fluid.lubricant import (
+from ehl.fluid.density import density_at
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.rheology import RisingStress
+from ehl.fluid.viscosity import (
     GOLD_COEFFICIENTS,
-    KELVIN,
-    Lubricant,
-    ViscosityLaw,
-    density_at,
     gold_2001,
+    vogel_1921,
+    vogel_slope,
     walther_1931,
     walther_slope,
 )
-from ehl.fluid.rheology import RisingStress
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
+from ehl.io.units import KELVIN, ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
+
+Array = NDArray[np.float64]
+Values = TypeVar("Values", float, Array)
 
 TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
 
@@ -164,52 +170,46 @@ class Oil(InputModel):
         """
         return _load_card(name, _changed(name))
 
-    def density(self, temperature: float) -> float:
+    def density(self, temperature: Values) -> Values:
         """Density at ambient pressure [kg/m3]; `temperature` in K."""
         return density_at(temperature, self.density_15, self.density_temperature)
 
-    def viscosity_kinematic(self, temperature: float) -> float:
+    def viscosity_kinematic(self, temperature: Values) -> Values:
         """Kinematic viscosity at ambient pressure [m2/s]; `temperature` in K."""
         return walther_1931(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
 
-    def viscosity_dynamic(self, temperature: float) -> float:
+    def viscosity_dynamic(self, temperature: Values) -> Values:
         """Dynamic viscosity at ambient pressure [Pa s]; `temperature` in K."""
         law = self.viscosity
         if isinstance(law, ModulusViscosity):
-            return law.K * math.exp(law.B / (temperature - KELVIN + law.C))
+            return vogel_1921(temperature, law.K, law.B, law.C)
         return self.viscosity_kinematic(temperature) * self.density(temperature)
 
-    def temperature_viscosity(self, temperature: float) -> float:
+    def temperature_viscosity(self, temperature: Values) -> Values:
         """beta = -d ln(eta)/dT at ambient pressure [1/K]; `temperature` in K."""
         law = self.viscosity
         if isinstance(law, ModulusViscosity):
-            return law.B / (temperature - KELVIN + law.C) ** 2
+            return vogel_slope(temperature, law.B, law.C)
         # eta = nu rho
         thinning = walther_slope(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
         return thinning - self.density_temperature * self.density_15 / self.density(temperature)
 
-    def alpha(self, temperature: float) -> float:
+    def alpha(self, temperature: Values) -> Values:
         """Pressure-viscosity coefficient [1/Pa]; `temperature` in K."""
         law = self.pressure_viscosity
         if isinstance(law, TabulatedAlpha):
-            if len(law.temperature) == 1:
-                return law.value[0]
-            # linear in ln alpha, and beyond the table with the slope of its ends
-            t, log_alpha = np.asarray(law.temperature), np.log(law.value)
-            i = int(np.clip(np.searchsorted(t, temperature) - 1, 0, t.size - 2))
-            slope = (log_alpha[i + 1] - log_alpha[i]) / (t[i + 1] - t[i])
-            return float(np.exp(log_alpha[i] + slope * (temperature - t[i])))
+            return _between(law, temperature)
         if isinstance(law, GoldAlpha):
             exponent = GOLD_COEFFICIENTS[law.base][1]
             if law.anchor_temperature is not None and law.anchor_value is not None:
                 ratio = self.viscosity_kinematic(temperature) / self.viscosity_kinematic(law.anchor_temperature)
-                return float(law.anchor_value * ratio**exponent)
+                return law.anchor_value * ratio**exponent
             return gold_2001(self.viscosity_kinematic(temperature), law.base)
         assert isinstance(self.viscosity, ModulusViscosity)
         return 1.0 / (self.viscosity.a1 + self.viscosity.a2 * (temperature - KELVIN))
 
-    def at(self, temperature: float) -> Lubricant:
-        """The lubricant at an inlet temperature [K].
+    def at(self, temperature: float | Array) -> Lubricant:
+        """The lubricant at an inlet temperature [K]; its fields are arrays where the temperature is one.
 
         Without a measured Eyring stress, tau0 = 2 Lambda/alpha closes the model
         (Arana, Larranaga & Ulacia 2019).
@@ -220,35 +220,53 @@ class Oil(InputModel):
             The temperature is outside -40 to 200 degC.
         """
         low, high = TEMPERATURE_RANGE
-        if not low <= temperature <= high:
+        values = np.ravel(np.asarray(temperature, dtype=float))
+        wrong = values[~((low <= values) & (values <= high))]
+        if wrong.size:
             raise InputError(
                 "temperature_oil",
-                f"{temperature:.6g} K",
+                f"{wrong[0]:.6g} K",
                 f"{low:.6g} K to {high:.6g} K (-40 to 200 degC)",
                 "Write degrees Celsius as '80 degC'.",
             )
-        eta = self.viscosity_dynamic(temperature)
-        alpha = self.alpha(temperature)
-        law = self.viscosity
-        viscosity_law: ViscosityLaw = law.law
-        modulus = (law.a1, law.a2, law.b1, law.b2) if isinstance(law, ModulusViscosity) else ()
-        thermal = (law.B, law.C) if isinstance(law, ModulusViscosity) else ()
+        outside = bool(np.any((values < self.temperature_valid[0]) | (values > self.temperature_valid[1])))
+        found = self.lubricant(temperature)
+        numbers = {name: float(value) for name, value in vars(found).items() if isinstance(value, np.floating)}
+        return replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]
+
+    def lubricant(self, temperature: Any) -> Lubricant:
+        """`at` without its checks, for what only computes like a temperature."""
+        law, alpha = self.viscosity, self.alpha(temperature)
         return Lubricant(
-            viscosity_inlet=eta,
+            viscosity_inlet=self.viscosity_dynamic(temperature),
             pressure_viscosity=alpha,
-            viscosity_law=viscosity_law,
-            modulus_constants=modulus,
+            viscosity_law=law.law,
+            modulus_constants=(law.a1, law.a2, law.b1, law.b2) if isinstance(law, ModulusViscosity) else (),
             rheology="eyring",
             eyring_stress=self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha,
             limiting_shear_coefficient=self.limiting_shear_coefficient,
             temperature=temperature,
             temperature_viscosity=self.temperature_viscosity(temperature),
-            temperature_constants=thermal,
+            temperature_constants=(law.B, law.C) if isinstance(law, ModulusViscosity) else (),
             density=self.density(temperature),
             thermal_conductivity=self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
-            extrapolated=not self.temperature_valid[0] <= temperature <= self.temperature_valid[1],
         )
+
+
+def _between(law: TabulatedAlpha, temperature: Values) -> Values:
+    """Linear in ln alpha between the temperatures of the table, and beyond them with the slope of its ends."""
+    if len(law.value) == 1:
+        return 0.0 * temperature + law.value[0]
+    points = list(zip(law.temperature, (math.log(value) for value in law.value), strict=True))
+    pieces = [
+        (t1, low + (high - low) / (t1 - t0) * (temperature - t0))
+        for (t0, low), (t1, high) in itertools.pairwise(points)
+    ]
+    log_alpha: Any = pieces[-1][1]
+    for end, piece in reversed(pieces[:-1]):
+        log_alpha = np.where(temperature <= end, piece, log_alpha)
+    return np.exp(log_alpha)
 
 
 def _changed(name: str) -> int:

@@ -14,20 +14,43 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.rheology_numbers import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers
-
 Array = NDArray[np.float64]
+
+NEWTONIAN, EYRING, CARREAU = range(3)
+LARGE = 20.0  # of ln x: beyond it 1 + x^2 is x^2
 
 Rheology = Literal["newtonian", "eyring", "carreau"]
 Limit = Literal["cut", "smooth"]
 KINDS: dict[str, int] = {"newtonian": NEWTONIAN, "eyring": EYRING, "carreau": CARREAU}
 LOG_STRESS_MAX = 600.0  # of a stress in Pa: sums of more would leave the range of doubles
 STRESS_FLOOR = 1e-3  # Pa: keeps the logarithm where the limiting stress Lambda p vanishes
+
+
+class ShearNumbers(NamedTuple):
+    """A shear law for the compiled loops, in scaled variables.
+
+    Stresses are in a reference stress, pressure and film in the solver's units.
+    """
+
+    kind: int  # 0 newtonian, 1 eyring, 2 carreau
+    plain: bool  # constant stress scale and a limit that only cuts off the traction: the solvers' short forms serve
+    exponent: float  # of Carreau
+    low: float  # stress scale: low + rise/2 (1 + tanh(steepness (p/centre - 1)))
+    rise: float
+    steepness: float
+    centre: float
+    ambient: float  # limiting stress: ambient + slope p; infinite without one
+    slope: float
+    smooth: bool  # the limit is approached gradually and takes part in the pressure flow
+    plug: float  # 6 reference stress/(reference gradient times film unit), of the largest pressure flow
+
+
+PLAIN = ShearNumbers(NEWTONIAN, True, 1.0, 1.0, 0.0, 1.0, 1.0, math.inf, 0.0, False, math.inf)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, peclet_number
 from ehl.heat.film import FilmConductivity, inlet_thermal_factors
@@ -79,7 +78,7 @@ def estimate_thermal_effect(
     bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
     bulk_offset = max(abs(t - lubricant.temperature) for t in bulk)
     b, speed = contact.half_width, contact.speed_sliding
-    film = _central_film(contact, lubricant) if film_central is None else film_central
+    film = contact.film_moes(lubricant) if film_central is None else film_central
     pressure = np.array([contact.pressure_hertz])
     temperature = np.array([lubricant.temperature])
     k_film = float((conductivity or FilmConductivity())(pressure, lubricant.thermal_conductivity)[0])
@@ -110,9 +109,3 @@ def estimate_thermal_effect(
         loss,
         viscosity_change > threshold or loss > threshold,
     )
-
-
-def _central_film(contact: LineContact, lubricant: Lubricant) -> float:
-    speed, _, _ = contact.dowson_groups(lubricant)
-    load, material = contact.moes_groups(lubricant)
-    return moes_1992(load, material) * contact.radius_equivalent * math.sqrt(2.0 * speed)

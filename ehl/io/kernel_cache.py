@@ -7,7 +7,8 @@ import hashlib
 import os
 from pathlib import Path
 
-SHEAR_LAWS = Path(__file__).resolve().parents[1] / "fluid" / "_kernels.py"
+_FLUID = Path(__file__).resolve().parents[1] / "fluid"
+FLUID_LAWS = tuple(_FLUID / name for name in ("_kernels.py", "lookup.py", "rheology.py"))
 
 
 def drop_outdated_cache(folder: Path, *elsewhere: Path) -> int:

@@ -17,7 +17,6 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
-from ehl.rough.scaling import film_estimate
 from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, split_surfaces
 from ehl.surface.measured_profile import load_profile
 from ehl.surface.roughness import MIN_BOUNDARY_FILM, RoughProfile, generate_profile
@@ -235,7 +234,7 @@ def _with_subgrid_film(
     contact: LineContact, lubricant: Lubricant, surface: SurfaceInput, smooth: SmoothFriction, common: dict[str, Any]
 ) -> TransientResult:
     """Waves a coarse mesh resolves, the finer ones as a subgrid film; mu without it and at its peaks are the bounds."""
-    length = mesh_length(contact, film_estimate(contact, lubricant))
+    length = mesh_length(contact, contact.film_moes(lubricant))
     nodes = max(round(BUDGET_SHARE * BUDGET[level_of(common["accuracy"])][0]), NODES_MIN)
     cutoff = CUTOFF_NODES * length / nodes * contact.half_width
     split = split_surfaces(surface, contact.half_width, _profile_length(surface, contact.half_width), cutoff)

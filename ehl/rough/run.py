@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.rough._kernels.elasticity import exponential_product
+from ehl.rough._kernels.fluid import temperature_place
 from ehl.rough._kernels.march import COLUMNS, march
 from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.preheat import preheat
@@ -127,7 +128,7 @@ class Run:
         start[:2] = model.contact.inlet_pressure
         self.macroscopic = _macroscopic(start)
         self._step = _step_arrays(n)
-        self._step.thermal[:] = 1.0 if model.fluid.law == 1 else 0.0
+        self._step.thermal[:] = temperature_place(model.fluid.temperature, model.fluid.table)
         self._saved = Saved(
             path_fluid=np.zeros(n),
             path_contact=np.zeros(n),

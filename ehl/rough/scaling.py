@@ -9,11 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.film_formulas import moes_1992
-from ehl.fluid.lubricant import KELVIN, ROELANDS_TEMPERATURE, Lubricant
+from ehl.fluid.lookup import law_table
+from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough._kernels.elasticity import exponential_product
+from ehl.rough._kernels.fluid import density_rows
 from ehl.rough._kernels.motion import SAMPLES
 from ehl.rough._kernels.quasi_separable import MODES
 from ehl.rough._kernels.records import Contact, Drainage, Elastic, Fluid, Heat, Model, Surfaces
@@ -114,13 +115,6 @@ class Problem:
     deflection: float  # film units per unit of the integrated log kernel and p_h
 
 
-def film_estimate(contact: LineContact, lubricant: Lubricant) -> float:
-    """Smooth isothermal film of Moes's formula [m]; for the start and the choice of the mesh."""
-    load, material = contact.moes_groups(lubricant)
-    speed, _, _ = contact.dowson_groups(lubricant)
-    return moes_1992(load, material) * contact.radius_equivalent * math.sqrt(2.0 * speed)
-
-
 def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
     """Inlet and outlet [b]: the inlet is flooded as seen from the contact, the outlet beyond any rupture.
 
@@ -171,29 +165,17 @@ def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int
     return max(2, int(np.argmax(~wide | (film + gap < DRAINED_GAP * rms))))
 
 
-def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, lateral_length: float) -> Fluid:
-    """Lubricant laws for pressures in p_h and films in the film unit."""
-    c0, c1, c2 = (float(v) for v in lubricant.law_constants)
+def scaled_fluid(
+    contact: LineContact, lubricant: Lubricant, units: Units, lateral_length: float, heated: bool
+) -> Fluid:
+    """Lubricant laws for pressures in p_h and films in the film unit; `heated` where the film temperature acts."""
     p = units.pressure
-    law = lubricant.law_code
-    if law == 0:
-        c0 *= p
-    elif law == 1:
-        c1 = p / c1
-    else:
-        c0, c2 = c0 / p, 0.0
     shear = lubricant.shear_law
     stress = shear.reference(p)
-    rise, bend = lubricant.density_constants
-    slope, bend_thermal, c0_rise, c1_rise = _temperature_slopes(lubricant, c0, p)
     flow = units.time_step * p * units.film**2 / (12.0 * lubricant.viscosity_inlet)
     return Fluid(
-        law=law,
-        c0=c0,
-        c1=c1,
-        c2=c2,
-        density_rise=rise * p,
-        density_bend=bend * p,
+        table=law_table(lubricant, p, heated),
+        heated=heated,
         eyring=lubricant.rheology == "eyring",
         sliding=lubricant.viscosity_inlet * contact.speed_sliding / (stress * units.film),
         along=contact.sliding_cosine**2,
@@ -202,29 +184,9 @@ def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, later
         stress=stress / p,
         limit=min(lubricant.limiting_shear_coefficient, NO_LIMIT) if shear.limit_slope_alone else NO_LIMIT,
         temperature=lubricant.temperature,
-        slope=slope,
-        slope_bend=bend_thermal,
-        c0_rise=c0_rise,
-        c1_rise=c1_rise,
         shear=shear.numbers(p, stress, units.film / units.half_width),
         short=shear.limit_slope_alone and shear.rheology in ("newtonian", "eyring"),
     )
-
-
-def _temperature_slopes(lubricant: Lubricant, c0: float, pressure: float) -> tuple[float, float, float, float]:
-    """How the exponent of the viscosity falls with temperature: slope, its bend, and the rise of both constants."""
-    beta = lubricant.temperature_viscosity
-    if lubricant.viscosity_law == "roelands":
-        return beta * (lubricant.temperature - ROELANDS_TEMPERATURE) / c0, 0.0, 0.0, 0.0
-    if lubricant.viscosity_law == "barus":
-        return beta, 0.0, 0.0, 0.0
-    _, c0_rise, _, c1_rise = lubricant.modulus_constants
-    bend = 0.0
-    if lubricant.temperature_constants:
-        b, c = lubricant.temperature_constants
-        span = lubricant.temperature - KELVIN + c
-        beta, bend = b / span**2, 1.0 / span
-    return beta, bend, c0_rise / pressure, c1_rise
 
 
 def scaled_heat(
@@ -275,7 +237,7 @@ def build_problem(
     """Scaled constants on a mesh whose spacing divides the period of the roughness."""
     b = contact.half_width
     p_h = contact.pressure_hertz
-    estimate = film_estimate(contact, lubricant)
+    estimate = contact.film_moes(lubricant)
     inlet, outlet = solved_length(contact, estimate)
     spacing = (outlet - inlet) * b / settings.nodes
     period = surfaces.common_length()
@@ -301,7 +263,7 @@ def build_problem(
     size = range_of(n)
     full, short = log_kernel(size, ELASTIC_MODES), log_kernel(size, MODES)
     model = Model(
-        fluid=scaled_fluid(contact, lubricant, units, lateral_length),
+        fluid=scaled_fluid(contact, lubricant, units, lateral_length, settings.thermal),
         contact=Contact(
             boundary=settings.boundary_film / film_unit,
             cap=settings.hardness / p_h,
@@ -347,6 +309,13 @@ def build_problem(
     return Problem(units, settings, model, x, estimate, deflection)
 
 
+def density_ratio(pressure: Array, fluid: Fluid) -> Array:
+    """rho/rho0 at pressures in the solver's unit."""
+    place, growth, density, slope = np.zeros((4, pressure.size))
+    density_rows(np.ascontiguousarray(pressure), fluid.table, place, growth, density, slope)
+    return density
+
+
 def hertz_start(problem: Problem) -> tuple[Array, Array, float]:
     """Hertz pressure, the mass of a film of the estimated height under it, and the approach of the bodies."""
     x, model = problem.x, problem.model
@@ -357,7 +326,6 @@ def hertz_start(problem: Problem) -> tuple[Array, Array, float]:
     rigid = model.surfaces.parabola + response
     film = problem.film_estimate / problem.units.film
     level = film - float(rigid[np.abs(x) < 0.7].mean())
-    density = 1.0 + model.fluid.density_rise * pressure / (1.0 + model.fluid.density_bend * pressure)
-    mass = density * np.maximum(level + rigid, 0.9 * film)
+    mass = density_ratio(pressure, model.fluid) * np.maximum(level + rigid, 0.9 * film)
     mass = np.where(x > 0.0, np.minimum(mass, 1.3 * film), mass)
     return pressure, mass, level

@@ -39,7 +39,7 @@ from ehl.rough._kernels.newton import UNCONVERGED
 from ehl.rough.accuracy import EXCHANGE_WINDOW, Accuracy, Plan, make_plan, mesh_length, with_overrides
 from ehl.rough.result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.rough.run import Run
-from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, film_estimate
+from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, density_ratio
 from ehl.rough.soe import LogConvolution
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.window import Window, film_jumped, mesh_error, net_exchange, realisation_error, roll_until_settled
@@ -138,7 +138,7 @@ def solve_transient(
     film = rough.default_boundary_film if boundary_film is None else boundary_film
     _check(contact, film, boundary_friction, peklenik_number, hardness)
     bodies = materials if materials is not None else (load_material("steel"), load_material("steel"))
-    estimate = film_estimate(contact, lubricant)
+    estimate = contact.film_moes(lubricant)
     drained = math.isfinite(peklenik_number) and bool(rough.profiles)
     length = mesh_length(contact, estimate)
     plan = make_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal, fine=fine_roughness)
@@ -353,14 +353,13 @@ def snapshot(run: Run) -> Snapshot:
     """The last step of a run, SI."""
     state, units, fluid = run.state, run.problem.units, run.problem.model.fluid
     pressure = state.fluid_pressure
-    density = 1.0 + fluid.density_rise * pressure / (1.0 + fluid.density_bend * pressure)
     gap = np.maximum(state.film, run.problem.model.contact.boundary)
     return Snapshot(
         x=run.problem.x * units.half_width,
         pressure_fluid=pressure * units.pressure,
         pressure_asperity=state.contact_pressure * units.pressure,
         film=gap * units.film,
-        filling=np.minimum(state.mass / (density * gap), 1.0),
+        filling=np.minimum(state.mass / (density_ratio(pressure, fluid) * gap), 1.0),
         temperature_film=state.temperature.copy(),
     )
 

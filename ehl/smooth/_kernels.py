@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from ehl.fluid._kernels import log_mobility
-from ehl.io.kernel_cache import SHEAR_LAWS, drop_outdated_cache
+from ehl.fluid._kernels import inlet_laws, log_mobility
+from ehl.io.kernel_cache import FLUID_LAWS, drop_outdated_cache
 
-drop_outdated_cache(Path(__file__).parent, SHEAR_LAWS)
+drop_outdated_cache(Path(__file__).parent, *FLUID_LAWS)
 
 FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
@@ -74,40 +74,6 @@ def log_kernel(s):
 
 
 @njit(cache=True, error_model="numpy")
-def _log_viscosity(code, c, scale, p):
-    """ln(eta/eta0) and its slope in the dimensionless pressure; tangent continuation below zero pressure."""
-    q = max(p, 0.0) * scale
-    if code == 0:
-        value = c[0] * q
-        slope = c[0]
-    elif code == 1:
-        base = 1.0 + q / c[1]
-        power = base ** c[2]
-        value = c[0] * (power - 1.0)
-        slope = c[0] * c[2] * power / (base * c[1])
-    else:
-        den = c[0] + c[1] * q
-        value = q / den
-        slope = c[0] / (den * den)
-    slope *= scale
-    if p < 0.0:
-        value += slope * p
-    if value > LOG_VISCOSITY_CAP:
-        value = LOG_VISCOSITY_CAP
-        slope = 0.0
-    return value, slope
-
-
-@njit(cache=True, error_model="numpy")
-def _density(a, b, p):
-    """rho/rho0 of Dowson and Higginson and its slope; tangent continuation below zero pressure."""
-    if p < 0.0:
-        return 1.0 + a * p, a
-    d = 1.0 / (1.0 + b * p)
-    return 1.0 + a * p * d, a * d * d
-
-
-@njit(cache=True, error_model="numpy")
 def _mobility(log_eta, h, gamma, cross):
     """Film mobility f = S-factor/eta with its derivatives in ln(eta) and h.
 
@@ -150,12 +116,12 @@ def _log_mean(u, v):
 
 
 @njit(cache=True, error_model="numpy")
-def nodal_state(law, constants, fluid, shear, p, h, offset):
+def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
     """Density, ln(eta/eta0), mobility and their slopes at the nodes.
 
-    ``fluid`` = (pressure scale [Pa], density a, density b, gamma, cos^2); the density coefficients are
-    already multiplied by the pressure scale. ``shear`` is the shear law. Returns rho, drho/dp, ln eta, f, df/dp, df/dh
-    and df/d ln eta.
+    ``table`` holds the laws of viscosity and density, ln(eta/eta0) is multiplied by ``stiffness``; ``gamma`` is the
+    shear number, ``cross`` cos^2 between sliding and x, ``shear`` the shear law. Returns rho, drho/dp, ln eta, f,
+    df/dp, df/dh and df/d ln eta.
     """
     n = p.size
     rho = np.empty(n)
@@ -166,14 +132,18 @@ def nodal_state(law, constants, fluid, shear, p, h, offset):
     f_h = np.empty(n)
     f_o = np.empty(n)
     for i in range(n):
-        rho[i], rho_p[i] = _density(fluid[1], fluid[2], p[i])
-        value, slope = _log_viscosity(law, constants, fluid[0], p[i])
+        value, slope, rho[i], rho_p[i] = inlet_laws(p[i], table)
+        value *= stiffness
+        slope *= stiffness
+        if value > LOG_VISCOSITY_CAP:
+            value = LOG_VISCOSITY_CAP
+            slope = 0.0
         log_eta[i] = value + offset[i]
-        if shear.plain or fluid[3] == 0.0:
-            f[i], f_o[i], f_h[i] = _mobility(log_eta[i], h[i], fluid[3], fluid[4])
+        if shear.plain or gamma == 0.0:
+            f[i], f_o[i], f_h[i] = _mobility(log_eta[i], h[i], gamma, cross)
             f_p[i] = f_o[i] * slope
         else:
-            log_f, by_eta, by_film, by_pressure = log_mobility(log_eta[i], fluid[3], h[i], p[i], fluid[4], shear)
+            log_f, by_eta, by_film, by_pressure = log_mobility(log_eta[i], gamma, h[i], p[i], cross, shear)
             f[i] = math.exp(log_f)
             f_o[i] = f[i] * by_eta
             f_h[i] = f[i] * by_film / h[i]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from ehl.fluid.rheology_numbers import NEWTONIAN
+from ehl.fluid.rheology import NEWTONIAN
 from ehl.smooth.mesh import Features, features_of, grade
 from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
 from ehl.smooth.scaling import Scene

@@ -121,7 +121,9 @@ def evaluate(grid: Grid, scene: Scene, u: Unknowns) -> Evaluation | None:
     else:
         offset = np.ascontiguousarray(scene.offset(x), dtype=float)
         slope = (scene.offset(x + SLOPE_STEP) - scene.offset(x - SLOPE_STEP)) / (2.0 * SLOPE_STEP)
-    state = _kernels.nodal_state(scene.law, scene.constants, scene.fluid, scene.shear, u.pressure, film, offset)
+    state = _kernels.nodal_state(
+        scene.table, scene.stiffness, scene.gamma, scene.cross, scene.shear, u.pressure, film, offset
+    )
     rho, rho_p, log_eta, f, f_p, f_h, f_o = state
     out = np.empty(x.size + 1)
     if not (

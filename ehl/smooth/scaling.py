@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.film_formulas import moes_1992
+from ehl.fluid.lookup import LawTable, law_table
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.rheology_numbers import PLAIN, ShearNumbers
+from ehl.fluid.rheology import PLAIN, ShearNumbers
 from ehl.line_contact import LineContact
 
 Array = NDArray[np.float64]
@@ -28,15 +28,16 @@ class Scene:
     ----------
     lam : float
         Viscous number 12 eta0 u_r R^2/(b^3 p_h) = 3 pi^2/(8 M^2).
-    law : int
-        Viscosity law (0 barus, 1 roelands, 2 modulus).
-    constants : ndarray, shape (3,)
-        Its constants [SI].
-    fluid : ndarray, shape (5,)
-        p_h [Pa]; density coefficients times p_h; gamma = eta0 |v_s| R/(stress b^2) (0 for a Newtonian fluid);
+    table : LawTable
+        Viscosity and density over pressure in p_h.
+    gamma : float
+        Shear number eta0 |v_s| R/(stress b^2); 0 for a Newtonian fluid.
+    cross : float
         cos^2 of the angle between sliding and x.
     log_viscosity : float
         ln(eta/eta0) at p_h.
+    stiffness : float
+        Factor on ln(eta/eta0); 1 but on the way to a solution.
     offset : callable or None
         Added to ln(eta/eta0) at x/b (film temperature of an outer loop).
     shear : ShearNumbers
@@ -46,10 +47,11 @@ class Scene:
     """
 
     lam: float
-    law: int
-    constants: Array
-    fluid: Array
+    table: LawTable
+    gamma: float
+    cross: float
     log_viscosity: float
+    stiffness: float = 1.0
     offset: Offset | None = None
     shear: ShearNumbers = PLAIN
     rounding: float = 0.0
@@ -59,30 +61,21 @@ class Scene:
         """Moes load number M."""
         return moes_load(self.lam)
 
-    @property
-    def gamma(self) -> float:
-        """Shear number eta0 |v_s| R/(tau0 b^2)."""
-        return float(self.fluid[3])
-
     def rounded(self, factor: float = 1.0) -> Scene:
         """The scene with at least `factor` times the shear number that rounds the spike, as a Ree-Eyring fluid."""
-        fluid = self.fluid.copy()
-        fluid[3] = max(self.gamma, factor * self.rounding)
-        return replace(self, fluid=fluid) if self.gamma > 0.0 else replace(self, fluid=fluid, shear=PLAIN)
+        gamma = max(self.gamma, factor * self.rounding)
+        return replace(self, gamma=gamma, shear=self.shear if self.gamma > 0.0 else PLAIN)
 
     def easier(self, lam: float, stiffness: float, gamma: float) -> Scene:
         """The scene at other viscous and shear numbers, with ln(eta/eta0) and its offset scaled by ``stiffness``."""
-        constants = self.constants.copy()
-        if self.law == 2:
-            constants[:2] /= stiffness
-        else:
-            constants[0] *= stiffness
         offset = self.offset
-        fluid = self.fluid.copy()
-        fluid[3] = gamma
-        scaled = None if offset is None else (lambda x: stiffness * offset(x))
         return replace(
-            self, lam=lam, constants=constants, fluid=fluid, log_viscosity=self.log_viscosity * stiffness, offset=scaled
+            self,
+            lam=lam,
+            gamma=gamma,
+            stiffness=self.stiffness * stiffness,
+            log_viscosity=self.log_viscosity * stiffness,
+            offset=None if offset is None else (lambda x: stiffness * offset(x)),
         )
 
 
@@ -102,13 +95,15 @@ def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None =
     if contact.speed_sliding > 0.0 and not (law.plain and law.rheology == "newtonian"):
         gamma = lubricant.viscosity_inlet * contact.speed_sliding * radius / (reference * b**2)
         cross = contact.sliding_cosine**2
-    a, c = lubricant.density_constants
-    fluid = np.array([p_h, a * p_h, c * p_h, gamma, cross])
-    stiffness = float(lubricant.log_viscosity_ratio(np.array([p_h]))[0])
-    constants = np.asarray(lubricant.law_constants, dtype=float)
-    shear = law.numbers(p_h, reference, b / radius)
     return Scene(
-        lam, lubricant.law_code, constants, fluid, stiffness, offset, shear, _rounding(contact, lubricant, lam)
+        lam,
+        law_table(lubricant, p_h, heated=False),
+        gamma,
+        cross,
+        float(lubricant.log_viscosity_ratio(np.array([p_h]))[0]),
+        offset=offset,
+        shear=law.numbers(p_h, reference, b / radius),
+        rounding=_rounding(contact, lubricant, lam),
     )
 
 
@@ -118,8 +113,5 @@ def _rounding(contact: LineContact, lubricant: Lubricant, lam: float) -> float:
     The flow by shear thinning alone is gamma H^2 P'/lam. At the edge of the Hertz pressure, one exit length of about
     H^(2/3) inside, P' is about H^(-1/3), but nowhere below 1: gamma is chosen to make that flow a small share of H.
     """
-    modulus, radius = contact.effective_modulus, contact.radius_equivalent
-    speed = 2.0 * lubricant.viscosity_inlet * abs(contact.speed_entrainment) / (modulus * radius)
-    film = moes_1992(moes_load(lam), lubricant.pressure_viscosity * modulus * speed**0.25)
-    film *= math.sqrt(speed) * (radius / contact.half_width) ** 2
+    film = contact.film_moes(lubricant) * contact.radius_equivalent / contact.half_width**2
     return float(ROUNDING * lam / film * min(1.0, film ** (1.0 / 3.0)))

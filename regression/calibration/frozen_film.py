@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult
@@ -54,9 +53,7 @@ class FrozenFilm:
 
 def log_moes_film(contact: LineContact, lubricant: Lubricant) -> float:
     """ln of the central film of Moes (1992) [m]."""
-    speed, _, _ = contact.dowson_groups(lubricant)
-    height = moes_1992(*contact.moes_groups(lubricant))
-    return math.log(height * contact.radius_equivalent * math.sqrt(2.0 * speed))
+    return math.log(contact.film_moes(lubricant))
 
 
 def frozen_film(result: ContactResult, contact: LineContact, lubricant: Lubricant) -> FrozenFilm | None:

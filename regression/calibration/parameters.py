@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ehl.fluid.lubricant import KELVIN, Lubricant
+from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import GoldAlpha, ModulusAlpha, ModulusViscosity, Oil, RisingStressInput, TabulatedAlpha
 from ehl.io.errors import InputError
+from ehl.io.units import KELVIN
 
 GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchored [K]
 # pressures between which a stress rises, where the card has none: those of the published 75W-90 law [Pa]

@@ -23,9 +23,14 @@ from regression.export.data_functions import (
     gp_reduction,
     hull_margin,
 )
-from regression.export.oil_laws import oil_columns
 from regression.export.record import NotRecordable, Value
-from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, UNITS, derived_conditions
+from regression.friction.conditions import (
+    LUBRICANT_UNITS,
+    STATE_UNITS,
+    UNITS,
+    derived_conditions,
+    lubricant_columns,
+)
 from regression.friction.data_cloud import RADIUS_SLACK, DataCloud
 from regression.friction.formula import RANGE_TOLERANCE, FittedFormula
 from regression.friction.gaussian_process import FADE, GpResidual
@@ -243,7 +248,7 @@ def _conditions(oil: Oil | None) -> tuple[dict[str, Any], Any]:
         table |= {name: record.argument(name) for name in LUBRICANT_UNITS}
     else:
         temperature = table["temperature_oil"]
-        columns = oil_columns(oil, temperature, table["pressure_hertz"])
+        columns = lubricant_columns(oil.lubricant(temperature), table["pressure_hertz"])
         table |= {name: record.value_of(value) for name, value in columns.items()}
         low, high = TEMPERATURE_RANGE
         within_laws = (temperature >= low) & (temperature <= high)

@@ -5,19 +5,21 @@ The sweep stores the same names for each case, so that a formula sees one table 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ehl import inputs
-from ehl.fluid.film_formulas import moes_1992_array
-from ehl.fluid.lubricant import Lubricant, dowson_higginson_1966
+from ehl.fluid.density import dowson_higginson_1966
+from ehl.fluid.film_formulas import moes_film
+from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil, Temperature
 from ehl.fluid.rheology import RisingStress
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
+from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import effective_modulus, load_material
 from ehl.state import ContactState
 
@@ -60,24 +62,36 @@ DERIVED_UNITS: dict[str, str] = {
 UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
 
 
-def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, float]:
+def lubricant_columns(lubricant: Lubricant, pressure_hertz: Array) -> dict[str, Array | float]:
     """The oil's figures at inlet temperature that a case stores, by the names of `LUBRICANT_UNITS`.
 
     `viscosity_mean_pressure`, and an Eyring stress that rises with pressure, are taken at the mean Hertz pressure of
     the line contact, pi p_h/4.
+
+    Parameters
+    ----------
+    lubricant : Lubricant
+        Of `Oil.at`; its fields may be arrays.
+    pressure_hertz : array
+        [Pa].
     """
-    mean_pressure = np.asarray(0.25 * np.pi * pressure_hertz)
+    mean_pressure = 0.25 * np.pi * pressure_hertz
     stress = lubricant.eyring_stress
     return {
         "viscosity_inlet": lubricant.viscosity_inlet,
         "viscosity_kinematic": lubricant.viscosity_inlet / lubricant.density,
-        "viscosity_mean_pressure": float(lubricant.viscosity(mean_pressure)),
+        "viscosity_mean_pressure": lubricant.viscosity(mean_pressure),
         "pressure_viscosity": lubricant.pressure_viscosity,
-        "eyring_stress": float(stress(mean_pressure)) if isinstance(stress, RisingStress) else stress,
+        "eyring_stress": stress(mean_pressure) if isinstance(stress, RisingStress) else stress,
         "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
         "temperature_viscosity": lubricant.temperature_viscosity,
         "thermal_conductivity": lubricant.thermal_conductivity,
     }
+
+
+def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, float]:
+    """`lubricant_columns` of one contact."""
+    return {name: float(value) for name, value in lubricant_columns(lubricant, np.asarray(pressure_hertz)).items()}
 
 
 def _range_of(annotation: object) -> ValueRange:
@@ -135,7 +149,10 @@ def _checked(name: str, value: Any) -> Array:
 
 def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
     """All variables of `UNITS` at every contact point of a state, in the shape of the state."""
-    return derive({**_state_columns(state), **_oil_columns(state, oil.at)})
+    columns = {name: np.asarray(getattr(state, name), dtype=float) for name in STATE_UNITS}
+    figures = lubricant_columns(oil.at(columns["temperature_oil"]), columns["pressure_hertz"])
+    shape = columns["temperature_oil"].shape
+    return derive(columns | {name: np.broadcast_to(value, shape) for name, value in figures.items()})
 
 
 def derive(columns: Mapping[str, ArrayLike]) -> dict[str, Array]:
@@ -153,13 +170,15 @@ def derived_conditions(table: Conditions) -> dict[str, Array]:
     """The variables of `DERIVED_UNITS` from the others, by ufuncs and arithmetic only."""
     pressure, radius, modulus = table["pressure_hertz"], table["radius_equivalent"], table["effective_modulus"]
     speed, along = table["speed_entrainment"], table["speed_sliding_lengthwise"]
-    half_width = 4.0 * radius * pressure / modulus
+    load = hertz_load(pressure, radius, modulus)
     sliding = np.hypot(table["slide_to_roll"] * speed, along)
-    film = _moes_film(table, 0.5 * np.pi * half_width * pressure)
+    alpha = table["pressure_viscosity"]
+    film = moes_film(table["viscosity_inlet"], np.abs(speed), load, radius, modulus, alpha)
+    film = film / dowson_higginson_1966(pressure)
     rough = np.hypot(table["roughness_rms_1"], table["roughness_rms_2"])
     return {
-        "load_per_length": 0.5 * np.pi * half_width * pressure,
-        "half_width": half_width,
+        "load_per_length": load,
+        "half_width": half_width_of_pressure(pressure, radius, modulus),
         "speed_sum": 2.0 * speed,
         "speed_sliding": sliding,
         "slide_to_roll_total": sliding / np.abs(speed),
@@ -167,38 +186,3 @@ def derived_conditions(table: Conditions) -> dict[str, Array]:
         "film_formula": film,
         "film_ratio_formula": np.divide(film, rough, out=np.full_like(film, np.inf), where=rough > 0.0),
     }
-
-
-def _state_columns(state: ContactState) -> dict[str, Array]:
-    return {name: np.asarray(getattr(state, name), dtype=float) for name in STATE_UNITS}
-
-
-def _oil_columns(state: ContactState, lubricant_at: Callable[[float], Lubricant]) -> dict[str, Array]:
-    """Figures of the oil at every point; one lubricant per distinct temperature."""
-    shape = np.shape(state.temperature_oil)
-    temperature = np.ravel(np.asarray(state.temperature_oil, dtype=float))
-    pressure = np.ravel(np.broadcast_to(np.asarray(state.pressure_hertz, dtype=float), shape))
-    columns = {name: np.empty(temperature.shape) for name in LUBRICANT_UNITS}
-    order = np.argsort(temperature, kind="stable")
-    for here in np.split(order, np.flatnonzero(np.diff(temperature[order])) + 1):
-        if not here.size:
-            continue
-        lubricant = lubricant_at(float(temperature[here[0]]))
-        row = lubricant_row(lubricant, 0.0)
-        for name, column in columns.items():
-            column[here] = row[name]
-        mean_pressure = 0.25 * np.pi * pressure[here]
-        columns["viscosity_mean_pressure"][here] = lubricant.viscosity(mean_pressure)
-        if isinstance(lubricant.eyring_stress, RisingStress):
-            columns["eyring_stress"][here] = lubricant.eyring_stress(mean_pressure)
-    return {name: column.reshape(shape) for name, column in columns.items()}
-
-
-def _moes_film(table: Conditions, load: Array) -> Array:
-    modulus, radius = table["effective_modulus"], table["radius_equivalent"]
-    speed_group = table["viscosity_inlet"] * np.abs(table["speed_entrainment"]) / (modulus * radius)
-    root = np.sqrt(2.0 * speed_group)
-    # an unloaded point has no contact; the least load keeps the formula finite there
-    m = np.maximum(load / (modulus * radius) / root, 1e-6)
-    height = moes_1992_array(m, table["pressure_viscosity"] * modulus * np.sqrt(root)) * radius * root
-    return np.asarray(height / dowson_higginson_1966(table["pressure_hertz"]))

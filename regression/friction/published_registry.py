@@ -172,7 +172,7 @@ def _doleschel(c: Conditions, base: str) -> Array:
 
 def _matsumoto(c: Conditions, base: str) -> Array:
     scale = c["effective_modulus"] * c["radius_equivalent"]
-    minimum = c["radius_equivalent"] * np.vectorize(pan_hamrock_1989_minimum, otypes=[float])(
+    minimum = c["radius_equivalent"] * pan_hamrock_1989_minimum(
         c["viscosity_inlet"] * c["speed_entrainment"] / scale,
         np.maximum(c["load_per_length"] / scale, 1e-12),
         c["pressure_viscosity"] * c["effective_modulus"],

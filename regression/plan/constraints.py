@@ -18,6 +18,7 @@ from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
+from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material
 from regression.plan.axes import read_ends, value_range_of
 
@@ -136,8 +137,8 @@ def constrained_quantities(
         lambda; left out where it is not needed.
     """
     pressure, radius, speed = table["pressure_hertz"], table["radius_equivalent"], table["speed_entrainment"]
-    half_width = 4.0 * radius * pressure / table["effective_modulus"]
-    load = 0.5 * np.pi * half_width * pressure
+    half_width = half_width_of_pressure(pressure, radius, table["effective_modulus"])
+    load = hertz_load(pressure, radius, table["effective_modulus"])
     ratio = table["slide_to_roll"]
     sliding = np.hypot(ratio * speed, table["speed_sliding_lengthwise"])
     rise = flash_temperature_blok(load, sliding, speed, ratio, half_width, bodies)

@@ -8,6 +8,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ehl.io.kernel_cache import SHEAR_LAWS, drop_outdated_cache
+from ehl.io.kernel_cache import FLUID_LAWS, drop_outdated_cache
 
-drop_outdated_cache(Path(__file__).parent, SHEAR_LAWS)
+drop_outdated_cache(Path(__file__).parent, *FLUID_LAWS)

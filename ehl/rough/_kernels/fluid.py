@@ -1,4 +1,5 @@
-"""Lubricant laws over rows of points: viscosity, fluidity in either direction, shear stress with temperature.
+"""Lubricant laws over rows of points: viscosity and density from the table of the laws (`ehl.fluid.lookup`), fluidity
+in either direction, shear stress with temperature.
 
 Loops are short and write one row each so that they vectorise.
 """
@@ -9,72 +10,113 @@ import math
 
 from numba import njit
 
-from ehl.fluid._kernels import limited_stress, log_mobility
+from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
 from ehl.rough._kernels.elementary import exp, log
 
-BARUS, ROELANDS, MODULUS = range(3)
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
-ROELANDS_ZERO = 138.0  # [K]
 BALANCE_LIMIT = 16
 BALANCE_TOLERANCE = 0.4  # K; Newton's next change would be half d ln eta/dT of its square, below 0.005 K
 KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
-def thermal_factor(temperature, fluid):
-    """How temperature enters the viscosity: a factor of the exponent for Roelands, a summand for Barus.
-
-    The modulus law takes the temperature rise itself: its stiffness under pressure depends on temperature too.
-    """
-    if fluid.law == ROELANDS:
-        return exp(-fluid.slope * log((temperature - ROELANDS_ZERO) / (fluid.temperature - ROELANDS_ZERO)))
-    rise = temperature - fluid.temperature
-    return rise if fluid.law == MODULUS else -fluid.slope * rise
+def temperature_place(temperature, table):
+    """Where a temperature lies in the sheet of the table."""
+    place = table.warmth * (temperature - table.coldest) / (temperature - table.pole)
+    return min(max(place, 0.0), float(table.sheet.shape[1]))
 
 
 @njit(**INTERNAL)
-def isothermal_exponent(p, fluid):
-    """ln(eta/eta0) at the inlet temperature, p >= 0."""
-    if fluid.law == ROELANDS:
-        return fluid.c0 * (exp(fluid.c2 * log(1.0 + p * fluid.c1)) - 1.0)
-    if fluid.law == BARUS:
-        return fluid.c0 * p
-    return p / (fluid.c0 + fluid.c1 * p)
+def pressure_places(p, table, place, growth):
+    """Where pressures lie in the row of the table, and how that grows with pressure."""
+    for i in range(p.size):
+        root = math.sqrt(p[i] + table.shift)
+        place[i] = table.rate * (root - table.root)
+        growth[i] = 0.5 * table.rate / root
+
+
+@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+def density_rows(p, table, place, growth, density, slope):
+    """rho/rho0 and its pressure slope; ``place`` and ``growth`` are scratch."""
+    pressure_places(p, table, place, growth)
+    top = float(table.row.shape[0])
+    last = table.row.shape[0] - 1
+    for i in range(p.size):
+        x = min(place[i], top)
+        cell = min(int(x), last)
+        x -= cell
+        a = table.row[cell]
+        by_place = a[5] + x * (2.0 * a[6] + 3.0 * x * a[7])
+        density[i] = a[4] + x * (a[5] + x * (a[6] + x * a[7])) + by_place * (place[i] - cell - x)
+        slope[i] = by_place * growth[i]
+
+
+@njit(**INTERNAL)
+def inlet_viscosity_rows(rows, table):
+    """Viscosity exponent, its slope in the place and density from the row of the table."""
+    place, exponent, slope, density = rows.place, rows.exponent, rows.slope, rows.density
+    top = float(table.row.shape[0])
+    last = table.row.shape[0] - 1
+    for i in range(place.size):
+        x = min(place[i], top)
+        cell = min(int(x), last)
+        x -= cell
+        a = table.row[cell]
+        beyond = place[i] - cell - x
+        slope[i] = a[1] + x * (2.0 * a[2] + 3.0 * x * a[3])
+        exponent[i] = a[0] + x * (a[1] + x * (a[2] + x * a[3])) + slope[i] * beyond
+        density[i] = a[4] + x * (a[5] + x * (a[6] + x * a[7]))
+
+
+@njit(**INTERNAL)
+def heated_viscosity_rows(rows, table):
+    """The same with the viscosity exponent from the sheet, at the temperature places ``rows.thermal``."""
+    place, thermal = rows.place, rows.thermal
+    exponent, slope, density = rows.exponent, rows.slope, rows.density
+    top = float(table.row.shape[0])
+    last = table.row.shape[0] - 1
+    cells = table.sheet.shape[0]
+    share = cells / top
+    for i in range(place.size):
+        x = min(place[i], top)
+        cell = min(int(x), last)
+        x -= cell
+        a = table.row[cell]
+        density[i] = a[4] + x * (a[5] + x * (a[6] + x * a[7]))
+    for i in range(place.size):
+        whole = place[i] * share
+        x = min(whole, float(cells))
+        cell = min(int(x), cells - 1)
+        x -= cell
+        warm = min(int(thermal[i]), table.sheet.shape[1] - 1)
+        t = thermal[i] - warm
+        a = table.sheet[cell, warm]
+        t2 = t * t
+        t3 = t2 * t
+        c0 = a[0] + t * a[4] + t2 * a[8] + t3 * a[12]
+        c1 = a[1] + t * a[5] + t2 * a[9] + t3 * a[13]
+        c2 = a[2] + t * a[6] + t2 * a[10] + t3 * a[14]
+        c3 = a[3] + t * a[7] + t2 * a[11] + t3 * a[15]
+        by_place = c1 + x * (2.0 * c2 + 3.0 * x * c3)
+        exponent[i] = c0 + x * (c1 + x * (c2 + x * c3)) + by_place * (whole - cell - x)
+        slope[i] = by_place * share
 
 
 @njit(**INTERNAL)
 def viscosity_rows(rows, fluid):
-    """Fill exponent ln(eta/eta0), its pressure slope and the mobility eta0/eta from pressure and temperature factor."""
-    p = rows.pressure
-    thermal = rows.thermal
-    exponent = rows.exponent
-    slope = rows.slope
-    mobility = rows.mobility
-    n = p.size
-    if fluid.law == ROELANDS:
-        for i in range(n):
-            exponent[i] = fluid.c0 * exp(fluid.c2 * log(1.0 + fluid.c1 * p[i])) * thermal[i] - fluid.c0
-        for i in range(n):
-            slope[i] = (exponent[i] + fluid.c0) * fluid.c2 * fluid.c1 / (1.0 + fluid.c1 * p[i])
-    elif fluid.law == BARUS:
-        for i in range(n):
-            exponent[i] = fluid.c0 * p[i] + thermal[i]
-        for i in range(n):
-            slope[i] = fluid.c0
+    """Fill exponent ln(eta/eta0), its pressure slope, mobility eta0/eta and density from pressure and temperature."""
+    exponent, slope, growth, mobility = rows.exponent, rows.slope, rows.growth, rows.mobility
+    pressure_places(rows.pressure, fluid.table, rows.place, growth)
+    if fluid.heated:
+        heated_viscosity_rows(rows, fluid.table)
     else:
-        for i in range(n):
-            stiffness = fluid.c0 + fluid.c0_rise * thermal[i] + (fluid.c1 + fluid.c1_rise * thermal[i]) * p[i]
-            exponent[i] = p[i] / stiffness - fluid.slope * thermal[i] / (1.0 + fluid.slope_bend * thermal[i])
-        for i in range(n):
-            start = fluid.c0 + fluid.c0_rise * thermal[i]
-            stiffness = start + (fluid.c1 + fluid.c1_rise * thermal[i]) * p[i]
-            slope[i] = start / (stiffness * stiffness)
-    for i in range(n):
-        if exponent[i] > LOG_VISCOSITY_MAX:
-            exponent[i] = LOG_VISCOSITY_MAX
-            slope[i] = 0.0
-    for i in range(n):
+        inlet_viscosity_rows(rows, fluid.table)
+    for i in range(exponent.size):
+        slope[i] = slope[i] * growth[i] if exponent[i] < LOG_VISCOSITY_MAX else 0.0
+    for i in range(exponent.size):
+        exponent[i] = min(exponent[i], LOG_VISCOSITY_MAX)
+    for i in range(exponent.size):
         mobility[i] = exp(-exponent[i])
 
 
@@ -118,7 +160,7 @@ def sinh_ratio(x):
 
 @njit(cache=True, error_model="numpy", fastmath=FLAGS)
 def fluidity_rows(rows, boundary, fluid, along, scale):
-    """scale rho h^3/eta_effective and its derivatives by h and p, from film, pressure and temperature factor.
+    """scale rho h^3/eta_effective and its derivatives by h and p, from film, pressure and temperature.
 
     The two-direction Eyring mobility is 1/eta (along cosh S + (1 - along) sinh S/S), S = asinh(eta u_s/(tau0 h)); other
     laws have theirs in `ehl.fluid.rheology`.  The film is at least the boundary film.
@@ -134,11 +176,9 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
     tau0 = rows.scale
     tau0_slope = rows.scale_slope
     n = p.size
-    rise = fluid.density_rise
-    bend = fluid.density_bend
     for i in range(n):
         h = max(film[i], boundary)
-        f[i] = scale * (1.0 + rise * p[i] / (1.0 + bend * p[i])) * h * h * h
+        f[i] = scale * rows.density[i] * h * h * h
     sliding = fluid.sliding
     if sliding > 0.0 and not fluid.short:
         for i in range(n):
@@ -187,12 +227,8 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
     """Film shear stress over p_h at the inlet temperature wherever the fluid carries pressure."""
     n = p.size
     sliding = max(fluid.sliding, 1e-300)
-    if fluid.law == ROELANDS:
-        for i in range(n):
-            tau[i] = fluid.c0 * (exp(fluid.c2 * log(1.0 + fluid.c1 * p[i])) - 1.0)
-    else:
-        for i in range(n):
-            tau[i] = isothermal_exponent(p[i], fluid)
+    for i in range(n):
+        tau[i] = inlet_laws(p[i], fluid.table)[0]
     for i in range(n):
         tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + log(sliding / max(film[i], boundary))
     if not fluid.short or fluid.shear.rise > 0.0:
@@ -210,27 +246,35 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
 
 
 @njit(**INTERNAL)
-def heated_shear_row(cold, rate, scale, p, fluid, temperature, tau, slope):
+def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope):
     """Shear stress at given film temperatures and its derivative by them."""
     n = p.size
-    if fluid.law == ROELANDS:
-        for i in range(n):
-            tau[i] = (cold[i] + fluid.c0) * thermal_factor(temperature[i], fluid) - fluid.c0
-        for i in range(n):
-            slope[i] = -(tau[i] + fluid.c0) * fluid.slope / (temperature[i] - ROELANDS_ZERO)
-    elif fluid.law == MODULUS:
-        for i in range(n):
-            rise = temperature[i] - fluid.temperature
-            stiffening = fluid.c0_rise + fluid.c1_rise * p[i]
-            stiffness = fluid.c0 + fluid.c1 * p[i] + stiffening * rise
-            bend = 1.0 + fluid.slope_bend * rise
-            tau[i] = p[i] / stiffness - fluid.slope * rise / bend
-            slope[i] = -p[i] * stiffening / (stiffness * stiffness) - fluid.slope / (bend * bend)
-    else:
-        for i in range(n):
-            tau[i] = cold[i] - fluid.slope * (temperature[i] - fluid.temperature)
-        for i in range(n):
-            slope[i] = -fluid.slope
+    table = fluid.table
+    sheet = table.sheet
+    cells, warmths = sheet.shape[0], sheet.shape[1]
+    for i in range(n):
+        tau[i] = temperature_place(temperature[i], table)
+    for i in range(n):
+        distance = temperature[i] - table.pole
+        inside = 0.0 < tau[i] < warmths
+        slope[i] = table.warmth * (table.coldest - table.pole) / (distance * distance) if inside else 0.0
+    for i in range(n):
+        x = min(place[i], float(cells))
+        cell = min(int(x), cells - 1)
+        x -= cell
+        warm = min(int(tau[i]), warmths - 1)
+        t = tau[i] - warm
+        a = sheet[cell, warm]
+        # on along the tangent in pressure beyond the last cell
+        x2, x3 = x * x, x * x * x
+        beyond = place[i] - cell - x
+        one, two, three = x + beyond, x2 + 2.0 * x * beyond, x3 + 3.0 * x2 * beyond
+        c0 = a[0] + one * a[1] + two * a[2] + three * a[3]
+        c1 = a[4] + one * a[5] + two * a[6] + three * a[7]
+        c2 = a[8] + one * a[9] + two * a[10] + three * a[11]
+        c3 = a[12] + one * a[13] + two * a[14] + three * a[15]
+        tau[i] = c0 + t * (c1 + t * (c2 + t * c3))
+        slope[i] *= c1 + t * (2.0 * c2 + 3.0 * t * c3)
     for i in range(n):
         tau[i] = min(tau[i], LOG_VISCOSITY_MAX) + rate[i]
     if not fluid.short:
@@ -288,8 +332,10 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
     n = p.size
     base, resistance = rows.base, rows.resistance
     sliding = max(fluid.sliding, 1e-300)
+    pressure_places(p, fluid.table, rows.place, rows.slope)
+    share = fluid.table.sheet.shape[0] / fluid.table.row.shape[0]
     for i in range(n):
-        rows.cold[i] = isothermal_exponent(p[i], fluid)
+        rows.place[i] *= share
     for i in range(n):
         rows.rate[i] = log(sliding / max(film[i], boundary))
     if fluid.short and fluid.eyring:
@@ -308,7 +354,7 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
         # slices, not a range of indices: those could be negative to the compiler, and nothing would vectorise
         at = slice(first, last)
         heated_shear_row(
-            rows.cold[at], rows.rate[at], rows.scale[at], p[at], fluid, temperature[at], tau[at], rows.slope[at]
+            rows.place[at], rows.rate[at], rows.scale[at], p[at], fluid, temperature[at], tau[at], rows.slope[at]
         )
         balance_turn(
             base[at],

@@ -11,14 +11,14 @@ from numba import njit
 
 from ehl.rough._kernels.elasticity import INTERNAL
 from ehl.rough._kernels.elementary import log
-from ehl.rough._kernels.fluid import balanced_shear_row, isothermal_shear_row, thermal_factor
+from ehl.rough._kernels.fluid import balanced_shear_row, isothermal_shear_row, temperature_place
 
 
 @njit(**INTERNAL)
 def film_factors(state, step, model):
-    """Temperature factors of the viscosity from the film temperatures of the last step."""
+    """Places of the film temperatures of the last step in the table of the viscosity."""
     for i in range(step.thermal.size):
-        step.thermal[i] = thermal_factor(state.temperature[i], model.fluid)
+        step.thermal[i] = temperature_place(state.temperature[i], model.fluid.table)
 
 
 @njit(**INTERNAL)

@@ -6,6 +6,7 @@ import math
 
 from numba import njit
 
+from ehl.fluid._kernels import inlet_laws
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
 from ehl.rough._kernels.quasi_separable import FLUID
 from ehl.rough._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD
@@ -129,7 +130,7 @@ def settle_mass(state, step, work, model, solved):
         h = max(state.film[i], boundary)
         p = state.fluid_pressure[i]
         if i == 0 or (work.kind[i] & FLUID and not solved):
-            state.mass[i] = h * (1.0 + fluid.density_rise * p / (1.0 + fluid.density_bend * p))
+            state.mass[i] = h * inlet_laws(p, fluid.table)[2]
         else:
             carried = step.foot[i] + work.source[i]
             if not work.kind[i] & (CAPPED | FLUID):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL, exponential_product
-from ehl.rough._kernels.fluid import fluidity_rows
+from ehl.rough._kernels.fluid import density_rows, fluidity_rows
 from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
 from ehl.rough._kernels.records import CAPPED, LEVEL
 
@@ -141,8 +141,6 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     by_film = work.half.by_film
     by_pressure = work.half.by_pressure
     weight = step.weight
-    rise = model.fluid.density_rise
-    bend = model.fluid.density_bend
     n = p.size
     source, mass, gap = work.source, work.residual[0], work.residual[1]
     left, centre, right, film_left, film_here, film_right = band[0], band[1], band[2], band[3], band[4], band[5]
@@ -166,15 +164,16 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
         film_right[i] = -by_film[i] * weight[i]
     if model.fluid.flux_lateral > 0.0:
         add_drainage(state, step, macro, work, model, mode)
+    node = work.node
     for i in range(n):
-        pressure = max(p[i], 0.0)
-        d = 1.0 / (1.0 + bend * pressure)
-        rho = 1.0 + rise * pressure * d
-        film_here[i] += rho
-        centre[i] += rise * d * d * h[i]
+        node.pressure[i] = max(p[i], 0.0)
+    density_rows(node.pressure, model.fluid.table, node.place, node.growth, node.density, node.density_slope)
     for i in range(n):
-        pressure = max(p[i], 0.0)
-        mass[i] = step.foot[i] + source[i] - (1.0 + rise * pressure / (1.0 + bend * pressure)) * h[i]
+        film_here[i] += node.density[i]
+    for i in range(n):
+        centre[i] += node.density_slope[i] * h[i]
+    for i in range(n):
+        mass[i] = step.foot[i] + source[i] - node.density[i] * h[i]
     for i in range(n):
         gap[i] = model.contact.boundary - h[i]
     for i in range(n):

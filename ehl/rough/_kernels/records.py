@@ -9,18 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ehl.fluid.rheology_numbers import PLAIN, ShearNumbers
+from ehl.fluid.lookup import LawTable
+from ehl.fluid.rheology import PLAIN, ShearNumbers
 
 
 class Fluid(NamedTuple):
     """The lubricant in scaled variables (pressure in p_h, film in the film unit)."""
 
-    law: int  # 0 barus, 1 roelands, 2 modulus
-    c0: float  # constants of ln(eta/eta0), for the scaled pressure
-    c1: float
-    c2: float
-    density_rise: float  # rho/rho0 = 1 + rise p/(1 + bend p)
-    density_bend: float
+    table: LawTable  # viscosity and density
+    heated: bool  # whether the viscosity follows the film temperature
     eyring: bool
     sliding: float  # eta0 u_s/(reference stress h_unit)
     along: float  # cos^2 of the angle between sliding and x
@@ -29,10 +26,6 @@ class Fluid(NamedTuple):
     stress: float  # reference stress/p_h: that of tau0, or 1 for a Newtonian oil
     limit: float  # Lambda of tau <= Lambda p
     temperature: float  # inlet [K]
-    slope: float  # Roelands: exponent s0; else beta [1/K]
-    slope_bend: float = 0.0  # modulus law: ln eta falls by slope rise/(1 + bend rise) at p = 0 [1/K]
-    c0_rise: float = 0.0  # modulus law: growth of c0 and c1 with temperature [1/K]
-    c1_rise: float = 0.0
     shear: ShearNumbers = PLAIN  # the shear law
     short: bool = True  # whether the vectorised forms of Newton and Ree-Eyring serve
 
@@ -171,16 +164,20 @@ class Step(NamedTuple):
     gap: np.ndarray  # rigid gap with roughness, without approach
     foot: np.ndarray  # mass at the foot of the characteristic
     weight: np.ndarray  # 2/3 where BDF2 holds, 1 where backward Euler does
-    thermal: np.ndarray  # temperature factor of the viscosity
+    thermal: np.ndarray  # place of the film temperature in the table
 
 
 class FluidityRows(NamedTuple):
-    """A row of points: film, pressure and temperature factor in, fluidity and its derivatives out."""
+    """A row of points: film, pressure and place of the temperature in, fluidity and its derivatives out."""
 
     film: np.ndarray
     pressure: np.ndarray
     thermal: np.ndarray
-    exponent: np.ndarray
+    place: np.ndarray  # of the pressure in the table
+    growth: np.ndarray  # d place/dp
+    density: np.ndarray  # rho/rho0
+    density_slope: np.ndarray
+    exponent: np.ndarray  # ln(eta/eta0)
     slope: np.ndarray
     scale: np.ndarray  # tau0 over the reference stress
     scale_slope: np.ndarray  # d ln/dp of it
@@ -198,7 +195,7 @@ class HeatRows(NamedTuple):
     rub: np.ndarray  # heat freed at the walls: asperity friction and pressure-driven flow [W/m2]
     base: np.ndarray  # film temperature without shear heat [K]
     resistance: np.ndarray  # K per p_h of shear stress
-    cold: np.ndarray  # ln(eta/eta0) at the inlet temperature
+    place: np.ndarray  # of the pressure in the table
     rate: np.ndarray  # ln of the scaled shear rate
     scale: np.ndarray  # tau0 over the reference stress
     slope: np.ndarray  # d tau/dT

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ehl.fluid.viscosity import ROELANDS_LOG_VISCOSITY
 from regression.friction.conditions import Array, Conditions
 
 # steel: sqrt(46 W/(m K) * 7830 kg/m3 * 465 J/(kg K)); only scales the coefficient heat_flash
@@ -21,7 +22,6 @@ WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 CAP_ORDER = 8.0
 # of trials on both oils: they moved little, and the rest of the film factor moves with them
 INLET_SLIDING, INLET_HEAT, INLET_LOAD = 1.7, 0.9, 0.15
-_ROELANDS = 9.67  # ln eta0 + 9.67: distance to the pole of the Roelands law, eta0 in Pa s
 
 
 def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
@@ -67,7 +67,7 @@ def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Ar
     ratio = 0.5 * np.abs(c["slide_to_roll"])
     surfaces = 0.5 * (np.sqrt(1.0 + ratio) + np.sqrt(np.abs(1.0 - ratio)))
     flash = k["heat_flash"] * np.sqrt(c["half_width"] / speed) / (EFFUSIVITY * surfaces)
-    pole = np.maximum(np.log(viscosity) + _ROELANDS, 1.0)
+    pole = np.maximum(np.log(viscosity) + ROELANDS_LOG_VISCOSITY, 1.0)
     total: Array | float = 0.0
     for share, weight in zip(PRESSURES, WEIGHTS, strict=True):
         local = share / relief

@@ -7,10 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehl.fluid.lubricant import KELVIN, Lubricant, walther_1931
+from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
+from ehl.fluid.viscosity import walther_1931
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
+from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
 from ehl.material import effective_modulus, load_material
 
@@ -47,6 +49,29 @@ def test_temperature_form_reduces_to_the_inlet_temperature(law: str) -> None:
     np.testing.assert_allclose(at_inlet, np.log(lubricant.viscosity(PRESSURE)), rtol=1e-12)
     warmer = lubricant.log_viscosity(PRESSURE, np.full_like(PRESSURE, lubricant.temperature + 20.0))
     assert np.all(warmer < at_inlet)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_temperature_slope_agrees_with_differences(law: str) -> None:
+    lubricant, step = LAWS[law], 0.01
+    for temperature in (300.0, 353.15, 420.0):
+        warm, cold = (lubricant.log_viscosity(PRESSURE, np.full(41, temperature + d)) for d in (step, -step))
+        slope = lubricant.dlog_viscosity_dtemperature(PRESSURE, np.full(41, temperature))
+        np.testing.assert_allclose(slope, (warm - cold) / (2.0 * step), rtol=1e-6)
+
+
+def test_pressure_laws_by_hand() -> None:
+    """Worked out with the printed equations: A = ln 0.02 + 9.67 = 5.75798, z = 18 * 0.196/A = 0.612715."""
+    one = np.array([1e9])
+    assert LAWS["barus"].log_viscosity_ratio(one)[0] == pytest.approx(18.0, rel=1e-12)
+    assert LAWS["roelands"].log_viscosity_ratio(one)[0] == pytest.approx(11.6819, rel=1e-4)
+    # 20 K warmer: s0 = 0.03 (353.15 - 138)/A = 1.12097, the growth 3.02881 becomes 2.74157
+    warmer = LAWS["roelands"].log_viscosity(one, np.array([373.15]))[0] - math.log(0.02)
+    assert warmer == pytest.approx(10.0279, rel=1e-4)
+    a1, a2, b1, b2 = LAWS["modulus"].modulus_constants
+    stiff = LAWS["modulus"].log_viscosity_ratio(one)[0]
+    assert stiff == pytest.approx(1e9 / (a1 + 80.0 * a2 + (b1 + 80.0 * b2) * 1e9), rel=1e-12)
+    assert LAWS["roelands"].density_ratio(one)[0] == pytest.approx(1.0 + 0.6 / 2.7, rel=1e-12)
 
 
 def test_roelands_slope_with_temperature_at_ambient_pressure_is_beta() -> None:

@@ -45,7 +45,7 @@ def test_sliding_along_and_across_share_the_shear_law_not_the_film():
     along = solve_steady(contact(slip=0.0, lengthwise=2.5), OIL, accuracy="reference")
     for result in (across, along):
         law = OIL.shear_stress(result.pressure, result.film, 2.5)
-        np.testing.assert_allclose(result.shear_stress, law, rtol=1e-9)
+        np.testing.assert_allclose(result.shear_stress, law, rtol=1e-7)  # the solver reads its table
     # the flow along x sees cosh(S) in one case and sinh(S)/S < cosh(S) in the other
     assert along.film_min > across.film_min * (1.0 + 20.0 * across.film_error)
     newtonian = dataclasses.replace(OIL, rheology="newtonian")

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from ehl.fluid._kernels import inlet_laws
 from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.io.data import data_names
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.elementary import exp, log
-from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, thermal_factor
+from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.motion import sample_profile
 from ehl.rough._kernels.quasi_separable import MODES, factor_and_solve
 from ehl.rough._kernels.records import FluidityRows, HeatRows
@@ -27,6 +31,7 @@ from ehl.rough.soe import (
 )
 
 MODULUS = (3.4e7, 5.0e5, 3.4e-2, 3.0e-5)
+VOGEL: dict[str, dict[str, object]] = {"barus": {}, "roelands": {}, "modulus": {"temperature_constants": (800.0, 95.0)}}
 
 
 def distances(n: int) -> np.ndarray:
@@ -52,13 +57,14 @@ def test_fitted_log_kernel_states_its_error(n: int, modes: int, bound: float) ->
 
 @pytest.mark.parametrize("modes", [MODES, 10])
 @pytest.mark.parametrize("n", [64, 512, 4096, 32768])
-def test_tabulated_kernel_is_the_fit(n: int, modes: int) -> None:
+def test_tabulated_kernel_states_its_error_and_is_as_good_as_a_fit(n: int, modes: int) -> None:
     table, fit = log_kernel(n, modes), fit_log_kernel(n, modes)
     d = np.arange(n, dtype=float)
     kernel = log_coefficients(n) + kernel_constant(n)
     assert np.abs(table.evaluate(d) - kernel).max() == pytest.approx(table.error)
-    # another machine ends in another minimum: measured 0.5 % apart
-    assert table.error == pytest.approx(fit.error, rel=1e-2)
+    # the optimum is flat: where the fit stops depends on the machine, so that the table may be a little better or worse
+    assert table.error < 1.01 * fit.error
+    assert table.error < (0.12 if modes == MODES else 3e-4) * math.log(n)  # the kernel spans ln n
     assert log_kernel(n, modes) is table
 
 
@@ -133,7 +139,7 @@ def lubricant(law: str, rheology: str, **extra: object) -> Lubricant:
     )  # type: ignore[arg-type]
 
 
-def scaled(law: str, rheology: str, lengthwise: float = 0.0, **extra: object):
+def scaled(law: str, rheology: str, lengthwise: float = 0.0, heated: bool = False, **extra: object):
     contact = LineContact.from_pressure(
         radius_equivalent=0.015,
         effective_modulus=228e9,
@@ -144,7 +150,7 @@ def scaled(law: str, rheology: str, lengthwise: float = 0.0, **extra: object):
     )
     oil = lubricant(law, rheology, **extra)
     units = Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7)
-    return contact, oil, scaled_fluid(contact, oil, units, 20e-6)
+    return contact, oil, scaled_fluid(contact, oil, units, 20e-6, heated)
 
 
 def rows_of(film: np.ndarray, pressure: np.ndarray, thermal: float) -> FluidityRows:
@@ -156,17 +162,20 @@ def rows_of(film: np.ndarray, pressure: np.ndarray, thermal: float) -> FluidityR
 
 @pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
 @pytest.mark.parametrize(("rheology", "lengthwise"), [("newtonian", 0.0), ("eyring", 0.0), ("eyring", 3.0)])
-def test_fluidity_matches_its_formula_and_its_derivatives(law: str, rheology: str, lengthwise: float) -> None:
-    contact, oil, fluid = scaled(law, rheology, lengthwise)
+@pytest.mark.parametrize("heated", [False, True])
+def test_fluidity_matches_its_formula_and_its_derivatives(
+    law: str, rheology: str, lengthwise: float, heated: bool
+) -> None:
+    contact, oil, fluid = scaled(law, rheology, lengthwise, heated, **VOGEL[law])
     rng = np.random.default_rng(3)
     film, pressure = 0.02 + rng.random(40), 1.6 * rng.random(40)
-    neutral = thermal_factor(oil.temperature, fluid)
-    assert neutral == pytest.approx(1.0 if law == "roelands" else 0.0, abs=1e-12)
-    rows = rows_of(film, pressure, neutral)
+    warm = oil.temperature + (40.0 if heated else 0.0)
+    place = temperature_place(warm, fluid.table)
+    rows = rows_of(film, pressure, place)
     boundary, scale = 0.05, 2.0
     fluidity_rows(rows, boundary, fluid, fluid.along, scale)
     h = np.maximum(film, boundary)
-    eta = oil.viscosity(pressure * 1e9)
+    eta = np.exp(oil.log_viscosity(pressure * 1e9, np.full(40, warm)))
     if rheology == "newtonian":
         factor = np.ones(40)
     else:
@@ -174,11 +183,11 @@ def test_fluidity_matches_its_formula_and_its_derivatives(law: str, rheology: st
         cos2 = contact.sliding_cosine**2
         factor = cos2 * np.cosh(s) + (1.0 - cos2) * np.sinh(s) / s
     expected = scale * oil.density_ratio(pressure * 1e9) * h**3 * factor * oil.viscosity_inlet / eta
-    np.testing.assert_allclose(rows.f, expected, rtol=1e-9)
+    np.testing.assert_allclose(rows.f, expected, rtol=1e-6 if heated else 2e-8)
 
     step = 1e-6
-    up, down = (rows_of(film + d, pressure, neutral) for d in (step, -step))
-    right, left = (rows_of(film, pressure + d, neutral) for d in (step, -step))
+    up, down = (rows_of(film + d, pressure, place) for d in (step, -step))
+    right, left = (rows_of(film, pressure + d, place) for d in (step, -step))
     for other in (up, down, right, left):
         fluidity_rows(other, boundary, fluid, fluid.along, scale)
     free = film > boundary + 2.0 * step
@@ -206,8 +215,7 @@ def test_shear_row_matches_the_lubricant(law: str, rheology: str) -> None:
 @pytest.mark.parametrize("law", ["barus", "roelands", "modulus"])
 @pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
 def test_heated_shear_stress_balances(law: str, rheology: str) -> None:
-    vogel = {"temperature_constants": (800.0, 95.0)} if law == "modulus" else {}
-    contact, oil, fluid = scaled(law, rheology, limiting_shear_coefficient=0.08, **vogel)
+    contact, oil, fluid = scaled(law, rheology, heated=True, limiting_shear_coefficient=0.08, **VOGEL[law])
     n = 40
     rng = np.random.default_rng(5)
     pressure, film = 1.5 * rng.random(n), 0.1 + rng.random(n)
@@ -234,3 +242,72 @@ def test_profile_moves_by_the_shift() -> None:
         sample_profile(profile, shift, -1.0, out)
         expected = -np.sin(3.0 * 2.0 * np.pi * (2.0 * np.arange(150) - shift) / size)
         np.testing.assert_allclose(out, expected, atol=2e-6)
+
+
+BOX = Lubricant(0.02, 15e-9, temperature=363.15, temperature_viscosity=0.035)
+BOXES = {
+    "barus": replace(BOX, viscosity_law="barus"),
+    "roelands": BOX,
+    "modulus": replace(BOX, viscosity_law="modulus", modulus_constants=MODULUS, temperature_constants=(800.0, 95.0)),
+} | {name: replace(Oil.load(name).at(353.15), rheology="newtonian") for name in data_names("oils")}
+
+
+@pytest.mark.parametrize("name", BOXES)
+def test_kernels_read_every_law_to_1e_6_over_pressure_and_temperature(name: str) -> None:
+    contact, oil = scaled("barus", "newtonian")[0], BOXES[name]
+    units = Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7)
+    grids = np.meshgrid(np.linspace(0.0, 4.0, 173), np.linspace(263.0, 600.0, 61))
+    pressure, temperature = (grid.ravel() for grid in grids)
+    film = np.ones(pressure.size)
+
+    def read(p: np.ndarray, t: np.ndarray, heated: bool) -> FluidityRows:
+        fluid = scaled_fluid(contact, oil, units, 20e-6, heated)
+        rows = rows_of(film, p, 0.0)
+        rows.thermal[:] = [temperature_place(value, fluid.table) for value in t]
+        fluidity_rows(rows, 0.01, fluid, 1.0, 1.0)
+        return rows
+
+    law = oil.pressure_law
+    warm, inlet = read(pressure, temperature, True), read(pressure, temperature, False)
+    wanted = law.log_ratio(1e9 * pressure, temperature)
+    # thinner than e^-12 or stiffer than e^20 is no film; a modulus law has a pole where the cold oil turns solid
+    inside = (np.abs(wanted) < (15.0 if oil.viscosity_law == "modulus" else 20.0)) & (
+        law.log_ratio(1.05e9 * pressure, temperature) < 30.0
+    )
+    inside &= law.log_ratio(1.05e9 * pressure, temperature) >= wanted
+    assert inside.mean() > 0.3
+    np.testing.assert_allclose(warm.exponent[inside], wanted[inside], rtol=0.0, atol=1e-6)
+    at_inlet = law.log_ratio(1e9 * pressure)
+    soft = at_inlet < 30.0
+    np.testing.assert_allclose(inlet.exponent[soft], at_inlet[soft], rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(inlet.slope[soft], 1e9 * law.by_pressure(1e9 * pressure[soft]), rtol=1e-5)
+    np.testing.assert_allclose(inlet.density, oil.density_ratio(1e9 * pressure), rtol=1e-8)
+    step = 1e-6
+    right = read(pressure + step, temperature, True)
+    np.testing.assert_allclose(
+        ((right.exponent - warm.exponent) / step)[inside], warm.slope[inside], rtol=1e-4, atol=1e-5
+    )
+
+
+@pytest.mark.parametrize("name", BOXES)
+def test_no_pressure_or_temperature_gives_a_number_that_is_none(name: str) -> None:
+    contact, oil = scaled("barus", "newtonian")[0], BOXES[name]
+    fluid = scaled_fluid(contact, oil, Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7), 20e-6, True)
+    pressure, temperature = (
+        grid.ravel() for grid in np.meshgrid([0.0, 1e-9, 1.0, 9.99, 10.0, 15.0, 1e4], [1.0, 223.0, 300.0, 1500.0, 1e6])
+    )
+    rows = rows_of(np.ones(pressure.size), pressure, 0.0)
+    rows.thermal[:] = [temperature_place(value, fluid.table) for value in temperature]
+    fluidity_rows(rows, 0.01, fluid, 1.0, 1.0)
+    for values in (rows.exponent, rows.slope, rows.density, rows.f, rows.by_pressure):
+        assert np.isfinite(values).all()
+    assert (rows.exponent <= 80.0).all()
+    assert (rows.slope >= 0.0).all()
+    for p in (-5.0, -1e-3, 0.0, 10.0, 11.0, 1e4):
+        value, slope, density, density_slope = inlet_laws(p, fluid.table)
+        ahead = inlet_laws(p + 1e-5 * max(abs(p), 1.0), fluid.table)
+        assert math.isfinite(value)
+        assert slope > 0.0
+        assert density_slope >= 0.0
+        assert ahead[0] > value
+        assert ahead[2] >= density

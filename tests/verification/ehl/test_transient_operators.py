@@ -20,7 +20,7 @@ from ehl.rough._kernels.records import LEVEL, TRAVEL
 from ehl.rough.accuracy import mesh_length
 from ehl.rough.mixed import SmoothFriction, solve_mixed
 from ehl.rough.run import Run
-from ehl.rough.scaling import Settings, build_problem, film_estimate, rough_length
+from ehl.rough.scaling import Settings, build_problem, rough_length
 from ehl.rough.soe import LogConvolution, LogTransform
 from ehl.rough.solve import elastic_error
 from ehl.smooth.thermal import solve_steady_thermal
@@ -35,7 +35,7 @@ def scene_of(ratio: float, peklenik_number: float = math.inf) -> Scene:
 
 
 def run_of(scene: Scene, per_half_width: float, **changes: object) -> Run:
-    nodes = round(per_half_width * mesh_length(scene.contact, film_estimate(scene.contact, scene.lubricant)))
+    nodes = round(per_half_width * mesh_length(scene.contact, scene.contact.film_moes(scene.lubricant)))
     settings = replace(Settings(nodes, scene.boundary_film, 0.1, scene.peklenik_number, scene.thermal, 8e9), **changes)  # type: ignore[arg-type]
     return Run(build_problem(scene.contact, scene.lubricant, scene.surfaces, (STEEL, STEEL), settings))
 
@@ -91,11 +91,11 @@ def test_the_tolerance_of_a_step_does_not_add_up() -> None:
 def test_mesh_reaches_as_far_as_asperities_touch() -> None:
     scene = scene_of(0.02, 1.0)
     scene = replace(scene, surfaces=gaussian_pair(scene.contact, 2.0 * RMS, 0.3))
-    inlet, outlet = rough_length(scene.contact, film_estimate(scene.contact, OIL), 2.0 * RMS)
+    inlet, outlet = rough_length(scene.contact, scene.contact.film_moes(OIL), 2.0 * RMS)
     # where film and Hertz gap are three Rq: (x sqrt(x^2 - 1) - arcosh x) b^2/(2 R) = 2.4 um less the film
     gap = outlet * math.sqrt(outlet**2 - 1.0) - math.acosh(outlet)
     gap *= scene.contact.half_width**2 / (2.0 * scene.contact.radius_equivalent)
-    assert gap + film_estimate(scene.contact, OIL) == pytest.approx(6.0 * RMS, rel=1e-3)
+    assert gap + scene.contact.film_moes(OIL) == pytest.approx(6.0 * RMS, rel=1e-3)
     assert inlet == -2.5
     run = run_of(scene, 50.0)
     rolled(run, 5.0, 1.0)
@@ -103,7 +103,7 @@ def test_mesh_reaches_as_far_as_asperities_touch() -> None:
     loaded = profiles[0] + profiles[1]
     assert loaded[run.problem.x > 1.2].sum() > 1e-3 * loaded.sum()
     assert loaded[-4:].max() == 0.0
-    assert rough_length(scene.contact, film_estimate(scene.contact, OIL), 0.0)[1] == pytest.approx(1.2)
+    assert rough_length(scene.contact, scene.contact.film_moes(OIL), 0.0)[1] == pytest.approx(1.2)
 
 
 @pytest.mark.parametrize("slide_to_roll", [0.5, -0.8])

@@ -1,0 +1,234 @@
+"""Viscosity over temperature and pressure: every law once, as functions of arrays with their derivatives.
+
+Temperature laws give eta or nu at ambient pressure, pressure laws L = ln(eta(p, T)/eta0) with eta0 the viscosity at
+ambient pressure and the inlet temperature. They are written with ufuncs and arithmetic only, so that they take floats
+and arrays alike and can be recorded for export as code. The compiled solvers read L from a table made of them
+(`ehl.fluid.lookup`): a new law is one more class here and nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.io.units import KELVIN
+
+Array = NDArray[np.float64]
+Values = TypeVar("Values", float, Array)
+
+ROELANDS_PRESSURE = 1.96e8  # p0 [Pa]
+ROELANDS_LOG_VISCOSITY = 9.67  # -ln of the viscosity all curves meet at, 6.31e-5 Pa s
+ROELANDS_TEMPERATURE = 138.0  # [K]
+
+# (s, t) of Gold's formula by base oil; nu in cSt, alpha in 1/GPa
+GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
+    "mineral": (9.904, 0.1390),
+    "pao": (7.382, 0.1335),
+    "polyglycol": (5.489, 0.1485),
+    "ester": (6.605, 0.1360),
+}
+
+
+def walther_1931(temperature: Values, viscosity_40: float, viscosity_100: float) -> Values:
+    """Kinematic viscosity at any temperature from its values at 40 and 100 degC.
+
+    log10 log10(nu + 0.7) = m - n log10 T, nu in cSt, T in K (Walther 1931; ASTM D341).
+
+    Parameters
+    ----------
+    temperature : float or ndarray
+        [K].
+    viscosity_40, viscosity_100 : float
+        Kinematic viscosity at 40 and 100 degC [m2/s].
+
+    Returns
+    -------
+    float or ndarray
+        Kinematic viscosity [m2/s].
+
+    Examples
+    --------
+    >>> round(1e6 * walther_1931(333.15, 96.9e-6, 11.8e-6), 2)
+    40.33
+    """
+    m, n = _walther_constants(viscosity_40, viscosity_100)
+    return (10.0 ** (10.0 ** (m - n * np.log10(temperature))) - 0.7) * 1e-6
+
+
+def walther_slope(temperature: Values, viscosity_40: float, viscosity_100: float) -> Values:
+    """-d ln(nu)/dT of `walther_1931` [1/K]: n (nu + 0.7) ln(nu + 0.7)/(nu T), nu in cSt; arguments as there."""
+    _, n = _walther_constants(viscosity_40, viscosity_100)
+    nu = 1e6 * walther_1931(temperature, viscosity_40, viscosity_100)
+    return n * (nu + 0.7) * np.log(nu + 0.7) / (nu * temperature)
+
+
+def _walther_constants(viscosity_40: float, viscosity_100: float) -> tuple[float, float]:
+    """m and n of the line through both viscosities."""
+    double_40, double_100 = (math.log10(math.log10(nu * 1e6 + 0.7)) for nu in (viscosity_40, viscosity_100))
+    low, high = math.log10(40.0 + KELVIN), math.log10(100.0 + KELVIN)
+    slope = (double_40 - double_100) / (high - low)
+    return double_40 + slope * low, slope
+
+
+def vogel_1921(temperature: Values, scale: float, rise: float, shift: float) -> Values:
+    """Dynamic viscosity K exp(B/(T + C)) [Pa s] at a temperature in K; K in Pa s, B and C in K for T in degC."""
+    return scale * np.exp(rise / (temperature - KELVIN + shift))
+
+
+def vogel_slope(temperature: Values, rise: float, shift: float) -> Values:
+    """-d ln(eta)/dT of `vogel_1921` [1/K]."""
+    return rise / (temperature - KELVIN + shift) ** 2
+
+
+def gold_2001(viscosity_kinematic: Values, base: str) -> Values:
+    """Pressure-viscosity coefficient alpha = s nu^t 1e-9 [1/Pa], nu in cSt (Gold et al. 2001).
+
+    Parameters
+    ----------
+    viscosity_kinematic : float or ndarray
+        [m2/s] at the temperature asked for.
+    base : str
+        Base oil, a key of `GOLD_COEFFICIENTS`.
+    """
+    scale, exponent = GOLD_COEFFICIENTS[base]
+    return scale * (viscosity_kinematic * 1e6) ** exponent * 1e-9
+
+
+@dataclass(frozen=True)
+class BarusLaw:
+    """L = alpha p - beta (T - T0) (Barus 1893).
+
+    Parameters
+    ----------
+    alpha : float or ndarray
+        [1/Pa].
+    temperature : float or ndarray
+        T0 [K].
+    beta : float or ndarray
+        [1/K].
+    """
+
+    alpha: float
+    temperature: float
+    beta: float
+
+    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+        """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
+        rise = self.alpha * pressure
+        return rise if temperature is None else rise - self.beta * (temperature - self.temperature)
+
+    def by_pressure(self, pressure: Array) -> Array:
+        """dL/dp [1/Pa] at the inlet temperature."""
+        return np.full_like(np.asarray(pressure, dtype=float), self.alpha)
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """dL/dT [1/K]."""
+        return np.full(np.broadcast(pressure, temperature).shape, -self.beta)
+
+
+@dataclass(frozen=True)
+class RoelandsLaw:
+    """L = A ((1 + p/p0)^z ((T - 138)/(T0 - 138))^-s0 - 1) (Roelands 1966).
+
+    A = ln eta0 + 9.67, z = alpha p0/A, s0 = beta (T0 - 138)/A, p0 = 1.96e8 Pa.
+
+    Parameters
+    ----------
+    viscosity : float or ndarray
+        eta0 [Pa s].
+    alpha : float or ndarray
+        [1/Pa].
+    temperature : float or ndarray
+        T0 [K].
+    beta : float or ndarray
+        [1/K].
+    """
+
+    viscosity: float
+    alpha: float
+    temperature: float
+    beta: float
+
+    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+        """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
+        height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
+        growth = (1.0 + pressure / ROELANDS_PRESSURE) ** (self.alpha * ROELANDS_PRESSURE / height)
+        if temperature is not None:
+            growth = growth * self._thinning(temperature)
+        return np.asarray(height * (growth - 1.0))
+
+    def by_pressure(self, pressure: Array) -> Array:
+        """dL/dp [1/Pa] at the inlet temperature."""
+        exponent = self.alpha * ROELANDS_PRESSURE / (np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY)
+        return np.asarray(self.alpha * (1.0 + pressure / ROELANDS_PRESSURE) ** (exponent - 1.0))
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """dL/dT [1/K]."""
+        height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
+        exponent = self.beta * (self.temperature - ROELANDS_TEMPERATURE) / height
+        level = height + self.log_ratio(pressure, temperature)
+        return np.asarray(-level * exponent / np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0))
+
+    def _thinning(self, temperature: Array) -> Array:
+        height = np.log(self.viscosity) + ROELANDS_LOG_VISCOSITY
+        span = self.temperature - ROELANDS_TEMPERATURE
+        relative = np.maximum(temperature - ROELANDS_TEMPERATURE, 1.0) / span
+        return np.asarray(relative ** (-self.beta * span / height))
+
+
+@dataclass(frozen=True)
+class ModulusLaw:
+    """L = p/(a1 + a2 T + (b1 + b2 T) p) + ln(eta0(T)/eta0), T in degC (FVA 400; Arana, Larranaga & Ulacia 2019).
+
+    Parameters
+    ----------
+    constants : tuple of float
+        a1 [Pa], a2 [Pa/K], b1 [-], b2 [1/K].
+    temperature : float or ndarray
+        T0 [K].
+    vogel : tuple of float
+        (B, C) of `vogel_1921` for eta0(T) [K]; empty for exp(-beta (T - T0)).
+    beta : float or ndarray
+        [1/K]; used without `vogel`.
+    """
+
+    constants: tuple[float, ...]
+    temperature: float
+    vogel: tuple[float, ...] = ()
+    beta: float = 0.0
+
+    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+        """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
+        low, stiffening = self._moduli(self.temperature if temperature is None else temperature)
+        rise = pressure / (low + stiffening * pressure)
+        return np.asarray(rise if temperature is None else rise + self._thinning(temperature))
+
+    def by_pressure(self, pressure: Array) -> Array:
+        """dL/dp [1/Pa] at the inlet temperature."""
+        low, stiffening = self._moduli(self.temperature)
+        return np.asarray(low / (low + stiffening * pressure) ** 2)
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """dL/dT [1/K]."""
+        _, a2, _, b2 = self.constants
+        low, stiffening = self._moduli(temperature)
+        slope = vogel_slope(temperature, *self.vogel) if self.vogel else self.beta
+        return np.asarray(-slope - pressure * (a2 + b2 * pressure) / (low + stiffening * pressure) ** 2)
+
+    def _moduli(self, temperature: Array | float) -> tuple[Array | float, Array | float]:
+        a1, a2, b1, b2 = self.constants
+        celsius = temperature - KELVIN
+        return a1 + a2 * celsius, b1 + b2 * celsius
+
+    def _thinning(self, temperature: Array) -> Array:
+        if not self.vogel:
+            return -self.beta * (temperature - self.temperature)
+        rise, shift = self.vogel
+        return rise / (temperature - KELVIN + shift) - rise / (self.temperature - KELVIN + shift)
+
+
+PressureLaw = BarusLaw | RoelandsLaw | ModulusLaw
