@@ -35,7 +35,8 @@ def moes_1992(load: Values, lubricant: Values) -> Values:
     blend = (7.0 + 8.0 * np.exp(-2.0 * elastic_iso / rigid_iso)) / 5.0
     film_iso = (rigid_iso ** (7 / 3) + elastic_iso ** (7 / 3)) ** (3.0 * blend / 7.0)
     film_piezo = (rigid_piezo**-3.5 + elastic_piezo**-3.5) ** (-2.0 * blend / 7.0)
-    return (film_iso + film_piezo) ** (1.0 / blend)
+    film: Values = (film_iso + film_piezo) ** (1.0 / blend)
+    return film
 
 
 def moes_film(viscosity: Values, speed: Values, load: Values, radius: Values, modulus: Values, alpha: Values) -> Values:
@@ -53,19 +54,23 @@ def moes_film(viscosity: Values, speed: Values, load: Values, radius: Values, mo
     root = np.sqrt(2.0 * viscosity * speed / (modulus * radius))
     # an unloaded point has no contact; the least load keeps the formula finite there
     moes_load = np.maximum(load / (modulus * radius) / root, 1e-6)
-    return moes_1992(moes_load, alpha * modulus * np.sqrt(root)) * radius * root
+    film: Values = moes_1992(moes_load, alpha * modulus * np.sqrt(root)) * radius * root
+    return film
 
 
 def dowson_higginson_1968(speed: Values, load: Values, material: Values) -> Values:
     """Minimum film h_min/R = 2.65 U^0.70 G^0.54 W^-0.13 (Dowson & Higginson; exponents of 1968)."""
-    return 2.65 * speed**0.70 * material**0.54 * load**-0.13
+    film: Values = 2.65 * speed**0.70 * material**0.54 * load**-0.13
+    return film
 
 
 def pan_hamrock_1989_minimum(speed: Values, load: Values, material: Values) -> Values:
     """Minimum film h_min/R = 1.714 U^0.694 G^0.568 W^-0.128 (Pan & Hamrock 1989, J. Tribol. 111; from memory)."""
-    return 1.714 * speed**0.694 * material**0.568 * load**-0.128
+    film: Values = 1.714 * speed**0.694 * material**0.568 * load**-0.128
+    return film
 
 
 def pan_hamrock_1989_central(speed: Values, load: Values, material: Values) -> Values:
     """Central film h_c/R = 2.922 U^0.692 G^0.470 W^-0.166 (Pan & Hamrock 1989, J. Tribol. 111; from memory)."""
-    return 2.922 * speed**0.692 * material**0.470 * load**-0.166
+    film: Values = 2.922 * speed**0.692 * material**0.470 * load**-0.166
+    return film

@@ -134,7 +134,7 @@ class Lubricant:
 
     def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
         """ln eta(p, T) with eta in Pa s, elementwise; `temperature` in K."""
-        return np.log(self.viscosity_inlet) + self.pressure_law.log_ratio(pressure, temperature)
+        return np.asarray(np.log(self.viscosity_inlet) + self.pressure_law.log_ratio(pressure, temperature))
 
     def dlog_viscosity_dtemperature(self, pressure: Array, temperature: Array) -> Array:
         """d ln eta/dT [1/K] at (p, T), elementwise; the derivative of `log_viscosity`."""

@@ -203,7 +203,8 @@ class Oil(InputModel):
             exponent = GOLD_COEFFICIENTS[law.base][1]
             if law.anchor_temperature is not None and law.anchor_value is not None:
                 ratio = self.viscosity_kinematic(temperature) / self.viscosity_kinematic(law.anchor_temperature)
-                return law.anchor_value * ratio**exponent
+                anchored: Values = law.anchor_value * ratio**exponent
+                return anchored
             return gold_2001(self.viscosity_kinematic(temperature), law.base)
         assert isinstance(self.viscosity, ModulusViscosity)
         return 1.0 / (self.viscosity.a1 + self.viscosity.a2 * (temperature - KELVIN))
@@ -266,7 +267,8 @@ def _between(law: TabulatedAlpha, temperature: Values) -> Values:
     log_alpha: Any = pieces[-1][1]
     for end, piece in reversed(pieces[:-1]):
         log_alpha = np.where(temperature <= end, piece, log_alpha)
-    return np.exp(log_alpha)
+    alpha: Values = np.exp(log_alpha)
+    return alpha
 
 
 def _changed(name: str) -> int:

@@ -56,14 +56,16 @@ def walther_1931(temperature: Values, viscosity_40: float, viscosity_100: float)
     40.33
     """
     m, n = _walther_constants(viscosity_40, viscosity_100)
-    return (10.0 ** (10.0 ** (m - n * np.log10(temperature))) - 0.7) * 1e-6
+    viscosity: Values = (10.0 ** (10.0 ** (m - n * np.log10(temperature))) - 0.7) * 1e-6
+    return viscosity
 
 
 def walther_slope(temperature: Values, viscosity_40: float, viscosity_100: float) -> Values:
     """-d ln(nu)/dT of `walther_1931` [1/K]: n (nu + 0.7) ln(nu + 0.7)/(nu T), nu in cSt; arguments as there."""
     _, n = _walther_constants(viscosity_40, viscosity_100)
     nu = 1e6 * walther_1931(temperature, viscosity_40, viscosity_100)
-    return n * (nu + 0.7) * np.log(nu + 0.7) / (nu * temperature)
+    slope: Values = n * (nu + 0.7) * np.log(nu + 0.7) / (nu * temperature)
+    return slope
 
 
 def _walther_constants(viscosity_40: float, viscosity_100: float) -> tuple[float, float]:
@@ -76,7 +78,8 @@ def _walther_constants(viscosity_40: float, viscosity_100: float) -> tuple[float
 
 def vogel_1921(temperature: Values, scale: float, rise: float, shift: float) -> Values:
     """Dynamic viscosity K exp(B/(T + C)) [Pa s] at a temperature in K; K in Pa s, B and C in K for T in degC."""
-    return scale * np.exp(rise / (temperature - KELVIN + shift))
+    viscosity: Values = scale * np.exp(rise / (temperature - KELVIN + shift))
+    return viscosity
 
 
 def vogel_slope(temperature: Values, rise: float, shift: float) -> Values:
@@ -95,7 +98,8 @@ def gold_2001(viscosity_kinematic: Values, base: str) -> Values:
         Base oil, a key of `GOLD_COEFFICIENTS`.
     """
     scale, exponent = GOLD_COEFFICIENTS[base]
-    return scale * (viscosity_kinematic * 1e6) ** exponent * 1e-9
+    alpha: Values = scale * (viscosity_kinematic * 1e6) ** exponent * 1e-9
+    return alpha
 
 
 @dataclass(frozen=True)
