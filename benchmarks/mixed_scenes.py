@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
 from ehl.rough._kernels.newton import LAGGED
@@ -25,7 +25,7 @@ from ehl.surface.roughness import generate_profile
 
 Array = NDArray[np.float64]
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 MODULUS = 228e9
 RADIUS = 0.015
 BOUNDARY_FRICTION = 0.1

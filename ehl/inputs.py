@@ -14,7 +14,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from ehl.line_contact import LineContact
-from ehl.material import Material, load_material
+from ehl.material import Material
 
 Radius = Annotated[float, ValueRange("m", ge=1e-4, le=10.0)]
 Modulus = Annotated[float, ValueRange("Pa", ge=1e9, le=2e12)]
@@ -68,7 +68,7 @@ class SolidInput(InputModel):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        load_material(self.material)
+        Material.load(self.material)
         for short, long in (("E", "youngs_modulus"), ("nu", "poisson_ratio")):
             if getattr(self, short) is not None and getattr(self, long) is not None:
                 raise InputError(short, getattr(self, short), f"only one of {short} and {long}")
@@ -85,7 +85,7 @@ class SolidInput(InputModel):
             "hardness": self.hardness,
         }
         changes = {key: value for key, value in given.items() if value is not None}
-        return load_material(self.material).model_copy(update=changes)
+        return Material.load(self.material).model_copy(update=changes)
 
 
 class SurfaceInput(InputModel):

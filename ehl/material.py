@@ -14,7 +14,25 @@ from ehl.io.validation import InputModel, read_toml, validate
 
 
 class Material(InputModel):
-    """Elastic and thermal properties of one body. Each figure's source stands in the data file."""
+    """Elastic and thermal properties of one body; each value is an SI number or a string with its unit.
+
+    Parameters
+    ----------
+    youngs_modulus : float or str
+        E, also under that name [Pa].
+    poisson_ratio : float
+        nu, also under that name [-].
+    thermal_conductivity : float or str
+        [W/(m K)].
+    heat_capacity : float or str
+        [J/(kg K)].
+    density : float or str
+        [kg/m3].
+    hardness : float or str
+        Maximum total pressure in contact [Pa].
+    name, source : str
+        What it is, and where the values come from.
+    """
 
     name: str = "custom"
     source: str = ""
@@ -29,6 +47,32 @@ class Material(InputModel):
     density: Annotated[float, ValueRange("kg/m^3", gt=0.0, le=30000.0)] = 7830.0
     hardness: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)] = 8e9
 
+    @classmethod
+    def load(cls, name: str) -> Material:
+        """A shipped material.
+
+        Parameters
+        ----------
+        name : str
+            One of `ehl.shipped("materials")`.
+
+        Returns
+        -------
+        Material
+
+        Raises
+        ------
+        InputError
+            There is no such material; the message lists those there are.
+
+        Examples
+        --------
+        >>> import ehl
+        >>> ehl.Material.load("steel").poisson_ratio
+        0.3
+        """
+        return _load(name)
+
     @property
     def thermal_effusivity(self) -> float:
         """sqrt(k rho c) [J/(m2 K s^1/2)], which decides the flash temperature."""
@@ -41,14 +85,8 @@ class Material(InputModel):
 
 
 @cache
-def load_material(name: str) -> Material:
-    """A shipped material by name.
-
-    Raises
-    ------
-    InputError
-        There is no such material; the message lists those there are.
-    """
+def _load(name: str) -> Material:
+    # asked for once per contact
     names = data_names("materials")
     if name not in names:
         raise InputError("material", name, "one of " + ", ".join(names))

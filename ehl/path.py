@@ -6,25 +6,30 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.validation import validate
 from ehl.line_contact import LineContact
-from ehl.material import Material, load_material
-from ehl.result import ContactResult
+from ehl.material import Material
+from ehl.result import ContactResult, results_frame
 from ehl.solve import solve_contact
 from ehl.state import ContactState
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# a name the smooth solver gives to a start it had to drop
+# the smooth solver's word for a start it did not use
 START_DROPPED = "neighbour_too_far"
 REFUSED = "refused"
 MOTION = (
@@ -36,12 +41,10 @@ MOTION = (
     "speed_sliding_lengthwise",
 )
 
-Scene = tuple[LineContact, Lubricant, SurfaceInput]
 
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PathResult:
-    """Solutions along a path, in the order of the input.
+    """Solutions of neighbouring contacts, in the order of the input.
 
     Parameters
     ----------
@@ -56,7 +59,7 @@ class PathResult:
     fallbacks : int
         Warm starts that failed, so that the contact was solved cold.
     seconds : float
-        Wall time.
+        Wall time [s].
     """
 
     results: tuple[ContactResult, ...]
@@ -77,20 +80,56 @@ class PathResult:
         return int(np.count_nonzero(self.origin >= 0))
 
     def values(self, name: str) -> FloatArray:
-        """A figure of all contacts by its name in `ContactResult`, nan where a contact failed; shape (n,)."""
+        """A quantity of all contacts.
+
+        Parameters
+        ----------
+        name : str
+            A field of `ContactResult`.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            nan where a contact failed.
+        """
         return np.array([getattr(result, name) for result in self.results], dtype=np.float64)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Results of all contacts for JSON.
+
+        Returns
+        -------
+        dict
+        """
+        return {"results": [result.to_dict() for result in self.results], "messages": list(self.messages)}
+
+    def to_frame(self) -> DataFrame:
+        """One row per contact: operating point and results in SI units.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        return results_frame(self.results)
+
+    def __repr__(self) -> str:
+        done = self.status.count("converged")
+        return f"PathResult({done} of {len(self.results)} contacts converged, {self.warm} warm, {self.seconds:.3g} s)"
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().to_html(max_rows=20))
 
 
 def solve_path(
-    contacts: ContactState | Sequence[LineContact],
-    lubricant: Oil | Lubricant | Sequence[Lubricant],
+    contacts: ContactState | Sequence[Contact] | Sequence[LineContact],
+    lubricant: Oil | Lubricant | Sequence[Lubricant] | None = None,
     *,
     surface: SurfaceInput | None = None,
     model: ModelInput | None = None,
     bodies: tuple[Material, Material] | None = None,
     warm: bool = True,
 ) -> PathResult:
-    """Solve many contacts, each started from the nearest one solved before it.
+    """Solve neighbouring contacts, each started from the nearest one solved before it.
 
     The smooth film depends on the Hertz pressure and the two Moes groups, so nearness is measured in their logarithms;
     the next contact is always the one nearest to any solved one. Where a start does not lead to a solution the
@@ -98,10 +137,11 @@ def solve_path(
 
     Parameters
     ----------
-    contacts : ContactState or sequence of LineContact
-        A state carries its own oil temperatures and Rq.
-    lubricant : Oil, Lubricant or sequence of Lubricant
-        An oil card is read at the temperatures of a state; one lubricant holds for all contacts.
+    contacts : sequence of Contact, ContactState, or sequence of LineContact
+        Contacts bring all of their inputs, and take none of the others below. A state brings its oil temperatures and
+        Rq.
+    lubricant : Oil, Lubricant or sequence of Lubricant, optional
+        For a state or line contacts. An oil is taken at the temperatures of a state; one lubricant holds for all.
     surface : SurfaceInput, optional
         Roughness and boundary friction; the Rq of a state take the place of its own. Smooth when not given.
     model : ModelInput, optional
@@ -118,25 +158,34 @@ def solve_path(
     Raises
     ------
     InputError
-        Numbers of contacts and lubricants differ, or an oil card comes without temperatures.
+        Numbers of contacts and lubricants differ, or an oil comes without temperatures.
+
+    Examples
+    --------
+    >>> import ehl
+    >>> contact = ehl.Contact(
+    ...     viscosity_inlet=0.04, pressure_viscosity="18 1/GPa", pressure_hertz="1 GPa", radius_equivalent="10 mm",
+    ...     speed_entrainment="5 m/s", slide_to_roll=0.2, thermal="off", accuracy="fast",
+    ... )
+    >>> path = ehl.solve_path([contact.replace(speed_entrainment=speed) for speed in (4.0, 5.0)])
+    >>> path.status
+    ('converged', 'converged')
     """
     clock = time.perf_counter()
-    count = contacts.size if isinstance(contacts, ContactState) else len(contacts)
-    scene_of = _scenes(contacts, lubricant, surface or SurfaceInput(), count)
-    physics = model or ModelInput()
-    pair = bodies or (load_material("steel"), load_material("steel"))
-
+    problem_of, count = _problems(
+        contacts, lubricant, surface or SurfaceInput(), model or ModelInput(), bodies or (Material.load("steel"),) * 2
+    )
     results: list[ContactResult] = [ContactResult("failed", REFUSED)] * count
     messages = [""] * count
-    scenes: dict[int, Scene] = {}
+    problems: dict[int, ContactProblem] = {}
     for at in range(count):
         try:
-            scenes[at] = scene_of(at)
+            problems[at] = problem_of(at)
         except MixedEhlError as error:
             messages[at] = str(error)
 
-    here = np.array(list(scenes), dtype=int)
-    place = _places([scenes[at] for at in scenes])
+    here = np.array(list(problems), dtype=int)
+    place = _coordinates([problems[at] for at in problems])
     distance = np.sum((place - np.median(place, axis=0)) ** 2, axis=1) if here.size else np.zeros(0)
     nearest = np.full(here.size, -1)
     left = np.ones(here.size, dtype=bool)
@@ -150,7 +199,7 @@ def solve_path(
         order.append(at)
         neighbour = int(here[nearest[k]]) if warm and nearest[k] >= 0 else -1
         try:
-            result, used = _solve(scenes[at], physics, pair, results[neighbour] if neighbour >= 0 else None)
+            result, used = _solve(problems[at], results[neighbour] if neighbour >= 0 else None)
         except MixedEhlError as error:
             messages[at] = str(error)
             continue
@@ -167,55 +216,60 @@ def solve_path(
     return PathResult(tuple(results), tuple(messages), np.array(order, dtype=int), origin, dropped, seconds)
 
 
-def _solve(
-    scene: Scene, model: ModelInput, bodies: tuple[Material, Material], start: ContactResult | None
-) -> tuple[ContactResult, bool]:
+def _solve(p: ContactProblem, start: ContactResult | None) -> tuple[ContactResult, bool]:
     """The solution, and whether it came from the start."""
-    line, oil, surface = scene
-    bulk = (oil.temperature, oil.temperature)
-    result = solve_contact(line, oil, surface, model, bodies, bulk, start)
+    result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
     if start is None:
         return result, False
-    film = result.isothermal
-    if film is not None:
-        return result, START_DROPPED not in film.fallbacks
-    return solve_contact(line, oil, surface, model, bodies, bulk, None), False
+    if result.isothermal is not None:
+        return result, START_DROPPED not in result.isothermal.fallbacks
+    return solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, None), False
 
 
-def _scenes(
-    contacts: ContactState | Sequence[LineContact],
-    lubricant: Oil | Lubricant | Sequence[Lubricant],
+def _problems(
+    contacts: ContactState | Sequence[Contact] | Sequence[LineContact],
+    lubricant: Oil | Lubricant | Sequence[Lubricant] | None,
     surface: SurfaceInput,
-    count: int,
-) -> Callable[[int], Scene]:
-    """What makes the scene of one contact; a value out of range is an InputError there."""
+    model: ModelInput,
+    bodies: tuple[Material, Material],
+) -> tuple[Callable[[int], ContactProblem], int]:
+    """What makes the problem of one contact, where a value out of range is an InputError, and their number."""
+    count = contacts.size if isinstance(contacts, ContactState) else len(contacts)
     if isinstance(lubricant, Sequence) and len(lubricant) != count:
         raise InputError("lubricant", f"{len(lubricant)} of them", f"one for each of the {count} contacts")
     if isinstance(lubricant, Oil) and not isinstance(contacts, ContactState):
         raise InputError("lubricant", lubricant.name, "a Lubricant", "Only a ContactState carries temperatures.")
 
-    def scene_of(at: int) -> Scene:
+    def problem_of(at: int) -> ContactProblem:
+        if not isinstance(contacts, ContactState) and isinstance(contact := contacts[at], Contact):
+            return contact.problem()
+        if lubricant is None:
+            raise InputError("lubricant", None, "an Oil or a Lubricant with a state or line contacts")
         if isinstance(lubricant, Oil):
             assert isinstance(contacts, ContactState)
             oil = lubricant.at(float(contacts.temperature_oil.flat[at]))
         else:
             oil = lubricant if isinstance(lubricant, Lubricant) else lubricant[at]
-        if not isinstance(contacts, ContactState):
-            return _checked(contacts[at], oil, surface)
-        line = LineContact.from_pressure(**{name: float(getattr(contacts, name).flat[at]) for name in MOTION})
-        return _checked(line, oil, surface if surface.measured else _with_rms(surface, contacts, at))
+        rough = surface
+        if isinstance(contacts, ContactState):
+            line = LineContact.from_pressure(**{name: float(getattr(contacts, name).flat[at]) for name in MOTION})
+            rough = surface if surface.measured else _with_rms(surface, contacts, at)
+        else:
+            assert isinstance(contact, LineContact)
+            line = contact
+        return ContactProblem(_checked(line), oil, rough, model, bodies, (oil.temperature, oil.temperature))
 
-    return scene_of
+    return problem_of, count
 
 
-def _checked(line: LineContact, oil: Lubricant, surface: SurfaceInput) -> Scene:
+def _checked(line: LineContact) -> LineContact:
     for name in ("radius_equivalent", "effective_modulus", "load_per_length", "speed_entrainment"):
         value = getattr(line, name)
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(name, value, "> 0")
     if not math.isfinite(line.speed_sliding):
         raise InputError("slide_to_roll", line.slide_to_roll, "finite sliding speeds")
-    return line, oil, surface
+    return line
 
 
 def _with_rms(surface: SurfaceInput, state: ContactState, at: int) -> SurfaceInput:
@@ -223,7 +277,7 @@ def _with_rms(surface: SurfaceInput, state: ContactState, at: int) -> SurfaceInp
     return validate(SurfaceInput, surface.model_dump(exclude_unset=True) | rms)
 
 
-def _places(scenes: Sequence[Scene]) -> FloatArray:
-    """Where the contacts lie: logarithms of the Hertz pressure and of both Moes groups, shape (n, 3)."""
-    groups = [(line.pressure_hertz, *line.moes_groups(oil)) for line, oil, _ in scenes]
+def _coordinates(problems: Sequence[ContactProblem]) -> FloatArray:
+    """Logarithms of the Hertz pressure and of both Moes groups, shape (n, 3)."""
+    groups = [(p.line.pressure_hertz, *p.line.moes_groups(p.lubricant)) for p in problems]
     return np.asarray(np.log(np.array(groups, dtype=np.float64).reshape(-1, 3)))

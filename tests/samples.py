@@ -15,9 +15,9 @@ from efficiency.loss.kinematics import Operation
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.validation import validate
-from ehl.material import load_material
+from ehl.material import Material
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 AXLE_OIL = Oil.load("75w90")
 BEVEL = load_design("fm_spiral_bevel_14x39")
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)

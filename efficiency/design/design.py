@@ -25,7 +25,7 @@ from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate, value_range_of
-from ehl.material import Material, load_material
+from ehl.material import Material
 
 Surface = Literal["base", "toe", "heel"]
 Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
@@ -258,7 +258,7 @@ class MemberInput(InputModel):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        load_material(self.material)
+        Material.load(self.material)
         self.body.thickness(self.blank.blank())
         for side, given in (("concave", self.concave), ("convex", self.convex)):
             if not isinstance(given, CutFlankInput):
@@ -286,7 +286,7 @@ class MemberInput(InputModel):
 
     def elastic_material(self) -> Material:
         """Material of the member."""
-        return load_material(self.material)
+        return Material.load(self.material)
 
     def tooth_body(self) -> ToothBody:
         """Material of the teeth and the body under them."""

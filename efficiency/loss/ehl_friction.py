@@ -20,7 +20,7 @@ from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
-from ehl.material import Material, load_material
+from ehl.material import Material
 from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from ehl.state import ContactState
@@ -91,7 +91,7 @@ class EhlFriction:
     smooth: bool = False
     points: int | None = None
     jobs: int | None = None
-    bodies: tuple[Material, Material] = field(default_factory=lambda: (load_material("steel"),) * 2)
+    bodies: tuple[Material, Material] = field(default_factory=lambda: (Material.load("steel"),) * 2)
     model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
     boundary_friction: float = 0.10
     seed: int = 1
@@ -253,7 +253,7 @@ def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> 
         raise InputError(
             "friction model", spec, "ehl, ehl:load_sharing or ehl:smooth, with :all or :sampled at the end"
         )
-    steel = load_material("steel")
+    steel = Material.load("steel")
     points = POINTS if wanted & {"smooth", "load_sharing"} and "sampled" not in wanted else POINTS_DETERMINISTIC
     model = ModelInput(accuracy="fast", roughness="load_sharing" if "load_sharing" in wanted else "deterministic")
     return EhlFriction(

@@ -14,7 +14,7 @@ from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
-from ehl.material import load_material
+from ehl.material import Material
 
 Relief = Annotated[float, ValueRange("m", ge=0.0, le=1e-3)]
 Slope = Annotated[float, ValueRange("", ge=-2.0, le=2.0)]
@@ -118,7 +118,7 @@ class MemberTargets(InputModel):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        load_material(self.material)
+        Material.load(self.material)
         return self
 
 

@@ -21,7 +21,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.heat import FilmConductivity
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
-from ehl.material import Material, load_material
+from ehl.material import Material
 from ehl.rough._kernels.march import (
     CAPPED_NODES,
     FILM_MEAN,
@@ -137,7 +137,7 @@ def solve_transient(
     rough = surfaces if surfaces is not None else RoughSurfaces()
     film = rough.default_boundary_film if boundary_film is None else boundary_film
     _check(contact, film, boundary_friction, peklenik_number, hardness)
-    bodies = materials if materials is not None else (load_material("steel"), load_material("steel"))
+    bodies = materials if materials is not None else (Material.load("steel"), Material.load("steel"))
     estimate = contact.film_moes(lubricant)
     drained = math.isfinite(peklenik_number) and bool(rough.profiles)
     length = mesh_length(contact, estimate)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
-from ehl.material import effective_modulus, load_material
+from ehl.material import Material, effective_modulus
 from regression.export.printer import ATOM, COMPARE, Printer, description
 from regression.export.program import OUTPUTS, Program
 from regression.friction.conditions import LUBRICANT_UNITS, Array, lubricant_row
@@ -172,7 +172,7 @@ def _letters(column: int) -> str:
 
 def example_rows(program: Program) -> Array:
     """Points to start from: the middle of the range, with the sliding from its least to its greatest."""
-    steel = load_material("steel")
+    steel = Material.load("steel")
     ranges = program.formula.ranges
     middle = {
         name: float(np.sqrt(low * high)) if low > 0.0 else 0.5 * (low + high) for name, (low, high) in ranges.items()

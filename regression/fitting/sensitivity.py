@@ -13,7 +13,7 @@ import numpy as np
 
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
-from ehl.material import effective_modulus, load_material
+from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.formula import FittedFormula
@@ -123,7 +123,7 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE, seed
         The formula has no value somewhere in its box.
     """
     names = tuple(n for n in INPUTS if n in formula.ranges and formula.ranges[n][0] < formula.ranges[n][1])
-    steel = load_material("steel")
+    steel = Material.load("steel")
     fixed = {n: formula.ranges[n][0] for n in INPUTS if n in formula.ranges and n not in names}
 
     def log_mu(unit: Array) -> Array:

@@ -20,7 +20,7 @@ from ehl.fluid.rheology import RisingStress
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.line_contact import half_width_of_pressure, hertz_load
-from ehl.material import effective_modulus, load_material
+from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 
 Array = NDArray[np.float64]
@@ -136,7 +136,7 @@ def contact_points(**values: Any) -> ContactState:
             raise InputError(name, None, POINT[name].expected)
     state = {name: _checked(name, value) for name, value in values.items()}
     rough = state.pop("roughness_rms", np.array(0.0)) / np.sqrt(2.0)
-    steel = load_material("steel")
+    steel = Material.load("steel")
     state.setdefault("effective_modulus", np.array(effective_modulus(steel, steel)))
     return ContactState.of(**state, roughness_rms_1=rough, roughness_rms_2=rough)
 

@@ -11,9 +11,9 @@ from efficiency.contact.tooth_grid import ToothShape
 from efficiency.ltca.local_compliance import LocalCompliance, weber_local
 from efficiency.ltca.plate import CantileverPlate, PlateTooth
 from ehl.io.errors import InputError
-from ehl.material import effective_modulus, load_material
+from ehl.material import Material, effective_modulus
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
 MODULUS = effective_modulus(STEEL, STEEL)
 RADIUS = 0.012

@@ -18,9 +18,9 @@ from efficiency.ltca.solid_tooth import solid_tooth
 from efficiency.ltca.teeth import elastic_teeth
 from efficiency.ltca.tooth_cell import tooth_cell
 from ehl.io.errors import ConvergenceError, InputError
-from ehl.material import load_material
+from ehl.material import Material
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 RIM = 8e-3
 LOW = Orders(tooth=(3, 4, 6), body=(3, 3, 5))
 MODULI = dict.fromkeys(("foot", "slot", "tooth"), STEEL.youngs_modulus)

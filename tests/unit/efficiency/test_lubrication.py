@@ -18,14 +18,14 @@ from efficiency.loss.power_loss import efficiency_of, rolling_losses
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough.dry_limit import flash_of_rubbing
 from ehl.solve import solve_contact
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of
 from regression.friction.models import ConstantFriction, FrictionEstimate
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 BODIES = (STEEL, STEEL)
 OIL = Oil.load("75w90")
 MOTIONS = [(1e9, 5.0, 0.5, 5.0), (1.8e9, 2.0, 0.3, 0.0), (1e9, 20.0, 1.0, 10.0)]

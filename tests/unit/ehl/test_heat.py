@@ -29,7 +29,7 @@ from ehl.heat import (
 )
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
-from ehl.material import Material, load_material
+from ehl.material import Material
 
 STEEL = Material(
     youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
@@ -453,7 +453,7 @@ def test_estimate_of_heat_by_hand():
     lubricant = Lubricant(
         0.01, 10e-9, viscosity_law="barus", temperature=353.15, temperature_viscosity=0.03, thermal_conductivity=0.14
     )
-    steel = load_material("steel")
+    steel = Material.load("steel")
     film = 0.3e-6
     found = estimate_thermal_effect(line, lubricant, (steel, steel), film_central=film)
     stress = 0.01 * math.exp(4.0) * 0.2 / film
@@ -479,7 +479,7 @@ def test_slow_surfaces_are_held_at_the_floor_of_the_peclet_number():
     line = LineContact.from_pressure(
         radius_equivalent=0.01, effective_modulus=226e9, pressure_hertz=0.4e9, speed_entrainment=1e-3, slide_to_roll=0.4
     )
-    steel = load_material("steel")
+    steel = Material.load("steel")
     found = estimate_thermal_effect(
         line, Lubricant(0.01, 10e-9, viscosity_law="barus"), (steel, steel), film_central=1e-7
     )
@@ -491,13 +491,13 @@ def test_slow_surfaces_are_held_at_the_floor_of_the_peclet_number():
 
 def test_peclet_number_is_passage_time_over_conduction_time():
     """|u| b/(2 chi), of steel at 2 m/s and 0.1 mm: chi = k/(rho c)."""
-    steel = load_material("steel")
+    steel = Material.load("steel")
     chi = steel.thermal_conductivity / (steel.density * steel.heat_capacity)
     assert peclet_number(-2.0, 1e-4, steel) == pytest.approx(1e-4 / chi, rel=1e-12)
 
 
 def test_estimate_of_heat_takes_the_film_of_moes_where_none_is_given():
-    line, lubricant, steel = contact(), oil(), load_material("steel")
+    line, lubricant, steel = contact(), oil(), Material.load("steel")
     speed, _, _ = line.dowson_groups(lubricant)
     film = moes_1992(*line.moes_groups(lubricant)) * line.radius_equivalent * math.sqrt(2.0 * speed)
     given = estimate_thermal_effect(line, lubricant, (steel, steel), film_central=film)

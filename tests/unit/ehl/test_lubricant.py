@@ -14,7 +14,7 @@ from ehl.io.data import data_names
 from ehl.io.errors import InputError
 from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
-from ehl.material import effective_modulus, load_material
+from ehl.material import Material, effective_modulus
 
 LAWS = {
     "barus": Lubricant(0.02, 18e-9, viscosity_law="barus"),
@@ -152,7 +152,7 @@ def test_limiting_stress_caps_and_zero_sliding_is_zero() -> None:
 
 
 def test_contact_groups_and_hertz() -> None:
-    steel = load_material("steel")
+    steel = Material.load("steel")
     modulus = effective_modulus(steel, steel)
     assert modulus == pytest.approx(206e9 / (1 - 0.09), rel=1e-12)
     contact = LineContact.from_pressure(

@@ -16,7 +16,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
 from ehl.io.kernel_cache import drop_outdated_cache
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough.batches import batch_means, neighbour_correlation
 from ehl.rough.run import Run
@@ -93,7 +93,7 @@ def test_finer_run_takes_over_the_coarse_state() -> None:
         radius_equivalent=0.015, effective_modulus=228e9, pressure_hertz=1e9, speed_entrainment=5.0, slide_to_roll=0.5
     )
     oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
-    steel = load_material("steel")
+    steel = Material.load("steel")
     surfaces = RoughSurfaces(generate_profile(0.2e-6, 30e-6, 16.0 * line.half_width, 3e-6, 1), None)
     settings = Settings(120, 20e-9, 0.1, 1.0, False, 8e9)
     coarse = Run(build_problem(line, oil, surfaces, (steel, steel), settings))

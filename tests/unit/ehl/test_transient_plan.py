@@ -13,7 +13,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import COLUMNS, FILM_MEAN
 from ehl.rough.accuracy import BATCH, BUDGET, make_plan, with_overrides
@@ -91,7 +91,7 @@ def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
     line = contact(pressure=1.7e8, radius=0.0015)
     rough = RoughSurfaces(generate_profile(6e-7, 5e-6, 3e-4, 2.5e-7, 1))
     oil = Lubricant(0.003, 15e-9)
-    steel = load_material("steel")
+    steel = Material.load("steel")
     for nodes in (97, 98):  # ends of both meshes apart
         settings = Settings(nodes, 20e-9, 0.1, 1.0, False, 8e9)
         coarse = Run(build_problem(line, oil, rough, (steel, steel), settings))

@@ -10,7 +10,7 @@ import pytest
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
-from ehl.material import load_material
+from ehl.material import Material
 from regression.friction.conditions import derive, lubricant_row
 from regression.plan.constraints import FLASH_FRICTION, flash_temperature_blok
 from regression.plan.plan import Plan
@@ -100,7 +100,7 @@ def test_bad_constraints(constraints: dict[str, Any], words: list[str]) -> None:
 
 
 def test_flash_temperature_of_blok() -> None:
-    steel = load_material("steel")
+    steel = Material.load("steel")
     # 1.11 mu w' |sqrt(u1) - sqrt(u2)| / (e sqrt(2 b)), by hand for u1 = 9 m/s, u2 = 4 m/s
     load, half_width = 1e6, 0.3e-3
     expected = 1.11 * FLASH_FRICTION * load * (3.0 - 2.0) / (steel.thermal_effusivity * (2.0 * half_width) ** 0.5)

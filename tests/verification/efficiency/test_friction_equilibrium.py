@@ -19,13 +19,13 @@ from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.plate import PlateTooth
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
-from ehl.material import load_material
+from ehl.material import Material
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction
 
 OIL = Oil.load("75w90")
 OPERATION = Operation(100.0, 363.15)
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 
 
 def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:

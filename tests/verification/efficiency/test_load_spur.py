@@ -14,9 +14,9 @@ from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity, distribute_load
 from efficiency.ltca.plate import PlateTooth
-from ehl.material import load_material
+from ehl.material import Material
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 TORQUE, SPEED = 200.0, 150.0
 
 

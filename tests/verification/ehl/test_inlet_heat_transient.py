@@ -13,7 +13,7 @@ from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.validation import validate
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID
 from ehl.rough.mixed import (
@@ -29,7 +29,7 @@ from ehl.rough.scaling import Settings, build_problem
 from ehl.smooth.thermal import ThermalSteadyResult, solve_steady_thermal
 from ehl.solve import NO_INLET_HEAT
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 
 
 def line(speed: float, slide_to_roll: float) -> LineContact:

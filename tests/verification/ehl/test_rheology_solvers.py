@@ -12,7 +12,7 @@ from ehl.fluid._kernels import log_mobility
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import RisingStress
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.march import MU_FLUID, STAGE
@@ -22,7 +22,7 @@ from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, Units, build_problem, scaled_fluid
 from ehl.smooth import solve_steady
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 CONTACT = LineContact.from_pressure(
     radius_equivalent=0.015,
     effective_modulus=228e9,

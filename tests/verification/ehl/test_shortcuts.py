@@ -11,7 +11,7 @@ import pytest
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.validation import validate
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough.accuracy import BUDGET
 from ehl.rough.dry_limit import flash_of_rubbing, share_deficit
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
@@ -68,7 +68,7 @@ def test_share_off_the_asperities_grows_with_film_lay_and_pressure() -> None:
 
 
 def test_flash_of_rubbing_follows_the_power() -> None:
-    steel = load_material("steel")
+    steel = Material.load("steel")
     line = case(1.0, 0.1).line_contact()
     bulk = (350.0, 350.0)
     rises = [flash_of_rubbing(line, mu, (steel, steel), bulk) - 350.0 for mu in (0.05, 0.1)]

@@ -13,7 +13,7 @@ import pytest
 from ehl.fluid.oil import Oil
 from ehl.heat import FilmConductivity
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.smooth.thermal import solve_steady_thermal
 
 # p_h [GPa], u_r [m/s], SR: isothermal over thermal friction, thermal friction (0 where not noted)
@@ -40,7 +40,7 @@ def test_isothermal_over_thermal_friction(pressure, speed, slide, ratio, frictio
         slide_to_roll=slide,
     )
     oil = replace(Oil.load("fva3").at(353.15), rheology="eyring", eyring_stress=5e6)
-    steel = load_material("steel")
+    steel = Material.load("steel")
     result = solve_steady_thermal(
         contact, oil, (steel, steel), thermal="on", conductivity=FilmConductivity(0.8e-9, 0.0)
     )

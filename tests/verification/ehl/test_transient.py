@@ -11,7 +11,7 @@ from scipy.optimize import brentq, nnls
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
 from ehl.rough._kernels.newton import UNCONVERGED
@@ -22,7 +22,7 @@ from ehl.smooth import solve_steady
 from ehl.surface.roughness import RoughProfile, generate_profile
 
 HALF_WIDTH = 4.0 * 0.015 * 1e9 / 228e9
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 
 
 def contact(

@@ -13,7 +13,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.heat import FilmConductivity
 from ehl.heat.conduction import material_point_matrix
 from ehl.line_contact import LineContact
-from ehl.material import load_material
+from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID, SHARE
 from ehl.rough._kernels.newton import assemble
@@ -22,7 +22,7 @@ from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import generate_profile
 
-STEEL = load_material("steel")
+STEEL = Material.load("steel")
 
 
 def contact(speed: float = 10.0, slide_to_roll: float = 0.3) -> LineContact:
