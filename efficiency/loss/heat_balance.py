@@ -21,6 +21,7 @@ from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import TEMPERATURE_RANGE
 from ehl.io.errors import ConvergenceError
+from ehl.io.units import KELVIN
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -132,7 +133,7 @@ def balance_heat(
         if np.abs(wrong).max() < TOLERANCE:
             return HeatBalance(result, resistance, heat, rounds, float(np.abs(wrong).max()))
         if np.any((rise >= most) & (wrong > 0.0)):
-            pinion, gear = (f"{oil + more - 273.15:.0f} degC" for more in rise)
+            pinion, gear = (f"{oil + more - KELVIN:.0f} degC" for more in rise)
             detail = f"bulk {pinion} (pinion) and {gear} (gear) and rising: less load or more cooling"
             raise ConvergenceError("bulk_too_hot", detail)
         if before is not None:

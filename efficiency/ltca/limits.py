@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.load_distribution import EdgeLoad, LoadDistribution, TeethElasticity, edge_load
 from efficiency.ltca.local_compliance import Tooth
+from ehl.io.units import ARCSEC
 
 FloatArray = NDArray[np.float64]
 
 # points within this share of the face width or tooth height from the middle belong to no side
 _MIDDLE = 1.0 / 6.0
-ARCSEC = np.pi / (180.0 * 3600.0)
 # matched flanks stay well below (ours): more is a design whose flanks do not belong together
 _LARGE_ERROR = 100.0 * ARCSEC
 # share of the torque from which edges are worth a note

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from ehl.io.units import KELVIN
 from ehl.view.plots import GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _MM = 1e3
-_KELVIN = 273.15
 _EDGE = "0.25"
 # share of the greatest load per length below which film and friction are shown as at their neighbours: they run off
 # where the load vanishes
@@ -54,7 +54,7 @@ def field_values(flank: FlankMap, field: Field) -> FloatArray:
     """A field in the unit shown; zero or nan without load."""
     on_all = field.name in ("pressure_hertz", "load_per_length")
     values = field.factor * (flank.of_load(field.name) if on_all else flank.local(field.name))
-    return values - _KELVIN if field is FLASH else values
+    return values - KELVIN if field is FLASH else values
 
 
 def field_figure(flank: FlankMap, field: Field, member: Member = "gear") -> Figure:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ehl.io.units import ARCSEC, KELVIN
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -16,9 +17,7 @@ if TYPE_CHECKING:
     from efficiency.loss.map import EfficiencyMap
     from efficiency.loss.result import EfficiencyResult
 
-ARCSEC = np.degrees(1.0) * 3600.0
 RPM = 30.0 / np.pi
-KELVIN = 273.15
 
 
 def _figure(width: float = 7.0, height: float = 4.2) -> tuple[Figure, Axes]:
@@ -86,7 +85,7 @@ def plot_transmission_error(result: EfficiencyResult) -> Figure:
         ("unloaded", unloaded, GREY),
         (f"at {result.torque_pinion:g} N m", result.transmission_error_positions, BLUE),
     ):
-        arcsec = values * ARCSEC
+        arcsec = values / ARCSEC
         label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
         axes.plot(angle, arcsec - arcsec.mean(), color=color, marker=".", label=label)
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear, less its mean [arcsec]")

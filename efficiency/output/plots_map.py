@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from efficiency.output.plots_load import KELVIN, RPM, plot_map
+from efficiency.output.plots_load import RPM, plot_map
+from ehl.io.units import KELVIN
 
 if TYPE_CHECKING:
     from efficiency.loss.map import EfficiencyMap

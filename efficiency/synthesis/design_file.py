@@ -16,6 +16,7 @@ from efficiency.design.design import Design
 from efficiency.synthesis.fit import FittedFlank
 from efficiency.synthesis.free_settings import tilt_and_swivel
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput
+from ehl.io.units import ARCSEC, KELVIN
 from ehl.io.validation import validate
 from ehl.quantities import quantities
 
@@ -191,7 +192,7 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
         if target.twist:
             wish += f", twist {target.twist * 1e6:.4g}"
         if target.transmission_error is not None:
-            wish += f", scaled to {np.degrees(target.transmission_error) * 3600:.4g} arcsec"
+            wish += f", scaled to {target.transmission_error / ARCSEC:.4g} arcsec"
         lost = int(np.sum(~state.found))
         residual = f"residual {state.rms * 1e6:.2f} um rms, {state.largest * 1e6:.2f} um at most, "
         lines.append(f"  {side} pinion flank: {wish};")
@@ -228,7 +229,7 @@ def design_text(
             {
                 "torque": f"{operation.torque:.6g} N m",
                 "speed": f"{operation.speed * 30.0 / np.pi:.6g} rpm",
-                "temperature_oil": f"{operation.temperature_oil - 273.15:.6g} degC",
+                "temperature_oil": f"{operation.temperature_oil - KELVIN:.6g} degC",
                 "oil": operation.oil,
             },
         ),

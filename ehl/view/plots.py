@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ehl.io.errors import InputError
+from ehl.io.units import KELVIN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +41,7 @@ def plot_smooth(line: LineContact, film: SteadyResult, heat: ThermalTraction | N
     axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
     axes.set_title(title)
     if heat:
-        x, kelvin = heat.x / b, 273.15
+        x, kelvin = heat.x / b, KELVIN
         temperature_axes.plot(x, heat.temperature_film - kelvin, color=ORANGE, label="film, mid-layer")
         temperature_axes.plot(x, heat.temperature_flash_1 - kelvin, color=BLUE, label="surface 1")
         temperature_axes.plot(x, heat.temperature_flash_2 - kelvin, color=BLUE, ls="--", label="surface 2")

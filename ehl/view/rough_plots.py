@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.io.units import KELVIN
 from ehl.rough import TransientResult
 from ehl.rough.accuracy import BATCH
 from ehl.rough.batches import MIN_BATCHES, batch_means
@@ -27,7 +28,6 @@ Array = NDArray[np.float64]
 
 DARK, RED = "#222831", "#a3242c"
 SURFACES = (BLUE, ORANGE)
-KELVIN = 273.15
 SHOWN = (-2.0, 1.35)  # [b]
 
 

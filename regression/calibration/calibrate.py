@@ -21,7 +21,9 @@ from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.numbers import finite_or_none
+from ehl.io.units import KELVIN
 from ehl.io.validation import validate
+from ehl.quantities import quantity, si_unit
 from regression.calibration import robust
 from regression.calibration.contacts import contact_groups, line_pressure
 from regression.calibration.determination import (
@@ -34,7 +36,7 @@ from regression.calibration.determination import (
     why_not_identifiable,
 )
 from regression.calibration.measurement import Measurement, read_measurement
-from regression.calibration.parameters import PARAMETERS, start_values
+from regression.calibration.parameters import start_values
 from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise, noise_of
 from regression.calibration.search import Fit, Target, best_start, search
@@ -280,7 +282,7 @@ class Calibration:
 
 def reference_temperature(measurement: Measurement) -> float:
     """Where `pressure_viscosity` is meant: the mean oil temperature of the rows, to a kelvin [K]."""
-    return round(float(np.mean(measurement.columns["temperature_oil"])) - 273.15) + 273.15
+    return round(float(np.mean(measurement.columns["temperature_oil"])) - KELVIN) + KELVIN
 
 
 def all_values(measurement: Measurement, setup: CalibrationSetup) -> dict[str, float]:
@@ -533,19 +535,17 @@ def _estimate(name: str, fit: Fit, error: float, interval: Interval, start: floa
     words = f"95 % interval {below:+.2g} % to {above:+.2g} %"
     if status == "weak":
         words += "; weakly identified: use the interval, not the number"
-    return ParameterEstimate(
-        name, PARAMETERS[name].unit, status, fit.values[name], error, low, high, math.nan, start, words
-    )
+    return ParameterEstimate(name, si_unit(name), status, fit.values[name], error, low, high, math.nan, start, words)
 
 
 def _not_identifiable(name: str, why: str, held: float, start: float) -> ParameterEstimate:
-    nan, parameter = math.nan, PARAMETERS[name]
-    shown = f"{held * parameter.shown:.4g} {parameter.shown_unit}".removesuffix(" -")
+    nan = math.nan
+    shown = quantity(name).text(held)
     where = (
         "the value it began with" if held == start else "where the fit left it, as the data exclude the card's value"
     )
     words = f"not identifiable from these rows: {why}. Held at {shown}, {where}"
-    return ParameterEstimate(name, parameter.unit, "undetermined", nan, nan, nan, nan, held, start, words)
+    return ParameterEstimate(name, si_unit(name), "undetermined", nan, nan, nan, nan, held, start, words)
 
 
 def _notes(

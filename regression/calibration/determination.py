@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.quantities import quantity
 from regression.calibration import robust
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver
@@ -116,14 +117,13 @@ def why_not_identifiable(
         )
     if interval is not None and math.isfinite(interval.low) != math.isfinite(interval.high):
         least = math.isfinite(interval.low)
-        end = math.exp(interval.low if least else interval.high) * parameter.shown
-        unit = f" {parameter.shown_unit}".removesuffix(" -")
-        return f"they say only that it is at {'least' if least else 'most'} {end:.3g}{unit} (95 %)"
+        end = quantity(parameter.name).text(math.exp(interval.low if least else interval.high), 3)
+        return f"they say only that it is at {'least' if least else 'most'} {end} (95 %)"
     if found.main_share[j] > ALONE:
         return f"rests on row {found.main_row[j] + 1} below the header alone; no other row confirms it"
     if name in fit.pinned:
         bound = parameter.low if fit.values[name] < math.sqrt(parameter.low * parameter.high) else parameter.high
-        shown = f"{bound * parameter.shown:.3g} {parameter.shown_unit}".removesuffix(" -")
+        shown = quantity(parameter.name).text(bound, 3)
         return f"the fit runs to the end of its range, {shown}: the data set no limit on that side"
     others = [k for k in range(len(fit.names)) if k != j]
     if others:

@@ -28,10 +28,6 @@ class Parameter:
         Of docs/nomenclature.md.
     meaning : str
         In words.
-    unit, shown_unit : str
-        SI unit, and the one it is shown in.
-    shown : float
-        Shown value over SI value.
     low, high : float
         Bounds, SI.
     acts : {"oil", "roughness", "mix"}
@@ -40,23 +36,20 @@ class Parameter:
 
     name: str
     meaning: str
-    unit: str
-    shown_unit: str
-    shown: float
     low: float
     high: float
     acts: Acts
 
 
 _ALL = (
-    Parameter("eyring_stress", "Eyring stress tau0, the same at all pressures", "Pa", "MPa", 1e-6, 2e5, 1e8, "oil"),
-    Parameter("stress_low", "lower level of the rising Eyring stress", "Pa", "MPa", 1e-6, 1e5, 1e8, "oil"),
-    Parameter("stress_slope", "slope of the rising Eyring stress with pressure", "", "-", 1.0, 1e-3, 0.3, "oil"),
-    Parameter("limiting_shear_coefficient", "limiting stress over pressure", "", "-", 1.0, 5e-3, 0.3, "oil"),
-    Parameter("pressure_viscosity", "pressure-viscosity coefficient", "1/Pa", "1/GPa", 1e9, 3e-9, 4.5e-8, "oil"),
-    Parameter("boundary_film", "boundary film of the asperities", "m", "nm", 1e9, 5e-9, 1e-7, "roughness"),
-    Parameter("boundary_friction", "friction of asperity contacts mu_b", "", "-", 1.0, 0.01, 0.5, "mix"),
-    Parameter("load_sharing_scale", "factor on the film ratio of the load share", "", "-", 1.0, 0.1, 10.0, "mix"),
+    Parameter("eyring_stress", "Eyring stress tau0, the same at all pressures", 2e5, 1e8, "oil"),
+    Parameter("stress_low", "lower level of the rising Eyring stress", 1e5, 1e8, "oil"),
+    Parameter("stress_slope", "slope of the rising Eyring stress with pressure", 1e-3, 0.3, "oil"),
+    Parameter("limiting_shear_coefficient", "limiting stress over pressure", 5e-3, 0.3, "oil"),
+    Parameter("pressure_viscosity", "pressure-viscosity coefficient", 3e-9, 4.5e-8, "oil"),
+    Parameter("boundary_film", "boundary film of the asperities", 5e-9, 1e-7, "roughness"),
+    Parameter("boundary_friction", "friction of asperity contacts mu_b", 0.01, 0.5, "mix"),
+    Parameter("load_sharing_scale", "factor on the film ratio of the load share", 0.1, 10.0, "mix"),
 )
 PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
 RISING = ("stress_low", "stress_slope")

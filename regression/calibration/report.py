@@ -8,27 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from ehl import __version__
+from ehl.quantities import axis_label, to_display
 from ehl.view import html_report
 from ehl.view.html_report import Block
+from ehl.view.table import Column, Table
 from regression.calibration.calibrate import Calibration
 from regression.calibration.measurement import Measurement
-from regression.calibration.parameters import PARAMETERS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# what a curve may be drawn over: factor from SI, shift, label
-_OVER = {
-    "slide_to_roll": (1.0, 0.0, "|slide_to_roll| [-]"),
-    "speed_entrainment": (1.0, 0.0, "speed_entrainment [m/s]"),
-    "pressure_hertz": (1e-9, 0.0, "pressure_hertz [GPa]"),
-    "load": (1.0, 0.0, "load [N]"),
-    "load_per_length": (1e-3, 0.0, "load_per_length [N/mm]"),
-    "temperature_oil": (1.0, -273.15, "temperature_oil [degC]"),
-}
+# what a curve may be drawn over
+_OVER = ("slide_to_roll", "speed_entrainment", "pressure_hertz", "load", "load_per_length", "temperature_oil")
 MAX_LABELS = 10
 
 
@@ -48,8 +41,7 @@ def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
     number_of = measurement.row_numbers
     for column, (over, lines) in enumerate(curves.items()):
         above, below = panels[0, column], panels[1, column]
-        factor, shift, name = _OVER[over]
-        x = factor * np.abs(measurement.columns[over]) + shift
+        x = to_display(over, np.abs(measurement.columns[over]))
         for number, (label, rows) in enumerate(lines):
             colour = colormaps["viridis"](0.9 * number / max(len(lines) - 1, 1))
             order = sorted((i for i in rows if number_of[i] not in result.excluded), key=lambda i: x[i])
@@ -64,7 +56,7 @@ def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
         above.set_ylabel("friction coefficient [-]")
         above.legend(frameon=False, fontsize=8)
         below.axhline(0.0, color="black", lw=0.8)
-        below.set(xlabel=name, ylabel="table - computed\nover noise [-]")
+        below.set(xlabel=axis_label(over), ylabel="table - computed\nover noise [-]")
     fitted = ", ".join(result.fitted)
     figure.suptitle(f"{measurement.name}: points of the table, lines computed with fitted\n{fitted}", fontsize=10)
     return figure
@@ -81,37 +73,34 @@ def _varies(measurement: Measurement, rows: list[int]) -> str:
     return max(ratios, key=lambda name: ratios[name])
 
 
+def parameter_table(result: Calibration) -> Table:
+    """Fitted values with their intervals, and what they began with."""
+    how = "profile on the solver" if result.profiled else "standard errors"
+    fields = {"value": "value", "95 % from": "interval_low", "95 % to": "interval_high", "start": "start"}
+    rows = [(words, *(getattr(e, field) for e in result.parameters)) for words, field in fields.items()]
+    return Table(
+        ("figure", *(estimate.name for estimate in result.parameters)),
+        [*rows, ("status", *(estimate.status for estimate in result.parameters))],
+        title=f"calibrated parameters (95 % intervals by {how})",
+        notes=[f"{e.name}: {e.note}." for e in result.parameters if e.status != "determined"],
+        vertical=True,
+    )
+
+
+def correlation_tables(result: Calibration) -> list[Table]:
+    """Correlation of the logarithms of the fitted parameters; none for a single one."""
+    if len(result.fitted) < 2:
+        return []
+    rows = [(name, *row) for name, row in zip(result.fitted, result.correlation, strict=True)]
+    columns = [Column("parameter"), *(Column(name, of="correlation", label=name, digits=2) for name in result.fitted)]
+    return [Table(columns, rows, title="correlation of the logarithms")]
+
+
 def calibration_report(result: Calibration) -> None:
     """Values with intervals, correlations, noise, outliers, parameters that are not identifiable, and the cost."""
     console = Console(soft_wrap=True, highlight=False)
-    how = "profile on the solver" if result.profiled else "standard errors"
-    table = Table(title=f"calibrated parameters (95 % intervals by {how})")
-    for heading, right in (
-        ("parameter", False),
-        ("value", True),
-        ("95 % interval", True),
-        ("unit", False),
-        ("", False),
-    ):
-        table.add_column(heading, justify="right" if right else "left", no_wrap=True)
-    for estimate in result.parameters:
-        parameter = PARAMETERS[estimate.name]
-        value, low, high = (
-            f"{number * parameter.shown:.4g}" if math.isfinite(number) else "-"
-            for number in (estimate.value, estimate.interval_low, estimate.interval_high)
-        )
-        table.add_row(estimate.name, value, f"{low} to {high}", parameter.shown_unit, estimate.status)
-    console.print(table)
-    for estimate in result.parameters:
-        if estimate.status != "determined":
-            console.print(f"{estimate.name}: {estimate.note}.", markup=False)
-    if len(result.fitted) > 1:
-        matrix = Table(title="correlation of the logarithms")
-        for heading in ("", *result.fitted):
-            matrix.add_column(heading, justify="right", overflow="fold")
-        for name, row in zip(result.fitted, result.correlation, strict=True):
-            matrix.add_row(name, *(f"{value:+.2f}" for value in row))
-        console.print(matrix)
+    for table in (parameter_table(result), *correlation_tables(result)):
+        table.print()
     stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
     console.print(
         f"misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}{stated}; "
@@ -134,20 +123,10 @@ def write_calibration_report(path: Path, measurement: Measurement, result: Calib
     InputError
         The file cannot be written.
     """
-    rows = []
-    for estimate in result.parameters:
-        parameter = PARAMETERS[estimate.name]
-        numbers = (estimate.value, estimate.interval_low, estimate.interval_high, estimate.start)
-        shown = (f"{number * parameter.shown:.4g}" if math.isfinite(number) else "–" for number in numbers)
-        rows.append((parameter.meaning, parameter.shown_unit, *shown, estimate.status, estimate.note))
-    heads = ("parameter", "unit", "value", "95 % from", "to", "start", "status", "note")
-    correlation = [
-        (name, *(f"{value:+.2f}" for value in row)) for name, row in zip(result.fitted, result.correlation, strict=True)
-    ]
     misfit = f"Misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}, {result.solver_calls} contacts solved."
     blocks: list[Block] = [
-        html_report.Table(heads, rows, "Calibrated parameters.", -1, 2),
-        html_report.Table(("", *result.fitted), correlation, "Correlation of the logarithms."),
+        parameter_table(result),
+        *correlation_tables(result),
         html_report.Text(" ".join((misfit, *result.notes))),
         html_report.Picture(plot_calibration(measurement, result), "Measured points, computed lines, residuals."),
     ]

@@ -15,6 +15,7 @@ import numpy as np
 from ehl import __version__
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import ValueRange
+from ehl.quantities import si_unit
 from regression.calibration.calibrate import all_values, solver_of
 from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement
 from regression.calibration.parameters import PARAMETERS
@@ -88,8 +89,8 @@ def parse_true(texts: list[str]) -> dict[str, float]:
         if not equals or name not in PARAMETERS:
             raise InputError("--true", text, "NAME=VALUE with a name out of " + ", ".join(PARAMETERS))
         parameter = PARAMETERS[name]
-        quantity = ValueRange(parameter.unit, ge=parameter.low, le=parameter.high)
-        values[name] = quantity.check(value, f"--true {name}", bare=not parameter.unit)
+        quantity = ValueRange(si_unit(name), ge=parameter.low, le=parameter.high)
+        values[name] = quantity.check(value, f"--true {name}", bare=not si_unit(name))
     return values
 
 

@@ -9,42 +9,47 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.quantities import si_units
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
-OUTPUT_UNITS: dict[str, str] = {
-    "friction_coefficient": "",
-    "friction_fluid": "",
-    "friction_asperity": "",
-    "film_central": "m",
-    "film_min": "m",
-    "pressure_max": "Pa",
-    "film_ratio": "",
-    "asperity_load_share": "",
-    "roughness_load_share": "",
-    "rolling_traction": "",
-    "temperature_film_max": "K",
-    "temperature_flash": "K",
-    "film_error": "",
-    "friction_error": "",
-    "mesh_error": "",
-    "statistical_error": "",
-    "friction_boundary_half": "",
-    "friction_boundary_double": "",
-    "iterations": "",
-    "boundary_film": "m",
-    "travel": "m",
-    "nodes": "",
-    "steps": "",
-}
+OUTPUT_UNITS = si_units(
+    (
+        "friction_coefficient",
+        "friction_fluid",
+        "friction_asperity",
+        "film_central",
+        "film_min",
+        "pressure_max",
+        "film_ratio",
+        "asperity_load_share",
+        "roughness_load_share",
+        "rolling_traction",
+        "temperature_film_max",
+        "temperature_flash",
+        "film_error",
+        "friction_error",
+        "mesh_error",
+        "statistical_error",
+        "friction_boundary_half",
+        "friction_boundary_double",
+        "iterations",
+        "boundary_film",
+        "travel",
+        "nodes",
+        "steps",
+    )
+)
 # of the rough surfaces; a formula may use the correlation length
-SURFACE_UNITS: dict[str, str] = {
-    "boundary_friction": "",
-    "correlation_length": "m",
-    "peklenik_number": "",
-    "seed": "",
-}
+SURFACE_UNITS = si_units(
+    (
+        "boundary_friction",
+        "correlation_length",
+        "peklenik_number",
+        "seed",
+    )
+)
 # times differ from run to run and are not part of the data
-TIMING_UNITS: dict[str, str] = {"seconds": "s", "seconds_cpu": "s"}
+TIMING_UNITS = si_units(("seconds", "seconds_cpu"))
 NUMBER_UNITS: dict[str, str] = {
     # the order of the columns is part of the file format
     **{name: unit for name, unit in STATE_UNITS.items() if name not in SURFACE_UNITS},

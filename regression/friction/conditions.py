@@ -21,44 +21,51 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material, effective_modulus
+from ehl.quantities import si_units
 from ehl.state import ContactState
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]
 
 # what each case stores about its oil at inlet temperature
-LUBRICANT_UNITS: dict[str, str] = {
-    "viscosity_inlet": "Pa*s",
-    "viscosity_kinematic": "m^2/s",
-    "viscosity_mean_pressure": "Pa*s",
-    "pressure_viscosity": "1/Pa",
-    "eyring_stress": "Pa",
-    "limiting_shear_coefficient": "",
-    "temperature_viscosity": "1/K",
-    "thermal_conductivity": "W/(m*K)",
-}
-STATE_UNITS: dict[str, str] = {
-    "pressure_hertz": "Pa",
-    "radius_equivalent": "m",
-    "effective_modulus": "Pa",
-    "speed_entrainment": "m/s",
-    "slide_to_roll": "",
-    "speed_sliding_lengthwise": "m/s",
-    "temperature_oil": "K",
-    "roughness_rms_1": "m",
-    "roughness_rms_2": "m",
-    "correlation_length": "m",
-}
-DERIVED_UNITS: dict[str, str] = {
-    "load_per_length": "N/m",
-    "half_width": "m",
-    "speed_sum": "m/s",
-    "speed_sliding": "m/s",
-    "slide_to_roll_total": "",
-    "roughness_rms": "m",
-    "film_formula": "m",
-    "film_ratio_formula": "",
-}
+LUBRICANT_UNITS = si_units(
+    (
+        "viscosity_inlet",
+        "viscosity_kinematic",
+        "viscosity_mean_pressure",
+        "pressure_viscosity",
+        "eyring_stress",
+        "limiting_shear_coefficient",
+        "temperature_viscosity",
+        "thermal_conductivity",
+    )
+)
+STATE_UNITS = si_units(
+    (
+        "pressure_hertz",
+        "radius_equivalent",
+        "effective_modulus",
+        "speed_entrainment",
+        "slide_to_roll",
+        "speed_sliding_lengthwise",
+        "temperature_oil",
+        "roughness_rms_1",
+        "roughness_rms_2",
+        "correlation_length",
+    )
+)
+DERIVED_UNITS = si_units(
+    (
+        "load_per_length",
+        "half_width",
+        "speed_sum",
+        "speed_sliding",
+        "slide_to_roll_total",
+        "roughness_rms",
+        "film_formula",
+        "film_ratio_formula",
+    )
+)
 UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
 
 

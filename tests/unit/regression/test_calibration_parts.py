@@ -12,12 +12,13 @@ from calibration_stub import OneLineSolver
 
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
+from ehl.quantities import si_unit
 from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
 from regression.calibration.card import calibrated_card, use_lines, write_card
 from regression.calibration.contacts import contact_groups, hertz_point_pressure, line_pressure
 from regression.calibration.measurement import Measurement
-from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of, start_values
+from regression.calibration.parameters import card_with, lubricant_of, start_values
 from regression.calibration.search import surrogate_at
 from regression.calibration.setup import CalibrationSetup
 
@@ -198,7 +199,7 @@ def result_with(
 ) -> Calibration:
     nan = math.nan
     found = [
-        ParameterEstimate(n, PARAMETERS[n].unit, "determined", values[n], 0.02, 0.96 * values[n], 1.04 * values[n], nan,
+        ParameterEstimate(n, si_unit(n), "determined", values[n], 0.02, 0.96 * values[n], 1.04 * values[n], nan,
                           1.0, "")
         for n in fitted
     ]  # fmt: skip
