@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import re
 from collections import Counter
@@ -31,10 +30,9 @@ from regression.friction.conditions import (
     derived_conditions,
     lubricant_columns,
 )
-from regression.friction.data_cloud import RADIUS_SLACK, DataCloud
-from regression.friction.formula import RANGE_TOLERANCE, FittedFormula
-from regression.friction.gaussian_process import FADE, GpResidual
-from regression.friction.models import FrictionFlag
+from regression.friction.data_cloud import DataCloud
+from regression.friction.formula import FittedFormula, corrected
+from regression.friction.models import FrictionFlag, flags_of
 from regression.friction.oil_cards import card_hash
 
 MEANING: dict[str, str] = {
@@ -161,33 +159,28 @@ def _card(formula: FittedFormula, oil: str | None) -> Oil:
 def _outputs(formula: FittedFormula, oil: Oil | None, loops: bool) -> tuple[Value, ...]:
     """Friction, interval and flag as `FittedFormula.evaluate` and `regression.formula.Formula` compute them."""
     table, within_laws = _conditions(oil)
-    outside = _outside(formula, table)
-    ramp, floored = _minimum_sliding(formula, table)
+    outside = formula.outside(table)
+    floored, ramp = formula.with_minimum_sliding(table)
     coefficients = {
         name: record.coefficient(re.sub(r"\W", "_", f"k_{name}"), value) for name, value in formula.coefficients.items()
     }
     boundary = record.coefficient("boundary_friction", formula.boundary_friction)
     logarithm: Any = record.value_of(formula.form.log_mu(floored, coefficients, boundary))
-    friction = np.exp(logarithm)
-    width = _width(formula, table["film_ratio_formula"])
-    if formula.residual is not None:
-        friction, deviation = _corrected(formula.residual, friction, floored, boundary)
-        width = width * deviation if formula.interval.normalised else width
-    flag = record.constant(FrictionFlag.OK if oil is None else _card_flag(formula, oil))
+    friction, deviation = np.exp(logarithm), None
+    process = formula.residual
+    if process is not None:
+        friction, deviation = corrected(
+            friction, process, floored, boundary, lambda x: (gp_mean(process, x), gp_reduction(process, x))
+        )
+    near, far = record.constant(0.0), record.constant(0.0)
     if formula.cloud is not None and loops:
-        near, far = _beyond_cases(formula.cloud, table)
-        width = np.where(near, np.maximum(width, formula.interval.near), width)
-        flag = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), flag)
-        flag = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), flag)
-        beyond = outside | far
-    else:
-        beyond = outside
-    largest = formula.interval.largest
-    width = np.where(beyond, np.maximum(width, largest) if formula.cloud else largest, width)
-    flag = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), flag)
+        near, far = _near_and_far(formula.cloud, table)
+    width = formula.log_width(table["film_ratio_formula"], deviation, outside, near, far)
+    start = record.constant(FrictionFlag.OK if oil is None else _card_flag(formula, oil))
     defined = np.isfinite(friction) & (friction > 0.0) & within_laws
     mu = np.where(defined, friction * ramp, np.nan)
-    outputs = (mu, mu * np.exp(-width), mu * np.exp(width), np.where(defined, flag, float(FrictionFlag.UNDEFINED)))
+    flag = flags_of(start, near, far, outside, ~defined)
+    outputs = (mu, mu * np.exp(-width), mu * np.exp(width), flag)
     values = tuple(record.value_of(value) for value in outputs)
     for name, value in zip(OUTPUTS, values, strict=True):
         value.name = name
@@ -200,26 +193,8 @@ def _card_flag(formula: FittedFormula, oil: Oil) -> FrictionFlag:
     return FrictionFlag.OK if same else FrictionFlag.OTHER_CARD
 
 
-def _corrected(residual: GpResidual, friction: Any, table: dict[str, Any], boundary: Any) -> tuple[Any, Any]:
-    """`regression.friction.formula.corrected`: the process fades beyond its data and raises mu above no bound."""
-    ends = zip(residual.low, residual.high, strict=True)
-    scales = zip(residual.mean, residual.scale, strict=True)
-    x = [(_logarithm(np.abs(table[n])) - m) / s for n, (m, s) in zip(residual.variables, scales, strict=True)]
-    excess, scaled = [], []
-    for place, (low, high), length in zip(x, ends, residual.length_scales, strict=True):
-        span = high - low
-        excess.append(np.maximum(low - place, place - high) / span)
-        scaled.append(np.clip(place, low - span, high + span) / length)
-    beyond = functools.reduce(np.maximum, excess)
-    fading = np.clip(1.0 - beyond / FADE, 0.0, 1.0)
-    correction = fading * fading * (3.0 - 2.0 * fading) * gp_mean(residual, scaled)
-    variance = np.maximum(residual.variance - gp_reduction(residual, scaled), 0.0)
-    bound = np.maximum(np.maximum(boundary, table["limiting_shear_coefficient"]), friction)
-    return np.minimum(friction * np.exp(correction), bound), np.sqrt(variance + residual.noise)
-
-
-def _beyond_cases(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
-    """`regression.friction.data_cloud.DataCloud.extrapolation`: outside the cloud of cases, and far from it."""
+def _near_and_far(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
+    """Whether a point lies outside the cloud of cases, and far from it."""
     logarithms = [_logarithm(table[name]) for name in cloud.variables]
     centred = [x - mean for x, mean in zip(logarithms, cloud.mean, strict=True)]
     whitened = [
@@ -227,11 +202,8 @@ def _beyond_cases(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
         for row in cloud.whitening
     ]
     distance = case_distance(cloud, whitened) / cloud.radius
-    mahalanobis = np.sqrt(sum((z * z for z in whitened[1:]), whitened[0] * whitened[0]))
-    margin = hull_margin(cloud, logarithms)
-    near = (distance > RADIUS_SLACK) | (mahalanobis > cloud.mahalanobis * RADIUS_SLACK) | (margin < 0.0)
-    far = distance > 2.0
-    return near | far, far
+    length = np.sqrt(sum((z * z for z in whitened[1:]), whitened[0] * whitened[0]))
+    return cloud.near_and_far(distance, length, hull_margin(cloud, logarithms) < 0.0)
 
 
 def _logarithm(value: Any) -> Any:
@@ -259,36 +231,6 @@ def _conditions(oil: Oil | None) -> tuple[dict[str, Any], Any]:
         if value.operands and name != "roughness_rms":
             value.name = name
     return table, within_laws
-
-
-def _outside(formula: FittedFormula, table: dict[str, Any]) -> Any:
-    outside = record.constant(0.0)
-    for name, (low, high) in formula.ranges.items():
-        slack = RANGE_TOLERANCE * max(abs(low), abs(high))
-        outside = outside | (table[name] < low - slack) | (table[name] > high + slack)
-    return outside
-
-
-def _minimum_sliding(formula: FittedFormula, table: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
-    """Below the least sliding of the data mu falls linearly to 0 with it."""
-    least = formula.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
-    total = table["slide_to_roll_total"]
-    if least <= 0.0:
-        return record.constant(1.0), table
-    sliding_ratio = np.maximum(total, least)
-    sliding = sliding_ratio * np.absolute(table["speed_entrainment"])
-    ramp = np.minimum(total / least, 1.0)
-    return ramp, {**table, "slide_to_roll_total": sliding_ratio, "speed_sliding": sliding}
-
-
-def _width(formula: FittedFormula, film_ratio: Any) -> Any:
-    width = record.constant(formula.interval.log_width)
-    for band in formula.interval.bands:
-        inside = film_ratio >= band.low
-        if band.high is not None:
-            inside = inside & (film_ratio < band.high)
-        width = record.choose(inside, band.log_width, width)
-    return width
 
 
 def reached(outputs: tuple[Value, ...]) -> set[Value]:

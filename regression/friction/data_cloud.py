@@ -28,6 +28,7 @@ STORED_POINTS = 128  # more make the file longer than the formula is worth; the 
 # between the cases there is room for others: with these, 1 to 3 % of new points of the same plan count as outside
 HULL_SLACK = 0.03  # of the spread of the cases
 RADIUS_SLACK = 1.2
+FAR_DISTANCE = 2.0  # over the covering radius
 _MIN_SPREAD = 1e-6  # of ln x: what varies less is a constant
 _DIGITS = 5
 _BLOCK = 256  # points at a time: their products stay in the cache
@@ -148,10 +149,24 @@ class DataCloud(InputModel):
         logarithms = _logarithms(conditions, self.variables)
         z = (logarithms - np.array(self.mean)) @ np.array(self.whitening).T
         distance = _nearest(z, np.array(self.points)) / self.radius
-        outside = (distance > RADIUS_SLACK) | (np.linalg.norm(z, axis=1) > self.mahalanobis * RADIUS_SLACK)
-        outside |= ~self.in_hulls(logarithms)
-        level = np.where(outside, Extrapolation.NEAR, Extrapolation.INSIDE)
-        return np.where(distance > 2.0, Extrapolation.FAR, level).astype(np.int8).reshape(shape)
+        near, far = self.near_and_far(distance, np.linalg.norm(z, axis=1), ~self.in_hulls(logarithms))
+        return (near.astype(np.int8) + (near & far)).reshape(shape)
+
+    def near_and_far(
+        self, distance: Array, length: Array, outside_hulls: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Whether points lie outside the cloud of cases, and whether they lie far from it.
+
+        Parameters
+        ----------
+        distance : array
+            As of `distance`.
+        length : array
+            |z|.
+        outside_hulls : array of bool
+        """
+        near = (distance > RADIUS_SLACK) | (length > self.mahalanobis * RADIUS_SLACK) | outside_hulls
+        return near, distance > FAR_DISTANCE
 
 
 def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: int = STORED_POINTS) -> DataCloud | None:

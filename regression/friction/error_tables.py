@@ -10,7 +10,7 @@ from pydantic import model_validator
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
-from regression.friction.conditions import Array, Conditions
+from regression.friction.conditions import Array
 
 Finite = Annotated[float, ValueRange("")]
 Width = Annotated[float, ValueRange("", ge=0.0)]
@@ -128,19 +128,20 @@ class Interval(InputModel):
     normalised: bool = False
     near: Width = 0.0
 
-    def width(self, conditions: Conditions, deviation: Array | None = None) -> Array:
+    def width(self, film_ratio: Array, deviation: Array | None = None) -> Array:
         """Half width at every point, by its band; that of all cases where no band holds it.
 
         Parameters
         ----------
-        conditions : mapping
-            Holds `film_ratio_formula`.
+        film_ratio : array
+            Of the film formula, `film_ratio_formula` [-].
         deviation : array, optional
             The formula's own standard deviation of ln mu; needed where the interval is normalised.
         """
-        ratio = np.asarray(conditions["film_ratio_formula"], dtype=float)
-        width = np.full(ratio.shape, self.log_width)
+        width = np.full_like(film_ratio, self.log_width)
         for band in self.bands:
-            inside = (ratio >= band.low) & (True if band.high is None else ratio < band.high)
+            inside = film_ratio >= band.low
+            if band.high is not None:
+                inside = inside & (film_ratio < band.high)
             width = np.where(inside, band.log_width, width)
         return width * deviation if self.normalised and deviation is not None else width

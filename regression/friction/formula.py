@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -151,11 +151,36 @@ class FittedFormula(InputModel):
 
     def outside(self, conditions: Conditions) -> NDArray[np.bool_]:
         """Where at least one variable lies outside its range."""
-        result = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
+        # here and below ufuncs only: `regression.export` records them
+        result = np.zeros_like(conditions["pressure_hertz"], dtype=bool)
         for name, (low, high) in self.ranges.items():
             slack = RANGE_TOLERANCE * max(abs(low), abs(high))
-            result |= (conditions[name] < low - slack) | (conditions[name] > high + slack)
+            result = result | (conditions[name] < low - slack) | (conditions[name] > high + slack)
         return result
+
+    def with_minimum_sliding(self, conditions: Conditions) -> tuple[Conditions, Array]:
+        """Conditions with at least the smallest sliding of the data, and the factor mu falls to 0 with below it."""
+        smallest = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
+        total = conditions["slide_to_roll_total"]
+        if smallest <= 0.0:
+            return conditions, np.ones_like(total)
+        sliding_ratio = np.maximum(total, smallest)
+        sliding = sliding_ratio * np.absolute(conditions["speed_entrainment"])
+        table = {**conditions, "slide_to_roll_total": sliding_ratio, "speed_sliding": sliding}
+        return table, np.minimum(total / smallest, 1.0)
+
+    def log_width(
+        self,
+        film_ratio: Array,
+        deviation: Array | None,
+        outside: NDArray[np.bool_],
+        near: NDArray[np.bool_],
+        far: NDArray[np.bool_],
+    ) -> Array:
+        """Half width of the interval of ln mu, widened where a point is extrapolated or outside the range."""
+        width = self.interval.width(film_ratio, deviation)
+        width = np.where(near, np.maximum(width, self.interval.near), width)
+        return np.where(outside | far, np.maximum(width, self.interval.largest), width)
 
     def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
         """`regression.friction.data_cloud.Extrapolation` of every point; all inside where the file holds no cloud."""
@@ -180,8 +205,7 @@ class FittedFormula(InputModel):
         FormulaValue
         """
         outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
-        least = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
-        table, ramp = _with_minimum_sliding(conditions, least)
+        table, ramp = self.with_minimum_sliding(conditions)
         shape = np.shape(outside)
         flat = {name: np.ravel(values) for name, values in table.items()}
         mu_b = self.boundary_friction if boundary_friction is None else boundary_friction
@@ -190,10 +214,9 @@ class FittedFormula(InputModel):
         # 0 is an exponential that fell below the range of numbers
         undefined = ~(np.isfinite(mu) & (mu > 0.0))
         mu = np.where(undefined, np.nan, mu * ramp)
-        width = self.interval.width(conditions, None if deviation is None else deviation.reshape(shape))
-        width = np.where(extrapolation >= Extrapolation.NEAR, np.maximum(width, self.interval.near), width)
-        beyond = outside | (extrapolation == Extrapolation.FAR)
-        width = np.where(beyond, np.maximum(width, self.interval.largest), width)
+        deviation = None if deviation is None else deviation.reshape(shape)
+        near, far = extrapolation >= Extrapolation.NEAR, extrapolation == Extrapolation.FAR
+        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, near, far)
         return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
 
     def friction(self, table: Conditions, boundary_friction: float | Array) -> tuple[Array, Array | None]:
@@ -250,28 +273,21 @@ class FittedFormula(InputModel):
 
 
 def corrected(
-    mu: Array, residual: GpResidual, table: Conditions, boundary_friction: float | Array
+    mu: Array,
+    residual: GpResidual,
+    table: Conditions,
+    boundary_friction: float | Array,
+    sums: Callable[[list[Array]], tuple[Array, Array]] | None = None,
 ) -> tuple[Array, Array]:
     """Friction of a form times its Gaussian-process correction, and the standard deviation of ln mu.
 
     The correction raises no friction above the greater of boundary friction and limiting shear: the bound of the
-    physics holds by construction wherever the form keeps it.
+    physics holds by construction wherever the form keeps it. `sums` as of `GpResidual.correction`.
     """
-    correction, deviation = residual.correction(table)
+    correction, variance = residual.correction(table, sums)
     bound = np.maximum(np.maximum(boundary_friction, table["limiting_shear_coefficient"]), mu)
     with np.errstate(over="ignore", invalid="ignore"):
-        return np.minimum(mu * np.exp(correction), bound), np.sqrt(deviation**2 + residual.noise)
-
-
-def _with_minimum_sliding(conditions: Conditions, least: float) -> tuple[Mapping[str, Array], Array]:
-    total = conditions["slide_to_roll_total"]
-    if least <= 0.0:
-        return conditions, np.ones(np.shape(total))
-    floored = np.maximum(total, least)
-    table = dict(conditions)
-    table["slide_to_roll_total"] = floored
-    table["speed_sliding"] = floored * np.abs(conditions["speed_entrainment"])
-    return table, np.minimum(total / least, 1.0)
+        return np.minimum(mu * np.exp(correction), bound), np.sqrt(variance + residual.noise)
 
 
 def formula_text(formula: FittedFormula) -> str:

@@ -9,8 +9,9 @@ formula keeps its limits.
 
 from __future__ import annotations
 
+import functools
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Annotated
 
@@ -93,33 +94,52 @@ class GpResidual(InputModel):
         """x of points, shape (n, d)."""
         return np.asarray((_logarithms(conditions, self.variables) - np.array(self.mean)) / np.array(self.scale))
 
-    def correction(self, conditions: Conditions) -> tuple[Array, Array]:
-        """Correction of ln mu and its standard deviation, noise excluded.
+    def correction(
+        self, conditions: Conditions, sums: Callable[[list[Array]], tuple[Array, Array]] | None = None
+    ) -> tuple[Array, Array]:
+        """Correction of ln mu and its variance, noise excluded; by ufuncs, so that `regression.export` records it.
 
         Parameters
         ----------
         conditions : mapping
             Columns of shape (n,).
+        sums : callable, optional
+            In place of `sums`.
 
         Returns
         -------
-        correction, deviation : array, shape (n,)
+        correction, variance : array, shape (n,)
         """
-        x = self.coordinates(conditions)
-        low, high = np.array(self.low), np.array(self.high)
-        beyond = np.max(np.maximum(low - x, x - high) / (high - low), axis=1)
-        t = np.clip(1.0 - beyond / FADE, 0.0, 1.0)
-        fade = t**2 * (3.0 - 2.0 * t)
-        # where the correction has faded the kernel need not be finite
-        mean, deviation = self.predict(np.clip(x, low - (high - low), high + (high - low)))
-        return fade * mean, deviation
+        excess, scaled = [], []
+        for k, name in enumerate(self.variables):
+            with np.errstate(divide="ignore"):
+                place = (np.clip(np.log(np.abs(conditions[name])), -1e3, 1e3) - self.mean[k]) / self.scale[k]
+            low, high = self.low[k], self.high[k]
+            span = high - low
+            excess.append(np.maximum(low - place, place - high) / span)
+            # where the correction has faded the kernel need not be finite
+            scaled.append(np.clip(place, low - span, high + span) / self.length_scales[k])
+        fading = np.clip(1.0 - functools.reduce(np.maximum, excess) / FADE, 0.0, 1.0)
+        mean, reduction = (sums or self.sums)(scaled)
+        return fading * fading * (3.0 - 2.0 * fading) * mean, np.maximum(self.variance - reduction, 0.0)
 
     def predict(self, x: Array) -> tuple[Array, Array]:
         """Mean and standard deviation of the process at coordinates x, shape (n, d), without fading."""
-        covariance = self._kernel(x, self._points)
+        mean, reduction = self.sums(list((x / np.array(self.length_scales)).T))
+        return mean, np.sqrt(np.maximum(self.variance - reduction, 0.0))
+
+    def sums(self, scaled: list[Array]) -> tuple[Array, Array]:
+        """Mean of the process, and what the stored points take off its variance.
+
+        Parameters
+        ----------
+        scaled : list of array
+            Coordinates over the length scales, one array per variable.
+        """
+        lengths = np.array(self.length_scales)
+        covariance = matern(np.column_stack(scaled) * lengths, self._points, lengths, self.variance)
         spread = covariance[:, : len(self.alpha)] @ self.root
-        variance = self.variance - np.sum(spread**2, axis=1)
-        return covariance @ np.array(self.weights), np.sqrt(np.maximum(variance, 0.0))
+        return covariance @ np.array(self.weights), np.sum(spread**2, axis=1)
 
     def _kernel(self, x: Array, z: Array) -> Array:
         return matern(x, z, np.array(self.length_scales), self.variance)

@@ -38,10 +38,10 @@ class FrictionFlag(IntEnum):
 
 def flags_of(start: Any, near: Any, far: Any, outside: Any, undefined: Any) -> Any:
     """`FrictionFlag` of points: `start`, or the worst of what follows that holds there."""
-    flag = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), float(start))
-    flag = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), flag)
-    flag = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), flag)
-    return np.where(undefined, float(FrictionFlag.UNDEFINED), flag)
+    warning = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), start)
+    warning = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), warning)
+    warning = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), warning)
+    return np.where(undefined, float(FrictionFlag.UNDEFINED), warning)
 
 
 @dataclass(frozen=True)

@@ -158,7 +158,7 @@ def test_corners_lie_beside_the_cloud_and_state_their_coverage(dataset: Dataset)
     assert formula.corners.extrapolated is not None
     assert formula.corners.extrapolated > 0.8
     assert formula.corners.coverage is not None
-    # beside the data the interval is at least that of the held-out cases beside theirs
+    # extrapolated, the interval is at least that of the held-out cases that were extrapolated
     corner = dataset.frame[dataset.frame["origin"] == "corner"]
     value = formula.evaluate(columns(corner))
     extrapolated = value.extrapolation >= Extrapolation.NEAR

@@ -369,7 +369,7 @@ def test_spreadsheet_says_that_the_guard_is_left_out(tmp_path: Path) -> None:
         update={"residual": None, "interval": formula_of("fva3_load_share").interval}
     )
     export_formula(guarded, tmp_path / "friction.txt")
-    assert "beside the cases of the fit are not flagged" in (tmp_path / "friction.txt").read_text()
+    assert "extrapolated points within the range are not flagged" in (tmp_path / "friction.txt").read_text()
     export_formula(guarded, tmp_path / "friction.c")
     text = (tmp_path / "friction.c").read_text()
     assert "static double case_distance" in text
