@@ -80,6 +80,14 @@ class ContactState:
         arrays = np.broadcast_arrays(*(np.asarray(values[name], dtype=np.float64) for name in names))
         return cls(**{name: np.array(array) for name, array in zip(names, arrays, strict=True)})
 
+    def __repr__(self) -> str:
+        def span(values: Array) -> str:
+            low, high = (float(f(values)) for f in (np.min, np.max)) if values.size else (np.nan, np.nan)
+            return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+
+        ranges = ", ".join(f"{field.name} {span(getattr(self, field.name))}" for field in fields(self))
+        return f"ContactState({self.size} points: {ranges})"
+
     @property
     def size(self) -> int:
         """Number of contact points."""

@@ -126,6 +126,11 @@ class Table:
 
     kind = "table"
 
+    def __repr__(self) -> str:
+        heads = [column if isinstance(column, str) else column.name for column in self.columns]
+        shown = ", ".join(heads[:10]) + (", ..." if len(heads) > 10 else "")
+        return f"Table({self.title or self.name!r}: {len(self.rows)} rows of {shown})"
+
     @classmethod
     def from_columns(cls, columns: Mapping[Any, Iterable[Any]], **others: Any) -> Table:
         """A table from columns of equal length; `others` as of `Table`."""
