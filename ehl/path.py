@@ -69,10 +69,6 @@ class PathResult:
     fallbacks: int
     seconds: float
 
-    def __repr__(self) -> str:
-        counts = ", ".join(f"{self.status.count(name)} {name}" for name in sorted(set(self.status)))
-        return f"PathResult({len(self.results)} contacts: {counts}; {self.warm} from a neighbour, {self.seconds:.3g} s)"
-
     @property
     def status(self) -> tuple[str, ...]:
         """Status of each contact."""
