@@ -23,17 +23,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from efficiency.loss.map import efficiency_map
+from efficiency.run import resolve_friction
 from matplotlib.figure import Figure
 
 from efficiency.design.design import Design, load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.map import efficiency_map
 from efficiency.loss.regions import friction_along_mesh
 from efficiency.loss.result import EfficiencyResult
-from efficiency.run import resolve_friction
+from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
 from regression.formula import shipped_formulas
 from regression.friction.conditions import conditions_of
@@ -113,10 +113,10 @@ def at(design: Design) -> Operation:
 def times(design: Design, formula: str) -> list[Stage]:
     """Stages of one operating point, and the same again with the geometry known."""
     model, oil, torque = resolve_friction(formula, design), Oil.load(design.operation.oil), design.operation.torque
-    geared, geometry = cpu(lambda: gear_mesh(design))
-    loaded, first = cpu(lambda: load_grids(geared.mesh, torque))
+    geared, geometry = cpu(lambda: Mesh.of(design))
+    loaded, first = cpu(lambda: load_grids(geared.grids, torque))
     _, friction = cpu(lambda: mesh_efficiency(loaded, model, oil, at(design)))
-    other, again = cpu(lambda: load_grids(geared.mesh, 0.8 * torque))
+    other, again = cpu(lambda: load_grids(geared.grids, 0.8 * torque))
     _, loss = cpu(lambda: mesh_efficiency(other, model, oil, at(design)))
     rows = {"geometry": geometry, "compliance and load": first, "friction and loss": friction}
     rows |= {"one more point, geometry known": again + loss}
@@ -128,11 +128,11 @@ def growth(design: Design, formula: str) -> list[Growth]:
     model, oil, torque = resolve_friction(formula, design), Oil.load(design.operation.oil), design.operation.torque
     rows = []
     for positions in POSITIONS:
-        mesh = gear_mesh(design, "drive", positions).mesh
+        mesh = Mesh.of(design, "drive", positions).grids
         load_grids(mesh, 0.9 * torque)
         _, seconds = cpu(lambda mesh=mesh: mesh_efficiency(load_grids(mesh, torque), model, oil, at(design)))
         rows.append(Growth("positions", positions, seconds))
-    mesh = gear_mesh(design).mesh
+    mesh = Mesh.of(design).grids
     for count in (4, 16, 64):
         speeds = list(np.linspace(50.0, 500.0, count))
 
@@ -152,7 +152,7 @@ def whole_map(design: Design, formula: str, points: int = 20) -> tuple[float, fl
     speeds = list(np.linspace(0.1, 1.5, points) * design.operation.speed)
 
     def run() -> Any:
-        mesh = gear_mesh(design).mesh
+        mesh = Mesh.of(design).grids
         return efficiency_map(
             mesh, model, oil, torques, lambda s, t: Operation.of_design(design, s, t), speeds, [363.15]
         )
@@ -172,7 +172,7 @@ def models(
 ) -> tuple[list[Model], list[list[EfficiencyResult]]]:
     """Efficiency with each friction model at each operating point, solved contacts on one core; and the results."""
     oil = Oil.load(design.operation.oil)
-    loaded = load_grids(gear_mesh(design).mesh, design.operation.torque)
+    loaded = load_grids(Mesh.of(design).grids, design.operation.torque)
     rows, results = [], []
     for operation in operations(design):
         found = []
@@ -211,7 +211,7 @@ def models(
 def contacts_of(design: Design, names: Sequence[str], contacts: int, jobs: int) -> list[Contacts]:
     """Wall time of solved contacts, worker processes and their start included."""
     oil = Oil.load(design.operation.oil)
-    loaded = load_grids(gear_mesh(design).mesh, design.operation.torque)
+    loaded = load_grids(Mesh.of(design).grids, design.operation.torque)
     rows = []
     for name in names:
         model = resolve_friction(name, design)

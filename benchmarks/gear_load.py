@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 
 from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.ritz_solid import ORDERS
 from efficiency.ltca.teeth import solid_tooth_of
+from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
@@ -79,9 +79,9 @@ def main() -> None:
     rows: list[Row] = []
     for grid in GRIDS:
         clock = time.perf_counter()
-        mesh = gear_mesh(design, "drive", *grid).mesh
+        mesh = Mesh.of(design, "drive", *grid).grids
         rows += measure(mesh, grid, ORDERS.tooth[1:], time.perf_counter() - clock)
-    default = gear_mesh(design, "drive", 24, 31).mesh
+    default = Mesh.of(design, "drive", 24, 31).grids
     teeth = [
         row
         for factor in FACTORS

@@ -28,10 +28,10 @@ from gear_stress_cases import blank_content, formate
 
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.design.design import Design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.ltca.limits import hardness
 from efficiency.ltca.load_distribution import edge_load
 from efficiency.ltca.mesh_grids import load_grids
+from efficiency.pair import Mesh
 from efficiency.synthesis.inputs import SettingsInput
 from efficiency.synthesis.solve import machine_settings
 from ehl.io.errors import ConvergenceError, InputError
@@ -120,7 +120,7 @@ def run_case(design: Design, rng: np.random.Generator) -> dict[str, Any]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            mesh = gear_mesh(design.with_misalignment(**moved), side, positions, points).mesh
+            mesh = Mesh.of(design.with_misalignment(**moved), side, positions, points).grids
             loaded = load_grids(mesh, nominal * factor)
         row |= verdict(loaded)
     except ConvergenceError as error:

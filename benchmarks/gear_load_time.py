@@ -21,14 +21,14 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+from efficiency.loss.map import efficiency_map
 from matplotlib.figure import Figure
 
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import elastic_bodies, gear_mesh
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.map import efficiency_map
 from efficiency.ltca.load_distribution import elastic_cycle
 from efficiency.ltca.mesh_grids import load_grids
+from efficiency.pair import Mesh, elastic_bodies
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
@@ -44,7 +44,7 @@ from time import process_time
 marks = [("start of Python", process_time())]
 import json, sys
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import elastic_bodies, gear_mesh
+from efficiency.pair import Mesh, elastic_bodies
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from ehl.fluid.oil import Oil
@@ -54,7 +54,7 @@ design = load_design(sys.argv[1])
 marks.append(("reading the design", process_time()))
 bodies = elastic_bodies(design, "drive")
 marks.append(("solid teeth", process_time()))
-mesh = gear_mesh(design, bodies=bodies).mesh
+mesh = Mesh.of(design, bodies=bodies).grids
 marks.append(("geometry and contact lines", process_time()))
 mesh.elastic_fine, mesh.elastic_coarse
 marks.append(("compliance at the points", process_time()))
@@ -103,10 +103,10 @@ def over_positions(name: str) -> list[Growth]:
     torque, bodies = design.operation.torque, elastic_bodies(design, "drive")
     rows = []
     for count in POSITIONS:
-        mesh = gear_mesh(design, "drive", count, bodies=bodies).mesh
+        mesh = Mesh.of(design, "drive", count, bodies=bodies).grids
         load_grids(mesh, torque)
         work: dict[str, Callable[[], Any]] = {
-            "geometry": lambda count=count: gear_mesh(design, "drive", count, bodies=bodies),
+            "geometry": lambda count=count: Mesh.of(design, "drive", count, bodies=bodies),
             "compliance": lambda mesh=mesh: [elastic_cycle(c, mesh.teeth) for c in (mesh.fine, mesh.coarse)],
             "load": lambda mesh=mesh: load_grids(mesh, torque),
         }
@@ -118,7 +118,7 @@ def over_map(name: str) -> list[Growth]:
     """A map with the geometry known over its number of points."""
     design = load_design(name)
     given = design.operation
-    mesh, model, oil = gear_mesh(design).mesh, friction_model(FORMULA), Oil.load(given.oil)
+    mesh, model, oil = Mesh.of(design).grids, friction_model(FORMULA), Oil.load(given.oil)
     load_grids(mesh, given.torque)
     speeds = list(np.linspace(0.1, 1.5, SPEEDS) * given.speed)
     rows = []

@@ -1,5 +1,55 @@
-"""Spiral bevel and hypoid gear pairs: geometry, contact, load, friction, power loss, efficiency."""
+"""Spiral bevel and hypoid gear pairs: geometry, contact, load, friction, power loss, efficiency.
+
+>>> import efficiency
+>>> pair = efficiency.load("fm_spiral_bevel_14x39")
+>>> mesh = pair.mesh(side="drive", positions=4, points_per_line=9)
+>>> mesh.load("300 N m").efficiency("constant:0.05", speed="1500 rpm").status
+'converged'
+"""
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from efficiency.loss.duty import DutyCycle as DutyCycle
+    from efficiency.loss.grid import Grid as Grid
+    from efficiency.loss.result import EfficiencyResult as EfficiencyResult
+    from efficiency.pair import GearPair as GearPair
+    from efficiency.pair import LoadedMesh as LoadedMesh
+    from efficiency.pair import Mesh as Mesh
+    from efficiency.pair import load as load
+
 __version__ = "0.1.0"
+
+_HOMES = {
+    "load": "efficiency.pair",
+    "GearPair": "efficiency.pair",
+    "Mesh": "efficiency.pair",
+    "LoadedMesh": "efficiency.pair",
+    "EfficiencyResult": "efficiency.loss.result",
+    "Grid": "efficiency.loss.grid",
+    "DutyCycle": "efficiency.loss.duty",
+    "blank": "efficiency.blanks.pair:pair_blank",
+    "settings": "efficiency.synthesis.solve:machine_settings",
+    "study": "efficiency.parameter_study:run_study",
+    "import_design": "efficiency.output.design_import:design_from_sheet",
+    "demo": "efficiency.demonstration:run_demo",
+    "doctor": "efficiency.installation:examine",
+}
+__all__ = ["__version__", *_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    # heavy libraries are loaded when they are asked for, not when the command line starts
+    if name in _HOMES:
+        module, _, attribute = _HOMES[name].partition(":")
+        value = getattr(import_module(module), attribute or name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'efficiency' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

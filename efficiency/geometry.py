@@ -18,6 +18,8 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
+from efficiency.loss.result import Output, Presented
+from efficiency.output.gear_output import GearOutput
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.units import ValueRange
@@ -125,8 +127,8 @@ class FlankSummary:
     root_error: tuple[float, float] | None
 
 
-@dataclass(frozen=True)
-class PairGeometry:
+@dataclass(frozen=True, repr=False)
+class PairGeometry(Presented):
     """Geometry of a pair: its flanks and the unloaded contact of each side asked for.
 
     Attributes
@@ -154,10 +156,20 @@ class PairGeometry:
     failures: dict[Side, str]
     notes: tuple[str, ...]
     seconds: float
+    output: Output | None = field(default=None, repr=False, compare=False)
     status: str = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "status", "failed" if self.failures else "converged")
+
+    @property
+    def reason(self) -> str:
+        """Why a side could not be computed."""
+        return "; ".join(f"{side}: {reason}" for side, reason in self.failures.items())
+
+    def __repr__(self) -> str:
+        sides = ", ".join(f"{name} contact ratio {side.contact_ratio:.3f}" for name, side in self.sides.items())
+        return f"PairGeometry({self.design.name}: {sides}, {self.status})"
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers for JSON, SI units."""
@@ -204,7 +216,8 @@ def pair_geometry(design: Design, sides: Sequence[Side] = SIDES, marking: float 
             found[side] = side_geometry(design, side, marking)
         except ConvergenceError as error:
             failures[side] = str(error)
-    return PairGeometry(design, marking, flanks, found, failures, notes, time.perf_counter() - start)
+    seconds = time.perf_counter() - start
+    return PairGeometry(design, marking, flanks, found, failures, notes, seconds, GearOutput(design))
 
 
 def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideGeometry:

@@ -9,9 +9,9 @@ from functools import cache
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.loss.efficiency import LoadedGrids, load_grids
 from efficiency.loss.kinematics import Operation
+from efficiency.pair import Mesh
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.validation import validate
@@ -33,12 +33,12 @@ def contact_case(**tables: object) -> Contact:
 
 
 @cache
-def tiny_mesh(side: Side = "drive", design: str = "fm_spiral_bevel_14x39") -> GearMesh:
+def tiny_mesh(side: Side = "drive", design: str = "fm_spiral_bevel_14x39") -> Mesh:
     """Four positions with nine points a line."""
-    return gear_mesh(load_design(design), side, 4, 9)
+    return Mesh.of(load_design(design), side, 4, 9)
 
 
 @cache
 def tiny_load(torque: float = 200.0, side: Side = "drive") -> LoadedGrids:
     """The tiny mesh of the bevel pair under a pinion torque [N m]."""
-    return load_grids(tiny_mesh(side).mesh, torque)
+    return load_grids(tiny_mesh(side).grids, torque)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import asin, cos, sin, sqrt, tan
+from pathlib import Path
 
 from efficiency.blanks.checks import blank_warnings, check_dimensions, check_pressure_angles
 from efficiency.blanks.dimensions import (
@@ -21,7 +22,7 @@ from efficiency.blanks.dimensions import (
     thickness,
     undercut_limits,
 )
-from efficiency.blanks.inputs import Hand, PairBlankInput
+from efficiency.blanks.inputs import Hand, PairBlankInput, load_blank
 from efficiency.blanks.lengthwise import Trace, check_trace
 from efficiency.blanks.pitch_cones import pitch_cones
 from efficiency.blanks.proportions import factors, taper_angles
@@ -48,8 +49,17 @@ class _Parts:
     ends: tuple[tuple[float, float], tuple[float, float]]
 
 
-def pair_blank(inputs: PairBlankInput) -> PairBlank:
-    """Blank of a pair.
+def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
+    """Blank of a bevel or hypoid pair after ISO 23509.
+
+    Parameters
+    ----------
+    inputs : PairBlankInput, Path or str
+        What the designer typed, a blank file, or the name of a shipped one.
+
+    Returns
+    -------
+    PairBlank
 
     Raises
     ------
@@ -58,6 +68,8 @@ def pair_blank(inputs: PairBlankInput) -> PairBlank:
     ConvergenceError
         The iteration as printed ("standard", "tangent") does not reach its tolerance.
     """
+    if isinstance(inputs, Path | str):
+        inputs = load_blank(inputs)
     cones = pitch_cones(inputs)
     place = placement(inputs, cones)
     alpha_lim, alphas = _pressure_angles(inputs, cones, place)

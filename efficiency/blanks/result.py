@@ -283,6 +283,12 @@ class PairBlank:
     defaults: tuple[str, ...]
     warnings: tuple[BlankWarning, ...] = ()
 
+    def show(self) -> None:
+        """Print the blank as tables, then defaults and warnings."""
+        from efficiency.blanks.report import blank_tables
+
+        blank_tables(self)
+
     def to_dict(self) -> dict[str, Any]:
         """All values as plain numbers, lists and tables."""
         return asdict(self)

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
+import efficiency
 import ehl.cli
 import regression.cli
 import regression.cli.calibration
-from efficiency.cli import blank, commands, geometry, plan, settings, study
-from ehl import __version__
-from ehl.io.errors import MixedEhlError
+from efficiency.cli import design, gear
+from ehl import MixedEhlError, __version__
 
 app = typer.Typer(
     name="mixed-ehl",
@@ -42,12 +42,8 @@ for commands_of in (
     ehl.cli,
     regression.cli,
     regression.cli.calibration,
-    commands,
-    blank,
-    geometry,
-    plan,
-    settings,
-    study,
+    gear,
+    design,
 ):
     commands_of.register(app)
 
@@ -57,10 +53,8 @@ def doctor() -> None:
     """Check the installation, and one solution against its reference value."""
     from rich.console import Console
 
-    from efficiency.cli.doctor import examine
-
     console = Console()
-    checks = examine()
+    checks = efficiency.doctor()
     for check in checks:
         console.print(f"{'[green]ok   [/]' if check.passed else '[red]FAULT[/]'} {check.name}: {check.detail}")
     if not all(check.passed for check in checks):
@@ -69,10 +63,8 @@ def doctor() -> None:
 
 def main() -> None:
     """Entry point: errors of ours become one sentence and their exit code."""
-    from efficiency.cli.doctor import require_one_installation
-
     try:
-        require_one_installation()
+        efficiency.doctor(installation_only=True)
         app()
     except MixedEhlError as error:
         print(f"mixed-ehl: {error}", file=sys.stderr)

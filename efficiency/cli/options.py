@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator
+import json
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any, Literal, cast
 
 import typer
 
-if TYPE_CHECKING:
-    from efficiency.contact.gear_flanks import Side
-    from efficiency.design.design import Design
-    from efficiency.output.gear_files import OutputFiles
-    from efficiency.run import Conditions
-    from ehl.io.units import ValueRange
+from ehl import InputError
 
 OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
 OUTPUT, GEOMETRY = "Output", "Geometry only"
@@ -52,107 +47,76 @@ FiguresOption = Annotated[Path | None, typer.Option(help="Folder for figures (PN
 UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric or inch.", rich_help_panel=OUTPUT)]
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")]
 
-MAX_VALUES = 10_000
-Lists = tuple[list[float], list[float], list[float]]
-Report = Callable[[int, int], None]
+
+def given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options that have a value; a number with a unit has to say it."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
-def chosen_side(side: str) -> Side:
-    """Drive or coast.
-
-    Raises
-    ------
-    InputError
-        Any other word.
-    """
-    from ehl.io.errors import InputError
-
-    if side == "drive":
-        return "drive"
-    if side == "coast":
-        return "coast"
-    raise InputError("--side", side, "drive or coast")
+def is_list(text: str) -> bool:
+    """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
+    return "," in text or ":" in text
 
 
-def operating_lists(torque: str | None, speed: str | None, temperature: str | None) -> Lists:
-    """Values of torque, speed and temperature, each with its unit; empty where nothing is given."""
-    from efficiency.design.design import OPERATION_LIMITS
-
-    def check(text: str | None, name: str, option: str) -> list[float]:
-        return [] if text is None else OPERATION_LIMITS[name].check_list(text, option)
-
-    return (
-        check(torque, "torque", "--torque"),
-        check(speed, "speed", "--speed"),
-        check(temperature, "temperature_oil", "--temperature"),
-    )
+def check_files(**files: Path | None) -> None:
+    """Names of files that cannot be meant are refused before anything is computed."""
+    suffixes = {"report": (".html", ".htm"), "xlsx": (".xlsx",)}
+    for name, path in files.items():
+        if path is not None and path.suffix.lower() not in suffixes[name]:
+            raise InputError(f"--{name}", str(path), f"a file name ending in {suffixes[name][0]}")
 
 
-def value_list(option: str, text: str, quantity: ValueRange) -> tuple[float, ...]:
-    """Values in SI units: a list ``a, b, c unit``, or ``from:to:number unit``.
-
-    Raises
-    ------
-    InputError
-        Neither of both, or a value out of its range.
-    """
-    from ehl.io.errors import InputError
-
-    if ":" not in text:
-        return tuple(quantity.check_list(text, option))
-    match = re.fullmatch(r"\s*([^:]+):([^:]+):\s*(\d+)\s*([^\d:][^:]*)", text)
-    count = int(match[3]) if match else 0
-    if match is None or not 2 <= count <= MAX_VALUES:
-        raise InputError(option, text, "'from:to:number unit' such as '-0.2:0.2:9 mm', with a number of at least 2")
-    first, last = (quantity.check(f"{match[k].strip()} {match[4]}", option, bare=False) for k in (1, 2))
-    # values that are zero but for the last binary digit are zero
-    steps = (first + (last - first) * k / (count - 1) for k in range(count))
-    return tuple(0.0 if abs(step) < 1e-12 * abs(last - first) else step for step in steps)
-
-
-def first_conditions(lists: Lists, oil: str | None) -> Conditions:
-    """Operating point of the first value of each list."""
-    from efficiency.run import Conditions
-
-    torque, speed, temperature = (values[0] if values else None for values in lists)
-    return Conditions(torque, speed, temperature, oil)
-
-
-def aligned_design(design: str, misalignment: dict[str, str | None]) -> Design:
-    """A design with what the command line says of its misalignment."""
-    from threadpoolctl import threadpool_limits
-
-    from efficiency.design.design import Misalignment, load_design
-    from ehl.io.validation import value_range_of
-
-    with threadpool_limits(1):
-        loaded = load_design(design)
-    given = {
-        name: value_range_of(Misalignment, name).check(text, f"--{name}", bare=False)
-        for name, text in misalignment.items()
-        if text is not None
-    }
-    return loaded.with_misalignment(**loaded.assembly.misalignment.model_dump() | given) if given else loaded
-
-
-def output_files(plot: Path | None, report: Path | None, xlsx: Path | None, csv: Path | None) -> OutputFiles:
-    """Where results go besides the terminal; names that cannot be meant are refused before anything is computed."""
-    from efficiency.output.gear_files import OutputFiles
-
-    return OutputFiles(plot, report, xlsx, csv)
+def check_units(units: str) -> None:
+    """Metric or inch."""
+    if units not in ("metric", "inch"):
+        raise InputError("--units", units, "metric or inch")
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Report]:
-    """A bar on the terminal for what takes long; gives the function that moves it: (done, total)."""
+def progress(*steps: str) -> Iterator[Callable[..., None]]:
+    """Bars on the terminal for what takes long; gives the function that moves them: ([step], done, total)."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
-        task = bars.add_task(what, total=None)
+    with Progress(*columns, console=Console(stderr=True), transient=len(steps) == 1) as bars:
+        tasks = {step: bars.add_task(step, total=None) for step in steps}
 
-        def move(done: int, total: int) -> None:
-            bars.update(task, completed=done, total=total)
+        def move(*state: Any) -> None:
+            step, done, total = state if len(state) == 3 else (steps[0], *state)
+            bars.update(tasks[step], completed=done, total=total)
 
         yield move
+
+
+def print_json(content: dict[str, Any]) -> None:
+    """One JSON object on standard output, strict (no NaN)."""
+    print(json.dumps(content, allow_nan=False))
+
+
+def fail_unless_converged(status: str, reason: str) -> None:
+    """Exit code 1 with the reason on standard error."""
+    if status != "converged":
+        if reason:
+            typer.echo(f"not converged: {reason}", err=True)
+        raise typer.Exit(1)
+
+
+def one_side(side: str) -> Literal["drive", "coast"]:
+    """Drive or coast."""
+    if side not in ("drive", "coast"):
+        raise InputError("--side", side, "drive or coast")
+    return cast('Literal["drive", "coast"]', side)
+
+
+def present(result: Any, json_output: bool, **files: Any) -> None:
+    """Print and write a result; exit code 1 where it failed."""
+    parts = {name: files[name] for name in ("balance", "uncertainty") if name in files}
+    if json_output:
+        more = {"heat_balance": parts["balance"].to_dict()} if "balance" in parts else {}
+        more |= {"uncertainty": parts["uncertainty"].to_dict()} if "uncertainty" in parts else {}
+        print_json(result.to_dict() | more)
+    else:
+        result.show(**parts)
+    result.write(**files)
+    fail_unless_converged(result.status, result.reason)

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
-from efficiency.loss.result import EfficiencyResult
+from efficiency.loss.result import EfficiencyResult, Output, Presented
 from ehl.fluid.oil import Oil
 from ehl.io.numbers import finite_or_none
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED
+
+if TYPE_CHECKING:
+    import pandas
 
 COLEMAN_FRICTION = 0.05
 # what the fitted constant is fitted to, best first; else the first fitted formula, else the first model
@@ -66,8 +69,8 @@ class ComparisonRow:
     loss_regions: tuple[tuple[float, ...], ...]
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Presented):
     """Efficiencies of one pair at one operating point.
 
     Attributes
@@ -92,6 +95,7 @@ class Comparison:
     rows: tuple[ComparisonRow, ...]
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
     reference: str = ""
+    output: Output | None = field(default=None, repr=False, compare=False)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -102,6 +106,25 @@ class Comparison:
     def status(self) -> Literal["converged", "failed"]:
         """``failed`` if any row failed."""
         return "failed" if any(row.status == "failed" for row in self.rows) else "converged"
+
+    @property
+    def reason(self) -> str:
+        """Which rows failed, and why."""
+        return ", ".join(f"{row.name} ({row.reason})" for row in self.rows if row.status == "failed")
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per way to the efficiency, SI units."""
+        import pandas
+
+        return pandas.DataFrame([asdict(row) for row in self.rows]).drop(columns="loss_regions")
+
+    def __repr__(self) -> str:
+        rows = ", ".join(f"{row.name} {row.efficiency:.5f}" for row in self.rows)
+        return f"Comparison({self.design}, {self.side}, {self.torque_pinion:.6g} N m: {rows[:900]})"
+
+    def _repr_html_(self) -> str:
+        names = ["name", "efficiency", "efficiency_lower", "efficiency_upper", "power_loss", "outside_range_share"]
+        return str(self.to_frame()[[*names, "status", "reason"]].to_html(index=False))
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; not-a-number becomes None."""
@@ -116,6 +139,7 @@ def compare_models(
     oil: Oil,
     operation: Operation,
     pitch: PitchGeometry | None = None,
+    output: Output | None = None,
 ) -> Comparison:
     """Efficiency of a loaded mesh with each friction model, a constant fitted to the best of them, and closed forms.
 
@@ -135,6 +159,8 @@ def compare_models(
         Speed, oil temperature, roughness.
     pitch : PitchGeometry, optional
         Pitch-point data of the pair.
+    output : Output, optional
+        Draws, prints and writes the comparison.
     """
     results = [mesh_efficiency(loaded, model, oil, operation) for model in models]
     names = [result.friction_model for result in results]
@@ -161,6 +187,7 @@ def compare_models(
         tuple(rows),
         tuple(results),
         reference.friction_model if reference is not None else "",
+        output,
     )
 
 

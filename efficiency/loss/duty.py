@@ -1,24 +1,27 @@
-"""What the contact points of designs see over their duty: local conditions, weighted with the work lost there."""
+"""Duty cycle of a pair: operating points of a file, and the energy into, out of and lost in the mesh over them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from efficiency.design.design import OPERATION_LIMITS, Design
-from efficiency.gear_mesh import gear_mesh
-from efficiency.loss.efficiency import MeshGrids, load_grids
-from efficiency.loss.kinematics import Driver, Operation, loaded_points
-from ehl.fluid.oil import Oil
-from ehl.io.errors import ConvergenceError, InputError
+from efficiency.contact.gear_flanks import Side
+from efficiency.design.design import OPERATION_LIMITS
+from efficiency.loss.grid import GridPoint, count_reasons
+from efficiency.loss.kinematics import Driver
+from efficiency.loss.result import EfficiencyResult, Output, Presented
+from ehl.io.errors import InputError
+from ehl.io.numbers import finite_or_none
 from ehl.io.table_files import read_table
 from ehl.io.units import ValueRange
-from regression.plan.operating_range import WeightedPoints
 
+if TYPE_CHECKING:
+    import pandas
+
+HOUR = 3600.0
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
 COLUMNS: dict[str, ValueRange | None] = {
     "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Below zero on the coast side."),
@@ -26,7 +29,6 @@ COLUMNS: dict[str, ValueRange | None] = {
     "temperature": OPERATION_LIMITS["temperature_oil"],
     "hours": ValueRange("h", ge=0.0),
 }
-POSITIONS, POINTS_PER_LINE = 12, 21
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,18 @@ class DutyRow:
     hours: float
 
     @property
-    def side(self) -> Literal["drive", "coast"]:
+    def condition(self) -> dict[str, Any]:
+        """The operating point by the names of `efficiency.loss.grid.AXES`."""
+        return {
+            "side": self.side,
+            "torque": abs(self.torque),
+            "speed": abs(self.speed),
+            "temperature": self.temperature_oil,
+            "driver": self.driver,
+        }
+
+    @property
+    def side(self) -> Side:
         """Flanks that carry the torque."""
         return "drive" if self.torque > 0.0 else "coast"
 
@@ -61,7 +74,7 @@ class DutyRow:
         return "pinion" if self.torque * self.speed > 0.0 else "gear"
 
 
-def read_duty(path: Path) -> tuple[DutyRow, ...]:
+def read_duty(path: Path | str) -> tuple[DutyRow, ...]:
     """A duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
 
     Rows without torque, speed or duration count for nothing.
@@ -71,6 +84,7 @@ def read_duty(path: Path) -> tuple[DutyRow, ...]:
     InputError
         Naming row and column; or nothing of the duty is left.
     """
+    path = Path(path)
     columns = read_table(path, COLUMNS, tuple(COLUMNS), bare=False)
     rows = [DutyRow(*(float(x) for x in row)) for row in zip(*(columns[name] for name in COLUMNS), strict=True)]
     loaded = tuple(row for row in rows if row.torque * row.speed != 0.0 and row.hours > 0.0)
@@ -79,57 +93,164 @@ def read_duty(path: Path) -> tuple[DutyRow, ...]:
     return loaded
 
 
-def duty_points(
-    designs: Sequence[Design],
-    duty: Sequence[DutyRow],
-    *,
-    oil: str | None = None,
-    positions: int = POSITIONS,
-    points_per_line: int = POINTS_PER_LINE,
-    report: Callable[[str, int, int], None] | None = None,
-) -> list[WeightedPoints]:
-    """Contact points of all designs at all operating points.
+@dataclass(frozen=True)
+class DutyEnergy:
+    """One operating point of the duty cycle.
 
-    The weight of a point is force times sliding speed times duration: with friction that does not change along the
-    flank it is the work lost there. Geometry is computed once per flank, load once per torque.
-
-    Parameters
+    Attributes
     ----------
-    designs : sequence of Design
-        Gear pairs that run the same duty.
-    duty : sequence of DutyRow
-        Operating points.
-    oil : str, optional
-        Oil card in place of the designs'.
-    positions, points_per_line : int
-        Resolution; quantiles need less than an efficiency.
-    report : callable, optional
-        Called with the design's name, operating points done and in all.
-
-    Raises
-    ------
-    ConvergenceError
-        The flanks do not exist or do not mesh, or the load does not settle.
+    side, driver : str
+        Flanks in contact and the member the power comes from.
+    torque_pinion, speed_pinion, temperature_oil : float
+        Magnitudes [N m], [rad/s]; [K].
+    hours : float
+        Duration [h].
+    efficiency, efficiency_error : float
+        [-].
+    energy_input, energy_output, energy_loss, energy_loss_rolling : float
+        [J]; the rolling loss is not in `energy_loss`.
+    outside_range_share : float
+        Share of the sliding power outside the range of the friction model [-].
+    status, reason : str
     """
-    found: list[WeightedPoints] = []
-    total, done = len(designs) * len(duty), 0
-    for design in designs:
-        card = Oil.load(oil or design.operation.oil)
-        meshes: dict[str, MeshGrids] = {}
-        for torque in dict.fromkeys(row.torque for row in duty):
-            rows = [row for row in duty if row.torque == torque]
-            side = rows[0].side
-            if side not in meshes:
-                meshes[side] = gear_mesh(design, side, positions, points_per_line).mesh
-            loaded = load_grids(meshes[side], abs(torque)).fine
-            if loaded.reason:
-                raise ConvergenceError(loaded.reason, f"{design.name} at {torque:g} N m")
-            for row in rows:
-                operation = Operation.of_design(design, abs(row.speed), row.temperature_oil)
-                points = loaded_points(loaded, meshes[side].teeth.effective_modulus, operation)
-                weight = points.force * points.speed_sliding * (row.hours / len(meshes[side].fine))
-                found.append(WeightedPoints(points.state, np.asarray(weight), card))
-                done += 1
-                if report is not None:
-                    report(design.name, done, total)
-    return found
+
+    side: str
+    driver: Driver
+    torque_pinion: float
+    speed_pinion: float
+    temperature_oil: float
+    hours: float
+    efficiency: float
+    efficiency_error: float
+    energy_input: float
+    energy_output: float
+    energy_loss: float
+    energy_loss_rolling: float
+    outside_range_share: float
+    status: str
+    reason: str
+
+
+@dataclass(frozen=True, repr=False)
+class DutyCycle(Presented):
+    """Energies of all rows of a duty cycle.
+
+    Attributes
+    ----------
+    design, friction_model, oil : str
+    rows : tuple of DutyEnergy
+        In the order of the file.
+    points : tuple of GridPoint
+        Of the rows, with their results; not in `to_dict`.
+    """
+
+    design: str
+    friction_model: str
+    oil: str
+    rows: tuple[DutyEnergy, ...]
+    points: tuple[GridPoint, ...] = field(repr=False, compare=False)
+    output: Output | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def results(self) -> tuple[EfficiencyResult, ...]:
+        """Results of the rows that have one."""
+        return tuple(point.result for point in self.points if point.result is not None)
+
+    def total(self, name: str) -> float:
+        """Sum over all rows: of energy_input, energy_output, energy_loss, energy_loss_rolling [J] or hours [h]."""
+        return math.fsum(getattr(row, name) for row in self.rows)
+
+    @property
+    def efficiency(self) -> float:
+        """Energy out over energy in, all rows together [-]; nan if a row failed."""
+        return self.total("energy_output") / self.total("energy_input")
+
+    @property
+    def efficiency_error(self) -> float:
+        """Discretisation error of the efficiency, all rows off the same way [-]."""
+        return math.fsum(row.efficiency_error * row.energy_input for row in self.rows) / self.total("energy_input")
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any row failed."""
+        return "failed" if any(row.status == "failed" for row in self.rows) else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many rows failed for which reason."""
+        return count_reasons([row.reason for row in self.rows], "rows")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes of all rows, each once."""
+        return tuple(dict.fromkeys(note for point in self.points for note in point.notes))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per operating point: energies [J] and single values, SI units."""
+        import pandas
+
+        notes = ["; ".join(point.notes) for point in self.points]
+        return pandas.DataFrame([asdict(row) for row in self.rows]).assign(notes=notes)
+
+    def __repr__(self) -> str:
+        return (
+            f"DutyCycle({self.design}, {self.oil}, {self.friction_model}: {len(self.rows)} rows, efficiency "
+            f"{self.efficiency:.6f}, {self.status})"
+        )
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().drop(columns="notes").to_html(index=False))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Rows and totals, for JSON; not-a-number becomes None."""
+        names = ("hours", "energy_input", "energy_output", "energy_loss", "energy_loss_rolling")
+        total = {name: self.total(name) for name in names}
+        total |= {"efficiency": self.efficiency, "efficiency_error": self.efficiency_error}
+        return {
+            "design": self.design,
+            "friction_model": self.friction_model,
+            "oil": self.oil,
+            "status": self.status,
+            "reason": self.reason,
+            "total": finite_or_none(total),
+            "rows": finite_or_none(self.rows),
+            "notes": list(self.notes),
+        }
+
+
+def duty_cycle(
+    duty: Sequence[DutyRow],
+    points: Sequence[GridPoint],
+    design: str,
+    friction_model: str,
+    oil: str,
+    output: Output | None = None,
+) -> DutyCycle:
+    """Energies of the rows of a duty cycle from the efficiency at each (`efficiency.loss.grid.solve_points`)."""
+    rows = tuple(_energy(row, point) for row, point in zip(duty, points, strict=True))
+    return DutyCycle(design, friction_model, oil, rows, tuple(points), output)
+
+
+def _energy(row: DutyRow, point: GridPoint) -> DutyEnergy:
+    seconds, result = row.hours * HOUR, point.result
+
+    def value(name: str, factor: float = 1.0) -> float:
+        return math.nan if result is None else float(getattr(result, name)) * factor
+
+    return DutyEnergy(
+        side=row.side,
+        driver=row.driver,
+        torque_pinion=abs(row.torque),
+        speed_pinion=abs(row.speed),
+        temperature_oil=row.temperature_oil,
+        hours=row.hours,
+        efficiency=value("efficiency"),
+        efficiency_error=value("efficiency_error"),
+        energy_input=value("power_input", seconds),
+        energy_output=value("power_output", seconds),
+        energy_loss=value("power_loss", seconds),
+        energy_loss_rolling=value("power_loss_rolling", seconds),
+        outside_range_share=value("outside_range_share"),
+        status=point.status,
+        reason=point.reason,
+    )

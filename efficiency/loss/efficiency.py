@@ -159,6 +159,9 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         points=fine,
         friction=estimate,
         lubrication=lubrication,
+        model=friction,
+        operation=operation,
+        card=oil,
     )
 
 
@@ -211,7 +214,7 @@ def _notes(
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
         how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "left out"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
-    if operation.peklenik_number != 1.0 and not getattr(model, "knows_lay", False):
+    if operation.peklenik_number != 1.0 and not getattr(model, "uses_texture", False):
         notes += (f"friction model {name} takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes
 

@@ -102,7 +102,7 @@ class EhlFriction:
         return True
 
     @property
-    def knows_lay(self) -> bool:
+    def uses_texture(self) -> bool:
         """Whether the Peklenik number has an effect: it steers the oil between rolling asperities."""
         return not self.smooth and self.model.roughness == "deterministic"
 

@@ -51,7 +51,12 @@ def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
 
 
 def load_grids_with_friction(
-    mesh: MeshGrids, torque_pinion: float, friction: FrictionModel, oil: Oil, operation: Operation
+    mesh: MeshGrids,
+    torque_pinion: float,
+    friction: FrictionModel,
+    oil: Oil,
+    operation: Operation,
+    frictionless: LoadedGrids | None = None,
 ) -> LoadedGrids:
     """Load over the cycle when normal and friction forces together carry the pinion torque.
 
@@ -70,6 +75,8 @@ def load_grids_with_friction(
         Oil card.
     operation : Operation
         Speed, oil temperature, roughness.
+    frictionless : LoadedGrids, optional
+        The mesh under that torque without friction, where it is known.
 
     Raises
     ------
@@ -80,7 +87,7 @@ def load_grids_with_friction(
         ``friction_not_converged`` and ``friction_undefined`` where the friction model fails.
     """
     # deflected and with lines as long as the load without friction needs them
-    mesh = load_grids(mesh, torque_pinion).mesh
+    mesh = (frictionless or load_grids(mesh, torque_pinion)).mesh
     if mesh.axes is None:
         raise InputError("mesh.axes", None, "the axes of both members, for the arms of the friction forces")
     grids = (mesh.elastic_fine, mesh.elastic_coarse)

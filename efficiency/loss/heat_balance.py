@@ -11,10 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.blanks.cones import Blank
+from efficiency.design.design import MemberCooling
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share
 from efficiency.loss.result import EfficiencyResult
@@ -32,7 +35,7 @@ LIMIT = 40
 WETTED_SHARE = 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class HeatBalance:
     """Bulk temperatures at which the friction heat and the cooling of both members agree.
 
@@ -56,6 +59,14 @@ class HeatBalance:
     rounds: int
     residual: float
 
+    def to_dict(self) -> dict[str, Any]:
+        """Resistances, heat and convergence, for JSON."""
+        return {name: getattr(self, name) for name in ("thermal_resistance", "heat", "rounds", "residual")}
+
+    def __repr__(self) -> str:
+        pinion, gear = self.result.temperature_bulk_1, self.result.temperature_bulk_2
+        return f"HeatBalance(bulk {pinion:.5g} K and {gear:.5g} K, heat {self.heat[0]:.4g} W and {self.heat[1]:.4g} W)"
+
 
 def wetted_heat_transfer(lubricant: Lubricant, speed: float) -> float:
     """Heat transfer coefficient of teeth that oil wets once per turn [W/(m2 K)]; a default, ours.
@@ -73,6 +84,30 @@ def wetted_heat_transfer(lubricant: Lubricant, speed: float) -> float:
     """
     effusivity = math.sqrt(lubricant.thermal_conductivity * lubricant.density * lubricant.heat_capacity)
     return WETTED_SHARE * 2.0 * effusivity * math.sqrt(speed / 2.0) / math.pi
+
+
+def thermal_resistance(
+    blank: Blank, cooling: MemberCooling, lubricant: Lubricant, speed: float, spiral_angle: float
+) -> float:
+    """Thermal resistance of the teeth of a member to the oil [K/W]; what is not given is the default (ours).
+
+    Parameters
+    ----------
+    blank : Blank
+        Of the member.
+    cooling : MemberCooling
+        What is given.
+    lubricant : Lubricant
+        Oil at its temperature.
+    speed : float
+        Of the member [rad/s].
+    spiral_angle : float
+        Mean spiral angle [rad].
+    """
+    height = blank.mean_addendum + blank.mean_dedendum
+    area = cooling.cooled_area or 2.0 * blank.teeth * blank.face_width / math.cos(spiral_angle) * height
+    transfer = cooling.heat_transfer_coefficient or wetted_heat_transfer(lubricant, speed)
+    return cooling.thermal_resistance or 1.0 / (transfer * area)
 
 
 def heat_into_members(result: EfficiencyResult, bodies: tuple[Material, Material]) -> tuple[float, float]:

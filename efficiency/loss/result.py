@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.kinematics import Driver, LoadedPoints
+from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
-from regression.friction.models import FrictionEstimate
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from regression.friction.models import FrictionEstimate, FrictionModel
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas
+    from matplotlib.figure import Figure
+
+    from efficiency.design.design import CoolingInput
+    from efficiency.loss.heat_balance import HeatBalance
+    from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs
 
 FloatArray = NDArray[np.float64]
 
@@ -24,11 +37,96 @@ Reason = Literal[
     "friction_not_converged",
     "friction_undefined",
 ]
-_ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication")
+_ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication", "model", "operation", "card", "source", "output")
 
 
-@dataclass(frozen=True)
-class EfficiencyResult:
+class ResultSource(Protocol):
+    """The loaded mesh a result comes from, which answers further questions about the same operating point."""
+
+    def solve(
+        self, model: FrictionModel, operation: Operation, oil: Oil, friction_in_equilibrium: bool = False
+    ) -> EfficiencyResult:
+        """The same at another operation or with another friction model."""
+
+    def balance(self, result: EfficiencyResult, cooling: CoolingInput | None) -> HeatBalance:
+        """Bulk temperatures of the teeth."""
+
+
+class Output(Protocol):
+    """What draws, prints and writes results; the pair gives it to them."""
+
+    def figures(self, result: Any) -> dict[str, Figure]:
+        """Figures by their names, the most telling one first."""
+
+    def show(self, result: Any, **parts: Any) -> None:
+        """Print tables."""
+
+    def write(self, result: Any, units: str, **files: Any) -> list[Path]:
+        """Write files."""
+
+
+class Presented:
+    """A result that can be drawn, printed and written."""
+
+    output: Output | None
+
+    def plot(self, name: str | None = None) -> Figure:
+        """One of the figures of the report; an unknown name raises an `InputError` that lists all of them.
+
+        Parameters
+        ----------
+        name : str, optional
+            Of the figure; the most telling one if not given.
+
+        Returns
+        -------
+        Figure
+            Of matplotlib, not shown.
+        """
+        figures = self._output("plot").figures(self)
+        if name is not None and name not in figures:
+            raise InputError("plot", name, "one of " + ", ".join(figures))
+        return figures[name or next(iter(figures))]
+
+    def show(self, **parts: Any) -> None:
+        """Print what the command line prints; `balance` and `uncertainty` of an efficiency with it."""
+        self._output("show").show(self, **parts)
+
+    def report(self, path: Path | str) -> None:
+        """Write one HTML page, for print too."""
+        self.write(report=path)
+
+    def write(self, *, units: str = "metric", **files: Any) -> list[Path]:
+        """Write files.
+
+        Parameters
+        ----------
+        units : {"metric", "inch"}
+            Of the tables of the design.
+        **files : Path or str
+            `plot` (folder of figures), `report` (HTML page), `xlsx` (workbook), `csv` (folder); `balance` and
+            `uncertainty` of an efficiency are written with it; a study takes `folder` alone.
+
+        Returns
+        -------
+        list of Path
+            What was written.
+
+        Raises
+        ------
+        InputError
+            A suffix that does not belong to the kind of file, or a place that cannot be written.
+        """
+        return self._output("write").write(self, units, **files)
+
+    def _output(self, what: str) -> Output:
+        if self.output is None:
+            raise InputError(what, "a result without its pair", "a result of `GearPair`, `Mesh` or `LoadedMesh`")
+        return self.output
+
+
+@dataclass(frozen=True, repr=False)
+class EfficiencyResult(Presented):
     """Efficiency of one pair at one operating point; SI units.
 
     Attributes
@@ -102,6 +200,12 @@ class EfficiencyResult:
         Over the mesh cycle [rad], [W], [W], [rad].
     load, points, friction, lubrication
         Load distribution, loaded points, friction, film and temperatures at them, for plots; not in `to_dict`.
+    model, operation, card
+        Friction model, operating point and oil card the result was computed with; not in `to_dict`.
+    source : ResultSource, optional
+        The loaded mesh it comes from; not in `to_dict`.
+    output : Output, optional
+        Draws, prints and writes it; not in `to_dict`.
     """
 
     design: str
@@ -164,11 +268,100 @@ class EfficiencyResult:
     points: LoadedPoints = field(repr=False, compare=False)
     friction: FrictionEstimate = field(repr=False, compare=False)
     lubrication: LocalLubrication = field(repr=False, compare=False)
+    model: FrictionModel = field(repr=False, compare=False)
+    operation: Operation = field(repr=False, compare=False)
+    card: Oil = field(repr=False, compare=False)
+    source: ResultSource | None = field(default=None, repr=False, compare=False)
+    output: Output | None = field(default=None, repr=False, compare=False)
+
+    def uncertainty(self, inputs: UncertainInputs | None = None, level: float = 0.90) -> EfficiencyUncertainty:
+        """Interval of the efficiency from those of friction formula, boundary friction and roughness.
+
+        Parameters
+        ----------
+        inputs : UncertainInputs, optional
+            Spreads of the inputs in place of the default ones.
+        level : float
+            Probability of the interval [-].
+
+        Returns
+        -------
+        EfficiencyUncertainty
+
+        Raises
+        ------
+        InputError
+            The level is no probability.
+        """
+        from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
+
+        source = self._source("uncertainty")
+
+        def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:
+            return source.solve(model, operation, self.card, self.friction_in_equilibrium)
+
+        return efficiency_uncertainty(self, solve, inputs or UncertainInputs(), level)
+
+    def heat_balance(self, cooling: CoolingInput | None = None) -> HeatBalance:
+        """Bulk temperatures at which friction heat and cooling of the teeth agree, and the efficiency there.
+
+        Parameters
+        ----------
+        cooling : CoolingInput, optional
+            In place of the design's. What it leaves open: the heat transfer of flanks wetted once per turn
+            (`efficiency.loss.heat_balance.wetted_heat_transfer`) on both flanks of all teeth.
+
+        Returns
+        -------
+        HeatBalance
+
+        Raises
+        ------
+        ConvergenceError
+            The bulk temperatures leave the range of oils, or do not settle.
+        """
+        return self._source("heat_balance").balance(self, cooling)
+
+    def scalars(self) -> dict[str, Any]:
+        """The single values by their names, SI units."""
+        kept = (str, bool, int, float)
+        return {name: value for name in self._names() if isinstance(value := getattr(self, name), kept)}
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
-        names = [name for name in self.__dataclass_fields__ if name not in _ARRAYS_KEPT_OUT]
-        return {name: _plain(getattr(self, name)) for name in names}
+        return {name: _plain(getattr(self, name)) for name in self._names()}
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row: the single values by their names, SI units."""
+        import pandas
+
+        return pandas.DataFrame([self.scalars() | {"notes": "; ".join(self.notes)}])
+
+    def __repr__(self) -> str:
+        values = (
+            f"{self.design}, {self.side}, {self.torque_pinion:.6g} N m, {self.speed_pinion:.6g} rad/s, "
+            f"{self.temperature_oil:.6g} K, {self.oil}, {self.friction_model}"
+        )
+        if self.status == "failed":
+            return f"EfficiencyResult({values}: failed, {self.reason})"
+        interval = ""
+        if math.isfinite(self.efficiency_lower) and self.efficiency_lower < self.efficiency_upper:
+            interval = f" ({self.efficiency_lower:.5f} to {self.efficiency_upper:.5f})"
+        return f"EfficiencyResult({values}: efficiency {self.efficiency:.6f}{interval}, loss {self.power_loss:.5g} W)"
+
+    def _repr_html_(self) -> str:
+        names = ("efficiency", "efficiency_lower", "efficiency_upper", "efficiency_error", "power_loss")
+        more = ("friction_coefficient_mean", "pressure_max", "outside_range_share", "status", "reason")
+        frame = self.to_frame()[[*names, *more]].T
+        return str(frame.to_html(header=False)) + "".join(f"<p>{escape(note)}</p>" for note in self.notes)
+
+    def _names(self) -> list[str]:
+        return [name for name in self.__dataclass_fields__ if name not in _ARRAYS_KEPT_OUT]
+
+    def _source(self, what: str) -> ResultSource:
+        if self.source is None:
+            raise InputError(what, "a result without its mesh", "a result of `LoadedMesh.efficiency`")
+        return self.source
 
 
 def _plain(value: Any) -> Any:

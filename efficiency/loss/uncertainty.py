@@ -153,22 +153,16 @@ def boundary_friction_of(model: FrictionModel) -> float:
 
 
 def efficiency_uncertainty(
-    solve: Solve,
-    friction: FrictionModel,
-    operation: Operation,
-    inputs: UncertainInputs = UncertainInputs(),
-    level: float = LEVEL,
+    result: EfficiencyResult, solve: Solve, inputs: UncertainInputs = UncertainInputs(), level: float = LEVEL
 ) -> EfficiencyUncertainty:
     """Carry the uncertainty of friction formula, boundary friction and roughness to the efficiency.
 
     Parameters
     ----------
+    result : EfficiencyResult
+        With its friction model and operating point.
     solve : callable
-        Efficiency with a friction model at an operation; asked seven times.
-    friction : FrictionModel
-        Friction model.
-    operation : Operation
-        Operating point.
+        Efficiency with a friction model at an operation; asked six times.
     inputs : UncertainInputs
         Spreads of the inputs.
     level : float
@@ -181,7 +175,7 @@ def efficiency_uncertainty(
     """
     if not 0.0 < level < 1.0:
         raise InputError("level", level, "between 0 and 1")
-    result = solve(friction, operation)
+    friction, operation = result.model, result.operation
     same, independent, formula_note = _formula_error(result, friction)
     found: list[tuple[str, float, float, str]] = [("friction formula", math.nan, same, formula_note)]
 

@@ -25,7 +25,7 @@ from regression.view.plots import plot_friction, plot_parity
 from regression.view.tables import band_table, family_table
 
 if TYPE_CHECKING:
-    from efficiency.cli.demo import DemoResult
+    from efficiency.demonstration import DemoResult
 
 
 def write_demo_report(result: DemoResult) -> Path:
@@ -105,7 +105,7 @@ def _formulas(result: DemoResult) -> Section:
 
 def _gear(result: DemoResult) -> Section:
     gear = result.comparison.results[0]
-    pair = result.gear.pair
+    pair = result.gear.flanks
     cycle = tuple(load.position for load in gear.load.positions)
     flank = FlankMap.of(pair.flanks, gear)
     return Section(

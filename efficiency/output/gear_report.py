@@ -4,7 +4,6 @@ efficiency over several."""
 from __future__ import annotations
 
 import platform
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +19,7 @@ from efficiency.output.plots_load import (
     plot_pair_load,
     plot_transmission_error,
 )
-from efficiency.output.plots_map import map_figures
+from efficiency.output.plots_map import grid_figures, is_map, map_figures
 from efficiency.output.tables import (
     efficiency_grids,
     efficiency_table,
@@ -39,9 +38,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.design.design import Design
-    from efficiency.loss.map import EfficiencyMap
+    from efficiency.loss.grid import Grid
     from efficiency.loss.result import EfficiencyResult
-    from efficiency.output.gear_files import Extras
 
 Named = tuple[str, "Figure", str]
 
@@ -99,16 +97,21 @@ def mesh_figures(result: EfficiencyResult) -> Iterator[Named]:
     )
 
 
-def save_gear_figures(design: Design, result: EfficiencyResult, folder: Path) -> None:
-    """All figures of one operating point as PNG files."""
+def gear_figures(design: Design, result: EfficiencyResult) -> list[Named]:
+    """(name, figure, caption) of all figures of one operating point, friction and loss first."""
     flank = FlankMap.of(design.flanks(), result)
     on_tooth = [*load_figures(flank), *loss_figures(flank)] if flank.drawable else []
-    _save([*on_tooth, *mesh_figures(result)], folder)
+    return [*reversed(list(mesh_figures(result))), *on_tooth]
 
 
-def save_map_figures(grid: EfficiencyMap, folder: Path) -> None:
+def save_gear_figures(design: Design, result: EfficiencyResult, folder: Path) -> None:
+    """All figures of one operating point as PNG files."""
+    _save(gear_figures(design, result), folder)
+
+
+def save_map_figures(grid: Grid, folder: Path) -> None:
     """All figures of a map as PNG files."""
-    _save(map_figures(grid), folder)
+    _save(grid_figures(grid), folder)
 
 
 def _save(figures: Sequence[Named] | Iterator[Named], folder: Path) -> None:
@@ -124,9 +127,9 @@ def write_gear_report(
     design: Design,
     result: EfficiencyResult,
     path: Path,
-    grid: EfficiencyMap | None = None,
+    grid: Grid | None = None,
     units: Units = "metric",
-    extras: Extras | None = None,
+    more: Sequence[Table] = (),
 ) -> Path:
     """One self-contained page of one operating point; with a map, of the map and one of its points in detail.
 
@@ -138,6 +141,8 @@ def write_gear_report(
     flank = FlankMap.of(design.flanks(), result)
     sections = [_headline(result)]
     parts: list[tuple[str, list[Block]]] = []
+    if grid is not None and not is_map(grid):
+        raise InputError("report", ", ".join(grid.axes), "a grid over torque, speed and temperature")
     if grid is not None:
         parts.append(("Efficiency over torque, speed and temperature", _map_blocks(grid, result)))
     on_tooth = [
@@ -145,7 +150,7 @@ def write_gear_report(
         ("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank)), range_table(result)]),
     ]
     parts += [
-        ("Result", _result_blocks(result, extras)),
+        ("Result", [efficiency_table(result), *more]),
         *(on_tooth if flank.drawable else ()),
         ("Over the mesh", [_pictures(mesh_figures(result)), position_table(result)]),
         ("Design", _design_blocks(design, units)),
@@ -164,7 +169,7 @@ def write_gear_report(
     )
 
 
-def nearest_point(design: Design, grid: EfficiencyMap) -> EfficiencyResult:
+def nearest_point(design: Design, grid: Grid) -> EfficiencyResult:
     """The result of a map that lies next to the operating point of the design file; one that did not fail if any."""
     operation = design.operation
     usable = [result for result in grid.results if result.status == "converged"] or list(grid.results)
@@ -196,19 +201,15 @@ def _headline(result: EfficiencyResult) -> Section:
         share = percent(result.outside_range_share, 1)
         warnings.append(f"{share} % of the sliding power lies outside the stated range of {result.friction_model}")
     if warnings:
-        blocks.append(Table(("to be known",), [(text,) for text in warnings]))
+        blocks.append(Table(("warnings",), [(text,) for text in warnings]))
     return Section("", blocks)
 
 
-def _result_blocks(result: EfficiencyResult, extras: Extras | None) -> list[Block]:
-    return [efficiency_table(result), *(extras.tables() if extras is not None else ())]
-
-
-def _map_blocks(grid: EfficiencyMap, shown: EfficiencyResult) -> list[Block]:
+def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:
     blocks: list[Block] = [_pictures(map_figures(grid)), *efficiency_grids(grid)]
-    notes = Counter(note for result in grid.results for note in result.notes)
+    notes = grid.notes
     if notes:
-        rows = [(note, f"{count} of {len(grid.results)}") for note, count in notes.items()]
+        rows = [(note, f"{count} of {len(grid.points)}") for note, count in notes.items()]
         blocks.append(Table(("note", "points"), rows))
     blocks.append(Text(f"The sections below are of one point of it, {operating_point(shown)}."))
     return blocks
@@ -221,7 +222,7 @@ def _pictures(figures: Iterator[Named]) -> Pictures:
 def _design_blocks(design: Design, units: Units) -> list[Block]:
     rows = summary_rows(design, units)
     flanks = (
-        Table((words(part), "unit", *FLANKS), lines, "What is zero for all four flanks is left out.")
+        Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are not listed.")
         for part, lines in setting_tables(rows).items()
     )
     lay = f"{design.surface.correlation_length * 1e6:.3g}", f"{design.surface.peklenik_number:.3g}"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.loss.compare import Comparison
-    from efficiency.loss.map import EfficiencyMap
+    from efficiency.loss.grid import Grid
     from efficiency.loss.result import EfficiencyResult
 
 RPM = 30.0 / np.pi
@@ -146,21 +146,21 @@ def plot_comparison(comparison: Comparison) -> Figure:
     return figure
 
 
-def plot_map(map_: EfficiencyMap) -> Figure:
+def plot_map(map_: Grid) -> Figure:
     """Efficiency over speed, one line per torque, one panel per oil temperature."""
     from matplotlib import colormaps
     from matplotlib.figure import Figure
 
     values = 100.0 * map_.values()
-    panels = len(map_.temperature_oil)
+    panels = len(map_.axes["temperature"])
     figure = Figure(figsize=(1.5 + 3.6 * panels, 3.8), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
-    speed = np.array(map_.speed_pinion) * RPM
-    shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.torque_pinion)))
-    for k, axes in enumerate(all_axes):
-        for j, torque in enumerate(map_.torque_pinion):
+    speed = np.array(map_.axes["speed"]) * RPM
+    shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.axes["torque"])))
+    for k, (axes, temperature) in enumerate(zip(all_axes, map_.axes["temperature"], strict=True)):
+        for j, torque in enumerate(map_.axes["torque"]):
             axes.plot(speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=f"{torque:g} N m")
-        axes.set(xlabel="pinion speed [rpm]", title=f"{map_.temperature_oil[k] - KELVIN:.0f} degC")
+        axes.set(xlabel="pinion speed [rpm]", title=f"{temperature - KELVIN:.0f} degC")
         axes.grid(alpha=0.3)
     all_axes[0].set_ylabel("mesh efficiency [%]")
     all_axes[-1].legend(frameon=False, title="pinion torque")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,13 +14,57 @@ from efficiency.output.plots_load import RPM, plot_map
 from ehl.io.units import KELVIN
 
 if TYPE_CHECKING:
-    from efficiency.loss.map import EfficiencyMap
+    from efficiency.loss.duty import DutyCycle
+    from efficiency.loss.grid import Grid
 
 # values of torque and of speed from which on contours say more than lines
 _CONTOURS = 3
 
 
-def map_figures(grid: EfficiencyMap) -> Iterator[tuple[str, Figure, str]]:
+def is_map(grid: Grid) -> bool:
+    """Whether the axes are torque, speed and temperature, in this order."""
+    return tuple(grid.axes) == ("torque", "speed", "temperature")
+
+
+def grid_figures(grid: Grid) -> Iterator[tuple[str, Figure, str]]:
+    """(name, figure, caption) of any grid."""
+    if is_map(grid):
+        yield from map_figures(grid)
+    else:
+        yield "efficiency", lines_figure(grid), "Mesh efficiency over the axes."
+
+
+def lines_figure(grid: Grid) -> Figure:
+    """Efficiency over the longest axis of numbers, one line per combination of the others."""
+    numeric = [name for name, values in grid.axes.items() if all(isinstance(v, int | float) for v in values)]
+    along = max(numeric, key=lambda name: len(grid.axes[name]), default=next(iter(grid.axes)))
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = figure.subplots()
+    place = list(grid.axes).index(along)
+    lines = np.moveaxis(100.0 * grid.values(), place, -1).reshape(-1, len(grid.axes[along]))
+    others = [name for name in grid.axes if name != along]
+    for line, values in zip(lines, product(*(grid.axes[name] for name in others)), strict=True):
+        words = (f"{n} {v:.4g}" if isinstance(v, float) else str(v) for n, v in zip(others, values, strict=True))
+        axes.plot([str(v) if along not in numeric else v for v in grid.axes[along]], line, "o-", label=", ".join(words))
+    axes.set(xlabel=along, ylabel="mesh efficiency [%]")
+    axes.grid(alpha=0.3)
+    if others:
+        axes.legend(frameon=False, fontsize=7)
+    return figure
+
+
+def duty_figure(duty: DutyCycle) -> Figure:
+    """Energy lost at each operating point of a duty cycle."""
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = figure.subplots()
+    names = [f"{r.torque_pinion:.4g} N m, {r.speed_pinion * RPM:.4g} rpm, {r.side}" for r in duty.rows]
+    axes.barh(names, [row.energy_loss / 3.6e6 for row in duty.rows])
+    axes.set(xlabel="energy lost in the mesh [kWh]")
+    axes.invert_yaxis()
+    return figure
+
+
+def map_figures(grid: Grid) -> Iterator[tuple[str, Figure, str]]:
     """(name, figure, caption): lines over speed, and contours where there are enough torques and speeds."""
     yield "efficiency_map", plot_map(grid), "Mesh efficiency over pinion speed."
     if grid.shape[0] >= _CONTOURS and grid.shape[1] >= _CONTOURS:
@@ -31,13 +76,13 @@ def map_figures(grid: EfficiencyMap) -> Iterator[tuple[str, Figure, str]]:
             yield f"contours_{name}", contour_figure(grid, name, title, factor), f"Contours: {title}."
 
 
-def contour_figure(grid: EfficiencyMap, name: str, title: str, factor: float) -> Figure:
+def contour_figure(grid: Grid, name: str, title: str, factor: float) -> Figure:
     """Contours of one value over speed and torque, one panel per oil temperature."""
     values = factor * grid.values(name)
-    panels = len(grid.temperature_oil)
+    panels = len(grid.axes["temperature"])
     figure = Figure(figsize=(2.2 + 3.4 * panels, 3.8), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
-    speed, torque = np.array(grid.speed_pinion) * RPM, np.array(grid.torque_pinion)
+    speed, torque = np.array(grid.axes["speed"]) * RPM, np.array(grid.axes["torque"])
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     levels = MaxNLocator(10).tick_values(low, high if high > low else low + 1e-9 + 1e-3 * abs(low))
@@ -48,7 +93,7 @@ def contour_figure(grid: EfficiencyMap, name: str, title: str, factor: float) ->
         lines = axes.contour(np.sort(speed), np.sort(torque), field, levels=levels, colors="w", linewidths=0.6)
         axes.clabel(lines, fontsize=7)
         axes.plot(*(part.ravel() for part in np.meshgrid(speed, torque)), ".", color="0.2", ms=2)
-        axes.set(xlabel="pinion speed [rpm]", title=f"{grid.temperature_oil[number] - KELVIN:.4g} degC")
+        axes.set(xlabel="pinion speed [rpm]", title=f"{grid.axes['temperature'][number] - KELVIN:.4g} degC")
         if number == panels - 1:
             figure.colorbar(shades, ax=axes, label=title)
     all_axes[0].set_ylabel("pinion torque [N m]")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import platform
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from efficiency.output.plots_study import reference_text, study_figures
 from efficiency.output.tables import percent
-from efficiency.study.levels import MISALIGNED
-from efficiency.study.points import StudyPoint, level_quantity
+from efficiency.parameter_study import MISALIGNED, StudyPoint, level_quantity
 from ehl import __version__
 from ehl.quantities import quantities
 from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
@@ -18,7 +17,7 @@ from ehl.view.plots import save_figure
 from ehl.view.table import Column, Table, write_csv, write_xlsx
 
 if TYPE_CHECKING:
-    from efficiency.study.points import Study
+    from efficiency.parameter_study import Study
 
 _FAILED_SHOWN = 40
 _SECTION = (
@@ -155,8 +154,3 @@ def _notes(study: Study) -> list[Block]:
             )
         )
     return blocks or [Text("None.")]
-
-
-def study_json(study: Study) -> dict[str, object]:
-    """For JSON."""
-    return study.to_dict() | {"reference_points": [asdict(study.reference_point(d)) for d in study.designs]}

@@ -20,9 +20,9 @@ from regression.friction.models import FrictionFlag
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
-    from efficiency.loss.duty_cycle import DutyCycle
+    from efficiency.loss.duty import DutyCycle
+    from efficiency.loss.grid import Grid
     from efficiency.loss.heat_balance import HeatBalance
-    from efficiency.loss.map import EfficiencyMap
     from efficiency.loss.result import EfficiencyResult
     from efficiency.loss.uncertainty import EfficiencyUncertainty
 
@@ -229,28 +229,29 @@ def point_table(result: EfficiencyResult) -> Table:
     return Table.from_columns(columns, name="points")
 
 
-def map_table(grid: EfficiencyMap) -> Table:
+def map_table(grid: Grid) -> Table:
     """All operating points of a map, one a row."""
-    return Table.from_records([scalars(result) for result in grid.results], name="map")
+    return Table.from_records([point.row() for point in grid.points], name="map")
 
 
-def efficiency_grids(grid: EfficiencyMap) -> list[Table]:
+def efficiency_grids(grid: Grid) -> list[Table]:
     """Efficiency over torque (rows) and speed (columns), one table per temperature."""
     values, speed = grid.values(), quantity("speed_pinion")
-    heads = [f"{speed.to_display(value):.4g} rpm" for value in grid.speed_pinion]
+    heads = [f"{speed.to_display(value):.4g} rpm" for value in grid.axes["speed"]]
     columns: list[Column | str] = ["torque_pinion", *(Column(head, of="efficiency", label=head) for head in heads)]
     tables = []
-    for number, kelvin in enumerate(grid.temperature_oil):
+    for number, kelvin in enumerate(grid.axes["temperature"]):
         celsius = quantity("temperature_oil").to_display(kelvin)
-        rows = [(torque, *line) for torque, line in zip(grid.torque_pinion, values[:, :, number], strict=True)]
+        rows = [(torque, *line) for torque, line in zip(grid.axes["torque"], values[:, :, number], strict=True)]
         title = f"Mesh efficiency at {celsius:.4g} degC."
         tables.append(Table(columns, rows, title=title, name=f"efficiency at {celsius:.4g} degC"))
     return tables
 
 
-def map_tables(grid: EfficiencyMap) -> list[Table]:
+def map_tables(grid: Grid) -> list[Table]:
     """All operating points of a map; the efficiency over torque and speed at each temperature; remarks."""
-    return [map_table(grid), *efficiency_grids(grid), remarks_table(grid.results)]
+    grids = efficiency_grids(grid) if tuple(grid.axes) == ("torque", "speed", "temperature") else []
+    return [map_table(grid), *grids, remarks_table(grid.results)]
 
 
 def comparison_table(comparison: Comparison) -> Table:

@@ -117,6 +117,12 @@ class SettingsResult:
         """Larger of both residuals, root mean square [m]."""
         return max(flank.fitted.rms for flank in self.flanks)
 
+    def show(self) -> None:
+        """Print settings, residuals and warnings."""
+        from efficiency.synthesis.report import settings_tables
+
+        settings_tables(self)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, SI; points that do not exist are null."""
         out: dict[str, Any] = {

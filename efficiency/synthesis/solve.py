@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -23,7 +24,7 @@ from efficiency.synthesis.design_file import Table, design_text, ease_off_table,
 from efficiency.synthesis.fit import FitResult, FittedFlank, fit, measure
 from efficiency.synthesis.free_settings import FreeSettings, free_settings, with_motions
 from efficiency.synthesis.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
-from efficiency.synthesis.inputs import FlankTarget, SettingsInput
+from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
 from efficiency.synthesis.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
 from efficiency.synthesis.target_flank import backlash_angle, target_flank, target_relief
 from ehl.io.errors import ConvergenceError
@@ -40,13 +41,13 @@ _MESHES, _MESHES_ANGLE = 2.0 * RESIDUAL_LIMIT, 0.01
 _WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
 
 
-def machine_settings(inputs: SettingsInput, transmission: bool = True) -> SettingsResult:
+def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = True) -> SettingsResult:
     """Complete design of a pair from its blank and targets.
 
     Parameters
     ----------
-    inputs : SettingsInput
-        Content of a targets file.
+    inputs : SettingsInput, Path or str
+        Content of a targets file, the file, or the name of a shipped one.
     transmission : bool
         Whether to compute the unloaded transmission error where no target asks for it.
 
@@ -58,6 +59,8 @@ def machine_settings(inputs: SettingsInput, transmission: bool = True) -> Settin
         The gear or the conjugate pinion does not exist over the working depth.
     """
     began = perf_counter()
+    if isinstance(inputs, Path | str):
+        inputs = load_targets(inputs)
     blank = pair_blank(inputs.blank)
     pair = pair_dimensions(blank, inputs.cutting.gear == "generated")
     gear = cut_gear(pair)

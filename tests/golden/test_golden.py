@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from efficiency.run import Conditions, run_gear
+import efficiency
 from ehl.contact import Contact
 
 HERE = Path(__file__).resolve().parent
@@ -25,7 +25,7 @@ def contact_figures(name: str) -> dict[str, float]:
 
 
 def gear_figures(friction: str) -> dict[str, float]:
-    result = run_gear("fm_spiral_bevel_14x39", friction, Conditions(torque=250.0)).to_dict()
+    result = efficiency.load("fm_spiral_bevel_14x39").at(friction, torque=250.0).to_dict()
     keep = ("efficiency", "power_loss", "pressure_max", "transmission_error_loaded", "transmission_error_unloaded")
     return {key: result[key] for key in keep}
 

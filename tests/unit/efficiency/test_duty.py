@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache, partialmethod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from samples import tiny_mesh
 
-from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import Design, load_design
-from efficiency.gear_mesh import GearMesh
-from efficiency.loss import duty as duty_module
-from efficiency.loss.duty import DutyRow, duty_points, read_duty
-from efficiency.loss.efficiency import load_grids, mesh_efficiency
+from efficiency.design.design import load_design
+from efficiency.loss.duty import DutyRow, read_duty
+from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
+from efficiency.pair import GearPair
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.formula import friction_model
@@ -30,14 +28,9 @@ DUTY = """torque [N m],speed [rpm],temperature [degC],hours [h],# gear
 """
 
 
-@pytest.fixture(autouse=True)
-def _one_mesh_per_side(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every test takes the same coarse mesh."""
-
-    def made(design: Design, side: Side, positions: int, points_per_line: int) -> GearMesh:
-        return tiny_mesh(side, design.name)
-
-    monkeypatch.setattr(duty_module, "gear_mesh", made)
+@cache
+def pair() -> GearPair:
+    return GearPair(DESIGN)
 
 
 @pytest.fixture
@@ -85,14 +78,17 @@ def test_weights_are_the_work_lost() -> None:
     """With a constant mu, mu times the weights is the energy the efficiency of the same mesh loses."""
     design = load_design(DESIGN)
     row = DutyRow(300.0, 125.0, 363.15, 2.0)
-    (part,) = duty_points([design], [row])
+    (part,) = pair().duty_points([row], grid=(4, 9))
     operation = Operation(row.speed, row.temperature_oil, design.pinion.roughness_rms, design.gear.roughness_rms)
-    loaded = load_grids(tiny_mesh().mesh, 300.0)
+    loaded = pair().mesh("drive", 4, 9).load(300.0).grids
     result = mesh_efficiency(loaded, friction_model("constant:0.05"), Oil.load("75w90"), operation)
     assert 0.05 * part.weight.sum() == pytest.approx(2.0 * result.power_loss, rel=1e-12)
 
 
-def test_designs_and_duty_become_a_plan(mixed_ehl: Callable[..., Any], duty: Path, tmp_path: Path) -> None:
+def test_designs_and_duty_become_a_plan(
+    mixed_ehl: Callable[..., Any], duty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(GearPair, "duty_points", partialmethod(GearPair.duty_points, grid=(4, 9)))
     target = tmp_path / "seen.toml"
     outcome = mixed_ehl("plan", DESIGN, "--duty", duty, "-o", target, "--size", "48", "--oil", "fva3")
     assert outcome.code == 0

@@ -62,12 +62,12 @@ def test_discretisation_is_a_source_of_its_own(loaded: LoadedGrids) -> None:
     def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:
         return mesh_efficiency(loaded, model, OIL, operation)
 
-    found = efficiency_uncertainty(solve, ConstantFriction(MU), OPERATION, NO_SPREAD)
+    found = efficiency_uncertainty(solve(ConstantFriction(MU), OPERATION), solve, NO_SPREAD)
     error = solve(ConstantFriction(MU), OPERATION).efficiency_error
     assert found.sigma_efficiency == pytest.approx(error / math.sqrt(3.0), rel=1e-12)
     reach = {0.9: 1.644854, 0.95: 1.959964}
     for level, factor in reach.items():
-        wide = efficiency_uncertainty(solve, ConstantFriction(MU), OPERATION, NO_SPREAD, level)
+        wide = efficiency_uncertainty(solve(ConstantFriction(MU), OPERATION), solve, NO_SPREAD, level)
         assert wide.efficiency - wide.efficiency_lower == pytest.approx(factor * wide.sigma_efficiency, rel=1e-6)
         assert wide.efficiency_upper - wide.efficiency == pytest.approx(factor * wide.sigma_efficiency, rel=1e-6)
 

@@ -16,10 +16,10 @@ from samples import tiny_load as loaded
 
 from efficiency.design.design import CoolingInput, MemberCooling
 from efficiency.loss.efficiency import mesh_efficiency
-from efficiency.loss.heat_balance import balance_heat, wetted_heat_transfer
+from efficiency.loss.heat_balance import balance_heat, thermal_resistance, wetted_heat_transfer
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
-from efficiency.run import Conditions, run_heat_balance, thermal_resistances
+from efficiency.pair import GearPair
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 from ehl.state import ContactState
@@ -97,9 +97,16 @@ def test_what_is_given_comes_before_the_defaults() -> None:
     pinion = MemberCooling(thermal_resistance=0.2)
     gear = MemberCooling(heat_transfer_coefficient=500.0, cooled_area=0.01)
     angles = (math.radians(35.0), math.radians(35.0))
-    given = thermal_resistances(DESIGN, CoolingInput(pinion=pinion, gear=gear), OPERATION, OIL, angles)
-    assert given == pytest.approx((0.2, 0.2))
-    default = thermal_resistances(DESIGN, CoolingInput(), OPERATION, OIL, angles)
+    oil = OIL.at(OPERATION.temperature_oil)
+    blanks = DESIGN.pinion.blank.blank(), DESIGN.gear.blank.blank()
+    speeds = OPERATION.speed_pinion, OPERATION.speed_pinion * 14 / 39
+
+    def resistances(*given: MemberCooling) -> tuple[float, ...]:
+        parts = zip(blanks, given, speeds, angles, strict=True)
+        return tuple(thermal_resistance(b, cooling, oil, speed, angle) for b, cooling, speed, angle in parts)
+
+    assert resistances(pinion, gear) == pytest.approx((0.2, 0.2))
+    default = resistances(MemberCooling(), MemberCooling())
     blank = DESIGN.pinion.blank
     area = 2.0 * 14 * blank.face_width / math.cos(angles[0]) * (blank.mean_addendum + blank.mean_dedendum)
     assert default[0] == pytest.approx(1.0 / (area * wetted_heat_transfer(OIL.at(363.15), 125.0)))
@@ -128,6 +135,6 @@ def test_cooling_is_read_and_refused() -> None:
 
 
 def test_run_of_a_design() -> None:
-    found = run_heat_balance(DESIGN, "constant:0.05", Conditions(torque=100.0), positions=4, points_per_line=9)
+    found = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0).heat_balance("constant:0.05")
     assert found.result.status == "converged"
     assert found.result.temperature_bulk_1 > found.result.temperature_oil

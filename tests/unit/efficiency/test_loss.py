@@ -18,7 +18,6 @@ from efficiency.design.design import Design
 from efficiency.loss import efficiency as stage
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
-from efficiency.loss.map import efficiency_map
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.limits import limit_notes, pressure_peak
 from efficiency.ltca.load_distribution import distribute_load
@@ -29,7 +28,7 @@ from efficiency.output.plots_load import (
     plot_map,
     plot_transmission_error,
 )
-from efficiency.run import Conditions, run_compare, run_gear, run_map
+from efficiency.pair import GearPair
 from ehl.fluid.oil import Oil
 from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
@@ -37,6 +36,10 @@ from ehl.state import ContactState
 from regression.formula import Formula
 from regression.friction.formula import load_formula
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag
+
+PAIR, COARSE = GearPair(DESIGN), (4, 9)
+
+PAIR, COARSE = GearPair(DESIGN), (4, 9)
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class FromPressure:
 
 @pytest.fixture(scope="module")
 def mesh() -> MeshGrids:
-    return tiny_mesh().mesh
+    return tiny_mesh().grids
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +118,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
 def test_a_formula_without_a_value_fails_the_run() -> None:
     formula = load_formula(data_path("formulas", "75w90_load_share.json"))
     huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
-    result = run_gear(DESIGN, Formula(huge, "huge"), positions=4, points_per_line=9)
+    result = PAIR.at(Formula(huge, "huge"), COARSE)
     assert (result.status, result.reason) == ("failed", "friction_undefined")
     assert result.flags["undefined"] == result.points_loaded
 
@@ -155,7 +158,7 @@ def with_offset(offset: float) -> Design:
 
 
 def test_flanks_that_do_not_match_are_told() -> None:
-    result = run_gear(with_offset(0.003), positions=4, points_per_line=9)
+    result = GearPair(with_offset(0.003)).at(grid=COARSE)
     arcsec = math.degrees(result.transmission_error_unloaded) * 3600.0
     assert arcsec > 100.0
     assert f"transmission error, {arcsec:.0f} arcsec peak to peak" in result.notes[-1]
@@ -163,7 +166,7 @@ def test_flanks_that_do_not_match_are_told() -> None:
 
 def test_flanks_that_do_not_match_at_all_are_refused() -> None:
     with pytest.raises(ConvergenceError, match="check machine settings, hypoid offset"):
-        run_gear(with_offset(0.01), positions=4, points_per_line=9)
+        GearPair(with_offset(0.01)).at(grid=COARSE)
 
 
 def test_a_load_inside_the_flank_needs_no_note(loaded: LoadedGrids) -> None:
@@ -202,15 +205,14 @@ def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedGr
         ({"torque": 1e300}, r"torque = 1e\+300 .*at most 1e\+06 N\*m"),
         ({"torque": -250.0}, r"torque = -250\.0 .*above 0 N\*m"),
         ({"speed": 5001.0}, r"speed = 5001\.0 .*at most 5000 rad/s"),
-        ({"temperature_oil": 80.0}, r"temperature_oil = 80\.0 .*80 degC"),
+        ({"temperature": 80.0}, r"temperature = 80\.0 .*80 degC"),
     ],
 )
 def test_operating_points_are_held_to_the_ranges_of_the_design_file(changes: dict[str, float], allowed: str) -> None:
     with pytest.raises(InputError, match=allowed):
-        run_gear(DESIGN, conditions=Conditions(**changes))
-    names = ("torque", "speed", "temperature_oil")
+        PAIR.at(grid=COARSE, **changes)
     with pytest.raises(InputError, match=allowed):
-        run_map(DESIGN, "constant:0.05", *([changes[name]] if name in changes else [] for name in names))
+        PAIR.over(grid=COARSE, **{name: [value] for name, value in changes.items()})
 
 
 @pytest.mark.parametrize("torque", [0.0, -300.0, float("nan"), float("inf")])
@@ -218,19 +220,19 @@ def test_impossible_torque_is_refused(mesh: MeshGrids, torque: float) -> None:
     with pytest.raises(InputError, match=r"torque = .* above 0 N m"):
         distribute_load(mesh.fine, mesh.teeth, torque)
     with pytest.raises(InputError, match="torque"):
-        run_gear(DESIGN, conditions=Conditions(torque=torque))
+        PAIR.at(grid=COARSE, torque=torque)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
 def test_impossible_speed_is_refused(speed: float) -> None:
     with pytest.raises(InputError, match="speed"):
-        run_gear(DESIGN, conditions=Conditions(speed=speed))
+        PAIR.at(grid=COARSE, speed=speed)
 
 
 @pytest.mark.parametrize("temperature", [90.0, 600.0, float("nan")])
 def test_impossible_temperature_is_refused(temperature: float) -> None:
     with pytest.raises(InputError, match=r"temperature.*K"):
-        run_gear(DESIGN, conditions=Conditions(temperature_oil=temperature))
+        PAIR.at(grid=COARSE, temperature=temperature)
 
 
 def test_impossible_roughness_is_refused() -> None:
@@ -245,18 +247,18 @@ def test_impossible_roughness_is_refused() -> None:
 @pytest.mark.parametrize(("positions", "points"), [(5, 9), (2, 9), (4, 3)])
 def test_impossible_resolution_is_refused(positions: int, points: int) -> None:
     with pytest.raises(InputError, match=r"positions|points_per_line"):
-        run_gear(DESIGN, positions=positions, points_per_line=points)
+        PAIR.at(grid=(positions, points))
 
 
 def test_names_are_checked_before_anything_is_computed() -> None:
     with pytest.raises(InputError, match="friction model"):
-        run_gear(DESIGN, "coulomb")
+        PAIR.at("coulomb", COARSE)
     with pytest.raises(InputError, match="friction model"):
-        run_gear(DESIGN, "ehl:rough")
+        PAIR.at("ehl:rough", COARSE)
     with pytest.raises(InputError, match="oil"):
-        run_gear(DESIGN, conditions=Conditions(oil="butter"))
+        PAIR.at(grid=COARSE, oil="butter")
     with pytest.raises(InputError, match="design"):
-        run_gear("no_such_design")
+        GearPair("no_such_design")
 
 
 def test_join_states_keeps_order() -> None:
@@ -270,9 +272,9 @@ def test_join_states_keeps_order() -> None:
 
 
 def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> None:
-    result = run_gear(DESIGN, "xu_kahraman_2007", positions=4, points_per_line=9)
+    result = PAIR.at("xu_kahraman_2007", COARSE)
     assert result.torque_pinion == DESIGN.operation.torque
-    comparison = run_compare(DESIGN, ("xu_kahraman_2007",), positions=4, points_per_line=9)
+    comparison = PAIR.compare(("xu_kahraman_2007",), grid=COARSE)
     assert comparison.rows[0].efficiency == result.efficiency
     assert comparison.reference == "xu_kahraman_2007"
     fitted = comparison.rows[1]
@@ -284,7 +286,7 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert regions.shape == (3, 3)
     assert regions.sum() == pytest.approx(1.0, rel=1e-12)
     assert regions.min() >= 0.0
-    map_ = run_map(DESIGN, "xu_kahraman_2007", [300.0, 100.0], [], [333.15, 363.15], positions=4, points_per_line=9)
+    map_ = PAIR.mesh("drive", *COARSE).map("xu_kahraman_2007", [300.0, 100.0], None, [333.15, 363.15])
     assert map_.shape == (2, 1, 2)
     assert map_.values()[0, 0, 1] == result.efficiency
     assert json.dumps(map_.to_dict())
@@ -298,13 +300,13 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert [len(axes.lines) for axes in plot_map(map_).axes] == [2, 2]
 
 
-def test_map_refuses_an_empty_list_and_reports_progress(mesh: MeshGrids) -> None:
+def test_map_refuses_an_empty_list_and_reports_progress() -> None:
     seen: list[tuple[int, int]] = []
-    arguments = (mesh, ConstantFriction(0.05), OIL, [100.0, 200.0], lambda s, t: Operation(s, t))
-    efficiency_map(*arguments, [100.0], [363.15], lambda done, total: seen.append((done, total)))
+    mesh = PAIR.mesh("drive", *COARSE)
+    mesh.map("constant:0.05", [100.0, 200.0], report=lambda done, total: seen.append((done, total)))
     assert seen == [(1, 2), (2, 2)]
     with pytest.raises(InputError, match="speed"):
-        efficiency_map(*arguments, [], [363.15])
+        mesh.map("constant:0.05", 100.0, [])
 
 
 def test_points_without_friction_have_their_share_of_the_loss() -> None:

@@ -15,15 +15,14 @@ from matplotlib.figure import Figure
 from openpyxl import load_workbook
 
 from efficiency.design.design import Design, load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.grid import Grid
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.map import EfficiencyMap, efficiency_map
 from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.gear_files import OutputFiles, write_comparison, write_map, write_result
+from efficiency.output.gear_output import OutputFiles, write_comparison, write_map, write_result
 from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures, nearest_point
 from efficiency.output.plots_comparison import (
     plot_friction_along_mesh,
@@ -42,6 +41,7 @@ from efficiency.output.tables import (
     range_table,
     result_tables,
 )
+from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.formula import friction_model
@@ -58,12 +58,12 @@ def operation(speed: float = 125.0, temperature: float = 363.15) -> Operation:
 @pytest.fixture(scope="module")
 def geared() -> Meshed:
     design = load_design("fm_spiral_bevel_14x39")
-    return design, gear_mesh(design, "drive", 6, 9)
+    return design, Mesh.of(design, "drive", 6, 9)
 
 
 @pytest.fixture(scope="module")
 def result(geared: Meshed) -> EfficiencyResult:
-    return mesh_efficiency(load_grids(geared[1].mesh, 300.0), friction_model("xu_kahraman_2007"), OIL, operation())
+    return mesh_efficiency(load_grids(geared[1].grids, 300.0), friction_model("xu_kahraman_2007"), OIL, operation())
 
 
 @pytest.fixture(scope="module")
@@ -72,15 +72,16 @@ def flank(geared: Meshed, result: EfficiencyResult) -> FlankMap:
 
 
 @pytest.fixture(scope="module")
-def grid(geared: Meshed) -> EfficiencyMap:
+def grid(geared: Meshed) -> Grid:
     model = friction_model("xu_kahraman_2007")
-    return efficiency_map(geared[1].mesh, model, OIL, TORQUES, operation, SPEEDS, TEMPERATURES)
+    rough = {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6}
+    return geared[1].map(model, TORQUES, SPEEDS, TEMPERATURES, fixed=rough)
 
 
 @pytest.fixture(scope="module")
 def comparison(geared: Meshed) -> Comparison:
     models = [friction_model("constant:0.05"), friction_model("xu_kahraman_2007")]
-    return compare_models(load_grids(geared[1].mesh, 300.0), models, OIL, operation(), geared[1].pitch)
+    return compare_models(load_grids(geared[1].grids, 300.0), models, OIL, operation(), geared[1].pitch)
 
 
 def require_units(figure: Figure) -> None:
@@ -148,9 +149,7 @@ def test_lines_follow_each_other_over_the_flank(flank: FlankMap) -> None:
     assert np.nanmax(flank.local("temperature_flash")) == np.max(flank.result.lubrication.temperature_flash)
 
 
-def test_every_axis_has_its_unit(
-    flank: FlankMap, result: EfficiencyResult, grid: EfficiencyMap, comparison: Comparison
-) -> None:
+def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
     names = []
     for name, figure, caption in chain(
         load_figures(flank), loss_figures(flank), mesh_figures(result), map_figures(grid)
@@ -170,7 +169,7 @@ def test_every_axis_has_its_unit(
     np.testing.assert_allclose(np.asarray(shown).sum(), 100.0)
 
 
-def test_contours_hold_the_map(grid: EfficiencyMap) -> None:
+def test_contours_hold_the_map(grid: Grid) -> None:
     figure = contour_figure(grid, "power_loss", "power loss [W]", 1.0)
     low, high = figure.axes[0].collections[0].get_clim()
     assert low <= grid.values("power_loss").min()
@@ -214,7 +213,7 @@ def test_workbook_and_csv_hold_the_result(geared: Meshed, result: EfficiencyResu
     assert len(list((tmp_path / "figures").glob("*.png"))) == 14
 
 
-def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: EfficiencyMap, tmp_path: Path) -> None:
+def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path) -> None:
     write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html", xlsx=tmp_path / "map.xlsx"))
     text = require_self_contained(tmp_path / "map.html")
     assert text.count("<svg") == 4 + 14 + 1
@@ -269,14 +268,12 @@ def _sliding_work(result: EfficiencyResult) -> Any:
     return np.bincount(points.position, points.force * points.speed_sliding)
 
 
-def test_grids_hold_the_efficiencies(grid: EfficiencyMap) -> None:
+def test_grids_hold_the_efficiencies(grid: Grid) -> None:
     for number, table in enumerate(efficiency_grids(grid)):
         np.testing.assert_array_equal([row[1:] for row in table.rows], grid.values()[:, :, number])
 
 
-def test_tables_have_units_in_their_heads(
-    result: EfficiencyResult, grid: EfficiencyMap, comparison: Comparison
-) -> None:
+def test_tables_have_units_in_their_heads(result: EfficiencyResult, grid: Grid, comparison: Comparison) -> None:
     plain = re.compile(r"(angle|_gear|_pinion|_oil|_hertz|_loss|_max|force|length|speed|torque|radius|film_central)$")
     for table in chain(result_tables(result), map_tables(grid), comparison_tables(comparison)):
         assert table.rows

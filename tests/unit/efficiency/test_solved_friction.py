@@ -13,18 +13,16 @@ import numpy as np
 import pytest
 
 from efficiency.design.design import Design, load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss import ehl_friction as module
-from efficiency.loss.duty import DutyRow, duty_points
+from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh, loss_by_region
 from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
 from efficiency.output.tables import efficiency_table, result_table
-from efficiency.run import run_duty, run_gear, run_map, run_parameter_map
-from efficiency.study.levels import Levels
-from efficiency.study.solve import run_study
+from efficiency.pair import GearPair, Mesh
+from efficiency.parameter_study import Levels, run_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
@@ -37,14 +35,16 @@ DESIGN = load_design("fm_spiral_bevel_14x39")
 TEXTURED = DESIGN.model_copy(
     update={"surface": DESIGN.surface.model_copy(update={"correlation_length": 60e-6, "peklenik_number": 4.0})}
 )
+PAIR = GearPair(TEXTURED)
 OIL = Oil.load("75w90")
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
 GRID = {"positions": 4, "points_per_line": 9}
+COARSE = tuple(GRID.values())
 
 
 @pytest.fixture(scope="module")
 def loaded() -> LoadedGrids:
-    return load_grids(gear_mesh(DESIGN, "drive", 6, 15).mesh, 200.0)
+    return load_grids(Mesh.of(DESIGN, "drive", 6, 15).grids, 200.0)
 
 
 def solver(fails: Any) -> Any:
@@ -145,9 +145,8 @@ def test_interval_of_solved_contacts_is_that_of_their_mean(
     # 1 % that is no chance, of every contact; what is chance is averaged
     assert 0.01 < result.friction.mean_error < 0.02  # type: ignore[attr-defined]
     spread = efficiency_uncertainty(
+        mesh_efficiency(loaded, model(), OIL, OPERATION),
         lambda friction, operation: mesh_efficiency(loaded, friction, OIL, operation),
-        model(),
-        OPERATION,
         UncertainInputs(),
     )
     assert spread.sources[0].sigma_efficiency == pytest.approx(0.5 * half, rel=1e-3)
@@ -194,27 +193,23 @@ def test_texture_reaches_points_maps_duty_and_study() -> None:
     witness = Witness(0.05)
     witness.seen.clear()
     rows = [DutyRow(200.0, 125.0, 363.15, 1.0)]
-    result = run_gear(TEXTURED, witness, **GRID)
+    result = PAIR.at(witness, COARSE)
     assert (result.correlation_length, result.peklenik_number) == (60e-6, 4.0)
-    run_map(TEXTURED, witness, [200.0], [100.0], [], **GRID)
-    run_duty(TEXTURED, witness, rows, **GRID)
+    PAIR.over(witness, grid=COARSE, torque=[200.0], speed=[100.0])
+    PAIR.duty(rows, witness, grid=COARSE)
     levels = Levels((200.0,), (125.0,), (363.15,), (2e-7,), E=(), P=(), G=(), alpha=())
     assert run_study([TEXTURED], witness, levels, **GRID).points[0].reason == ""
     assert set(witness.seen) == {(60e-6, 4.0)}
     assert len(witness.seen) == 4
-    state = duty_points([TEXTURED], rows, **GRID)[0].state
+    state = PAIR.duty_points(rows, grid=COARSE)[0].state
     assert np.all(state.correlation_length == 60e-6)
-    found = run_parameter_map(TEXTURED, witness, {"correlation_length": [2e-5, 1e-4]}, **GRID)
+    found = PAIR.over(witness, grid=COARSE, correlation_length=[2e-5, 1e-4])
     assert found.shape == (2,)
     assert witness.seen[-2:] == [(2e-5, 4.0), (1e-4, 4.0)]
 
 
 def test_texture_changes_a_formula_that_knows_it() -> None:
-    smooth, long = (
-        run_parameter_map(DESIGN, "75w90", {"correlation_length": [2e-5, 1e-4]}, **GRID).results[k] for k in (0, 1)
-    )
-    assert smooth is not None
-    assert long is not None
+    smooth, long = GearPair(DESIGN).over("75w90", grid=COARSE, correlation_length=[2e-5, 1e-4]).results
     assert smooth.efficiency != long.efficiency
 
 
@@ -226,5 +221,5 @@ def test_texture_reaches_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
         return solver(lambda contact: False)(contact, lubricant, surface, *rest)
 
     monkeypatch.setattr(module, "solve_contact", solve)
-    run_gear(TEXTURED, model(), **GRID)
+    PAIR.at(model(), COARSE)
     assert seen == {(60e-6, 4.0)}

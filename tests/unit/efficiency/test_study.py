@@ -15,17 +15,15 @@ import numpy as np
 import pytest
 from openpyxl import load_workbook
 
-import efficiency.study.solve
+import efficiency
 from efficiency.design.design import Design, load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.plots_study import designs_figure, influence_figure, study_figures
 from efficiency.output.study_report import influence_table, section_table, write_study
-from efficiency.study.levels import Levels
-from efficiency.study.points import Study, level_quantity
-from efficiency.study.solve import run_study
+from efficiency.pair import Mesh
+from efficiency.parameter_study import Levels, Study, level_quantity, run_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model
@@ -80,7 +78,7 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         (designs[0], 0.0, 100.0, 400.0, 333.15, 2e-7),
         (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
     ):
-        loaded = load_grids(gear_mesh(design, "drive", *GRID.values()).mesh, torque)
+        loaded = load_grids(Mesh.of(design, "drive", *GRID.values()).grids, torque)
         alone = mesh_efficiency(
             loaded, friction_model(MODEL), Oil.load("75w90"), Operation(speed, temperature, rough, rough)
         )
@@ -183,14 +181,14 @@ def test_figures_show_the_sections(study: Study) -> None:
 def test_a_point_that_fails_is_named_and_the_rest_goes_on(
     designs: list[Design], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    true = efficiency.study.solve.gear_mesh
+    true = Mesh.of
 
     def refuses(design: Design, *arguments: Any) -> Any:
         if design.assembly.misalignment.alpha != 0.0:
             raise ConvergenceError("no_contact", "for the test")
         return true(design, *arguments)
 
-    monkeypatch.setattr(efficiency.study.solve, "gear_mesh", refuses)
+    monkeypatch.setattr(Mesh, "of", refuses)
     levels = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature_oil=(363.15,), E=(), alpha=(1e-3,))
     study = run_study(designs[:1], MODEL, levels, **GRID)
     assert study.status == "failed"
@@ -207,7 +205,7 @@ def test_a_point_that_fails_is_named_and_the_rest_goes_on(
 def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     # a coarse mesh is enough here; the arguments are those of a user
-    monkeypatch.setattr(efficiency.study.solve, "run_study", partial(run_study, **GRID))
+    monkeypatch.setattr(efficiency, "study", partial(run_study, **GRID))
     call = [
         "study",
         "fh_hypoid_9x34",
@@ -228,7 +226,7 @@ def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPa
     assert [point["torque"] for point in content["points"]] == [100.0, 200.0]
     for arguments, words in (
         (["study", "no_such_pair"], "no_such_pair"),
-        (["study", "--torque", "100"], "--torque"),
+        (["study", "--torque", "100"], "torque"),
         (["study", "--roughness", "1 mm"], "--roughness"),
         (["study", "--side", "left"], "--side"),
         (["study", "fh_hypoid_9x34", "fh_hypoid_9x34"], "each once"),

@@ -48,7 +48,7 @@ def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:
 
 def test_products_carry_their_relative_spreads() -> None:
     inputs = UncertainInputs(Spread(0.01), Spread(0.1e-6), Spread(0.1, relative=True))
-    found = efficiency_uncertainty(solve, Product(), OPERATION, inputs)
+    found = efficiency_uncertainty(solve(Product(), OPERATION), solve, inputs)
     loss = 1.0 - found.efficiency
     sigma = {source.name: source.sigma_efficiency / loss for source in found.sources}
     # the level of two standard deviations is 0.954
@@ -66,7 +66,7 @@ def test_products_carry_their_relative_spreads() -> None:
 def test_independent_points_average_out() -> None:
     """The sum of n equal independent errors is sqrt(n) times one of them."""
     nothing = UncertainInputs(Spread(0.0), Spread(0.0), Spread(0.0))
-    found = efficiency_uncertainty(solve, Product(), OPERATION, nothing)
+    found = efficiency_uncertainty(solve(Product(), OPERATION), solve, nothing)
     result = solve(Product(), OPERATION)
     each = 0.04 * result.friction.mu * result.points.force * result.points.speed_sliding
     expected = np.sqrt(np.sum(each**2)) / result.positions / result.power_input
@@ -76,7 +76,7 @@ def test_independent_points_average_out() -> None:
 
 
 def test_models_without_interval_or_boundary_friction_say_so() -> None:
-    found = efficiency_uncertainty(solve, friction_model("benedict_kelley_1961"), OPERATION)
+    found = efficiency_uncertainty(solve(friction_model("benedict_kelley_1961"), OPERATION), solve)
     notes = {source.name: source.note for source in found.sources}
     assert "states no interval" in notes["friction formula"]
     assert "no input" in notes["boundary friction"]
@@ -102,4 +102,4 @@ def test_spreads() -> None:
         with pytest.raises(InputError):
             wrong()
     with pytest.raises(InputError, match="level"):
-        efficiency_uncertainty(solve, Product(), OPERATION, level=1.0)
+        efficiency_uncertainty(solve(Product(), OPERATION), solve, level=1.0)

@@ -17,9 +17,8 @@ from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness, tooth_shapes
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.closed_form import buckingham_type, coleman_type
-from efficiency.run import run_gear
+from efficiency.pair import GearPair, Mesh
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 HYPOIDS = ("fh_hypoid_9x34", "fm_hypoid_13x42")
@@ -209,8 +208,8 @@ def test_teeth_and_backlash_fill_the_normal_pitch(name: str) -> None:
 @pytest.mark.parametrize("name", HYPOIDS)
 def test_efficiency_of_hypoids(name: str) -> None:
     """Between 94 and 98 percent, below the bevel pair, near the closed forms; the offset is what costs."""
-    result = run_gear(name, "constant:0.05", positions=8, points_per_line=15)
+    result = GearPair(name).at("constant:0.05", (8, 15))
     assert result.status == "converged"
     assert 0.94 < result.efficiency < 0.98
-    pitch = gear_mesh(load_design(name), positions=4, points_per_line=9).pitch
+    pitch = Mesh.of(load_design(name), positions=4, points_per_line=9).pitch
     assert buckingham_type(pitch) - 0.005 < result.efficiency < coleman_type(pitch) + 0.005

@@ -11,12 +11,12 @@ import pytest
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.contact.tooth_grid import ToothShape
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import gear_mesh
 from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.friction_equilibrium import friction_arm, load_grids_with_friction
 from efficiency.loss.kinematics import Axis, Operation
 from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.plate import PlateTooth
+from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.material import Material
@@ -108,7 +108,7 @@ def test_hypoid_pitch_point_with_the_gear_driving(b1: float, b2: float) -> None:
 
 def test_energy_balance_of_a_real_pair() -> None:
     """What goes in at the pinion less what comes out at the gear is the sum of mu F |v_s|."""
-    mesh = gear_mesh(load_design("fm_spiral_bevel_14x39"), "drive", 4, 11).mesh
+    mesh = Mesh.of(load_design("fm_spiral_bevel_14x39"), "drive", 4, 11).grids
     assert mesh.axes is not None
     model = friction_model("xu_kahraman_2007")
     loaded = load_grids_with_friction(mesh, 300.0, model, OIL, OPERATION)

@@ -12,7 +12,6 @@ from scipy.optimize import nnls
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.ltca.equilibrium import solve_equilibrium
 from efficiency.ltca.limits import limit_notes
 from efficiency.ltca.load_distribution import (
@@ -25,31 +24,32 @@ from efficiency.ltca.load_distribution import (
 )
 from efficiency.ltca.local_compliance import weber_local
 from efficiency.ltca.mesh_grids import load_grids
+from efficiency.pair import Mesh
 from ehl.io.errors import InputError
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 
 
 @pytest.fixture(scope="module")
-def geared() -> GearMesh:
-    return gear_mesh(DESIGN, "drive", 8, 15)
+def geared() -> Mesh:
+    return Mesh.of(DESIGN, "drive", 8, 15)
 
 
 @pytest.fixture(scope="module")
-def load(geared: GearMesh) -> LoadDistribution:
-    return load_grids(geared.mesh, 300.0).fine
+def load(geared: Mesh) -> LoadDistribution:
+    return load_grids(geared.grids, 300.0).fine
 
 
 @pytest.fixture(scope="module")
-def crowded(geared: GearMesh) -> ElasticPosition:
+def crowded(geared: Mesh) -> ElasticPosition:
     """The position with most tooth pairs."""
-    return max(geared.mesh.elastic_fine, key=lambda p: np.unique(p.position.pair).size)
+    return max(geared.grids.elastic_fine, key=lambda p: np.unique(p.position.pair).size)
 
 
 @pytest.mark.parametrize("torque", [0.1, 3.0, 300.0, 3000.0])
-def test_balance_and_optimality(geared: GearMesh, torque: float) -> None:
+def test_balance_and_optimality(geared: Mesh, torque: float) -> None:
     """Sum of loads and all conditions of contact to 1e-10, written out anew."""
-    mesh = load_grids(geared.mesh, torque)
+    mesh = load_grids(geared.grids, torque)
     for p, elastic in zip(mesh.fine.positions, mesh.mesh.elastic_fine, strict=True):
         at, loaded = p.position, p.force > 0.0
         assert p.force @ at.lever_pinion == pytest.approx(torque, rel=1e-10)
@@ -76,10 +76,10 @@ def test_linear_problem_against_nnls(crowded: ElasticPosition) -> None:
     assert 0 < np.count_nonzero(own.force) < at.pair.size
 
 
-def test_stiffness_is_the_derivative_of_the_torque(crowded: ElasticPosition, geared: GearMesh) -> None:
+def test_stiffness_is_the_derivative_of_the_torque(crowded: ElasticPosition, geared: Mesh) -> None:
     step = 1e-4
     low, middle, high = (
-        distribute_load([crowded], geared.mesh.teeth, 300.0 * (1.0 + k * step)).positions[0] for k in (-1, 0, 1)
+        distribute_load([crowded], geared.grids.teeth, 300.0 * (1.0 + k * step)).positions[0] for k in (-1, 0, 1)
     )
     slope = 600.0 * step / (high.approach - low.approach)
     assert middle.equilibrium.stiffness == pytest.approx(slope, rel=1e-3)
@@ -102,11 +102,11 @@ def straight_line(crowded: ElasticPosition, points: int = 9) -> ElasticPosition:
     return ElasticPosition(position, np.zeros((points, points)), local, zero, zero + 1.0)
 
 
-def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: GearMesh) -> None:
+def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: Mesh) -> None:
     """A single straight line of rigid teeth: even load, Hertz pressure and width, Weber's approach."""
     line, torque = straight_line(crowded), 100.0
     at, modulus = line.position, line.local.effective_modulus
-    load = distribute_load([line], geared.mesh.teeth, torque).positions[0]
+    load = distribute_load([line], geared.grids.teeth, torque).positions[0]
     even = torque / float(at.lever_pinion[0]) / (at.length.sum())
     np.testing.assert_allclose(load.load_per_length, even, rtol=1e-12)
     radius = float(at.radius_equivalent[0])
@@ -121,9 +121,9 @@ def test_hertz_limit_is_exact(crowded: ElasticPosition, geared: GearMesh) -> Non
     assert load.approach * at.lever_pinion[0] == pytest.approx(approach, rel=1e-11)
 
 
-def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: GearMesh) -> None:
+def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: Mesh) -> None:
     """Bodies a million times stiffer: the load of 300 N m closes next to nothing."""
-    teeth = geared.mesh.teeth
+    teeth = geared.grids.teeth
     materials = (teeth.material_pinion, teeth.material_gear)
     rigid = [m.model_copy(update={"youngs_modulus": 1e6 * m.youngs_modulus}) for m in materials]
     stiff = [
@@ -133,7 +133,7 @@ def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: GearMesh) -> N
             local=replace(p.local, materials=rigid, effective_modulus=1e6 * p.local.effective_modulus),
             free_edge=1e-6 * p.free_edge,
         )
-        for p in geared.mesh.elastic_fine
+        for p in geared.grids.elastic_fine
     ]
     load = distribute_load(stiff, teeth, 300.0)
     unloaded = np.array([p.position.transmission_error for p in stiff])
@@ -142,22 +142,22 @@ def test_rigid_teeth_keep_the_unloaded_transmission_error(geared: GearMesh) -> N
     assert np.abs(load.transmission_error - unloaded).max() < 0.01 * np.ptp(unloaded)
 
 
-def test_light_load_approaches_the_unloaded_transmission_error(geared: GearMesh) -> None:
+def test_light_load_approaches_the_unloaded_transmission_error(geared: Mesh) -> None:
     """Lag goes to zero with the load as in a point contact, (T^2/3), on lines cut down to the few tenths that touch."""
     lags = []
     for torque in (1e-3, 1e-1):
-        load = load_grids(geared.mesh, torque).fine
+        load = load_grids(geared.grids, torque).fine
         angles = np.array([p.position.pinion_angle for p in load.positions])
-        lags.append(geared.pair.transmission.at(angles) - load.transmission_error)
+        lags.append(geared.flanks.transmission.at(angles) - load.transmission_error)
     assert lags[0].min() > 0.0
-    assert lags[0].max() < 0.005 * geared.pair.transmission.peak_to_peak
+    assert lags[0].max() < 0.005 * geared.flanks.transmission.peak_to_peak
     exponent = np.log(lags[1].mean() / lags[0].mean()) / math.log(100.0)
     assert exponent == pytest.approx(2.0 / 3.0, abs=0.04)
 
 
-def test_default_grid_has_one_per_cent_of_the_transmission_error(geared: GearMesh) -> None:
-    teeth = geared.mesh.teeth
-    surface = geared.pair.surface
+def test_default_grid_has_one_per_cent_of_the_transmission_error(geared: Mesh) -> None:
+    teeth = geared.grids.teeth
+    surface = geared.flanks.surface
     cycles = {points: elastic_cycle(mesh_cycle(surface, 8, points, edges=True), teeth) for points in (31, 81)}
     for torque in (30.0, 300.0):
         error = {points: distribute_load(cycle, teeth, torque).transmission_error for points, cycle in cycles.items()}
@@ -165,17 +165,17 @@ def test_default_grid_has_one_per_cent_of_the_transmission_error(geared: GearMes
         np.testing.assert_allclose(error[31], error[81], rtol=0.005)
 
 
-def test_light_loads_get_all_points_of_their_lines(geared: GearMesh) -> None:
+def test_light_loads_get_all_points_of_their_lines(geared: Mesh) -> None:
     """At 1 N m the standard lines have hardly a point where the flanks touch; the grid follows the load."""
-    light, nominal = load_grids(geared.mesh, 1.0), load_grids(geared.mesh, 300.0)
-    assert nominal.mesh is geared.mesh
-    assert light.mesh is not geared.mesh
+    light, nominal = load_grids(geared.grids, 1.0), load_grids(geared.grids, 300.0)
+    assert nominal.mesh is geared.grids
+    assert light.mesh is not geared.grids
     loaded = [np.count_nonzero(p.force) for p in light.fine.positions]
-    before = [np.count_nonzero(p.force) for p in distribute_load(geared.mesh.fine, geared.mesh.teeth, 1.0).positions]
+    before = [np.count_nonzero(p.force) for p in distribute_load(geared.grids.fine, geared.grids.teeth, 1.0).positions]
     assert min(loaded) >= 6
     assert np.mean(loaded) > 2.5 * np.mean(before)
     # torques near each other share their lines
-    assert load_grids(geared.mesh, 1.05).mesh is light.mesh
+    assert load_grids(geared.grids, 1.05).mesh is light.mesh
 
 
 def test_edges_take_over_where_the_path_ends(load: LoadDistribution) -> None:
@@ -198,8 +198,8 @@ def _pitch(load: LoadDistribution) -> float:
     return len(load.positions) * (second - first)
 
 
-def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: GearMesh) -> None:
-    teeth = geared.mesh.teeth
+def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mesh) -> None:
+    teeth = geared.grids.teeth
     edges = edge_load(load, teeth)
     assert 0.02 < edges.share_extended < edges.share < 0.3
     assert edges.share == pytest.approx(sum(edges.shares.values()))
@@ -208,7 +208,7 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Gea
     assert f"edges carry {100 * edges.share:.2g} % of the torque" in note
     assert "before and after the path" in note
     # a light load in the middle of the flanks knows no edge
-    centre = load_grids(geared.mesh, 0.1).fine
+    centre = load_grids(geared.grids, 0.1).fine
     assert edge_load(centre, teeth).share < 0.01
     # the truth for other radii lies in the interval, though the load then shifts a little
     for factor in (0.5, 2.0):
@@ -217,21 +217,21 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Gea
             edge_rounding_pinion=factor * teeth.edge_rounding_pinion,
             edge_rounding_gear=factor * teeth.edge_rounding_gear,
         )
-        pressure = edge_load(distribute_load(geared.mesh.fine, other, 300.0), other).pressure
+        pressure = edge_load(distribute_load(geared.grids.fine, other, 300.0), other).pressure
         assert pressure == pytest.approx(edges.pressure_upper if factor < 1.0 else edges.pressure_lower, rel=0.1)
 
 
-def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: GearMesh) -> None:
+def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: Mesh) -> None:
     """Without edges the ends of the lines carry what edges take; the lag hardly changes."""
-    lines = distribute_load(mesh_cycle(geared.pair.surface, 8, 15), geared.mesh.teeth, 300.0)
+    lines = distribute_load(mesh_cycle(geared.flanks.surface, 8, 15), geared.grids.teeth, 300.0)
     assert lines.pressure_max > 1.02 * load.pressure_max
     np.testing.assert_allclose(load.transmission_error, lines.transmission_error, rtol=0.05)
 
 
 @pytest.mark.parametrize("tiny", [0.0, 5e-324, 1e-312, 1e-200])
-def test_vanishing_force_on_an_edge(geared: GearMesh, load: LoadDistribution, tiny: float) -> None:
+def test_vanishing_force_on_an_edge(geared: Mesh, load: LoadDistribution, tiny: float) -> None:
     """An edge that only just touches: no division by its width, no share, no pressure."""
-    for p, elastic in zip(load.positions, geared.mesh.elastic_fine, strict=True):
+    for p, elastic in zip(load.positions, geared.grids.elastic_fine, strict=True):
         edge = p.position.edge
         assert edge is not None
         force = np.where(edge.touching, tiny, 1.0)
@@ -239,22 +239,22 @@ def test_vanishing_force_on_an_edge(geared: GearMesh, load: LoadDistribution, ti
         for values in (changed.pressure_max, changed.half_width):
             assert np.isfinite(values).all()
             assert values[edge.touching].max(initial=0.0) < 1e-80 * values.max()
-        edges = edge_load(replace(load, positions=(changed,)), geared.mesh.teeth)
+        edges = edge_load(replace(load, positions=(changed,)), geared.grids.teeth)
         assert edges.share_extended < 1e-100
         assert math.isfinite(edges.pressure_upper)
 
 
 @pytest.mark.parametrize("torque", [0.0, -5.0, math.nan, math.inf])
-def test_torque_zero_is_refused(geared: GearMesh, torque: float) -> None:
+def test_torque_zero_is_refused(geared: Mesh, torque: float) -> None:
     with pytest.raises(InputError, match="a finite torque above 0 N m") as caught:
-        load_grids(geared.mesh, torque)
+        load_grids(geared.grids, torque)
     assert caught.value.exit_code == 2
 
 
 def test_misaligned_pair_carries() -> None:
     """All three axes off by 0.5 mm: the contact moves to the edges, the load is still found."""
-    geared = gear_mesh(DESIGN.with_misalignment(E=0.5e-3, P=-0.5e-3, G=0.5e-3), "drive", 4, 11)
-    load = load_grids(geared.mesh, 300.0).fine
+    geared = Mesh.of(DESIGN.with_misalignment(E=0.5e-3, P=-0.5e-3, G=0.5e-3), "drive", 4, 11)
+    load = load_grids(geared.grids, 300.0).fine
     assert load.status == "converged"
     assert max(load.torque_residual, load.compatibility_residual) < 1e-10
-    assert edge_load(load, geared.mesh.teeth).share > 0.2
+    assert edge_load(load, geared.grids.teeth).share > 0.2

@@ -11,13 +11,13 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from efficiency.design.design import Deflection, load_design
-from efficiency.gear_mesh import GearMesh, gear_mesh, profile_contact_ratio
-from efficiency.loss.closed_form import coleman_type
+from efficiency.loss.closed_form import coleman_type, profile_contact_ratio
 from efficiency.loss.compare import compare_models
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.load_distribution import distribute_load
+from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction
@@ -28,12 +28,12 @@ OPERATION = Operation(1200.0 * math.pi / 30.0, 363.15, 0.4e-6, 0.4e-6)
 
 
 @pytest.fixture(scope="module")
-def mesh() -> GearMesh:
-    return gear_mesh(DESIGN, "drive", 12, 15)
+def mesh() -> Mesh:
+    return Mesh.of(DESIGN, "drive", 12, 15)
 
 
 @pytest.fixture(scope="module")
-def loaded(mesh: GearMesh) -> LoadedGrids:
+def loaded(mesh: Mesh) -> LoadedGrids:
     return load_grids(mesh.mesh, 300.0)
 
 
@@ -70,7 +70,7 @@ def test_pressure_is_hertz_of_load_and_radius(loaded: LoadedGrids) -> None:
         assert float(load.load_per_length @ load.position.length) == pytest.approx(load.force.sum(), rel=1e-12)
 
 
-def test_cycle_closes(mesh: GearMesh) -> None:
+def test_cycle_closes(mesh: Mesh) -> None:
     """The load goes over smoothly from the last position to the first one, one tooth pair further."""
     share = {}
     for k, load in enumerate(load_grids(mesh.mesh, 300.0).fine.positions):
@@ -85,10 +85,10 @@ def test_cycle_closes(mesh: GearMesh) -> None:
     assert 0.75 < values.max() < 0.95
 
 
-def test_error_estimate_covers_a_finer_grid(mesh: GearMesh) -> None:
+def test_error_estimate_covers_a_finer_grid(mesh: Mesh) -> None:
     """12 x 21 points: stated error at most 0.8 % of the loss, true error at most 0.08 %."""
     bodies = (mesh.mesh.teeth.pinion, mesh.mesh.teeth.gear), ()
-    default, fine = (gear_mesh(DESIGN, "drive", *grid, bodies=bodies).mesh for grid in ((12, 21), (24, 41)))
+    default, fine = (Mesh.of(DESIGN, "drive", *grid, bodies=bodies).grids for grid in ((12, 21), (24, 41)))
     models = [ConstantFriction(0.05), friction_model("xu_kahraman_2007")]
     for torque in (30.0, 300.0):
         on_default, on_fine = load_grids(default, torque), load_grids(fine, torque)
@@ -99,7 +99,7 @@ def test_error_estimate_covers_a_finer_grid(mesh: GearMesh) -> None:
             assert coarse.efficiency_error < 0.01 * (1.0 - coarse.efficiency)
 
 
-def test_closed_form_is_explained_by_its_symmetric_path(mesh: GearMesh, loaded: LoadedGrids) -> None:
+def test_closed_form_is_explained_by_its_symmetric_path(mesh: Mesh, loaded: LoadedGrids) -> None:
     """The closed form spreads the load evenly over a path as long before as after the pitch point.
 
     The pinion's long addendum makes the path one-sided: its mean sliding is 2 (g1^2 + g2^2)/(g1 + g2)^2 = 1.17 times
@@ -120,7 +120,7 @@ def test_closed_form_is_explained_by_its_symmetric_path(mesh: GearMesh, loaded: 
     assert 1.0 < ratio / one_sided < 1.06
 
 
-def test_pitch_geometry_of_the_design(mesh: GearMesh) -> None:
+def test_pitch_geometry_of_the_design(mesh: Mesh) -> None:
     assert mesh.pitch.contact_ratio_profile == pytest.approx(1.165, abs=0.003)
     assert math.degrees(mesh.pitch.spiral_angle_gear) == pytest.approx(35.335, abs=0.01)
     nominal = profile_contact_ratio(DESIGN.pinion.blank, DESIGN.gear.blank, math.radians(35), math.radians(20))
@@ -139,13 +139,13 @@ def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedGrids) -> No
     assert along < 0.05 * result.ranges["speed_sliding"][1]  # no offset: hardly any sliding along the line
 
 
-def test_loaded_transmission_error(mesh: GearMesh) -> None:
+def test_loaded_transmission_error(mesh: Mesh) -> None:
     """Without load it is the geometry's; load drags the gear back and evens it out.
 
     Peak to peak 0.554 of the unloaded one at 300 N m, 0.346 at 100 N m (48 x 81 points); 12 positions miss the former.
     """
     bodies = (mesh.mesh.teeth.pinion, mesh.mesh.teeth.gear), ()
-    cycle = gear_mesh(DESIGN, "drive", 24, 21, bodies=bodies).mesh
+    cycle = Mesh.of(DESIGN, "drive", 24, 21, bodies=bodies).grids
     light, middle, heavy = (load_grids(cycle, torque).fine for torque in (0.01, 100.0, 300.0))
     unloaded = np.array([p.transmission_error for p in cycle.fine])
     assert np.max(np.abs(light.transmission_error - unloaded)) < 0.02 * np.ptp(unloaded)
@@ -160,7 +160,7 @@ def test_light_load_is_hertz_point_contact() -> None:
 
     Slices of Weber's line contact know nothing of their neighbours: peak pressure 2 % low, length 8 % high.
     """
-    mesh = gear_mesh(DESIGN, "drive", 4, 201).mesh
+    mesh = Mesh.of(DESIGN, "drive", 4, 201).grids
     position, teeth = mesh.fine[0], mesh.teeth
     load = distribute_load((position,), teeth, 5.0).positions[0]
     at = np.flatnonzero(position.pair == 0)
@@ -189,20 +189,20 @@ def test_deflection_grows_with_the_torque() -> None:
     """0.1 mm of E at 300 N m is 0.05 mm at 150 N m, on top of the misalignment."""
     assembly = DESIGN.assembly.model_copy(update={"deflection": Deflection(E=1e-4, torque=300.0)})
     soft = DESIGN.model_copy(update={"assembly": assembly})
-    loaded = load_grids(gear_mesh(soft, "drive", 4, 9).mesh, 150.0)
-    same = load_grids(gear_mesh(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9).mesh, 150.0)
+    loaded = load_grids(Mesh.of(soft, "drive", 4, 9).grids, 150.0)
+    same = load_grids(Mesh.of(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9).grids, 150.0)
     np.testing.assert_array_equal(loaded.fine.transmission_error, same.fine.transmission_error)
     with pytest.raises(ValidationError, match="the pinion torque of these displacements"):
         Deflection(E=1e-4)
 
 
 def test_coast_side_carries_load_too() -> None:
-    coast = load_grids(gear_mesh(DESIGN, "coast", 8, 11).mesh, 300.0)
+    coast = load_grids(Mesh.of(DESIGN, "coast", 8, 11).grids, 300.0)
     assert coast.fine.status == "converged"
     assert 0.98 < efficiency(coast, 0.05).efficiency < 1.0
 
 
-def test_comparison_of_models(mesh: GearMesh, loaded: LoadedGrids) -> None:
+def test_comparison_of_models(mesh: Mesh, loaded: LoadedGrids) -> None:
     models = [friction_model(name) for name in ("constant:0.05", "xu_kahraman_2007", "benedict_kelley_1961")]
     comparison = compare_models(loaded, models, OIL, OPERATION, mesh.pitch)
     rows = {row.name: row for row in comparison.rows}

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from efficiency.design.design import load_design
-from efficiency.gear_mesh import GearMesh, gear_mesh
 from efficiency.loss.closed_form import (
     PitchGeometry,
     buckingham_type,
@@ -20,6 +19,7 @@ from efficiency.loss.closed_form import (
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.friction_equilibrium import load_grids_with_friction
 from efficiency.loss.kinematics import Operation
+from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from regression.friction.models import ConstantFriction
@@ -31,12 +31,12 @@ PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fm_spiral_bevel_14x39", 
 
 
 @pytest.fixture(scope="module")
-def pairs() -> dict[str, GearMesh]:
-    return {name: gear_mesh(load_design(name), "drive", 4, 11) for name in PAIRS}
+def pairs() -> dict[str, Mesh]:
+    return {name: Mesh.of(load_design(name), "drive", 4, 11) for name in PAIRS}
 
 
 @pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fm_spiral_bevel_14x39"])
-def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, GearMesh], name: str) -> None:
+def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, Mesh], name: str) -> None:
     """Sliding from both axes of rotation, and the trapezoidal rule for w' |v_s| over the length of the lines."""
     mesh = pairs[name].mesh
     loaded = load_grids(mesh, 200.0)
@@ -67,7 +67,7 @@ def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, GearM
     assert result.power_loss == pytest.approx(mean, rel=0.01)
 
 
-def test_no_friction_no_loss_either_way(pairs: dict[str, GearMesh]) -> None:
+def test_no_friction_no_loss_either_way(pairs: dict[str, Mesh]) -> None:
     loaded = load_grids(pairs["fh_hypoid_9x34"].mesh, 200.0)
     for driver in ("pinion", "gear"):
         result = mesh_efficiency(loaded, ConstantFriction(0.0), OIL, replace(OPERATION, driver=driver))
@@ -77,7 +77,7 @@ def test_no_friction_no_loss_either_way(pairs: dict[str, GearMesh]) -> None:
         assert 0.99 < result.efficiency_with_rolling < 1.0
 
 
-def test_power_in_is_power_out_and_loss(pairs: dict[str, GearMesh]) -> None:
+def test_power_in_is_power_out_and_loss(pairs: dict[str, Mesh]) -> None:
     loaded = load_grids(pairs["fh_hypoid_9x34"].mesh, 200.0)
     for driver, fixed in (("pinion", "power_input"), ("gear", "power_output")):
         result = mesh_efficiency(loaded, ConstantFriction(0.07), OIL, replace(OPERATION, driver=driver))
@@ -86,7 +86,7 @@ def test_power_in_is_power_out_and_loss(pairs: dict[str, GearMesh]) -> None:
         assert result.efficiency == pytest.approx(result.power_output / result.power_input, rel=1e-12)
 
 
-def test_efficiency_falls_with_offset(pairs: dict[str, GearMesh]) -> None:
+def test_efficiency_falls_with_offset(pairs: dict[str, Mesh]) -> None:
     """Pairs without offset 98 to 99.5 % at mu = 0.05, hypoid pairs below, and their closed forms in the same order."""
     found = {
         name: mesh_efficiency(load_grids(pairs[name].mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION).efficiency
@@ -100,7 +100,7 @@ def test_efficiency_falls_with_offset(pairs: dict[str, GearMesh]) -> None:
         assert large < small < none
 
 
-def test_driving_gear_with_friction_in_the_equilibrium(pairs: dict[str, GearMesh]) -> None:
+def test_driving_gear_with_friction_in_the_equilibrium(pairs: dict[str, Mesh]) -> None:
     """Friction helps the flanks of one direction and hinders those of the other: forces, and losses, differ."""
     mesh = pairs["fh_hypoid_9x34"].mesh
     model = ConstantFriction(0.08)

@@ -3,55 +3,43 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from samples import AXLE_OIL as OIL
-from samples import BEVEL as DESIGN
-from samples import tiny_load, tiny_mesh
 
-from efficiency.contact.gear_flanks import Side
-from efficiency.loss import parameter_map as module
+import efficiency.pair
+from efficiency.design.design import load_design
 from efficiency.loss.duty import DutyRow
-from efficiency.loss.duty_cycle import duty_cycle
-from efficiency.loss.efficiency import LoadedGrids, MeshGrids, mesh_efficiency
+from efficiency.loss.efficiency import load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.parameter_map import parameter_map
-from efficiency.run import Conditions, run_gear, run_parameter_map
+from efficiency.pair import GearPair, Mesh
+from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model
 
+DESIGN = load_design("fm_spiral_bevel_14x39")
+PAIR, GRID = GearPair(DESIGN), (4, 9)
+OIL = Oil.load("75w90")
 MODEL = friction_model("xu_kahraman_2007")
-ROUGH = (0.4e-6, 0.4e-6)
+ROUGH = (DESIGN.pinion.roughness_rms, DESIGN.gear.roughness_rms)
 
 
-def run(row: DutyRow) -> Operation:
-    return Operation(abs(row.speed), row.temperature_oil, *ROUGH, driver=row.driver)
-
-
-def mesh(side: Side = "drive") -> MeshGrids:
-    return tiny_mesh(side).mesh
-
-
-def load(side: Side, torque: float) -> LoadedGrids:
-    return tiny_load(torque, side)
-
-
-def test_energies_add_up() -> None:
+def test_energies_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [DutyRow(200.0, 125.0, 363.15, 2.0), DutyRow(-80.0, 200.0, 353.15, 0.5), DutyRow(200.0, 60.0, 343.15, 1.0)]
-    asked: list[tuple[str, float]] = []
+    asked: list[float] = []
 
-    def counted(side: Side, torque: float) -> LoadedGrids:
-        asked.append((side, torque))
-        return load(side, torque)
+    def counted(grids: Any, torque: float) -> Any:
+        asked.append(torque)
+        return load_grids(grids, torque)
 
-    cycle = duty_cycle(rows, counted, MODEL, OIL, run)
-    assert asked == [("drive", 200.0), ("coast", 80.0)]
+    monkeypatch.setattr(efficiency.pair, "_load", counted)
+    cycle = GearPair(DESIGN).duty(rows, MODEL, grid=GRID)
+    assert asked == [200.0, 80.0]
     first, coast, _ = cycle.rows
-    single = mesh_efficiency(load("drive", 200.0), MODEL, OIL, Operation(125.0, 363.15, *ROUGH))
+    loaded = PAIR.mesh("drive", *GRID).load(200.0).grids
+    single = mesh_efficiency(loaded, MODEL, OIL, Operation(125.0, 363.15, *ROUGH))
     assert first.efficiency == single.efficiency
     assert first.energy_input == pytest.approx(200.0 * 125.0 * 7200.0, rel=1e-12)
     # on the coast side the gear drives, and what the pinion takes off is the output
@@ -64,65 +52,67 @@ def test_energies_add_up() -> None:
     content = cycle.to_dict()
     assert json.loads(json.dumps(content)) == content
     assert content["total"]["hours"] == 3.5
+    assert list(cycle.to_frame()["side"]) == ["drive", "coast", "drive"]
 
 
 def test_a_failed_row_is_no_number() -> None:
     broken = replace(
         MODEL, formula=replace(MODEL.formula, local=lambda c, base: np.full(c["film_formula"].shape, np.nan))
     )
-    cycle = duty_cycle([DutyRow(200.0, 125.0, 363.15, 2.0)], load, broken, OIL, run)
+    cycle = PAIR.duty([DutyRow(200.0, 125.0, 363.15, 2.0)], broken, grid=GRID)
     assert (cycle.status, cycle.reason) == ("failed", "1 of 1 rows friction_undefined")
     assert cycle.to_dict()["total"]["efficiency"] is None
 
 
-def operation(place: Mapping[str, Any]) -> Operation:
-    rough = place.get("roughness_rms", 0.4e-6)
-    return Operation(place.get("speed", 125.0), place.get("temperature_oil", 363.15), rough, rough)
-
-
 def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[Any] = []
+    made: list[float] = []
     loads: list[float] = []
+    true = Mesh.of
 
-    def make_mesh(place: Mapping[str, Any]) -> MeshGrids:
-        made.append(dict(place))
-        if place["E"] > 0.0:
+    def make_mesh(design: Any, *arguments: Any) -> Mesh:
+        made.append(design.assembly.misalignment.E)
+        if design.assembly.misalignment.E > 0.0:
             raise ConvergenceError("no_contact")
-        return mesh()
+        return true(design, *arguments)
 
-    def counted(given: MeshGrids, torque: float) -> LoadedGrids:
+    def counted(grids: Any, torque: float) -> Any:
         loads.append(torque)
-        return load("drive", torque)
+        return load_grids(grids, torque)
 
-    monkeypatch.setattr(module, "load_grids", counted)
+    monkeypatch.setattr(Mesh, "of", make_mesh)
+    monkeypatch.setattr(efficiency.pair, "_load", counted)
     axes = {
-        "temperature_oil": [333.15, 363.15],
+        "temperature": [333.15, 363.15],
         "E": [0.0, 1e-3],
         "torque": [100.0, 200.0],
         "roughness_rms": [2e-7, 4e-7],
     }
     done: list[tuple[int, int]] = []
-    found = parameter_map(
-        make_mesh, MODEL, OIL, axes, operation, lambda place: place["torque"], lambda *step: done.append(step)
-    )
+    found = GearPair(DESIGN).over(MODEL, grid=GRID, report=lambda *step: done.append(step), **axes)
     assert found.shape == (2, 2, 2, 2)
-    assert made == [{"E": 0.0}, {"E": 1e-3}]
+    assert made[0] == 0.0
     assert loads == [100.0, 200.0]
     assert done[-1] == (16, 16)
     values = found.values()
-    expected = mesh_efficiency(load("drive", 200.0), MODEL, OIL, Operation(125.0, 363.15, 4e-7, 4e-7)).efficiency
+    loaded = PAIR.mesh("drive", *GRID).load(200.0).grids
+    speed = DESIGN.operation.speed
+    expected = mesh_efficiency(loaded, MODEL, OIL, Operation(speed, 363.15, 4e-7, 4e-7)).efficiency
     assert values[1, 0, 1, 1] == expected
     # a geometry that does not mesh is a reason at its points
     assert np.isnan(values[:, 1]).all()
     assert np.isfinite(values[:, 0]).all()
     assert found.reason == "8 of 16 points no_contact"
     assert json.dumps(found.to_dict())
+    frame = found.to_frame()
+    assert len(frame) == 16
+    assert set(frame["status"]) == {"converged", "failed"}
+    # what reaches the reader of a single point comes with every point of a grid
+    assert {"outside_range_share", "notes", "reason"} <= set(frame.columns)
 
 
-def test_map_of_a_design_is_the_single_run() -> None:
-    grid = {"positions": 4, "points_per_line": 9}
-    found = run_parameter_map(DESIGN, MODEL, {"P": [5e-5], "speed": [60.0, 125.0]}, Conditions(torque=150.0), **grid)
-    single = run_gear(DESIGN.with_misalignment(P=5e-5), MODEL, Conditions(torque=150.0, speed=125.0), **grid)
+def test_grid_of_a_pair_is_the_single_run() -> None:
+    found = PAIR.over(MODEL, grid=GRID, fixed={"torque": 150.0}, P=["0.05 mm"], speed=[60.0, 125.0])
+    single = GearPair(DESIGN.with_misalignment(P=5e-5)).at(MODEL, GRID, torque=150.0, speed=125.0)
     assert found.values()[0, 1] == single.efficiency
     assert found.axes == {"P": (5e-5,), "speed": (60.0, 125.0)}
 
@@ -130,13 +120,14 @@ def test_map_of_a_design_is_the_single_run() -> None:
 @pytest.mark.parametrize(
     ("axes", "words"),
     [
-        ({"offset": [1.0]}, "one of design, E"),
+        ({"offset": [1.0]}, "one of design, side, E"),
         ({"torque": []}, "at least one value"),
         ({"torque": [-1.0]}, "above 0"),
+        ({"torque": "100:200 N m"}, "from:to:number unit"),
         ({"roughness_rms": [1e-3]}, "roughness_rms"),
         ({"roughness_rms": [1e-7], "roughness_rms_gear": [1e-7]}, "either roughness_rms"),
     ],
 )
-def test_bad_axes(axes: dict[str, list[float]], words: str) -> None:
+def test_bad_axes(axes: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        run_parameter_map(DESIGN, MODEL, axes)
+        PAIR.over(MODEL, **axes)

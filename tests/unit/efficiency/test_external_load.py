@@ -11,20 +11,20 @@ import pytest
 from samples import AXLE_OIL as OIL
 from samples import OPERATION, tiny_load, tiny_mesh
 
-from efficiency.gear_mesh import GearMesh
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.ltca.external_load import read_load, write_load
+from efficiency.pair import Mesh
 from ehl.io.errors import InputError
 from regression.friction.models import ConstantFriction
 
 
 @pytest.fixture(scope="module")
-def geared() -> GearMesh:
+def geared() -> Mesh:
     return tiny_mesh()
 
 
 @pytest.fixture(scope="module")
-def loaded(geared: GearMesh) -> LoadedGrids:
+def loaded(geared: Mesh) -> LoadedGrids:
     return tiny_load(300.0)
 
 
@@ -35,10 +35,10 @@ def lines(loaded: LoadedGrids, tmp_path_factory: pytest.TempPathFactory) -> list
     return path.read_text(encoding="utf-8").splitlines()
 
 
-def read(lines: list[str], folder: Path, geared: GearMesh, torque: float | None = None) -> LoadedGrids:
+def read(lines: list[str], folder: Path, geared: Mesh, torque: float | None = None) -> LoadedGrids:
     path = folder / "load.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return read_load(path, geared.pair, geared.mesh.teeth, torque)
+    return read_load(path, geared.flanks, geared.grids.teeth, torque)
 
 
 def columns(lines: list[str]) -> dict[str, list[str]]:
@@ -50,7 +50,7 @@ def rewritten(head: str, names: list[str], values: list[list[object]]) -> list[s
     return [head, ",".join(names), *(",".join(map(str, row)) for row in zip(*values, strict=True))]
 
 
-def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: GearMesh, tmp_path: Path) -> None:
+def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_path: Path) -> None:
     foreign = read(lines, tmp_path, geared)
     own, again = (mesh_efficiency(mesh, ConstantFriction(0.05), OIL, OPERATION) for mesh in (loaded, foreign))
     assert foreign.fine.torque_residual < 1e-12
@@ -66,9 +66,7 @@ def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: GearMesh, tmp
     assert any("load.csv" in note and "1.0000 of the torque" in note for note in again.notes)
 
 
-def test_other_units_and_load_per_length(
-    lines: list[str], loaded: LoadedGrids, geared: GearMesh, tmp_path: Path
-) -> None:
+def test_other_units_and_load_per_length(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_path: Path) -> None:
     old = columns(lines)
     per_length = [float(f) / float(s) for f, s in zip(old["force"], old["length"], strict=True)]
     degrees = [math.degrees(float(angle)) for angle in old["pinion_angle"]]
@@ -82,9 +80,7 @@ def test_other_units_and_load_per_length(
         assert q.share.keys() == {pair for pair, share in p.share.items() if share > 0.0}
 
 
-def test_points_in_space_without_lengths(
-    lines: list[str], loaded: LoadedGrids, geared: GearMesh, tmp_path: Path
-) -> None:
+def test_points_in_space_without_lengths(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_path: Path) -> None:
     """Points of contact lines in the mesh frame, at the place of their own moment of contact."""
     names = ["pinion_angle [rad]", "x [m]", "y [m]", "z [m]", "force [N]"]
     rows = []
@@ -133,7 +129,7 @@ def change(number: int, name: str, value: str) -> Callable[[list[str]], list[str
     ],
 )
 def test_bad_files_are_refused_by_row(
-    lines: list[str], geared: GearMesh, tmp_path: Path, damage: Callable[[list[str]], list[str]], words: list[str]
+    lines: list[str], geared: Mesh, tmp_path: Path, damage: Callable[[list[str]], list[str]], words: list[str]
 ) -> None:
     with pytest.raises(InputError) as caught:
         read(damage(lines), tmp_path, geared)
@@ -142,18 +138,18 @@ def test_bad_files_are_refused_by_row(
         assert word in str(caught.value)
 
 
-def test_another_torque_than_that_of_the_file(lines: list[str], geared: GearMesh, tmp_path: Path) -> None:
+def test_another_torque_than_that_of_the_file(lines: list[str], geared: Mesh, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"torque = '250 N m'.*300 N m, the torque of load.csv"):
         read(lines, tmp_path, geared, 250.0)
 
 
-def test_uneven_positions(lines: list[str], geared: GearMesh, tmp_path: Path) -> None:
+def test_uneven_positions(lines: list[str], geared: Mesh, tmp_path: Path) -> None:
     first = lines[2].split(",")[0]
     kept = [line for line in lines[2:] if line.split(",")[0] != first]
     with pytest.raises(InputError, match="divide one pitch"):
         read([*lines[:2], *kept], tmp_path, geared)
 
 
-def test_missing_file(geared: GearMesh, tmp_path: Path) -> None:
+def test_missing_file(geared: Mesh, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not readable"):
-        read_load(tmp_path / "absent.csv", geared.pair, geared.mesh.teeth)
+        read_load(tmp_path / "absent.csv", geared.flanks, geared.grids.teeth)

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from efficiency.gear_mesh import GearMesh
 from efficiency.loss.compare import Comparison
-from efficiency.run import Conditions, resolve_design, run_compare
+from efficiency.pair import GearPair, Mesh
 from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.fit import fit_families
 from regression.friction.formula import FittedFormula
+from regression.plan.cost import available_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.recorder import Progress
 from regression.sweeping.sweep import SweepReport, sweep_shard
@@ -40,7 +40,7 @@ class DemoResult:
         Their results.
     formulas : tuple of Formula
         One per family, best cross-validated first.
-    gear : GearMesh
+    gear : Mesh
         Geometry of the pair.
     comparison : Comparison
         Friction models on the pair; the best formula first.
@@ -52,20 +52,22 @@ class DemoResult:
     sweep_report: SweepReport
     dataset: Dataset
     formulas: tuple[FittedFormula, ...]
-    gear: GearMesh
+    gear: Mesh
     comparison: Comparison
     seconds: dict[str, float]
 
 
-def run_demo(folder: Path, jobs: int, notify: Notify = lambda step, done, total: None) -> DemoResult:
+def run_demo(
+    folder: Path | str, jobs: int | None = None, notify: Notify = lambda step, done, total: None
+) -> DemoResult:
     """Run all steps and write their files and the report into a folder.
 
     Parameters
     ----------
-    folder : Path
+    folder : Path or str
         Made if there is none. Contacts already computed there are kept.
-    jobs : int
-        Worker processes of the sweep.
+    jobs : int, optional
+        Worker processes of the sweep; by default the cores there are.
     notify : callable
         Called with (step, done, total) as the work goes on.
 
@@ -76,9 +78,9 @@ def run_demo(folder: Path, jobs: int, notify: Notify = lambda step, done, total:
     ConvergenceError
         No formula could be fitted.
     """
-    from efficiency.gear_mesh import gear_mesh
     from efficiency.output.demo_report import write_demo_report
 
+    folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -96,7 +98,7 @@ def run_demo(folder: Path, jobs: int, notify: Notify = lambda step, done, total:
     def report_case(progress: Progress) -> None:
         notify("contacts", progress.done, progress.total)
 
-    report = sweep_shard(plan, folder / "run", jobs=jobs, progress=report_case)
+    report = sweep_shard(plan, folder / "run", jobs=jobs or available_jobs(), progress=report_case)
     dataset = load_dataset(folder / "run")
     lap("sweep")
 
@@ -111,10 +113,9 @@ def run_demo(folder: Path, jobs: int, notify: Notify = lambda step, done, total:
     lap("fit")
 
     notify("gear pair", 0, 1)
-    design = resolve_design(DESIGN)
-    gear = gear_mesh(design)
+    gear = GearPair(DESIGN).mesh()
     models = [*map(str, paths), "ehl:load_sharing", CONSTANT, "xu_kahraman_2007"]
-    comparison = run_compare(design, models, Conditions(), geared=gear)
+    comparison = gear.load().compare(models)
     notify("gear pair", 1, 1)
     lap("gear")
 

@@ -114,8 +114,22 @@ def _solver() -> Check:
     )
 
 
-def examine() -> list[Check]:
-    """Run all checks; an exception inside one is its failure."""
+def examine(*, installation_only: bool = False) -> list[Check]:
+    """Check the installation: packages, versions, data, compile cache, and one solution against its reference value.
+
+    Parameters
+    ----------
+    installation_only : bool
+        Only whether the three packages belong together; an `InputError` where they do not.
+
+    Returns
+    -------
+    list of Check
+        An exception inside one is its failure.
+    """
+    if installation_only:
+        require_one_installation()
+        return [check_one_installation()]
     checks = [_python(), check_one_installation(), *_dependencies()]
     for check in (_data, _cache, _solver):
         try:

@@ -1,0 +1,264 @@
+"""Commands around a design: `blank`, `settings`, `import`, `export`, `misalignment`, `study`, `plan`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import efficiency
+from efficiency.cli.options import (
+    MISALIGNMENT,
+    OPERATION,
+    OUTPUT,
+    DesignArgument,
+    JobsOption,
+    JsonOption,
+    OilOption,
+    SideOption,
+    UnitsOption,
+    check_units,
+    fail_unless_converged,
+    given,
+    one_side,
+    present,
+    print_json,
+    progress,
+)
+from ehl import InputError
+
+PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
+
+
+def blank(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A blank file, or the name of a shipped one.")],
+    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+) -> None:
+    """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings."""
+    pair = efficiency.blank(file)
+    print_json(pair.to_dict()) if json_output else pair.show()
+
+
+def settings(
+    targets: Annotated[str, typer.Argument(metavar="TARGETS", help="A targets file, or the name of a shipped one.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the design file here.")] = None,
+    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+) -> None:
+    """Machine settings of both members from a blank, a cutter and contact targets: a complete design file.
+
+    Exit code 1: a residual stays above 3 um rms; the design is written all the same.
+    """
+    result = efficiency.settings(targets)
+    if output is not None:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        output.write_text(result.text, encoding="utf-8")
+    print_json(result.to_dict()) if json_output else result.show()
+    if output is not None and not json_output:
+        print(f"design: {output}")
+    fail_unless_converged(result.status, "; ".join(result.warnings))
+
+
+def export(
+    design: Annotated[
+        str, typer.Argument(metavar="DESIGN|FORMULA", help="Design (file or name), or formula (file or name).")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for a design's files; file for a formula.")],
+    what: Annotated[
+        str, typer.Option(help="Comma-separated: tooth (STL of a space), member (STL), grid (CSV), summary (CSV).")
+    ] = "tooth, member, grid, summary",
+    member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
+    rows: Annotated[int, typer.Option(help="Points from root to tip.")] = 15,
+    columns: Annotated[int, typer.Option(help="Points from heel to toe.")] = 31,
+    margin: Annotated[
+        float, typer.Option(help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1.")
+    ] = 0.0,
+    rim: Annotated[str | None, typer.Option(help="Solids: rim below the root, such as '6 mm'.")] = None,
+    bore: Annotated[str | None, typer.Option(help="Members: diameter of the bore, '0 mm' for none.")] = None,
+    units: UnitsOption = "metric",
+    language: Annotated[
+        str | None,
+        typer.Option(help="Formula: python, c, fortran, matlab, latex, spreadsheet; by the suffix if not given."),
+    ] = None,
+    oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
+    oil_arguments: Annotated[
+        bool, typer.Option("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
+    ] = False,
+) -> None:
+    """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
+
+    A formula becomes one function with its range, interval and flag: .py, .c, .f90, .m, .tex, .xlsx (live cells), .txt
+    (formula for one cell).
+    """
+    from regression.formula import Formula, is_formula
+
+    if is_formula(design):
+        from regression.export.export import export_formula
+
+        formula = Formula.load(design).formula
+        program = export_formula(formula, output, language, oil=oil, oil_arguments=oil_arguments)
+        print(f"{output}: {formula.name}, {program.oil or 'oil properties as arguments'}")
+        return
+    if member not in ("pinion", "gear", "both"):
+        raise InputError("--member", member, "pinion, gear or both")
+    check_units(units)
+    written = efficiency.load(design).export(
+        output,
+        [part.strip() for part in what.split(",") if part.strip()],
+        members=("pinion", "gear") if member == "both" else (member,),
+        rows=rows,
+        columns=columns,
+        margin=margin,
+        units=units,
+        **given({"rim": rim, "bore": bore}),
+    )
+    for line in written:
+        print(line)
+
+
+def import_summary(
+    sheet: Annotated[Path, typer.Argument(metavar="SHEET", help="Machine summary, one 'label, value' a line.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Design file to write (TOML).")],
+    like: Annotated[
+        str | None, typer.Option(help="Design that gives what a sheet does not: assembly, materials, operation.")
+    ] = None,
+) -> None:
+    """Read a machine summary (inch or metric) into a design file."""
+    text, notes = efficiency.import_design(sheet, like)
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError("--output", str(output), "a writable file", f"{error}.") from None
+    print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
+    for note in notes:
+        print(f"note     {note}")
+
+
+def misalignment(
+    design: DesignArgument,
+    e: Annotated[
+        str | None, typer.Option("--E", help="Along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.")
+    ] = None,
+    p: Annotated[str | None, typer.Option("--P", help="Along the pinion axis, from apex to heel.")] = None,
+    g: Annotated[str | None, typer.Option("--G", help="Along the gear axis, from apex to heel.")] = None,
+    alpha: Annotated[str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
+    side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "drive",
+    marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
+    json_output: JsonOption = False,
+    csv: Annotated[Path | None, typer.Option(help="Write all states as CSV (SI units).")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
+) -> None:
+    """Misalignment study: unloaded contact over a grid of E, P, G and alpha, added to those of the design.
+
+    Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
+    """
+    axes = given({"E": e, "P": p, "G": g, "alpha": alpha})
+    states = efficiency.load(design).misalignment(side=side, marking=marking, **axes)
+    present(states, json_output, csv=csv, plot=plot)
+
+
+def study(
+    designs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[DESIGN...]", help=f"Design files or names of shipped ones; default: {' '.join(PAIRS)}."
+        ),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for page, tables and figures.", rich_help_panel=OUTPUT)
+    ] = Path("mixed-ehl-study"),
+    friction: Annotated[
+        str | None, typer.Option(help="Friction model as in `gear`; default: the formula shipped for the oil.")
+    ] = None,
+    torque: Annotated[
+        str | None,
+        typer.Option(help="Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", rich_help_panel=OPERATION),
+    ] = None,
+    speed: Annotated[str | None, typer.Option(help="Pinion speeds.", rich_help_panel=OPERATION)] = None,
+    temperature: Annotated[str | None, typer.Option(help="Oil temperatures.", rich_help_panel=OPERATION)] = None,
+    roughness: Annotated[
+        str | None, typer.Option(help="Rq of each flank: '0.2, 0.4 um'.", rich_help_panel=OPERATION)
+    ] = None,
+    oil: OilOption = None,
+    side: SideOption = "drive",
+    e: Annotated[
+        str | None,
+        typer.Option("--E", help="Along the offset: '-0.1, 0.1 mm'; '0 mm': none.", rich_help_panel=MISALIGNMENT),
+    ] = None,
+    p: Annotated[str | None, typer.Option("--P", help="Along the pinion axis.", rich_help_panel=MISALIGNMENT)] = None,
+    g: Annotated[str | None, typer.Option("--G", help="Along the gear axis.", rich_help_panel=MISALIGNMENT)] = None,
+    alpha: Annotated[
+        str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT)
+    ] = None,
+    jobs: JobsOption = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Parameter study: torque, speed, temperature, roughness, offset and misalignment against efficiency.
+
+    All combinations of the operating parameters, misalignments one at a time. A study that was killed goes on.
+    """
+    values = {"torque": torque, "speed": speed, "temperature": temperature, "roughness_rms": roughness}
+    values |= {"E": e, "P": p, "G": g, "alpha": alpha}
+    store = output / "points.jsonl"
+    if fresh and store.exists():
+        store.unlink()
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("--output", str(output), "a folder that can be written", f"{error}.") from None
+    chosen = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
+    with progress("points") as move:
+        result = efficiency.study(designs or PAIRS, report=move, **chosen, **given(values))
+    written = result.write(folder=output)
+    if json_output:
+        print_json(result.to_dict())
+    else:
+        result.show()
+        for path in written:
+            print(path)
+    fail_unless_converged(result.status, result.reason)
+
+
+def plan(
+    designs: Annotated[list[str], typer.Argument(metavar="DESIGN...", help="Design files, or names of shipped ones.")],
+    duty: Annotated[
+        Path, typer.Option(metavar="FILE", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="PLAN.toml", help="The plan file.")],
+    oil: Annotated[str | None, typer.Option(help="Oil card in place of the designs'.")] = None,
+    size: Annotated[int, typer.Option(min=1, help="Cases of the plan, for each oil.")] = 1024,
+    coverage: Annotated[float, typer.Option(help="Share of the lost work inside each range.")] = 0.98,
+    model: Annotated[
+        str, typer.Option(help="Model of the roughness: deterministic or load_sharing.")
+    ] = "deterministic",
+) -> None:
+    """Write the plan of a sweep whose ranges are what the contact points of gear designs see in their duty.
+
+    The ranges are quantiles weighted with the work lost at each point.
+    """
+    from regression import Plan, operating_range
+
+    if model not in ("deterministic", "load_sharing"):
+        raise InputError("--model", model, "deterministic or load_sharing")
+    if output.suffix != ".toml":
+        raise InputError("--output", str(output), "a file name ending in .toml")
+    pairs = [efficiency.load(design) for design in designs]
+    ranges = operating_range([point for pair in pairs for point in pair.duty_points(duty, oil)], coverage)
+    oils = tuple(dict.fromkeys([oil] if oil else [pair.design.operation.oil for pair in pairs]))
+    words = f"{100.0 * coverage:g} % of the work lost by {', '.join(pair.name for pair in pairs)} over {duty.name}"
+    text = ranges.plan_text(output.stem, oils, size=size, description=words, roughness=model)
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError("--output", str(output), "a writable path", f"{error.strerror}.") from None
+    ranges.table().print()
+    typer.echo(f"{output}: {Plan.from_file(output).count} cases; for its cost: mixed-ehl sweep {output} --estimate")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    for command in (blank, settings, export, misalignment, study, plan):
+        app.command()(command)
+    app.command("import")(import_summary)

@@ -1,0 +1,259 @@
+"""Commands of the gear pair: `gear`, `compare`, `demo`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import efficiency
+from efficiency.cli.options import (
+    GEOMETRY,
+    OPERATION,
+    OUTPUT,
+    AlphaOption,
+    CsvOption,
+    DesignArgument,
+    EOption,
+    FiguresOption,
+    GOption,
+    JobsOption,
+    JsonOption,
+    OilOption,
+    POption,
+    ReportOption,
+    SideOption,
+    SpeedOption,
+    TemperatureOption,
+    TorqueOption,
+    UnitsOption,
+    XlsxOption,
+    check_files,
+    check_units,
+    fail_unless_converged,
+    given,
+    is_list,
+    one_side,
+    present,
+    print_json,
+    progress,
+)
+from ehl import InputError
+
+LOSS = "Friction and loss"
+
+DriverOption = Annotated[
+    str | None, typer.Option(help="Member the power comes from: pinion or gear.", rich_help_panel=LOSS)
+]
+EquilibriumOption = Annotated[
+    bool,
+    typer.Option(
+        "--friction-in-equilibrium", help="Let friction forces help to carry the torque.", rich_help_panel=LOSS
+    ),
+]
+BulkOption = Annotated[
+    bool,
+    typer.Option(
+        "--bulk-temperature",
+        help="Bulk temperature of the teeth by a heat balance, [cooling] of the design.",
+        rich_help_panel=LOSS,
+    ),
+]
+UncertaintyOption = Annotated[
+    bool,
+    typer.Option(
+        "--uncertainty",
+        help="Interval of the efficiency from formula, boundary friction and roughness.",
+        rich_help_panel=LOSS,
+    ),
+]
+LoadFromOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="CSV file with the load distribution of another program, in place of the own one.", rich_help_panel=LOSS
+    ),
+]
+SaveLoadOption = Annotated[
+    Path | None, typer.Option(help="Write the load distribution as CSV, as --load-from reads it.", rich_help_panel=LOSS)
+]
+DutyOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours; energies by row and in total.",
+        rich_help_panel=LOSS,
+    ),
+]
+
+
+def gear(
+    design: DesignArgument,
+    friction: Annotated[
+        str,
+        typer.Option(
+            help="Formula file, constant:0.05, a published formula's name, ehl, ehl:load_sharing or ehl:smooth."
+        ),
+    ] = "constant:0.05",
+    torque: TorqueOption = None,
+    speed: SpeedOption = None,
+    temperature: TemperatureOption = None,
+    oil: OilOption = None,
+    side: Annotated[
+        str | None,
+        typer.Option(
+            help="Flanks in contact: drive (default under load), coast, or both (geometry only).",
+            rich_help_panel=OPERATION,
+        ),
+    ] = None,
+    e: EOption = None,
+    p: POption = None,
+    g: GOption = None,
+    alpha: AlphaOption = None,
+    driver: DriverOption = None,
+    friction_in_equilibrium: EquilibriumOption = False,
+    bulk_temperature: BulkOption = False,
+    uncertainty: UncertaintyOption = False,
+    duty: DutyOption = None,
+    load_from: LoadFromOption = None,
+    save_load: SaveLoadOption = None,
+    json_output: JsonOption = False,
+    plot: FiguresOption = None,
+    report: ReportOption = None,
+    xlsx: XlsxOption = None,
+    csv: CsvOption = None,
+    units: UnitsOption = "metric",
+    geometry: Annotated[
+        bool,
+        typer.Option(
+            "--geometry",
+            help="Unloaded contact: no load, no friction.",
+            rich_help_panel=GEOMETRY,
+        ),
+    ] = False,
+    marking: Annotated[
+        str | None,
+        typer.Option(help="Thickness of the marking compound, default '6.35 um'.", rich_help_panel=GEOMETRY),
+    ] = None,
+) -> None:
+    """Efficiency of a gear pair: geometry, contact, load, friction, power loss.
+
+    A comma-separated list of torques, speeds or temperatures ('100, 200, 300 N m') makes a map.
+    """
+    point: dict[str, object] = {"--torque": torque, "--speed": speed, "--temperature": temperature, "--driver": driver}
+    options: dict[str, object] = {
+        "--friction-in-equilibrium": friction_in_equilibrium,
+        "--bulk-temperature": bulk_temperature,
+        "--uncertainty": uncertainty,
+        "--load-from": load_from,
+        "--save-load": save_load,
+    }
+    check_files(report=report, xlsx=xlsx)
+    check_units(units)
+    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "alpha": alpha}))
+    if geometry:
+        refuse(
+            "--geometry, which takes no load and no oil",
+            point | options | {"--duty": duty, "--oil": oil} | {"--xlsx": xlsx, "--csv": csv},
+        )
+        shape = pair.geometry(side or "both", marking)
+        shape.write(units=units, plot=plot, report=report)
+        print_json(shape.to_dict()) if json_output else shape.show(units=units)
+        for name, reason in shape.failures.items():
+            typer.echo(f"{name}: {reason}", err=True)
+        fail_unless_converged(shape.status, "")
+        return
+    if marking is not None:
+        raise InputError("--marking", marking, "only together with --geometry")
+    if driver not in (None, "pinion", "gear"):
+        raise InputError("--driver", driver, "pinion or gear")
+    flanks = one_side(side or "drive")
+    if duty is not None:
+        refuse("--duty", point | options | {"--side": side, "--plot": plot, "--report": report})
+        with progress("rows of the duty cycle") as move:
+            cycle = pair.duty(duty, friction, oil=oil, report=move)
+        present(cycle, json_output, xlsx=xlsx, csv=csv)
+        return
+    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
+    fixed = given({"oil": oil, "driver": driver})
+    if any(is_list(text) for text in axes.values()):
+        refuse("lists of operating points", options)
+        with progress("operating points") as move:
+            grid = pair.mesh(flanks).map(friction, fixed=fixed, report=move, **axes)
+        present(grid, json_output, units=units, plot=plot, report=report, xlsx=xlsx, csv=csv)
+        return
+    if load_from is not None:
+        refuse("--load-from", {"--bulk-temperature": bulk_temperature, "--uncertainty": uncertainty})
+    mesh = pair.mesh(flanks)
+    at = axes.pop("torque", None)
+    loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
+    conditions, balance = axes | fixed, None
+    if bulk_temperature:
+        balance = loaded.heat_balance(friction, friction_in_equilibrium=friction_in_equilibrium, **conditions)
+        result = balance.result
+    else:
+        result = loaded.efficiency(friction, friction_in_equilibrium=friction_in_equilibrium, **conditions)
+    if save_load is not None:
+        loaded.write_load(save_load)
+    spread = result.uncertainty() if uncertainty and result.status == "converged" else None
+    more = given({"balance": balance, "uncertainty": spread})
+    present(result, json_output, units=units, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
+
+
+def compare(
+    design: DesignArgument,
+    friction: Annotated[
+        list[str] | None, typer.Option(help="A friction model; repeat for several. Default: constants, published, ehl.")
+    ] = None,
+    torque: TorqueOption = None,
+    speed: SpeedOption = None,
+    temperature: TemperatureOption = None,
+    oil: OilOption = None,
+    side: SideOption = "drive",
+    driver: DriverOption = None,
+    load_from: LoadFromOption = None,
+    json_output: JsonOption = False,
+    plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).", rich_help_panel=OUTPUT)] = None,
+    report: ReportOption = None,
+    xlsx: XlsxOption = None,
+    csv: CsvOption = None,
+) -> None:
+    """Compare friction models, constant mu and closed forms on one gear pair."""
+    check_files(report=report, xlsx=xlsx)
+    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
+    for name, text in axes.items():
+        if is_list(text):
+            raise InputError(f"--{name}", text, "one value; lists make a map with `mixed-ehl gear`")
+    if driver not in (None, "pinion", "gear"):
+        raise InputError("--driver", driver, "pinion or gear")
+    mesh, at = efficiency.load(design).mesh(one_side(side)), axes.pop("torque", None)
+    loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
+    comparison = loaded.compare(friction, **axes, **given({"oil": oil, "driver": driver}))
+    present(comparison, json_output, plot=plot, report=report, xlsx=xlsx, csv=csv)
+
+
+def refuse(what: str, options: Mapping[str, object]) -> None:
+    """`InputError` for options that mean nothing beside something else."""
+    for name, value in options.items():
+        if value is not None and value is not False:
+            raise InputError(name, str(value), f"nothing beside {what}")
+
+
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("mixed-ehl-demo"),
+    jobs: JobsOption = None,
+) -> None:
+    """The main job, small and real: sweep, fit, gear, compare, one HTML report."""
+    with progress("contacts", "formulas", "gear pair") as move:
+        result = efficiency.demo(output, jobs, move)
+    result.comparison.show()
+    print(f"report: {output / 'report.html'}")
+    fail_unless_converged(result.comparison.status, result.comparison.reason)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this package to the application."""
+    app.command()(gear)
+    app.command()(compare)
+    app.command()(demo)

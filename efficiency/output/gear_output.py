@@ -1,0 +1,237 @@
+"""What a gear result shows and writes: tables on the terminal, figures, one page, a workbook, CSV files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from efficiency.loss.compare import Comparison
+from efficiency.loss.duty import DutyCycle
+from efficiency.loss.grid import Grid
+from efficiency.loss.result import EfficiencyResult
+from ehl.io.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from efficiency.design.design import Design
+    from efficiency.loss.heat_balance import HeatBalance
+    from efficiency.loss.uncertainty import EfficiencyUncertainty
+    from efficiency.output.machine_summary import Units
+    from ehl.view.table import Table
+
+_SUFFIXES = {"report": (".html", ".htm"), "xlsx": (".xlsx",)}
+
+
+@dataclass(frozen=True)
+class OutputFiles:
+    """Where results go; None writes nothing.
+
+    Parameters
+    ----------
+    plot : Path, optional
+        Folder for figures, or the file of the one figure of a comparison.
+    report : Path, optional
+        HTML page.
+    xlsx : Path, optional
+        Workbook.
+    csv : Path, optional
+        Folder of CSV files.
+
+    Raises
+    ------
+    InputError
+        A suffix that does not belong to the kind of file.
+    """
+
+    plot: Path | None = None
+    report: Path | None = None
+    xlsx: Path | None = None
+    csv: Path | None = None
+
+    @classmethod
+    def of(cls, files: Mapping[str, Any]) -> OutputFiles:
+        """From names of the kinds of files to places."""
+        for name in files:
+            if name not in cls.__dataclass_fields__:
+                raise InputError("file", name, "one of " + ", ".join(cls.__dataclass_fields__))
+        return cls(**{name: None if place is None else Path(place) for name, place in files.items()})
+
+    def __post_init__(self) -> None:
+        for name, suffixes in _SUFFIXES.items():
+            path: Path | None = getattr(self, name)
+            if path is not None and path.suffix.lower() not in suffixes:
+                raise InputError(f"--{name}", str(path), f"a file name ending in {suffixes[0]}")
+
+    def write_tables(self, tables: list[Table], title: str) -> None:
+        """The workbook and the CSV files that are asked for."""
+        from ehl.view.table import write_csv, write_xlsx
+
+        if self.xlsx is not None:
+            write_xlsx(self.xlsx, tables, title)
+        if self.csv is not None:
+            write_csv(self.csv, tables)
+
+
+@dataclass(frozen=True)
+class GearOutput:
+    """Draws, prints and writes the results of a design (`efficiency.loss.result.Output`)."""
+
+    design: Design
+
+    def figures(self, result: Any) -> dict[str, Figure]:
+        """Figures by their names, the most telling one first."""
+        from efficiency.output import (
+            gear_report,
+            geometry_report,
+            plots_load,
+            plots_map,
+            plots_misalignment,
+            plots_study,
+        )
+
+        if isinstance(result, EfficiencyResult):
+            named: Any = gear_report.gear_figures(self.design, result)
+        elif isinstance(result, Grid):
+            named = plots_map.grid_figures(result)
+        elif isinstance(result, Comparison):
+            named = [("comparison", plots_load.plot_comparison(result))]
+        elif isinstance(result, DutyCycle):
+            named = [("duty", plots_map.duty_figure(result))]
+        elif hasattr(result, "studies"):
+            named = plots_misalignment.study_figures(self.design, result.studies)
+        elif hasattr(result, "levels"):
+            named = plots_study.study_figures(result)
+        else:
+            named = [
+                (f"{side}_{name}", figure, caption)
+                for side, shown in result.sides.items()
+                for name, figure, caption in geometry_report.side_figures(shown)
+            ]
+        return {part[0]: part[1] for part in named}
+
+    def tables(self, result: Any, **parts: Any) -> list[Table]:
+        """The tables a reader looks for first; `balance` and `uncertainty` of an efficiency with it."""
+        from efficiency.output import study_report, tables
+
+        if isinstance(result, Grid):
+            if tuple(result.axes) == ("torque", "speed", "temperature"):
+                return [*tables.efficiency_grids(result), tables.remarks_table(result.results)]
+            return [tables.map_table(result)]
+        if isinstance(result, Comparison):
+            return [tables.comparison_table(result)]
+        if isinstance(result, DutyCycle):
+            return [tables.duty_table(result)]
+        if isinstance(result, EfficiencyResult):
+            return [tables.efficiency_table(result), *_added(parts.get("balance"), parts.get("uncertainty"))]
+        return [study_report.influence_table(result)]
+
+    def show(self, result: Any, **parts: Any) -> None:
+        """Print the tables of a result."""
+        from efficiency.output import geometry_tables, misalignment_table
+
+        if hasattr(result, "studies"):
+            for study in result.studies:
+                misalignment_table.print_study(study)
+        elif hasattr(result, "flanks"):
+            geometry_tables.print_geometry(result, parts.get("units", "metric"))
+        else:
+            for table in self.tables(result, **parts):
+                table.print()
+
+    def write(self, result: Any, units: Any, **files: Any) -> list[Path]:
+        """Write files, see `efficiency.loss.result.Presented.write`."""
+        from efficiency.output import geometry_report, misalignment_table, plots_misalignment, study_report
+
+        if hasattr(result, "levels"):
+            return study_report.write_study(result, Path(files["folder"]))
+        balance, uncertainty = files.pop("balance", None), files.pop("uncertainty", None)
+        where = OutputFiles.of(files)
+        if isinstance(result, EfficiencyResult):
+            write_result(self.design, result, where, units, balance, uncertainty)
+        elif isinstance(result, Grid):
+            write_map(self.design, result, where, units)
+        elif isinstance(result, Comparison):
+            write_comparison(result, where)
+        elif isinstance(result, DutyCycle):
+            write_duty(result, where)
+        elif hasattr(result, "studies"):
+            if where.csv is not None:
+                misalignment_table.write_study(where.csv, result.studies)
+            if where.plot is not None:
+                plots_misalignment.save_study_figures(self.design, result.studies, where.plot)
+        else:
+            if where.plot is not None:
+                geometry_report.save_geometry_figures(result, where.plot)
+            if where.report is not None:
+                geometry_report.write_geometry_report(result, where.report, units)
+        written = (where.plot, where.report, where.xlsx, where.csv)
+        return [path for path in written if path is not None]
+
+
+def write_result(
+    design: Design,
+    result: EfficiencyResult,
+    files: OutputFiles,
+    units: Units = "metric",
+    balance: HeatBalance | None = None,
+    uncertainty: EfficiencyUncertainty | None = None,
+) -> None:
+    """Figures, page and tables of one operating point."""
+    from efficiency.output.gear_report import save_gear_figures, write_gear_report
+    from efficiency.output.tables import operating_point, result_tables
+
+    more = _added(balance, uncertainty)
+    if files.plot is not None:
+        save_gear_figures(design, result, files.plot)
+    if files.report is not None:
+        write_gear_report(design, result, files.report, None, units, more)
+    title = f"{operating_point(result)}, friction {result.friction_model}"
+    files.write_tables([*result_tables(result), *more], title)
+
+
+def _added(balance: HeatBalance | None, uncertainty: EfficiencyUncertainty | None) -> list[Table]:
+    """Tables of what was computed with a result."""
+    from efficiency.output.tables import balance_table, uncertainty_table
+
+    found = [] if balance is None else [balance_table(balance)]
+    return found if uncertainty is None else [*found, uncertainty_table(uncertainty)]
+
+
+def write_map(design: Design, grid: Grid, files: OutputFiles, units: Units = "metric") -> None:
+    """Figures, page and tables of a map; the page and the points are of the point next to the design's own."""
+    from efficiency.output.gear_report import nearest_point, save_map_figures, write_gear_report
+    from efficiency.output.tables import map_tables
+
+    result = nearest_point(design, grid)
+    if files.plot is not None:
+        save_map_figures(grid, files.plot)
+    if files.report is not None:
+        write_gear_report(design, result, files.report, grid, units)
+    files.write_tables(map_tables(grid), f"{result.design}, {result.side}: map, friction {result.friction_model}")
+
+
+def write_comparison(comparison: Comparison, files: OutputFiles) -> None:
+    """Figure, page and tables of a comparison."""
+    from efficiency.output.comparison_report import write_comparison_report
+    from efficiency.output.plots_load import plot_comparison
+    from efficiency.output.tables import comparison_tables, operating_point
+    from ehl.view.plots import save_figure
+
+    if files.plot is not None:
+        save_figure(plot_comparison(comparison), files.plot)
+    if files.report is not None:
+        write_comparison_report(comparison, files.report)
+    files.write_tables(comparison_tables(comparison), f"{operating_point(comparison)}: friction models")
+
+
+def write_duty(duty: DutyCycle, files: OutputFiles) -> None:
+    """Tables of a duty cycle."""
+    from efficiency.output.tables import duty_table, remarks_table
+
+    if files.plot is not None or files.report is not None:
+        raise InputError("write", "plot or report", "xlsx or csv for a duty cycle")
+    title = f"{duty.design}: duty cycle, friction {duty.friction_model}"
+    files.write_tables([duty_table(duty), remarks_table(duty.results)], title)

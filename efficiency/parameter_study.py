@@ -1,0 +1,574 @@
+"""Parameter study: what torque, speed, temperature, roughness, offset and misalignment do to the efficiency.
+
+designs x (aligned + misalignments)  ->  geometry  ->  torques  ->  load  ->  speeds x temperatures x roughnesses
+
+A grid of `efficiency.loss.grid` in tasks. Each task is written down when it ends; a study that was killed goes on where
+it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import lru_cache
+from itertools import groupby, product
+from math import radians
+from operator import itemgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from efficiency.contact.gear_flanks import Side
+from efficiency.design.design import Design
+from efficiency.loss.ehl_friction import EhlFriction
+from efficiency.loss.grid import count_reasons, solve_points
+from efficiency.loss.result import EfficiencyResult, Output, Presented
+from efficiency.output.gear_output import GearOutput
+from efficiency.pair import POINTS_PER_LINE, POSITIONS, Friction, GearPair, axis_values, resolve_friction
+from ehl import __version__
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.io.numbers import finite_or_none
+from ehl.quantities import Quantity, quantities
+from regression.formula import Formula
+from regression.friction.models import FrictionModel
+from regression.plan.cost import available_jobs
+
+if TYPE_CHECKING:
+    import pandas
+
+OPERATING = ("torque", "speed", "temperature_oil", "roughness_rms")
+MISALIGNED = ("E", "P", "G", "alpha")
+
+# shares of the design's own torque and speed; Celsius; metres; ours, after the ranges of automotive axles
+_TORQUES, _SPEEDS = (0.1, 0.3, 0.6, 1.0, 1.5), (0.1, 0.25, 0.5, 1.0)
+_TEMPERATURES = (313.15, 333.15, 363.15, 393.15)
+_ROUGHNESSES = (1e-7, 2e-7, 4e-7, 8e-7)
+_SHIFTS = (-1e-4, -5e-5, 5e-5, 1e-4)
+_ARCMIN = radians(1.0 / 60.0)
+_TURNS = (-4.0 * _ARCMIN, -2.0 * _ARCMIN, 2.0 * _ARCMIN, 4.0 * _ARCMIN)
+_MAX_POINTS = 200_000
+DESIGNS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Values of each parameter in SI units; all combinations of the first four, one misalignment at a time.
+
+    Parameters
+    ----------
+    torque, speed, temperature_oil, roughness_rms : tuple of float
+        Pinion torque [N m] and speed [rad/s], oil temperature [K], Rq of both flanks, each [m].
+    E, P, G, alpha : tuple of float
+        Misalignments added to those of the design [m], [rad]; zero is always computed.
+    """
+
+    torque: tuple[float, ...]
+    speed: tuple[float, ...]
+    temperature_oil: tuple[float, ...]
+    roughness_rms: tuple[float, ...]
+    E: tuple[float, ...] = _SHIFTS
+    P: tuple[float, ...] = _SHIFTS
+    G: tuple[float, ...] = _SHIFTS
+    alpha: tuple[float, ...] = _TURNS
+
+    def __post_init__(self) -> None:
+        for name in OPERATING:
+            if not getattr(self, name):
+                raise InputError(name, (), "at least one value")
+        size = len(self.torque) * len(self.speed) * len(self.temperature_oil) * len(self.roughness_rms)
+        if size > _MAX_POINTS:
+            raise InputError("levels", f"{size} operating points", f"at most {_MAX_POINTS} for each design")
+
+    @classmethod
+    def around(cls, design: Design, **given: tuple[float, ...]) -> Levels:
+        """Default levels about the operating point of a design; `given` replaces some of them."""
+        point = design.operation
+        default = cls(
+            torque=tuple(share * point.torque for share in _TORQUES),
+            speed=tuple(share * point.speed for share in _SPEEDS),
+            temperature_oil=_TEMPERATURES,
+            roughness_rms=_ROUGHNESSES,
+        )
+        ordered = {name: tuple(sorted(set(values))) for name, values in given.items()}
+        return replace(default, **ordered)
+
+    def reference(self, design: Design) -> dict[str, float]:
+        """The level of each operating parameter next to the design's own."""
+        own = design.operation
+        values = {
+            "torque": own.torque,
+            "speed": own.speed,
+            "temperature_oil": own.temperature_oil,
+            "roughness_rms": design.pinion.roughness_rms,
+        }
+        return {name: min(getattr(self, name), key=lambda level: abs(level - value)) for name, value in values.items()}
+
+    def shifts(self) -> list[dict[str, float]]:
+        """Misalignments, one at a time, zero left out."""
+        return [{name: value} for name in MISALIGNED for value in getattr(self, name) if value != 0.0]
+
+    def to_dict(self) -> dict[str, list[float]]:
+        """For JSON."""
+        return {f.name: list(getattr(self, f.name)) for f in fields(self)}
+
+
+def level_quantity(name: str) -> Quantity:
+    """What a parameter of a study is: misalignments by their letters, the roughness that of each flank."""
+    known = quantities()
+    return known.get(f"study.{name}") or known.get(f"misalignment.{name}") or known[name]
+
+
+@dataclass(frozen=True)
+class StudyPoint:
+    """One design, misalignment and operating point; SI units, names as in `EfficiencyResult`.
+
+    Attributes
+    ----------
+    design, hypoid_offset : str, float
+        [-], [m].
+    E, P, G, alpha : float
+        Misalignments added to the design's [m], [rad].
+    torque, speed, temperature_oil, roughness_rms : float
+        Of the pinion [N m], [rad/s]; oil [K]; Rq of both flanks, each [m].
+    efficiency ... outside_range_share : float
+        nan where the point failed.
+    film_ratio : float
+        Mean weighted with the sliding power [-].
+    temperature_flash : float
+        Greatest surface temperature of the cycle [K].
+    status, reason : str
+    seconds : float
+    """
+
+    design: str
+    hypoid_offset: float
+    E: float
+    P: float
+    G: float
+    alpha: float
+    torque: float
+    speed: float
+    temperature_oil: float
+    roughness_rms: float
+    efficiency: float = math.nan
+    efficiency_lower: float = math.nan
+    efficiency_upper: float = math.nan
+    efficiency_error: float = math.nan
+    efficiency_with_rolling: float = math.nan
+    power_loss: float = math.nan
+    power_loss_rolling: float = math.nan
+    power_input: float = math.nan
+    friction_coefficient_mean: float = math.nan
+    film_ratio: float = math.nan
+    pressure_max: float = math.nan
+    temperature_flash: float = math.nan
+    transmission_error_loaded: float = math.nan
+    transmission_error_unloaded: float = math.nan
+    outside_range_share: float = math.nan
+    status: str = "failed"
+    reason: str = ""
+    seconds: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """Design and state in words, to name a point that failed."""
+        names = ("torque", "speed", "temperature_oil", "roughness_rms", *filter(self._shifted, MISALIGNED))
+        levels = (f"{name} {level_quantity(name).text(getattr(self, name))}" for name in names)
+        return f"{self.design}, {', '.join(levels)}"
+
+    def _shifted(self, name: str) -> bool:
+        return bool(getattr(self, name) != 0.0)
+
+    @property
+    def aligned(self) -> bool:
+        """Whether no misalignment is added."""
+        return not any(self._shifted(name) for name in MISALIGNED)
+
+
+def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
+    """A point with what was computed for it."""
+    names = {f.name for f in fields(StudyPoint)} & set(result.__dataclass_fields__)
+    names -= {"design", "temperature_oil"}
+    weight = result.points.force * result.points.speed_sliding
+    ratio = np.where(np.isfinite(result.lubrication.film_ratio), result.lubrication.film_ratio, np.nan)
+    mean = float(np.nansum(weight * ratio) / np.sum(weight)) if weight.sum() > 0.0 else math.nan
+    values = asdict(point) | {name: getattr(result, name) for name in names}
+    flash = float(np.nanmax(result.lubrication.temperature_flash)) if result.points.force.size else math.nan
+    return StudyPoint(**values | {"film_ratio": mean, "temperature_flash": flash})
+
+
+@dataclass(frozen=True, repr=False)
+class Study(Presented):
+    """Efficiencies of some designs over the parameters.
+
+    Attributes
+    ----------
+    designs : tuple of str
+        In the order given.
+    side, oil, friction_model : str
+    levels : Levels
+    reference : dict
+        Operating point through which the sections go.
+    points : tuple of StudyPoint
+    notes : dict
+        Note of a computation, and of how many points.
+    jobs, reused : int
+        Worker processes; points that an earlier run had computed.
+    seconds : float
+        Wall time.
+    """
+
+    designs: tuple[str, ...]
+    side: str
+    oil: str
+    friction_model: str
+    levels: Levels
+    reference: dict[str, float]
+    points: tuple[StudyPoint, ...]
+    notes: dict[str, int]
+    jobs: int
+    reused: int
+    seconds: float
+    output: Output | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any point failed."""
+        return "failed" if self.failed else "converged"
+
+    @property
+    def failed(self) -> tuple[StudyPoint, ...]:
+        """Points that failed."""
+        return tuple(point for point in self.points if point.status == "failed")
+
+    @property
+    def reason(self) -> str:
+        """How many points failed for which reason."""
+        return count_reasons([point.reason for point in self.points], "points")
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per point, SI units."""
+        import pandas
+
+        return pandas.DataFrame([asdict(point) for point in self.points])
+
+    def __repr__(self) -> str:
+        return f"Study({', '.join(self.designs)}, {self.friction_model}: {len(self.points)} points, {self.status})"
+
+    def section(self, design: str, name: str, **fixed: float) -> list[StudyPoint]:
+        """Points of a design along one parameter, in its order; the others as fixed, else at the reference."""
+        state = self.reference | fixed
+        held = {key: value for key, value in state.items() if key != name}
+        shifts = {key: fixed.get(key, 0.0) for key in MISALIGNED if key != name}
+        chosen = [
+            point
+            for point in self.points
+            if point.design == design and all(getattr(point, key) == value for key, value in (held | shifts).items())
+            if name in MISALIGNED or getattr(point, name) in getattr(self.levels, name)
+        ]
+        return sorted(chosen, key=lambda point: float(getattr(point, name)))
+
+    def reference_point(self, design: str) -> StudyPoint:
+        """The point of a design at the reference."""
+        torque = self.reference["torque"]
+        return next(point for point in self.section(design, "torque") if point.torque == torque and point.aligned)
+
+    def influence(self, design: str, name: str) -> tuple[float, float]:
+        """Minimum and maximum efficiency over one parameter, the others at the reference; nan where all failed."""
+        values = [point.efficiency for point in self.section(design, name)]
+        known = [value for value in values if math.isfinite(value)]
+        return (min(known), max(known)) if known else (math.nan, math.nan)
+
+    @property
+    def varied(self) -> list[str]:
+        """Parameters with more than one value."""
+        return [name for name in OPERATING if len(getattr(self.levels, name)) > 1] + [
+            name for name in MISALIGNED if any(value != 0.0 for value in getattr(self.levels, name))
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON; not-a-number becomes None."""
+        names = (
+            "designs",
+            "side",
+            "oil",
+            "friction_model",
+            "reference",
+            "status",
+            "reason",
+            "notes",
+            "jobs",
+            "seconds",
+        )
+        head = {name: getattr(self, name) for name in names}
+        rows = finite_or_none(self.points)
+        reference = finite_or_none([self.reference_point(design) for design in self.designs])
+        head |= {"designs": list(self.designs), "levels": self.levels.to_dict(), "points": rows}
+        return head | {"reference_points": reference}
+
+
+State = tuple[float, float, float, float]
+"""Torque, speed, temperature, roughness."""
+
+
+@dataclass(frozen=True)
+class StudyTask:
+    """States of one design under one misalignment.
+
+    Attributes
+    ----------
+    design : Design
+        Misalignment included.
+    blank : StudyPoint
+        Names the design and what was added to its misalignment.
+    side : str
+    oil : str
+    friction : FrictionModel
+    states : tuple
+        Torque, speed, temperature, roughness of each point.
+    grid : (int, int)
+        Positions and points per line.
+    """
+
+    design: Design
+    blank: StudyPoint
+    side: Side
+    oil: str
+    friction: FrictionModel
+    states: tuple[State, ...]
+    grid: tuple[int, int]
+
+    @property
+    def key(self) -> str:
+        """Hash of all that the result depends on, the version of the program included."""
+        model: object = self.friction
+        if isinstance(model, Formula):
+            model = model.formula.model_dump_json()
+        design = self.design.model_dump_json()
+        content = (__version__, design, self.side, self.oil, model, self.states, self.grid, asdict(self.blank))
+        return hashlib.sha256(repr(content).encode()).hexdigest()
+
+
+def run_study(
+    designs: Sequence[GearPair | Design | str | Path] = DESIGNS,
+    friction: Friction | None = None,
+    levels: Levels | None = None,
+    *,
+    side: Side = "drive",
+    oil: str | None = None,
+    positions: int = POSITIONS,
+    points_per_line: int = POINTS_PER_LINE,
+    jobs: int | None = 1,
+    store: Path | None = None,
+    report: Callable[[int, int], None] | None = None,
+    **values: Any,
+) -> Study:
+    """Efficiency of designs over torque, speed, temperature, roughness and misalignment.
+
+    Parameters
+    ----------
+    designs : sequence of Design or str
+        Pairs to compare; the first gives the reference operating point and the default levels.
+    friction : FrictionModel or str, optional
+        Friction model or its name; by default the formula shipped for the oil.
+    levels : Levels, optional
+        Values of all parameters; by default around the operating point of the first design.
+    side : {"drive", "coast"}
+        Flanks that carry the load.
+    oil : str, optional
+        Oil card in place of the first design's; it is the same for all designs.
+    positions, points_per_line : int
+        Resolution of each point.
+    jobs : int, optional
+        Worker processes, None for the cores there are. Models that solve contacts have their own: they are asked one
+        after the other.
+    store : Path, optional
+        File of the finished tasks, read and continued.
+    report : callable, optional
+        Called with the number of points done and of all points.
+    **values : sequence
+        Of `torque`, `speed`, `temperature`, `roughness_rms`, `E`, `P`, `G`, `alpha` in place of the default levels, as
+        in `GearPair.over`.
+
+    Raises
+    ------
+    InputError
+        No design, two of one name, or a value that a single computation refuses. A point that cannot be computed is a
+        recorded status.
+    """
+    clock = time.perf_counter()
+    jobs = jobs or available_jobs()
+    pairs = [(design if isinstance(design, GearPair) else GearPair(design)).design for design in designs]
+    names = [pair.name for pair in pairs]
+    if not pairs or len(set(names)) < len(names):
+        raise InputError("designs", names, "at least one design, each once")
+    card = oil or pairs[0].operation.oil
+    Oil.load(card)
+    named = {"temperature": "temperature_oil"}
+    given = {named.get(name, name): tuple(axis_values(name, value)) for name, value in values.items()}
+    chosen = Levels.around(pairs[0], **given) if levels is None else levels
+    reference = chosen.reference(pairs[0])
+    model = resolve_friction(friction if friction is not None else default_friction(card), pairs[0])
+    costly = isinstance(model, EhlFriction)
+    tasks: list[StudyTask] = []
+    for pair in pairs:
+        own = resolve_friction(friction, pair) if isinstance(friction, str) else model
+        tasks += _tasks(pair, own, chosen, reference, side, card, (positions, points_per_line), costly)
+    known = _read(store) if store is not None else {}
+    waiting = [task for task in tasks if task.key not in known]
+    total = sum(len(task.states) for task in tasks)
+    done = sum(len(task.states) for task in tasks if task.key in known)
+    reused = done
+    for key, found in _solve_all(waiting, 1 if costly else jobs):
+        known[key] = found
+        if store is not None:
+            _append(store, key, found)
+        done += len(found[0])
+        if report is not None:
+            report(done, total)
+    notes: Counter[str] = Counter()
+    points: list[StudyPoint] = []
+    for task in tasks:
+        part, remarks = known[task.key]
+        points += part
+        notes.update(remarks)
+    seconds = time.perf_counter() - clock
+    return Study(
+        tuple(names),
+        side,
+        card,
+        model.name,
+        chosen,
+        reference,
+        tuple(points),
+        dict(notes),
+        jobs,
+        reused,
+        seconds,
+        GearOutput(pairs[0]),
+    )
+
+
+def default_friction(oil: str) -> str:
+    """The formula shipped for an oil, else a published one that knows pressure, speeds, viscosity and roughness."""
+    from regression.formula import shipped_formulas
+
+    shipped = shipped_formulas(oil)
+    return shipped[0] if shipped else "xu_kahraman_2007"
+
+
+def _tasks(
+    design: Design,
+    friction: FrictionModel,
+    levels: Levels,
+    reference: dict[str, float],
+    side: Side,
+    oil: str,
+    grid: tuple[int, int],
+    costly: bool,
+) -> Iterator[StudyTask]:
+    """States of the aligned design, a task for each torque, and each misalignment at the reference.
+
+    Costly states make a task each.
+    """
+    every = tuple(product(levels.torque, levels.speed, levels.temperature_oil, levels.roughness_rms))
+    middle = (reference["torque"], reference["speed"], reference["temperature_oil"], reference["roughness_rms"])
+    start = design.assembly.misalignment
+    for shift in ({}, *levels.shifts()):
+        moved = {name: getattr(start, name) + shift.get(name, 0.0) for name in MISALIGNED}
+        blank = StudyPoint(
+            design=design.name,
+            hypoid_offset=design.assembly.hypoid_offset,
+            E=shift.get("E", 0.0),
+            P=shift.get("P", 0.0),
+            G=shift.get("G", 0.0),
+            alpha=shift.get("alpha", 0.0),
+            torque=0.0,
+            speed=0.0,
+            temperature_oil=0.0,
+            roughness_rms=0.0,
+        )
+        task = StudyTask(design.with_misalignment(**moved), blank, side, oil, friction, (), grid)
+        states = (middle,) if shift else every
+        for _, part in groupby(states, key=None if costly else itemgetter(0)):
+            yield replace(task, states=tuple(part))
+
+
+Found = tuple[list[StudyPoint], dict[str, int]]
+
+
+def _solve_all(tasks: Sequence[StudyTask], jobs: int) -> Iterator[tuple[str, Found]]:
+    """Key and result of each task, as they end; long ones first."""
+    ordered = sorted(tasks, key=lambda task: -len(task.states))
+    if jobs == 1 or len(ordered) < 2:
+        yield from map(_solve, ordered)
+        return
+    from joblib import Parallel, delayed, parallel_config
+
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        yield from Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(_solve)(task) for task in ordered)
+
+
+def _solve(task: StudyTask) -> tuple[str, Found]:
+    """All points of a task; what cannot be computed is a failed point with its reason."""
+    points: list[StudyPoint] = []
+    notes: Counter[str] = Counter()
+    pair = _pair(task.design.with_misalignment().model_dump_json())
+    fixed = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
+    fixed |= task.design.assembly.misalignment.model_dump()
+    names = ("torque", "speed", "temperature", "roughness_rms")
+    for torque, speed, temperature, roughness in task.states:
+        clock = time.perf_counter()
+        condition = dict(zip(names, (torque, speed, temperature, roughness), strict=True))
+        [found] = solve_points([condition], lambda c: pair.at(task.friction, task.grid, **fixed, **c))
+        point = replace(task.blank, torque=torque, speed=speed, temperature_oil=temperature, roughness_rms=roughness)
+        if found.result is None:
+            points.append(replace(point, reason=found.reason))
+        else:
+            points.append(replace(with_result(point, found.result), seconds=time.perf_counter() - clock))
+        notes.update(found.notes)
+    return task.key, (points, dict(notes))
+
+
+@lru_cache(maxsize=4)
+def _pair(aligned: str) -> GearPair:
+    return GearPair(Design.model_validate_json(aligned))
+
+
+def _append(store: Path, key: str, found: Found) -> None:
+    """Write a finished task as one line."""
+    points = finite_or_none(found[0])
+    line = json.dumps({"key": key, "points": points, "notes": found[1]}, allow_nan=False)
+    try:
+        store.parent.mkdir(parents=True, exist_ok=True)
+        with store.open("a", encoding="utf-8") as file:
+            # a line that was cut off when an earlier run was killed must not swallow this one
+            file.write(f"\n{line}\n" if file.tell() else f"{line}\n")
+    except OSError as error:
+        raise InputError("--output", str(store.parent), "a folder that can be written", f"{error}.") from None
+
+
+def _read(store: Path) -> dict[str, Found]:
+    """Finished tasks of an earlier run; a line that was cut off when it was killed counts as not computed."""
+    found: dict[str, Found] = {}
+    if not store.is_file():
+        return found
+    for line in store.read_text(encoding="utf-8").splitlines():
+        try:
+            row = json.loads(line)
+            points = [StudyPoint(**_numbers(point)) for point in row["points"]]
+            found[row["key"]] = points, row["notes"]
+        except (ValueError, KeyError, TypeError):
+            continue
+    return found
+
+
+def _numbers(row: dict[str, Any]) -> dict[str, Any]:
+    return {name: math.nan if value is None else value for name, value in row.items()}
