@@ -39,8 +39,6 @@ from regression.friction.models import ConstantFriction, FrictionEstimate, Frict
 
 PAIR, COARSE = GearPair(DESIGN), (4, 9)
 
-PAIR, COARSE = GearPair(DESIGN), (4, 9)
-
 
 @dataclass(frozen=True)
 class FromPressure:
