@@ -40,8 +40,8 @@ from efficiency.ltca.teeth import elastic_teeth
 from efficiency.output.gear_output import GearOutput
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import value_range_of
 from ehl.io.units import ValueRange
+from ehl.io.validation import value_range_of
 from regression.formula import friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
