@@ -14,7 +14,7 @@ from scipy.sparse.linalg import spsolve
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.rough._kernels.motion import move_surfaces
-from ehl.rough._kernels.newton import NEWTON, add_drainage, flow_along
+from ehl.rough._kernels.newton import NEWTON, add_side_flow, poiseuille_flow
 
 FLOOR = 0.02  # gap of rigid surfaces where they would overlap, in roughness
 
@@ -53,9 +53,9 @@ def flow_factor_direct(gap: np.ndarray) -> float:
 @njit  # not cached: it compiles kernels of other files in
 def conductances(state, step, macro, work, model):  # type: ignore[no-untyped-def]
     """Fluidity along x and exchange of the solver at its present films and pressures."""
-    flow_along(state, step, work, model, NEWTON, 1.0, True, False)
+    poiseuille_flow(state, step, work, model, NEWTON, 1.0, True, False)
     if model.fluid.flux_lateral > 0.0:
-        add_drainage(state, step, macro, work, model, NEWTON)
+        add_side_flow(state, step, macro, work, model, NEWTON)
 
 
 def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed: int = 1) -> float:
@@ -72,7 +72,7 @@ def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed
     run = scene.run(nodes_per_b)
     problem = run.problem
     model = problem.model._replace(
-        drainage=problem.model.drainage._replace(first=0),
+        side_flow=problem.model.side_flow._replace(first=0),
         contact=problem.model.contact._replace(outlet=problem.x.size),
     )
     n = problem.x.size

@@ -116,15 +116,15 @@ class PlainTwin:
         s = np.clip((FRONT + step * self.dx / b - self.x / b) / RAMP, 0.0, 1.0)
         return self.x**2 / (2.0 * self.contact.radius_equivalent) + s * s * (3.0 - 2.0 * s) * rough
 
-    def foot(self) -> tuple[Array, Array]:
-        """Mass at the foot of the characteristic and the weight of the sources (BDF2; Euler where the film breaks)."""
-        foot, weight = np.append(self.mass[0], self.mass[:-1]), np.ones(self.x.size)
+    def upstream_mass(self) -> tuple[Array, Array]:
+        """Mass at the upstream end of the characteristic, weight of the sources (BDF2; Euler where film breaks)."""
+        upstream_mass, weight = np.append(self.mass[0], self.mass[:-1]), np.ones(self.x.size)
         if self.mass_before is not None:
             second = (4.0 * self.mass[1:-1] - self.mass_before[:-2]) / 3.0
-            good = np.abs(second - foot[2:]) < 0.5 * foot[2:]
-            foot[2:] = np.where(good, second, foot[2:])
+            good = np.abs(second - upstream_mass[2:]) < 0.5 * upstream_mass[2:]
+            upstream_mass[2:] = np.where(good, second, upstream_mass[2:])
             weight[2:] = np.where(good, 2.0 / 3.0, 1.0)
-        return foot, weight
+        return upstream_mass, weight
 
     def conductance(self, h: Array) -> tuple[Array, Array, Array]:
         """dt p_h rho h^3 cosh S/(12 eta dx^2) between the nodes and its derivatives by film and pressure."""
@@ -146,18 +146,18 @@ class PlainTwin:
     def advance(self) -> tuple[float, float]:
         """One time step; returns mu and the mean film of the middle [m]."""
         self.steps += 1
-        foot, weight = self.foot()
+        upstream_mass, weight = self.upstream_mass()
         rigid = self.gap(self.steps)
         self.p[0], self.c[0] = self.inlet_pressure, 0.0
         # the mean film stays, as the bodies do not jump
         middle = np.abs(self.x) < 0.8 * self.contact.half_width
         if self.steps > 1:
             self.level += self.film - float((self.level + rigid + self.deflection())[middle].mean())
-        self._solve((rigid, foot, weight))
+        self._solve((rigid, upstream_mass, weight))
         self.p, self.c = np.maximum(self.p, 0.0), np.maximum(self.c, 0.0)
         full = self.level + rigid + self.deflection()
         h = np.maximum(full, self.boundary_film)
-        carried = np.clip(foot + self._inflow(full, weight), 0.0, h)
+        carried = np.clip(upstream_mass + self._inflow(full, weight), 0.0, h)
         self.mass_before = self.mass
         self.mass = np.where(self.p > 0.0, self.density(self.p) * h, carried)
         self.film = float(full[middle].mean())
@@ -198,7 +198,7 @@ class PlainTwin:
         flow = np.append(self.conductance(h)[0] * np.diff(self.p), 0.0)
         return weight * np.diff(flow, prepend=0.0)
 
-    def _newton(self, rigid: Array, foot: Array, weight: Array, slopes: float, relaxation: float) -> bool:
+    def _newton(self, rigid: Array, upstream_mass: Array, weight: Array, slopes: float, relaxation: float) -> bool:
         """One iteration on the present active sets; True when it changed nothing that matters."""
         n = self.x.size
         h = self.level + rigid + self.deflection()
@@ -206,7 +206,7 @@ class PlainTwin:
         slope = np.diff(self.p)
         by_film, by_p = slopes * by_film, slopes * by_p
         rho = self.density(self.p)
-        mass = foot + weight * np.diff(np.append(k * slope, 0.0), prepend=0.0) - rho * h
+        mass = upstream_mass + weight * np.diff(np.append(k * slope, 0.0), prepend=0.0) - rho * h
         # derivatives of the flow between i and i + 1 by p and h of both ends
         left, right = -k + 0.5 * by_p * slope, k + 0.5 * by_p * slope
         film = 0.5 * by_film * slope

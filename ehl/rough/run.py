@@ -15,8 +15,8 @@ from ehl.rough._kernels.preheat import preheat
 from ehl.rough._kernels.quasi_separable import MODES
 from ehl.rough._kernels.records import (
     AGE,
-    LEVEL,
-    LEVEL_OLD,
+    RIGID_APPROACH,
+    RIGID_APPROACH_OLD,
     TRAVEL,
     FluidityRows,
     HeatRows,
@@ -35,7 +35,7 @@ PROFILES = 6
 
 
 def _step_arrays(n: int) -> Step:
-    return Step(gap=np.zeros(n), foot=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
+    return Step(gap=np.zeros(n), upstream_mass=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
 
 
 def _work_arrays(n: int, transform: int) -> Work:
@@ -101,7 +101,7 @@ class Run:
         n = self.problem.x.size
         pressure, mass, level = hertz_start(self.problem)
         scalars = np.zeros(4)
-        scalars[LEVEL] = scalars[LEVEL_OLD] = level
+        scalars[RIGID_APPROACH] = scalars[RIGID_APPROACH_OLD] = level
         scalars[TRAVEL] = round(self.problem.settings.start_travel * self.problem.units.steps_per_half_width)
         modes = model.heat.ratios.size
         self.state = State(
@@ -123,7 +123,7 @@ class Run:
             shear=np.zeros(n),
             scalars=scalars,
         )
-        start = 0.5 * pressure if model.drainage.on else np.zeros(n)
+        start = 0.5 * pressure if model.side_flow.on else np.zeros(n)
         start[model.contact.outlet :] = 0.0
         start[:2] = model.contact.inlet_pressure
         self.macroscopic = _macroscopic(start)
@@ -202,19 +202,19 @@ class Run:
         for name in ("film", "mass"):
             take(getattr(self.state, name), ratio * getattr(other.state, name))
         self.state.fluid_pressure[self.state.fluid_pressure < 1e-9] = 0.0
-        self.state.scalars[LEVEL] = self.state.scalars[LEVEL_OLD] = self._level_of_film()
+        self.state.scalars[RIGID_APPROACH] = self.state.scalars[RIGID_APPROACH_OLD] = self._level_of_film()
         take(self.macroscopic.pressure, other.macroscopic.pressure)
         if other.macroscopic.counts[1] > 0:
             scale = self.problem.units.spacing / other.problem.units.spacing  # of dt in the exchange, dt/dx^2 along x
             # from the exchanging nodes only: the averages of the others are empty, and zeros would have no logarithm
-            known = slice(other.problem.model.drainage.first, other.problem.model.contact.outlet)
+            known = slice(other.problem.model.side_flow.first, other.problem.model.contact.outlet)
             for target, source in (
                 (self.macroscopic.typical, scale * other.macroscopic.typical),
                 (self.macroscopic.conductance, scale * other.macroscopic.conductance),
                 (self.macroscopic.log_flux, other.macroscopic.log_flux - np.log(scale)),
             ):
                 target[:] = np.interp(x, x_other[known], source[known])
-            self.macroscopic.counts[1] = round(1.0 / self.problem.model.drainage.memory)
+            self.macroscopic.counts[1] = round(1.0 / self.problem.model.side_flow.memory)
 
     def _level_of_film(self) -> float:
         """Rigid gap that gives the present mean film under the present pressures."""

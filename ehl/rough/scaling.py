@@ -17,7 +17,7 @@ from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.fluid import density_rows
 from ehl.rough._kernels.motion import SAMPLES
 from ehl.rough._kernels.quasi_separable import MODES
-from ehl.rough._kernels.records import Contact, Drainage, Elastic, Fluid, Heat, Model, Surfaces
+from ehl.rough._kernels.records import Contact, Elastic, Fluid, Heat, Model, SideFlow, Surfaces
 from ehl.rough.soe import LogTransform, fit_root_kernel, log_kernel, range_of
 from ehl.rough.surfaces import RoughSurfaces, sample_ring
 
@@ -297,7 +297,7 @@ def build_problem(
             spacing=dx,
         ),
         heat=scaled_heat(contact, lubricant, materials, units, settings, x),
-        drainage=Drainage(
+        side_flow=SideFlow(
             on=not sealed,
             first=drained_from(contact, estimate, surfaces.rms, x),
             window=max(1, round(settings.exchange_window / dx)),

@@ -309,7 +309,7 @@ def _result(
         friction_fluid=float(mean[MU_FLUID]) if model.fluid.sliding > 0.0 else 0.0,
         friction_asperity=float(model.contact.friction * mean[SHARE]),
         asperity_load_share=float(mean[SHARE]),
-        roughness_load_share=float(1.0 - mean[MACRO_LOAD]) if model.drainage.on else math.nan,
+        roughness_load_share=float(1.0 - mean[MACRO_LOAD]) if model.side_flow.on else math.nan,
         film_mean=float(mean[FILM_MEAN]) * units.film,
         film_min=float(mean[FILM_MIN]) * units.film,
         pressure_max=float(mean[PRESSURE_MAX]) * units.pressure,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.rough._kernels.convolution import correct_film
-from ehl.rough._kernels.drainage import accumulate, update_pressure
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
 from ehl.rough._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
 from ehl.rough._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
@@ -18,7 +17,8 @@ from ehl.rough._kernels.newton import (
     middle_film,
     solve_step,
 )
-from ehl.rough._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
+from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL
+from ehl.rough._kernels.side_flow import accumulate, update_pressure
 
 # columns of the record of a step
 (
@@ -38,7 +38,7 @@ from ehl.rough._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD, TRAVEL
     COLUMNS,
 ) = range(14)
 
-DONE, PART, SPENT, GOOD_LEVEL, STAGE_NOW = range(
+DONE, PART, SPENT, GOOD_APPROACH, STAGE_NOW = range(
     5
 )  # of Saved.path: way done, next part, iterations, level of the last good point
 EXACT_ROUNDS = 8  # solutions of one step with corrected films
@@ -61,7 +61,7 @@ def restore_pressures(state, fluid, contact, level):
     for i in range(fluid.size):
         state.fluid_pressure[i] = fluid[i]
         state.contact_pressure[i] = contact[i]
-    state.scalars[LEVEL] = level
+    state.scalars[RIGID_APPROACH] = level
 
 
 @njit(**INTERNAL)
@@ -69,7 +69,7 @@ def copy_step(source, target):
     """Copy the known side of a step."""
     for i in range(source.gap.size):
         target.gap[i] = source.gap[i]
-        target.foot[i] = source.foot[i]
+        target.upstream_mass[i] = source.upstream_mass[i]
         target.weight[i] = source.weight[i]
         target.thermal[i] = source.thermal[i]
 
@@ -81,7 +81,7 @@ def blend_step(step, saved, here):
     target = saved.target_step
     for i in range(step.gap.size):
         step.gap[i] = last.gap[i] + here * (target.gap[i] - last.gap[i])
-        step.foot[i] = last.foot[i] + here * (target.foot[i] - last.foot[i])
+        step.upstream_mass[i] = last.upstream_mass[i] + here * (target.upstream_mass[i] - last.upstream_mass[i])
         step.weight[i] = last.weight[i] + here * (target.weight[i] - last.weight[i])
         step.thermal[i] = last.thermal[i] + here * (target.thermal[i] - last.thermal[i])
 
@@ -96,12 +96,12 @@ def follow_path(state, step, saved, converged, iterations):
     path = saved.path
     if converged:
         path[DONE] = min(path[DONE] + path[PART], 1.0)
-        path[GOOD_LEVEL] = state.scalars[LEVEL]
+        path[GOOD_APPROACH] = state.scalars[RIGID_APPROACH]
         copy_pressures(state, saved.path_fluid, saved.path_contact)
         if iterations < 8:
             path[PART] *= 2.0
     else:
-        restore_pressures(state, saved.path_fluid, saved.path_contact, path[GOOD_LEVEL])
+        restore_pressures(state, saved.path_fluid, saved.path_contact, path[GOOD_APPROACH])
         path[PART] *= 0.5
     path[SPENT] += iterations
     if path[DONE] >= 1.0 or path[PART] < MIN_PART or path[SPENT] > CONTINUATION_LIMIT:
@@ -137,7 +137,7 @@ def solve_with_fallbacks(state, step, saved, macro, work, model, last_level):
         if stage >= CONTINUED:
             restore_pressures(state, saved.last_fluid, saved.last_contact, last_level)
         if stage == CONTINUED:
-            path[DONE], path[PART], path[SPENT], path[GOOD_LEVEL] = 0.0, 0.25, 0.0, last_level
+            path[DONE], path[PART], path[SPENT], path[GOOD_APPROACH] = 0.0, 0.25, 0.0, last_level
             copy_pressures(state, saved.path_fluid, saved.path_contact)
             copy_step(step, saved.target_step)
             blend_step(step, saved, path[PART])
@@ -206,10 +206,10 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
     for k in range(steps):
         copy_step(step, saved.last_step)
         copy_pressures(state, saved.last_fluid, saved.last_contact)
-        last_level = scalars[LEVEL]
+        last_level = scalars[RIGID_APPROACH]
         scalars[TRAVEL] += 1.0
         move_surfaces(step.gap, scalars[TRAVEL], model.surfaces)
-        carry_mass(state, step.foot, step.weight)
+        carry_mass(state, step.upstream_mass, step.weight)
         if model.heat.on:
             film_factors(state, step, model)
         mean = middle_film(state, model.contact)
@@ -228,7 +228,7 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         if moved >= model.contact.tolerance:
             stage = UNCONVERGED
         if scalars[AGE] < 1.5:
-            scalars[LEVEL_OLD] = scalars[LEVEL]
+            scalars[RIGID_APPROACH_OLD] = scalars[RIGID_APPROACH]
             for i in range(n):
                 state.fluid_pressure_old[i] = state.fluid_pressure[i]
                 state.contact_pressure_old[i] = state.contact_pressure[i]
@@ -239,7 +239,7 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         shear_and_temperature(state, work, model)
         if model.heat.on:
             store_fluxes(state, work)
-        if model.drainage.on and stage != UNCONVERGED and accumulate(state, macro, work, model):
+        if model.side_flow.on and stage != UNCONVERGED and accumulate(state, macro, work, model):
             update_pressure(macro, model)
         write_record(records[k], state, macro, work, model)
         records[k, ITERATIONS] = iterations

@@ -1,4 +1,4 @@
-"""Start of a time step: move the roughness, carry the mass, predict the pressure."""
+"""Start of a time step: move the roughness, carry the mass with the Couette flow, predict the pressure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numba import njit
 from ehl.fluid._kernels import inlet_laws
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
 from ehl.rough._kernels.quasi_separable import FLUID
-from ehl.rough._kernels.records import AGE, CAPPED, LEVEL, LEVEL_OLD
+from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD
 
 SAMPLES = 2  # profile samples per node spacing
 MEAN_PRESSURE_RATE = 0.01  # per step, of the slow average the predictor treats as static
@@ -57,22 +57,25 @@ def move_surfaces(gap, travel, surfaces):
 
 
 @njit(**INTERNAL)
-def carry_mass(state, foot, weight):
-    """Mass at the foot of the characteristic: BDF2 along it, backward Euler at the start and where the film breaks."""
+def carry_mass(state, upstream_mass, weight):
+    """Couette flow: mass at the upstream end of the characteristic, which moves with the entrainment speed.
+
+    BDF2 along it, backward Euler at the start and where the film cavitates.
+    """
     mass = state.mass
     old = state.mass_old
     n = mass.size
     second_order = state.scalars[AGE] > 1.5
-    foot[0] = mass[0]
+    upstream_mass[0] = mass[0]
     weight[0] = 1.0
     for i in range(1, n):
         first = mass[i - 1]
-        foot[i] = first
+        upstream_mass[i] = first
         weight[i] = 1.0
         if second_order and i > 1:
             value = (4.0 * first - old[i - 2]) / 3.0
             if 0.5 * first < value < 1.5 * first:
-                foot[i] = value
+                upstream_mass[i] = value
                 weight[i] = 2.0 / 3.0
     for i in range(n):
         old[i] = mass[i]
@@ -94,7 +97,7 @@ def predict(state):
         for i in range(n):
             fluid_old[i] = fluid[i]
             contact_old[i] = contact[i]
-        scalars[LEVEL_OLD] = scalars[LEVEL]
+        scalars[RIGID_APPROACH_OLD] = scalars[RIGID_APPROACH]
         return
     # values i - 1 of the last step and i - 2 of the one before become the new node i; the old arrays are
     # overwritten from the right so that nothing is read after it is replaced
@@ -112,9 +115,9 @@ def predict(state):
     for i in range(2):
         fluid_old[i] = fluid[i]
         contact_old[i] = contact[i]
-    level = scalars[LEVEL]
-    scalars[LEVEL] = 2.0 * level - scalars[LEVEL_OLD]
-    scalars[LEVEL_OLD] = level
+    level = scalars[RIGID_APPROACH]
+    scalars[RIGID_APPROACH] = 2.0 * level - scalars[RIGID_APPROACH_OLD]
+    scalars[RIGID_APPROACH_OLD] = level
 
 
 @njit(**INTERNAL)
@@ -132,7 +135,7 @@ def settle_mass(state, step, work, model, solved):
         if i == 0 or (work.kind[i] & FLUID and not solved):
             state.mass[i] = h * inlet_laws(p, fluid.table)[2]
         else:
-            carried = step.foot[i] + work.source[i]
+            carried = step.upstream_mass[i] + work.source[i]
             if not work.kind[i] & (CAPPED | FLUID):
                 carried = min(carried, h)
             state.mass[i] = max(carried, 0.0)

@@ -1,9 +1,13 @@
-"""One implicit time step: mass conservation, two complementarity conditions and the load, solved together.
+"""One implicit time step of the Reynolds equation with cavitation, asperity contact and load, by Newton's method.
 
-mass     foot + w [d/dx f dp/dx - exchange (p - P)] = rho h      where p > 0, else p = 0 and the gap is not full
-contact  h >= h_boundary,  p_c >= 0,  one of them an equality
-cap      p + p_c <= hardness; a node at the cap keeps its pressures and lets its gap or mass go
-load     sum of p + p_c given
+Reynolds  m0 + w [d/dx (f dp/dx) - k (p - P)] = rho h   where p > 0; else p = 0 and the gap is not full
+contact   h >= h_boundary,  p_c >= 0,  one of them an equality
+hardness  p + p_c <= H; a node at the cap keeps its pressures and releases its gap or mass
+load      sum of p + p_c given
+
+m0 is the upstream mass, which the Couette flow carries along the characteristic, f dp/dx the Poiseuille flow, k (p - P)
+the side flow. Cavitation conserves mass (JFO conditions, as in the algorithm of Elrod-Adams): fluid pressure and
+missing mass, like contact pressure and gap, are complementarity conditions, solved with active sets of nodes.
 """
 
 from __future__ import annotations
@@ -13,7 +17,7 @@ from numba import njit
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL, exponential_product
 from ehl.rough._kernels.fluid import density_rows, fluidity_rows
 from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
-from ehl.rough._kernels.records import CAPPED, LEVEL
+from ehl.rough._kernels.records import CAPPED, RIGID_APPROACH
 
 NEWTON, PICARD, FROZEN = range(3)  # full derivatives; relaxed lagged fluidity; fluidity of the start
 # how a step was solved, in the order tried, and what each stage starts with: mode, relaxation, iterations allowed;
@@ -40,15 +44,15 @@ def film_response(state, step, work, model):
         total[i] = q
         load += q
     exponential_product(total, model.elastic.weights, model.elastic.ratios, work.response)
-    level = state.scalars[LEVEL]
+    level = state.scalars[RIGID_APPROACH]
     for i in range(total.size):
         state.film[i] = level + step.gap[i] + work.response[i] + work.correction[i]
     return load
 
 
 @njit(**INTERNAL)
-def flow_along(state, step, work, model, mode, relaxation, start, repeat):
-    """Fluidity between the nodes and the flow it carries.
+def poiseuille_flow(state, step, work, model, mode, relaxation, start, repeat):
+    """Fluidity between the nodes and the Poiseuille flow it carries.
 
     Newton uses the present fluidity and its derivatives; Picard the geometric mean of the old and the present one,
     moved once per iteration; the frozen mode the one of the start.
@@ -86,8 +90,8 @@ def flow_along(state, step, work, model, mode, relaxation, start, repeat):
 
 
 @njit(**INTERNAL)
-def add_drainage(state, step, macro, work, model, mode):
-    """Exchange with the macroscopic pressure, and its entries in the bands.
+def add_side_flow(state, step, macro, work, model, mode):
+    """Side flow: exchange with the macroscopic pressure, and its entries in the bands.
 
     Two halves in series: the pocket's own gap, then the typical gap at this place.  A starved pocket conducts with
     its filled part only.
@@ -104,7 +108,7 @@ def add_drainage(state, step, macro, work, model, mode):
     for i in range(p.size):
         node.thermal[i] = step.thermal[i]
     fluidity_rows(node, model.contact.boundary, model.fluid, 1.0 - model.fluid.along, model.fluid.flux_lateral)
-    for i in range(model.drainage.first, model.contact.outlet):
+    for i in range(model.side_flow.first, model.contact.outlet):
         k = node.f[i]
         by_film = slopes * node.by_film[i]
         by_pressure = slopes * node.by_pressure[i]
@@ -114,8 +118,8 @@ def add_drainage(state, step, macro, work, model, mode):
             k *= 2.0 * part
             by_film *= 2.0 * part * part
             by_pressure *= 2.0 * part * part
-        if p[i] <= 0.0 and step.foot[i] < h[i]:
-            filled = max(step.foot[i], 0.0) / h[i]
+        if p[i] <= 0.0 and step.upstream_mass[i] < h[i]:
+            filled = max(step.upstream_mass[i], 0.0) / h[i]
             k *= filled
             by_film *= filled
         work.exchange[i] = k
@@ -132,7 +136,7 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
 
     ``start`` marks the first assembly of a solve, ``repeat`` a second one within the same iteration.
     """
-    flow_along(state, step, work, model, mode, relaxation, start, repeat)
+    poiseuille_flow(state, step, work, model, mode, relaxation, start, repeat)
     p = state.fluid_pressure
     h = state.film
     band = work.band
@@ -163,7 +167,7 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     for i in range(n):
         film_right[i] = -by_film[i] * weight[i]
     if model.fluid.flux_lateral > 0.0:
-        add_drainage(state, step, macro, work, model, mode)
+        add_side_flow(state, step, macro, work, model, mode)
     node = work.node
     for i in range(n):
         node.pressure[i] = max(p[i], 0.0)
@@ -173,7 +177,7 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     for i in range(n):
         centre[i] += node.density_slope[i] * h[i]
     for i in range(n):
-        mass[i] = step.foot[i] + source[i] - node.density[i] * h[i]
+        mass[i] = step.upstream_mass[i] + source[i] - node.density[i] * h[i]
     for i in range(n):
         gap[i] = model.contact.boundary - h[i]
     for i in range(n):
@@ -182,7 +186,7 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
 
 @njit(**INTERNAL)
 def update_sets(state, work, model, compliance):
-    """Let nodes enter and leave the three sets; returns the number of changes and the largest residual."""
+    """Update the active sets of the complementarity conditions; returns changes and the largest residual."""
     contact = model.contact
     tolerance = contact.tolerance
     p = state.fluid_pressure
@@ -262,7 +266,7 @@ def hand_over(state, work, model):
 def keep_mean_film(state, step, work, model, mean):
     """Shift the approach of the bodies so that the predicted pressures leave the mean film where it was."""
     film_response(state, step, work, model)
-    state.scalars[LEVEL] += mean - middle_film(state, model.contact)
+    state.scalars[RIGID_APPROACH] += mean - middle_film(state, model.contact)
 
 
 @njit(**INTERNAL)
@@ -292,7 +296,7 @@ def start_sets(state, work, model):
 
 @njit(**INTERNAL)
 def apply_increment(state, work, model, load_error, limit_step):
-    """Border the two solutions with the load condition and move the unknowns; returns the share of the step taken."""
+    """Load balance as the border of the system: move the unknowns; returns the share of the step taken."""
     sol = work.solution
     kind = work.kind
     n = kind.size
@@ -319,7 +323,7 @@ def apply_increment(state, work, model, load_error, limit_step):
         if kind[i] & CONTACT:
             sol[1, i] -= rise * sol[3, i]
     step = 1.0 / excess if limit_step else 1.0
-    state.scalars[LEVEL] += step * rise
+    state.scalars[RIGID_APPROACH] += step * rise
     for i in range(1, last):
         if kind[i] & FLUID:
             state.fluid_pressure[i] += step * sol[0, i]

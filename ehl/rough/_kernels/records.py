@@ -92,7 +92,7 @@ class Heat(NamedTuple):
     rolling: np.ndarray  # heat of the pressure-driven flow of the smooth film [W/m2]
 
 
-class Drainage(NamedTuple):
+class SideFlow(NamedTuple):
     """Update rule of the macroscopic pressure."""
 
     on: bool
@@ -111,7 +111,7 @@ class Model(NamedTuple):
     elastic: Elastic
     surfaces: Surfaces
     heat: Heat
-    drainage: Drainage
+    side_flow: SideFlow
 
 
 class State(NamedTuple):
@@ -138,7 +138,7 @@ class State(NamedTuple):
 
 CAPPED = 4  # node kind beside FLUID and CONTACT: total pressure at the hardness, mass carried
 # entries of State.scalars: rigid gap, its last value, time steps rolled so far, steps since this run started
-LEVEL, LEVEL_OLD, TRAVEL, AGE = range(4)
+RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL, AGE = range(4)
 
 
 class Macroscopic(NamedTuple):
@@ -162,7 +162,7 @@ class Step(NamedTuple):
     """The problem of one time step: what is known before pressure is."""
 
     gap: np.ndarray  # rigid gap with roughness, without approach
-    foot: np.ndarray  # mass at the foot of the characteristic
+    upstream_mass: np.ndarray  # mass at the upstream_mass of the characteristic
     weight: np.ndarray  # 2/3 where BDF2 holds, 1 where backward Euler does
     thermal: np.ndarray  # place of the film temperature in the table
 

@@ -99,7 +99,7 @@ def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
         fine = Run(build_problem(line, oil, rough, (steel, steel), replace(settings, nodes=2 * nodes)))
         fine.start_from(coarse)
         model = fine.problem.model
-        exchanging = slice(model.drainage.first, model.contact.outlet)
+        exchanging = slice(model.side_flow.first, model.contact.outlet)
         assert np.all(fine.macroscopic.typical[exchanging] > 0.0)
         assert np.all(fine.macroscopic.conductance[exchanging] > 0.0)
 

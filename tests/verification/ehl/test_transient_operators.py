@@ -16,7 +16,7 @@ from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.convolution import exact_product
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, STAGE, TEMPERATURE_MAX
 from ehl.rough._kernels.motion import move_surfaces
-from ehl.rough._kernels.records import LEVEL, TRAVEL
+from ehl.rough._kernels.records import RIGID_APPROACH, TRAVEL
 from ehl.rough.accuracy import mesh_length
 from ehl.rough.mixed import SmoothFriction, solve_mixed
 from ehl.rough.run import Run
@@ -66,7 +66,7 @@ def test_film_of_an_accepted_step_has_the_exactly_integrated_kernel(ratio: float
     move_surfaces(gap, state.scalars[TRAVEL], problem.model.surfaces)
     total = state.fluid_pressure + state.contact_pressure
     exact = LogConvolution(total.size).apply(total) * problem.deflection
-    np.testing.assert_allclose(state.film, state.scalars[LEVEL] + gap + exact, atol=1e-11)
+    np.testing.assert_allclose(state.film, state.scalars[RIGID_APPROACH] + gap + exact, atol=1e-11)
     assert elastic_error(run) < 1e-9
 
 

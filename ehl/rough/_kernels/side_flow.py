@@ -1,4 +1,4 @@
-"""The macroscopic pressure P(x): what the pockets of one slice see of the rest of the surface.
+"""Side flow through the valleys of the roughness: the macroscopic pressure P(x) that the pockets exchange oil with.
 
 At every x the time mean of the exchange k (p - P) must vanish, or the slice would gain or lose mass in the mean.
 P is moved towards that by the mean exchange over its conductance (local part) and by a diffusion problem (smooth
@@ -31,7 +31,7 @@ def add_logarithms(values, sums):
 @njit(**INTERNAL)
 def accumulate(state, macro, work, model):
     """Add the exchange of one converged step; True when the window is full."""
-    first = model.drainage.first
+    first = model.side_flow.first
     outlet = model.contact.outlet
     for i in range(first):
         macro.sum_pressure[i] += state.fluid_pressure[i]
@@ -45,13 +45,13 @@ def accumulate(state, macro, work, model):
         macro.total_exchange[i] += exchange
         macro.sum_conductance[i] += k
     macro.counts[0] += 1
-    return macro.counts[0] >= model.drainage.window
+    return macro.counts[0] >= model.side_flow.window
 
 
 @njit(**INTERNAL)
 def update_pressure(macro, model):
     """One relaxed step of P from the window means."""
-    rule = model.drainage
+    rule = model.side_flow
     first = rule.first
     outlet = model.contact.outlet
     per_step = 1.0 / macro.counts[0]

@@ -176,7 +176,7 @@ def flow_factor_of_slices(gaps: np.ndarray, length: float, typical: float) -> fl
     model = model._replace(
         fluid=fluid,
         contact=model.contact._replace(boundary=1e-6, outlet=run.problem.x.size),
-        drainage=model.drainage._replace(first=0),
+        side_flow=model.side_flow._replace(first=0),
     )
     state, macro = run.state, run.macroscopic
     state.film[:] = np.resize(gaps, state.film.size)
