@@ -62,6 +62,24 @@ class ContactState:
 
         Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil, the
         correlation length to 30 um and the Peklenik number to 1 as in a contact file.
+
+        Parameters
+        ----------
+        **values : array_like
+            Fields of `ContactState` in SI units.
+
+        Returns
+        -------
+        ContactState
+
+        Examples
+        --------
+        >>> import ehl
+        >>> state = ehl.ContactState.of(
+        ...     pressure_hertz=[0.8e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=5.0
+        ... )
+        >>> state.size
+        2
         """
         oil = values.get("temperature_oil", 353.15)
         values = {

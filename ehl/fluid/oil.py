@@ -163,10 +163,25 @@ class Oil(InputModel):
     def load(cls, name: str) -> Oil:
         """A shipped oil by name, or a card of the user by its path ending in .toml.
 
+        Parameters
+        ----------
+        name : str
+            One of `ehl.shipped("oils")`, or a path.
+
+        Returns
+        -------
+        Oil
+
         Raises
         ------
         InputError
             There is no such oil or file; the message lists the shipped ones.
+
+        Examples
+        --------
+        >>> import ehl
+        >>> round(ehl.Oil.load("fva3").viscosity_kinematic(313.15) * 1e6)
+        97
         """
         return _load_card(name, _changed(name))
 
@@ -215,10 +230,25 @@ class Oil(InputModel):
         Without a measured Eyring stress, tau0 = 2 Lambda/alpha closes the model
         (Arana, Larranaga & Ulacia 2019).
 
+        Parameters
+        ----------
+        temperature : float
+            [K].
+
+        Returns
+        -------
+        Lubricant
+
         Raises
         ------
         InputError
             The temperature is outside -40 to 200 degC.
+
+        Examples
+        --------
+        >>> import ehl
+        >>> ehl.Oil.load("fva3").at(353.15).viscosity_law
+        'modulus'
         """
         low, high = TEMPERATURE_RANGE
         values = np.ravel(np.asarray(temperature, dtype=float))

@@ -160,9 +160,9 @@ def test_the_peklenik_number_is_told_where_friction_does_not_know_it(loaded: Loa
         assert not any(
             "Peklenik" in note for note in mesh_efficiency(loaded, friction_model(name), OIL, OPERATION).notes
         )
-    assert ehl_friction("ehl").knows_lay
-    assert not ehl_friction("ehl:smooth").knows_lay
-    assert not ehl_friction("ehl:load_sharing").knows_lay
+    assert ehl_friction("ehl").uses_texture
+    assert not ehl_friction("ehl:smooth").uses_texture
+    assert not ehl_friction("ehl:load_sharing").uses_texture
 
 
 def test_texture_in_the_design_file_and_its_limits() -> None:
