@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from regression.friction.gaussian_process import matern
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
@@ -53,7 +55,7 @@ class FrictionSurrogate:
 
     def correlation(self, a: Array, b: Array) -> Array:
         """Matern 5/2 correlation between two sets of points, shape (len(a), len(b))."""
-        return _matern(a, b, self.scales)
+        return matern(a, b, self.scales, 1.0)
 
     def covariance(self, points: Array) -> Array:
         """Covariance of ln mu at new points, given all points known: (m, m)."""
@@ -67,18 +69,9 @@ class FrictionSurrogate:
         """Probability of a result at new points: the share of results among their neighbours, shrunk to that of all."""
         count, dimension = self.inputs.shape
         # as far as points of an even filling are apart
-        near = _matern(points, self.inputs, np.full(dimension, count ** (-1.0 / dimension)))
+        near = matern(points, self.inputs, np.full(dimension, count ** (-1.0 / dimension)), 1.0)
         rate = self.results / count
         return np.asarray((PRIOR_CASES * rate + near[:, : self.results].sum(axis=1)) / (PRIOR_CASES + near.sum(axis=1)))
-
-
-def _matern(a: Array, b: Array, scales: Array) -> Array:
-    s = np.sqrt(5.0 * np.maximum(_squared_distances(a / scales, b / scales), 0.0))
-    return np.asarray((1.0 + s + s * s / 3.0) * np.exp(-s))
-
-
-def _squared_distances(a: Array, b: Array) -> Array:
-    return np.asarray(np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None, :] - 2.0 * a @ b.T)
 
 
 def fit_surrogate(inputs: Array, log_mu: Array, own_error: Array, failed: Array) -> FrictionSurrogate:
