@@ -362,8 +362,8 @@ def _check_formula(formula: str | None) -> None:
 
 
 def _shard(value: tuple[int, int] | str) -> tuple[int, int]:
-    number, slash, shards = value.partition("/") if isinstance(value, str) else (str(value[0]), "/", str(value[1]))
-    if not (slash and number.isdigit() and shards.isdigit() and 1 <= int(number) <= int(shards)):
+    number, _, shards = value.partition("/") if isinstance(value, str) else (str(value[0]), "/", str(value[1]))
+    if not (number.isdigit() and shards.isdigit()):
         raise InputError("shard", value, "i/n with 1 <= i <= n", "Write it as 2/8.")
     return int(number), int(shards)
 

@@ -185,7 +185,7 @@ def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **opt
     Raises
     ------
     InputError
-        The folder holds another run, or cannot be written.
+        The folder holds another run, cannot be written, or the shard is not one of n.
     AllWorkersCrashed, ClusterLost
         Nothing can be computed any more; every finished case is on disk.
     KeyboardInterrupt
@@ -193,6 +193,8 @@ def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **opt
     """
     given = SweepOptions(**options)
     number, shards = shard
+    if not 1 <= number <= shards:
+        raise InputError("shard", f"{number}/{shards}", "i/n with 1 <= i <= n")
     path = shard_path(folder, number, shards)
     indices = np.arange(number - 1, len(plan.points), shards)
     points = [PlannedCase(plan.points.origin[int(i)], partial(plan.case_at, int(i))) for i in indices]
