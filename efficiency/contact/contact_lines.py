@@ -406,9 +406,9 @@ def mesh_cycle(
         own = {name: values[here] for name, values in fields.items()}
         closing = own.pop("closing")
         first = int(np.count_nonzero(owner[on_path] == k)) * points_per_line
-        foremost = _lowest(closing[:first].reshape(-1, points_per_line))
+        first_touch = _lowest(closing[:first].reshape(-1, points_per_line))
         gap = (closing - closing.min()) * own["lever_gear"]
-        error = -min(foremost, float(closing[first:].min(initial=np.inf)))
+        error = -min(first_touch, float(closing[first:].min(initial=np.inf)))
         next_to = edge.at(here) if edge is not None else None
         result.append(
             MeshPosition(float(angle), tooth[of[here]], gap=gap, transmission_error=error, edge=next_to, **own)

@@ -185,7 +185,7 @@ def transmission(surface: MeshSurface) -> Transmission:
 
 
 def _envelope(at: FloatArray, single: FloatArray, angle: FloatArray, pitch: float) -> tuple[FloatArray, IntArray]:
-    """Curve of the foremost pair at angles of one pitch, and which of the three pairs that is."""
+    """Curve of the leading pair at angles of one pitch, and which of the three pairs that is."""
     # local cubics: where an edge takes over, the kink stays where it is
     pairs = np.stack([akima_curve(at, single, angle + k * pitch) for k in (-1, 0, 1)])
     pairs = np.where(np.isnan(pairs), -np.inf, pairs)

@@ -183,19 +183,19 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
     targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     for side in FLANK_SIDES:
         target, state = targets[side], fitted[side]
-        wish = (
+        chosen = (
             f"toe {target.crowning_toe * 1e6:.4g}, heel {target.crowning_heel * 1e6:.4g}, "
             f"root {target.relief_root * 1e6:.4g}, tip {target.relief_tip * 1e6:.4g}"
         )
         moved = {"bias": target.bias, "contact_face": target.contact_face, "contact_depth": target.contact_depth}
-        wish += "".join(f", {name} {value:.4g}" for name, value in moved.items() if value)
+        chosen += "".join(f", {name} {value:.4g}" for name, value in moved.items() if value)
         if target.twist:
-            wish += f", twist {target.twist * 1e6:.4g}"
+            chosen += f", twist {target.twist * 1e6:.4g}"
         if target.transmission_error is not None:
-            wish += f", scaled to {target.transmission_error / ARCSEC:.4g} arcsec"
+            chosen += f", scaled to {target.transmission_error / ARCSEC:.4g} arcsec"
         lost = int(np.sum(~state.found))
         residual = f"residual {state.rms * 1e6:.2f} um rms, {state.largest * 1e6:.2f} um at most, "
-        lines.append(f"  {side} pinion flank: {wish};")
+        lines.append(f"  {side} pinion flank: {chosen};")
         lines.append(f"    {'' if conjugate else residual}{lost} of {state.found.size} points undercut.")
     lines += [
         "Machine settings and cutters are constructed, not published; ease-off, operating point, oil, material and",
@@ -234,11 +234,11 @@ def design_text(
             },
         ),
     ]
-    for name, wish, member, flanks in (
+    for name, chosen, member, flanks in (
         ("pinion", inputs.pinion, blank.pinion, pinion),
         ("gear", inputs.gear, blank.gear, gear),
     ):
-        extra: Table = {"material": wish.material, "roughness_rms": f"{wish.roughness_rms * 1e6:.6g} um"}
+        extra: Table = {"material": chosen.material, "roughness_rms": f"{chosen.roughness_rms * 1e6:.6g} um"}
         tables += _member(name, member, flanks, extra)
     comment = "".join(f"# {line}".rstrip() + "\n" for line in header)
     return comment + "\n" + _tables(tables)

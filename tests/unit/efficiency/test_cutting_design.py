@@ -156,7 +156,13 @@ def test_point_radius_belongs_to_the_tip_plane(tmp_path: Path) -> None:
             "gear.concave.cutter.point_radius",
             "cutter_radius and point_width",
         ),
-        (COMPLETING, 'point_width = "2.20026 mm"', 'point_radius = "1 in"', "cutter.point_radius", "only one of the two"),
+        (
+            COMPLETING,
+            'point_width = "2.20026 mm"',
+            'point_radius = "1 in"',
+            "cutter.point_radius",
+            "only one of the two",
+        ),
         (COMPLETING, 'point_width = "2.20026 mm"', 'point_width = "0.5 m"', "point_width", "0.2 m"),
         (COMPLETING, 'cutter_radius = "4.5 in"', 'cutter_radius = "1 mm"', "point_width", "cutter diameter"),
         (
