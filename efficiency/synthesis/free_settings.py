@@ -64,7 +64,7 @@ def free_settings(inputs: SettingsInput) -> FreeSettings:
 
 
 def with_motions(free: FreeSettings) -> FreeSettings:
-    """The same with modified roll and helical motion, for targets that the plain settings miss by more than the limit."""
+    """The same with modified roll and helical motion, for targets that the plain settings miss."""
     motions = (*MODIFIED, HELICAL)
     if free.common:
         return FreeSettings((*free.common, *(m for m in motions if m not in free.common)), free.own)
