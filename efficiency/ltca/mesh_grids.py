@@ -37,7 +37,7 @@ _MARGIN = 1.2
 
 
 class MakeCycle(Protocol):
-    """MeshGrids cycle from a number of positions, of points per contact line, and from how far the load closes gaps."""
+    """Mesh cycle from a number of positions, of points per contact line, and from how far the load closes gaps."""
 
     def __call__(self, positions: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
         """See `efficiency.contact.contact_lines.mesh_cycle`."""
