@@ -25,7 +25,7 @@ from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import sweep_shard
 from regression.view.fit_report import write_fit_report
 from regression.view.plots import plot_regimes, plot_residuals, plot_sensitivity
-from regression.view.plots_curves import plot_maps, plot_stribeck, plot_traction, scene_of
+from regression.view.plots_curves import middle_conditions, plot_maps, plot_stribeck, plot_traction
 
 PLAN = gear_plan(
     "report",
@@ -73,7 +73,7 @@ def named_axes(figure: Figure) -> int:
 
 
 def test_every_figure_names_its_axes(dataset: Dataset, formulas: list[FittedFormula]) -> None:
-    scene = scene_of(dataset, "fva3")
+    scene = middle_conditions(dataset, "fva3")
     assert named_axes(plot_residuals(dataset, formulas[0])) >= 8
     assert named_axes(plot_stribeck(scene, formulas)) == 3
     assert named_axes(plot_traction(scene, formulas)) == 3
@@ -82,7 +82,7 @@ def test_every_figure_names_its_axes(dataset: Dataset, formulas: list[FittedForm
 
 
 def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[FittedFormula]) -> None:
-    scene = scene_of(dataset, "fva3")
+    scene = middle_conditions(dataset, "fva3")
     for figure in (plot_stribeck(scene, formulas), plot_traction(scene, formulas)):
         labels = {str(text.get_text()).removesuffix(" (M)") for text in figure.legends[0].get_texts()}
         assert labels == {
@@ -100,7 +100,7 @@ def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[FittedF
 
 
 def test_near_cases_are_near(dataset: Dataset) -> None:
-    scene = scene_of(dataset, "fva3")
+    scene = middle_conditions(dataset, "fva3")
     mu, table = scene.near("slide_to_roll_total", "roughness_rms", "speed_entrainment", "radius_equivalent")
     assert 0 < mu.size < len(fitted_rows(dataset))
     low, high = scene.ranges["pressure_hertz"]
