@@ -60,6 +60,13 @@ class PathResult:
         Warm starts that failed, so that the contact was solved cold.
     seconds : float
         Wall time [s].
+
+    Examples
+    --------
+    >>> state = ContactState.of(
+    ...     pressure_hertz=[0.8e9, 0.9e9], radius_equivalent=0.015, effective_modulus=226e9, speed_entrainment=5.0)
+    >>> solve_path(state, Oil.load("75w90")).status
+    ('converged', 'converged')
     """
 
     results: tuple[ContactResult, ...]

@@ -156,10 +156,24 @@ def quantities() -> Mapping[str, Quantity]:
 def quantity(name: str) -> Quantity:
     """The quantity of a name.
 
+    Parameters
+    ----------
+    name : str
+        As in results and files.
+
+    Returns
+    -------
+    Quantity
+
     Raises
     ------
     KeyError
         There is none.
+
+    Examples
+    --------
+    >>> quantity("film_central").unit
+    'm'
     """
     return quantities()[name]
 

@@ -130,6 +130,13 @@ class ContactResult:
         The run of the deterministic solver; None without it.
     dry : DryContactResult
         The dry contact at one moment where the film is negligible; None elsewhere.
+
+    Examples
+    --------
+    >>> result = Contact(viscosity_inlet=0.02, pressure_viscosity=18e-9, pressure_hertz="0.8 GPa",
+    ...                  radius_equivalent="15 mm", speed_entrainment="5 m/s", thermal="off").solve()
+    >>> result.status, f"{1e9 * result.film_central:.0f} nm"
+    ('converged', '577 nm')
     """
 
     status: str

@@ -40,6 +40,13 @@ class ContactState:
         Lag where the autocorrelation of the roughness of either surface has fallen to 1/e [m].
     peklenik_number : array
         Correlation length along y over that along x [-]: 1 for isotropic roughness.
+
+    Examples
+    --------
+    >>> state = ContactState.of(
+    ...     pressure_hertz=[0.8e9, 1.2e9], radius_equivalent=0.015, effective_modulus=226e9, speed_entrainment=5.0)
+    >>> state.size, state.half_width.round(6).tolist()
+    (2, [0.000212, 0.000319])
     """
 
     pressure_hertz: Array

@@ -46,16 +46,8 @@ class Lubricant:
         Shear law.
     eyring_stress : float or RisingStress
         tau0 [Pa], constant or rising with pressure.
-    carreau_stress : float
-        G in eta_effective = eta (1 + (eta rate/G)^2)^((n - 1)/2) [Pa]; needed by Carreau only.
-    carreau_exponent : float
-        n [-]; 1 is Newtonian.
     limiting_shear_coefficient : float
         Lambda in tau <= tau_L0 + Lambda p [-]; infinity switches the limit off.
-    limiting_shear_ambient : float
-        tau_L0 [Pa].
-    limiting_shear : {"cut", "smooth"}
-        Whether the limit only cuts off the traction, or is approached smoothly and acts on the pressure flow as well.
     temperature : float
         Inlet temperature [K].
     temperature_viscosity : float
@@ -70,6 +62,20 @@ class Lubricant:
         [J/(kg K)].
     extrapolated : bool
         The card was read outside the temperatures it was measured at.
+    carreau_stress : float
+        G in eta_effective = eta (1 + (eta rate/G)^2)^((n - 1)/2) [Pa]; needed by Carreau only.
+    carreau_exponent : float
+        n [-]; 1 is Newtonian.
+    limiting_shear_ambient : float
+        tau_L0 [Pa].
+    limiting_shear : {"cut", "smooth"}
+        Whether the limit only cuts off the traction, or is approached smoothly and acts on the pressure flow as well.
+
+    Examples
+    --------
+    >>> oil = Oil.load("75w90").at(373.15)
+    >>> f"{1e3 * oil.viscosity_inlet:.2f} mPa s, {1e9 * oil.pressure_viscosity:.2f} 1/GPa"
+    '10.60 mPa s, 9.68 1/GPa'
     """
 
     viscosity_inlet: float

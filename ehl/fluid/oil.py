@@ -136,7 +136,14 @@ class CalibrationRecord(InputModel):
 
 
 class Oil(InputModel):
-    """An oil card (`data/oils/*.toml`). Each figure's source and certainty stand in the file."""
+    """An oil card (`data/oils/*.toml`). Each figure's source and certainty stand in the file.
+
+    Examples
+    --------
+    >>> oil = Oil.load("75w90")
+    >>> f"{1e6 * oil.viscosity_kinematic(373.15):.1f} cSt"
+    '13.3 cSt'
+    """
 
     name: str
     description: str = ""

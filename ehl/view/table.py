@@ -96,6 +96,7 @@ class Table:
     rows : sequence of sequences
         Numbers in SI (also of numpy), words, truth values, None; what is not finite counts as None.
     title : str
+        Head of the table.
     notes : sequence of str
         Remarks below the table.
     name : str

@@ -376,6 +376,11 @@ def calibrate(
     progress : callable, optional
         Called with the progress in words.
 
+    Returns
+    -------
+    Calibration
+        Values with intervals; `card` makes an oil card of them.
+
     Raises
     ------
     InputError
@@ -385,10 +390,11 @@ def calibrate(
     ConvergenceError
         The search did not come to rest.
 
-    Returns
-    -------
-    Calibration
-        Values with intervals; `card` makes an oil card of them.
+    Examples
+    --------
+    >>> found = calibrate("friction.csv", "calibration.toml")  # doctest: +SKIP
+    >>> found.card("my_oil").at(353.15).eyring_stress  # doctest: +SKIP
+    6.1e6
     """
     setup = setup_of(setup, parameters, oil)
     if not isinstance(measurement, Measurement):

@@ -58,6 +58,13 @@ class WeightedPoints:
         Of each point: its share of the loss times its duration.
     oil : Oil
         Card for the film ratio.
+
+    Examples
+    --------
+    >>> state = ehl.ContactState.of(
+    ...     pressure_hertz=[0.8e9, 1.2e9], radius_equivalent=0.015, effective_modulus=226e9, speed_entrainment=5.0)
+    >>> WeightedPoints(state, [1.0, 3.0], ehl.Oil.load("75w90")).state.size
+    2
     """
 
     state: ContactState
@@ -86,6 +93,15 @@ class OperatingRange:
         Name to `VariableRange`, SI: the variables of a plan, the film ratio, and pressure times sliding speed.
     coverage : float
         Share of the weight inside each range.
+
+    Examples
+    --------
+    >>> state = ehl.ContactState.of(
+    ...     pressure_hertz=[0.8e9, 1.2e9], radius_equivalent=0.015, effective_modulus=226e9, speed_entrainment=5.0,
+    ...     slide_to_roll=0.2, roughness_rms_1=0.4e-6)
+    >>> found = operating_range([WeightedPoints(state, [1.0, 3.0], ehl.Oil.load("75w90"))])
+    >>> f"{found['pressure_hertz'].high:.3g} Pa"
+    '1.2e+09 Pa'
     """
 
     variables: dict[str, VariableRange]
