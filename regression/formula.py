@@ -341,7 +341,7 @@ class Formula(PointFriction):
         Returns
         -------
         dict
-            Numbers in SI units, as `docs/formula_file.md` lists them.
+            Numbers in SI units, by the names of docs/nomenclature.md.
         """
         return self.formula.to_dict()
 
