@@ -23,8 +23,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from efficiency.loss.map import efficiency_map
-from efficiency.run import resolve_friction
 from matplotlib.figure import Figure
 
 from efficiency.design.design import Design, load_design
@@ -33,7 +31,7 @@ from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh
 from efficiency.loss.result import EfficiencyResult
-from efficiency.pair import Mesh
+from efficiency.pair import Mesh, resolve_friction
 from ehl.fluid.oil import Oil
 from regression.formula import shipped_formulas
 from regression.friction.conditions import conditions_of
@@ -96,6 +94,14 @@ class Contacts:
     efficiency: float
     efficiency_lower: float
     efficiency_upper: float
+
+
+def efficiency_map(mesh: Any, model: Any, oil: Oil, torques: Any, at: Any, speeds: Any, temperatures: Any) -> list[Any]:
+    """Efficiency at every combination; the load once per torque."""
+    from efficiency.loss.efficiency import mesh_efficiency
+
+    loads = [load_grids(mesh, torque) for torque in torques]
+    return [mesh_efficiency(load, model, oil, at(s, t)) for load in loads for s in speeds for t in temperatures]
 
 
 def cpu(work: Callable[[], Any]) -> tuple[Any, float]:

@@ -21,7 +21,6 @@ from time import process_time
 from typing import Any
 
 import numpy as np
-from efficiency.loss.map import efficiency_map
 from matplotlib.figure import Figure
 
 from efficiency.design.design import load_design
@@ -75,6 +74,14 @@ class Growth:
     work: str
     size: int
     seconds: float
+
+
+def efficiency_map(mesh: Any, model: Any, oil: Oil, torques: Any, at: Any, speeds: Any, temperatures: Any) -> list[Any]:
+    """Efficiency at every combination; the load once per torque."""
+    from efficiency.loss.efficiency import mesh_efficiency
+
+    loads = [load_grids(mesh, torque) for torque in torques]
+    return [mesh_efficiency(load, model, oil, at(s, t)) for load in loads for s in speeds for t in temperatures]
 
 
 def cpu(work: Callable[[], Any], repeats: int = 1) -> float:

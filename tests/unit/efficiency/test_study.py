@@ -227,7 +227,7 @@ def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPa
     for arguments, words in (
         (["study", "no_such_pair"], "no_such_pair"),
         (["study", "--torque", "100"], "torque"),
-        (["study", "--roughness", "1 mm"], "--roughness"),
+        (["study", "--roughness", "1 mm"], "roughness_rms"),
         (["study", "--side", "left"], "--side"),
         (["study", "fh_hypoid_9x34", "fh_hypoid_9x34"], "each once"),
     ):
