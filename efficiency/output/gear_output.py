@@ -114,7 +114,7 @@ class GearOutput:
 
     def tables(self, result: Any, **parts: Any) -> list[Table]:
         """The tables a reader looks for first; `balance` and `uncertainty` of an efficiency with it."""
-        from efficiency.output import study_report, tables
+        from efficiency.output import geometry_tables, misalignment_table, study_report, tables
 
         if isinstance(result, Grid):
             if tuple(result.axes) == ("torque", "speed", "temperature"):
@@ -126,20 +126,16 @@ class GearOutput:
             return [tables.duty_table(result)]
         if isinstance(result, EfficiencyResult):
             return [tables.efficiency_table(result), *_added(parts.get("balance"), parts.get("uncertainty"))]
+        if hasattr(result, "studies"):
+            return [misalignment_table.study_table(study) for study in result.studies]
+        if hasattr(result, "flanks"):
+            return geometry_tables.geometry_tables(result, parts.get("units", "metric"))
         return [study_report.influence_table(result)]
 
     def show(self, result: Any, **parts: Any) -> None:
         """Print the tables of a result."""
-        from efficiency.output import geometry_tables, misalignment_table
-
-        if hasattr(result, "studies"):
-            for study in result.studies:
-                misalignment_table.print_study(study)
-        elif hasattr(result, "flanks"):
-            geometry_tables.print_geometry(result, parts.get("units", "metric"))
-        else:
-            for table in self.tables(result, **parts):
-                table.print()
+        for table in self.tables(result, **parts):
+            table.print()
 
     def write(self, result: Any, units: Any, **files: Any) -> list[Path]:
         """Write files, see `efficiency.loss.result.Presented.write`."""

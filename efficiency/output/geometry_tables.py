@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
+from ehl.io.units import ARCSEC
+from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.geometry import PairGeometry, SideGeometry
 
-ARCSEC = math.degrees(1.0) * 3600.0
-SETTING_HEADER = ("setting", "unit", *(flank.replace(" ", "\n") for flank in FLANKS))
+SETTING_HEADER = ("setting", "unit", *FLANKS)
 FLANK_HEADER = ("flank", "spiral angle [deg]", "pressure angle, normal [deg]", "end over root [% of depth]")
 
 
@@ -100,48 +102,29 @@ def misalignment_text(design: Design) -> str:
     return "misaligned: " + ", ".join(parts) if parts else "aligned"
 
 
-def print_geometry(geometry: PairGeometry, units: Units = "metric") -> None:
-    """Print blanks, machine summary, flanks and unloaded contact."""
-    from rich import box
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    console = Console()
-
-    def show(title: str, header: tuple[str, ...], rows: list[tuple[str, ...]], words_first: int) -> None:
-        table = Table(title=title, box=box.SIMPLE, padding=(0, 1, 0, 0), title_justify="left")
-        for number, name in enumerate(header):
-            table.add_column(escape(name), justify="left" if number < words_first else "right", overflow="fold")
-        for row in rows:
-            table.add_row(*row)
-        console.print(table)
-
+def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Table]:
+    """Blanks, cutters and machine settings, flanks and unloaded contact."""
     design = geometry.design
     summary = summary_rows(design, units)
-    show(f"{design.name}: blanks", ("quantity", "unit", "pinion", "gear"), blank_table(summary), 2)
+    notes = [f"note     {note}" for note in all_notes(geometry)] + [f"{geometry.status}, {geometry.seconds:.2f} s"]
+    tables = [Table(("quantity", "unit", "pinion", "gear"), blank_table(summary), f"{design.name}: blanks")]
     for part, rows in setting_tables(summary).items():
-        show(f"{words(part).capitalize()} of each flank", SETTING_HEADER, rows, 2)
-    show("Flanks at their mean points", FLANK_HEADER, flank_rows(geometry), 1)
+        tables.append(Table(SETTING_HEADER, rows, f"{words(part).capitalize()} of each flank"))
+    tables.append(Table(FLANK_HEADER, flank_rows(geometry), "Flanks at their mean points"))
     if geometry.sides:
-        show(
-            f"Unloaded contact, {misalignment_text(design)}",
-            ("quantity", "unit", *geometry.sides),
-            contact_rows(geometry),
-            2,
-        )
-    for note in all_notes(geometry):
-        console.print(f"note     {note}", highlight=False)
-    console.print(f"{geometry.status}, {geometry.seconds:.2f} s")
+        title = f"Unloaded contact, {misalignment_text(design)}"
+        tables.append(Table(("quantity", "unit", *geometry.sides), contact_rows(geometry), title))
+    tables[-1] = replace(tables[-1], notes=notes)
+    return tables
 
 
 def key_side(side: SideGeometry) -> str:
     """Transmission error of a side for a headline."""
-    return f"{side.pair.transmission.peak_to_peak * ARCSEC:.3g} arcsec"
+    return f"{side.pair.transmission.peak_to_peak / ARCSEC:.3g} arcsec"
 
 
 def _arcsec(value: float) -> str:
-    return f"{value * ARCSEC:.3f}"
+    return f"{value / ARCSEC:.3f}"
 
 
 def _range_mm(values: tuple[float, float]) -> str:

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ehl.io.errors import InputError
+from ehl.quantities import Quantity, quantity
+from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
     from efficiency.misalignment import MisalignmentStudy
 
 AXES = ("E", "P", "G", "alpha")
-ARCSEC = math.degrees(1.0) * 3600.0
-SHOWN_UNITS = {"E": ("mm", 1e3), "P": ("mm", 1e3), "G": ("mm", 1e3), "alpha": ("arcmin", math.degrees(1.0) * 60.0)}
 _ROWS = 60
-_HEADER = (
-    "TE p-p\n[arcsec]",
-    "contact\n[mm]",
-    "pattern\nat [mm]",
-    "length\n[%]",
-    "area\n[%]",
-    "edge in contact,\nor why it failed",
-)
 
 
 def varied(study: MisalignmentStudy) -> list[str]:
@@ -31,56 +22,35 @@ def varied(study: MisalignmentStudy) -> list[str]:
     return [name for name in AXES if len(getattr(study, name)) > 1]
 
 
-def study_rows(study: MisalignmentStudy) -> list[tuple[str, ...]]:
+def misalignment_quantity(name: str) -> Quantity:
+    """What one of `AXES` is."""
+    return quantity(f"misalignment.{name}")
+
+
+def study_table(study: MisalignmentStudy) -> Table:
     """One row per state: misalignments that vary, transmission error, places along the gear face, pattern, edges."""
     names = varied(study)
-    return [
-        (
-            *(f"{getattr(point, name) * SHOWN_UNITS[name][1]:+.4g}" for name in names),
-            _number(point.peak_to_peak * ARCSEC, ".3f"),
-            _number(1e3 * point.error_maximum_u, "+.3f"),
-            _number(1e3 * point.pattern_u, "+.3f"),
-            _number(100.0 * point.pattern_length, ".1f"),
-            _number(100.0 * point.pattern_area, ".1f"),
-            point.reason or point.edges,
-        )
-        for point in study.points
-    ]
-
-
-def _number(value: float, form: str) -> str:
-    return format(value, form) if math.isfinite(value) else "–"
-
-
-def print_study(study: MisalignmentStudy) -> None:
-    """Print the table, its extremes where it is long, and what failed."""
-    from rich import box
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    rows = study_rows(study)
-    table = Table(
-        title=f"{study.design}, {study.side}: unloaded contact, marking {1e6 * study.marking:.4g} µm",
-        box=box.SIMPLE,
-        padding=(0, 1, 0, 0),
-        title_justify="left",
-    )
-    for name in varied(study):
-        table.add_column(escape(f"{name}\n[{SHOWN_UNITS[name][0]}]"), justify="right")
-    for name in _HEADER:
-        table.add_column(escape(name), justify="left" if name == _HEADER[-1] else "right")
-    for row in rows[:_ROWS]:
-        table.add_row(*row)
-    console = Console()
-    console.print(table)
-    if len(rows) > _ROWS:
-        console.print(f"{len(rows) - _ROWS} of {len(rows)} states are not shown: --csv writes all of them")
+    fields = ("peak_to_peak", "error_maximum_u", "pattern_u", "pattern_length", "pattern_area")
+    shares = [Column(name, of="share", label=name.replace("_", " ")) for name in fields[3:]]
+    count = len(study.points)
     failed = sum(point.status == "failed" for point in study.points)
     edges = sum(point.status == "edge contact" for point in study.points)
-    console.print(
-        f"{study.status}: {len(rows)} states, {edges} with edge contact, {failed} failed, {study.seconds:.2f} s",
-        highlight=False,
+    notes = [f"{study.status}: {count} states, {edges} with edge contact, {failed} failed, {study.seconds:.2f} s"]
+    if count > _ROWS:
+        notes.insert(0, f"{count - _ROWS} of {count} states are not shown: --csv writes all of them")
+    return Table(
+        [
+            *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
+            *fields[:3],
+            *shares,
+            Column("edges", label="edge in contact, or why it failed"),
+        ],
+        [
+            [*(getattr(point, name) for name in (*names, *fields)), point.reason or point.edges]
+            for point in study.points[:_ROWS]
+        ],
+        title=f"{study.design}, {study.side}: unloaded contact, marking {1e6 * study.marking:.4g} µm",
+        notes=notes,
     )
 
 

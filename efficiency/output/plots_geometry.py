@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from ehl.io.units import ARCSEC
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -208,16 +209,13 @@ def contact_pattern_figure(pair: FlankPair, pattern: ContactPattern, path: Conta
     return figure
 
 
-ARCSEC = np.degrees(1.0) * 3600.0
-
-
 def transmission_figure(side: SideGeometry) -> Figure:
     """Transmission error of one tooth pair with its neighbours; below them all the curve of the mesh."""
     figure = Figure(figsize=(6.6, 3.8), layout="constrained")
     axes = figure.add_subplot()
     mesh, pair = side.pair.transmission, side.pair
     path, pitch = mesh.path, pair.surface.pitch
-    roll, error = path.pinion_angle / pitch, path.transmission_error * ARCSEC
+    roll, error = path.pinion_angle / pitch, path.transmission_error / ARCSEC
     for shift, colour, name in ((-1.0, GREY, "neighbours"), (1.0, GREY, None), (0.0, BLUE, "one tooth pair")):
         axes.plot(roll + shift, np.where(path.free, error, np.nan), color=colour, lw=1.2, label=name)
         axes.plot(roll + shift, np.where(path.free, np.nan, error), color=colour, lw=1.0, ls=":")
@@ -225,8 +223,8 @@ def transmission_figure(side: SideGeometry) -> Figure:
         axes.plot([], [], color=BLUE, lw=1.0, ls=":", label="contact of an edge")
     start = mesh.pinion_angle[0] / pitch
     turns = np.arange(-1, 3)[:, None] + mesh.pinion_angle / pitch
-    axes.plot(turns.ravel(), np.tile(mesh.error, 4) * ARCSEC, color=ORANGE, lw=2.4, alpha=0.8, label="gear pair")
-    low = float(mesh.error.min()) * ARCSEC
+    axes.plot(turns.ravel(), np.tile(mesh.error, 4) / ARCSEC, color=ORANGE, lw=2.4, alpha=0.8, label="gear pair")
+    low = float(mesh.error.min()) / ARCSEC
     axes.set(
         xlabel="pinion angle from the design point [pinion pitches]",
         ylabel="transmission error of the gear [arcsec]",
@@ -234,7 +232,7 @@ def transmission_figure(side: SideGeometry) -> Figure:
         ylim=(min(3.2 * low, -1e-3), max(-0.9 * low, 1e-3)),
     )
     axes.set_title(
-        f"{pair.name}, {side.side}:\nunloaded transmission error, {mesh.peak_to_peak * ARCSEC:.4g} arcsec peak to peak",
+        f"{pair.name}, {side.side}:\nunloaded transmission error, {mesh.peak_to_peak / ARCSEC:.4g} arcsec peak to peak",
         fontsize=10,
     )
     axes.grid(alpha=0.3)
@@ -246,7 +244,7 @@ def harmonics_figure(side: SideGeometry) -> Figure:
     """Amplitudes of the transmission error at multiples of the mesh frequency."""
     figure = Figure(figsize=(6.6, 3.8), layout="constrained")
     axes = figure.add_subplot()
-    values = side.pair.transmission.harmonics * ARCSEC
+    values = side.pair.transmission.harmonics / ARCSEC
     order = np.arange(1, values.size + 1)
     axes.bar(order, values, color=BLUE, width=0.6)
     for at, value in zip(order, values, strict=True):

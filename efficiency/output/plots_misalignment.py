@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.output.misalignment_table import ARCSEC, AXES, SHOWN_UNITS, varied
+from efficiency.output.misalignment_table import AXES, misalignment_quantity, varied
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.units import ARCSEC
 from ehl.view.plots import BLUE, GREY, ORANGE, save_figure
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ def sections(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[Misa
     others = {other: min(getattr(study, other), key=abs) for other in AXES if other != name}
     chosen = [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
     chosen.sort(key=lambda point: float(getattr(point, name)))
-    return np.array([getattr(point, name) for point in chosen]) * SHOWN_UNITS[name][1], chosen
+    values = np.array([getattr(point, name) for point in chosen])
+    return np.asarray(misalignment_quantity(name).to_display(values)), chosen
 
 
 def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
@@ -46,11 +48,10 @@ def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
         for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
             values, points = sections(study, name)
             _lines(row, values, points, colour, study.side)
-        unit = SHOWN_UNITS[name][0]
         for axes, label in zip(
             row, ("TE, peak to peak [arcsec]", "along the gear face [mm]", "of the gear [%]"), strict=True
         ):
-            axes.set(xlabel=f"{name} [{unit}]", ylabel=label)
+            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=label)
             axes.grid(alpha=0.3)
         for axes in (row[0], row[2]):
             axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
@@ -70,10 +71,12 @@ def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoi
     def of(field: str, factor: float) -> FloatArray:
         return np.array([getattr(point, field) for point in points]) * factor
 
-    row[0].plot(values, of("peak_to_peak", ARCSEC), color=colour, marker="o", ms=4, label=side)
+    row[0].plot(values, of("peak_to_peak", 1.0 / ARCSEC), color=colour, marker="o", ms=4, label=side)
     edge = np.array([point.status == "edge contact" for point in points])
     if edge.any():
-        row[0].plot(values[edge], of("peak_to_peak", ARCSEC)[edge], "x", color="k", ms=7, label=f"{side}, edge contact")
+        row[0].plot(
+            values[edge], of("peak_to_peak", 1.0 / ARCSEC)[edge], "x", color="k", ms=7, label=f"{side}, edge contact"
+        )
     row[1].plot(
         values, of("error_maximum_u", 1e3), color=colour, marker="o", ms=4, label=f"{side}, highest point of the TE"
     )
@@ -101,14 +104,14 @@ def map_figure(study: MisalignmentStudy) -> Figure | None:
     for axes, (field, factor, label) in zip(
         figure.subplots(1, 3),
         (
-            ("peak_to_peak", ARCSEC, "transmission error, peak to peak [arcsec]"),
+            ("peak_to_peak", 1.0 / ARCSEC, "transmission error, peak to peak [arcsec]"),
             ("pattern_u", 1e3, "middle of the pattern, to the heel [mm]"),
             ("pattern_area", 100.0, "pattern, share of the flank [%]"),
         ),
         strict=True,
     ):
         values = np.array([[getattr(states[a, b], field) for a in x] for b in y]) * factor
-        across, up = x * SHOWN_UNITS[first][1], y * SHOWN_UNITS[second][1]
+        across, up = (misalignment_quantity(n).to_display(v) for n, v in ((first, x), (second, y)))
         shown = axes.pcolormesh(across, up, np.ma.masked_invalid(values), cmap="viridis", shading="nearest")
         figure.colorbar(shown, ax=axes, label=label)
         middle = 0.5 * (np.nanmin(values) + np.nanmax(values)) if np.isfinite(values).any() else 0.0
@@ -119,7 +122,7 @@ def map_figure(study: MisalignmentStudy) -> Figure | None:
                 axes.annotate(
                     text, at, ha="center", va="center", fontsize=7, color="k" if values[place] > middle else "w"
                 )
-        axes.set(xlabel=f"{first} [{SHOWN_UNITS[first][0]}]", ylabel=f"{second} [{SHOWN_UNITS[second][0]}]")
+        axes.set(xlabel=misalignment_quantity(first).axis_label, ylabel=misalignment_quantity(second).axis_label)
     figure.suptitle(f"{study.design}, {study.side}: {first} and {second}", fontsize=11)
     return figure
 
@@ -138,13 +141,12 @@ def pattern_figure(
     contacts : sequence of (value, FlankPair, ContactPattern)
         Value of the misalignment in SI units, mesh and pattern.
     """
-    unit, factor = SHOWN_UNITS[name]
     figure, axes = flank_figure(contacts[0][1], "gear", f"contact pattern over {name},")
     shades = colormaps["coolwarm"](np.linspace(0.0, 1.0, len(contacts)))
     for colour, (value, pair, pattern) in zip(shades, contacts, strict=True):
         aligned = value == 0.0
         tint = GREY if aligned else colour
-        axes.plot([], [], color=tint, lw=2.0, label=f"{value * factor:+.3g} {unit}")
+        axes.plot([], [], color=tint, lw=2.0, label=misalignment_quantity(name).text(value, 3))
         if pattern.marked.any():
             gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0))
             axes.contour(

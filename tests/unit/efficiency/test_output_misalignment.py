@@ -15,7 +15,7 @@ import pytest
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.design.design import Design, load_design
 from efficiency.misalignment import MisalignmentStudy, misalignment_study
-from efficiency.output.misalignment_table import study_rows, varied, write_study
+from efficiency.output.misalignment_table import study_table, varied, write_study
 from efficiency.output.plots_misalignment import map_figure, section_contacts, section_figure, sections
 
 PAIR = "fm_spiral_bevel_14x39"
@@ -34,12 +34,13 @@ def study(design: Design) -> MisalignmentStudy:
 
 def test_rows_show_what_varies(study: MisalignmentStudy) -> None:
     assert varied(study) == ["E", "alpha"]
-    rows = study_rows(study)
+    table = study_table(study)
+    rows = table.records()
     assert len(rows) == 6
-    assert rows[0][:2] == ("-0.1", "+0")
-    assert float(rows[3][1]) == pytest.approx(np.degrees(5e-4) * 60.0, rel=1e-3)
-    for row, point in zip(rows, study.points, strict=True):
-        assert float(row[2]) == pytest.approx(np.degrees(point.peak_to_peak) * 3600.0, abs=6e-4)
+    assert (rows[0]["E"], rows[0]["alpha"]) == (-1e-4, 0.0)
+    assert [row["peak_to_peak"] for row in rows] == [point.peak_to_peak for point in study.points]
+    assert "alpha [arcmin]" in table.html()
+    assert f">{np.degrees(5e-4) * 60.0:.3f}<" in table.html()
 
 
 def test_csv_holds_the_study(study: MisalignmentStudy, tmp_path: Path) -> None:
@@ -90,7 +91,7 @@ def test_study_on_the_command_line(mixed_ehl: Cli) -> None:
     assert study["G"] == pytest.approx([-5e-5, 0.0, 5e-5], abs=1e-18)
     assert len(study["points"]) == 3
     table = mixed_ehl("misalignment", PAIR, "--G", "0, 0.05 mm")
-    for words in ("TE p-p", "[arcsec]", "2 states", "+0.05"):
+    for words in ("TE peak to peak [arcsec]", "2 states", "0.05000"):
         assert words in table.out
 
 
