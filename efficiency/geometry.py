@@ -18,8 +18,8 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
+from efficiency.gear_output import GearOutput
 from efficiency.loss.result import Output, Presented
-from efficiency.output.gear_output import GearOutput
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.units import ValueRange

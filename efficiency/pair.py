@@ -23,6 +23,7 @@ from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPositio
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import OPERATION_LIMITS, CoolingInput, Design, MemberInput, Misalignment, load_design
+from efficiency.gear_output import GearOutput
 from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyCycle, DutyRow, duty_cycle, read_duty
@@ -37,7 +38,6 @@ from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.ltca.teeth import elastic_teeth
-from efficiency.output.gear_output import GearOutput
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import ValueRange

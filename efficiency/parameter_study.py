@@ -26,10 +26,10 @@ import numpy as np
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
+from efficiency.gear_output import GearOutput
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.grid import count_reasons, solve_points
 from efficiency.loss.result import EfficiencyResult, Output, Presented
-from efficiency.output.gear_output import GearOutput
 from efficiency.pair import POINTS_PER_LINE, POSITIONS, Friction, GearPair, axis_values, resolve_friction
 from ehl import __version__
 from ehl.fluid.oil import Oil
