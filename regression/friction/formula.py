@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -307,14 +308,28 @@ def load_formula(path: str | Path) -> FittedFormula:
     """
     path = Path(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError("formula file", str(path), _ALLOWED, "The file does not exist.") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        hint = f"It could not be read: {error}. Fit it again with `mixed-ehl fit RUN -o {path.name}`."
-        raise InputError("formula file", str(path), _ALLOWED, hint) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("formula file", str(path), _ALLOWED, _unreadable(path, error)) from None
+    return _read(str(path), text)
+
+
+def _unreadable(path: Path, error: Exception) -> str:
+    return f"It could not be read: {error}. Fit it again with `mixed-ehl fit RUN -o {path.name}`."
+
+
+@lru_cache(maxsize=8)
+def _read(name: str, text: str) -> FittedFormula:
+    """Formula of a file's text; kept, since checks and checksum cost more than an evaluation."""
+    path = Path(name)
+    try:
+        content = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise InputError("formula file", name, _ALLOWED, _unreadable(path, error)) from None
     if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
-        raise InputError("formula file", str(path), _ALLOWED, "It holds no schema number.")
+        raise InputError("formula file", name, _ALLOWED, "It holds no schema number.")
     schema = content["schema"]
     if schema > FORMULA_SCHEMA:
         raise InputError(
