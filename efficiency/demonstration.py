@@ -10,15 +10,12 @@ from pathlib import Path
 
 from efficiency.loss.compare import Comparison
 from efficiency.pair import GearPair, Mesh
-from ehl.io.data import data_path
-from ehl.io.errors import ConvergenceError, InputError
-from regression.data.dataset import Dataset, load_dataset
-from regression.fitting.fit import fit_families
+from ehl.io.errors import InputError
+from regression.data.dataset import Dataset
+from regression.formula import fit
 from regression.friction.formula import FittedFormula
-from regression.plan.cost import available_jobs
-from regression.plan.plan import Plan
 from regression.sweeping.recorder import Progress
-from regression.sweeping.sweep import SweepReport, sweep_shard
+from regression.sweeping.run import Run, sweep
 
 DESIGN = "fm_spiral_bevel_14x39"
 CONSTANT = "constant:0.05"
@@ -34,7 +31,7 @@ class DemoResult:
     ----------
     folder : Path
         Where it was written.
-    sweep_report : SweepReport
+    run : Run
         Of the contacts.
     dataset : Dataset
         Their results.
@@ -49,7 +46,7 @@ class DemoResult:
     """
 
     folder: Path
-    sweep_report: SweepReport
+    run: Run
     dataset: Dataset
     formulas: tuple[FittedFormula, ...]
     gear: Mesh
@@ -76,7 +73,7 @@ def run_demo(
     InputError
         The folder cannot be written.
     ConvergenceError
-        No formula could be fitted.
+        A nonlinear fit did not settle.
     """
     from efficiency.output.demo_report import write_demo_report
 
@@ -84,7 +81,7 @@ def run_demo(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("--output", str(folder), "a folder that can be written", f"{error}.") from None
+        raise InputError("folder", str(folder), "a folder that can be written", f"{error}.") from None
     seconds: dict[str, float] = {}
     clock = time.perf_counter()
 
@@ -93,19 +90,15 @@ def run_demo(
         now = time.perf_counter()
         seconds[step], clock = now - clock, now
 
-    plan = Plan.from_file(data_path("plans", "demo.toml"))
-
     def report_case(progress: Progress) -> None:
         notify("contacts", progress.done, progress.total)
 
-    report = sweep_shard(plan, folder / "run", jobs=jobs or available_jobs(), progress=report_case)
-    dataset = load_dataset(folder / "run")
+    run = sweep("demo", folder / "run", jobs=jobs, progress=report_case)
+    dataset = run.dataset()
     lap("sweep")
 
     notify("formulas", 0, 1)
-    formulas = tuple(fit_families(dataset).values())
-    if not formulas:
-        raise ConvergenceError("fit", "no family of formulas could be fitted to the contacts")
+    formulas = fit(dataset).candidates
     paths = [folder / f"formula_{formula.family}.json" for formula in formulas]
     for formula, path in zip(formulas, paths, strict=True):
         formula.save(path)
@@ -119,7 +112,7 @@ def run_demo(
     notify("gear pair", 1, 1)
     lap("gear")
 
-    result = DemoResult(folder, report, dataset, formulas, gear, comparison, seconds)
+    result = DemoResult(folder, run, dataset, formulas, gear, comparison, seconds)
     (folder / "demo.json").write_text(json.dumps(demo_summary(result), indent=2) + "\n", encoding="utf-8")
     write_demo_report(result)
     return result
@@ -127,12 +120,12 @@ def run_demo(
 
 def demo_summary(result: DemoResult) -> dict[str, object]:
     """The figures of the demonstration, for other programs."""
-    best = result.formulas[0]
+    best, report = result.formulas[0], result.run.reports[0]
     return {
         "sweep": {
-            "cases": result.sweep_report.total,
-            "failed": result.sweep_report.failed,
-            "reasons": result.sweep_report.reasons,
+            "cases": report.total,
+            "failed": report.failed,
+            "reasons": report.reasons,
         },
         "formula": {
             "family": best.family,

@@ -63,7 +63,7 @@ class OutputFiles:
         for name, suffixes in _SUFFIXES.items():
             path: Path | None = getattr(self, name)
             if path is not None and path.suffix.lower() not in suffixes:
-                raise InputError(f"--{name}", str(path), f"a file name ending in {suffixes[0]}")
+                raise InputError(name, str(path), f"a file name ending in {suffixes[0]}")
 
     def write_tables(self, tables: list[Table], title: str) -> None:
         """The workbook and the CSV files that are asked for."""

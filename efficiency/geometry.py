@@ -318,4 +318,4 @@ def chosen_sides(text: str) -> tuple[Side, ...]:
     for side in SIDES:
         if text == side:
             return (side,)
-    raise InputError("--side", text, "drive, coast or both")
+    raise InputError("side", text, "drive, coast or both")

@@ -237,6 +237,34 @@ class GearPair:
         design = self.design.with_misalignment(**dict(misalignment))
         return Mesh.of(design, side, positions, points, self._bodies(side))
 
+    def check(self, frictions: Iterable[Friction] = (), **conditions: Any) -> list[FrictionModel]:
+        """Refuse friction models and conditions that cannot be used, before anything is computed.
+
+        Parameters
+        ----------
+        frictions : iterable of FrictionModel or str
+            Friction models or their names.
+        **conditions : float, str or sequence
+            Values, or lists of values, of the axes of `over`.
+
+        Returns
+        -------
+        list of FrictionModel
+            The models.
+
+        Raises
+        ------
+        InputError
+            Naming what cannot be used.
+        """
+        for name, values in conditions.items():
+            for value in axis_values(name, values):
+                if name == "oil" and isinstance(value, str):
+                    Oil.load(value)
+                if name == "driver" and value not in ("pinion", "gear"):
+                    raise InputError("driver", value, "pinion or gear")
+        return [resolve_friction(friction, self.design) for friction in frictions]
+
     def misaligned(self, **misalignment: Value) -> GearPair:
         """The pair with `E`, `P`, `G` [m] and `alpha` [rad] in place of those of the design."""
         own = self.design.assembly.misalignment.model_dump()

@@ -552,7 +552,7 @@ def _append(store: Path, key: str, found: Found) -> None:
             # a line that was cut off when an earlier run was killed must not swallow this one
             file.write(f"\n{line}\n" if file.tell() else f"{line}\n")
     except OSError as error:
-        raise InputError("--output", str(store.parent), "a folder that can be written", f"{error}.") from None
+        raise InputError("store", str(store.parent), "a folder that can be written", f"{error}.") from None
 
 
 def _read(store: Path) -> dict[str, Found]:

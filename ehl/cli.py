@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 import ehl
+from ehl.console import App, print_json
 
 
 def solve(
@@ -24,7 +24,7 @@ def solve(
         contact.check_animation(animate)
     result = contact.solve()
     if json_output:
-        typer.echo(json.dumps(result.to_dict(), allow_nan=False))
+        print_json(result.to_dict())
     else:
         result.table().print()
     if report is not None:
@@ -39,6 +39,6 @@ def solve(
         raise typer.Exit(1)
 
 
-def register(app: typer.Typer) -> None:
+def register(app: App) -> None:
     """Add the commands of this package to the application."""
     app.command()(solve)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from regression.calibration.calibrate import calibrate
+    from regression.calibration.synthetic import synthetic_measurement
     from regression.data.dataset import Dataset, load_dataset
     from regression.formula import Formula, fit, friction_model, published
     from regression.plan.operating_range import OperatingRange, WeightedPoints, operating_range
@@ -35,6 +36,7 @@ __all__ = [
     "published",
     "slurm_script",
     "sweep",
+    "synthetic_measurement",
 ]
 
 _MODULES = {
@@ -52,6 +54,7 @@ _MODULES = {
     "published": "regression.formula",
     "slurm_script": "regression.sweeping.run",
     "sweep": "regression.sweeping.run",
+    "synthetic_measurement": "regression.calibration.synthetic",
 }
 
 

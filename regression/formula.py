@@ -17,7 +17,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.state import ContactState
 from ehl.view.table import Column, Table
-from regression.friction.conditions import UNITS, Conditions, conditions_of
+from regression.friction.conditions import UNITS, Conditions, conditions_of, contact_points
 from regression.friction.families import FAMILIES, family_named
 from regression.friction.formula import FittedFormula, load_formula
 from regression.friction.models import (
@@ -203,17 +203,21 @@ class Formula(PointFriction):
 
         return family_table(self.candidates or (self.formula,)).to_frame()
 
-    def in_convex_hull(self, state: ContactState, runs: Results, oil: Oil | str | None = None) -> NDArray[np.bool_]:
+    def in_convex_hull(
+        self, runs: Results, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Any
+    ) -> NDArray[np.bool_]:
         """Whether contact points lie in the convex hull of the fitted cases, in ln of their variables (exact).
 
         Parameters
         ----------
-        state : ContactState
-            Contact points.
         runs : Dataset, str or path, or several of them
             The data the formula was fitted to.
+        state : ContactState, optional
+            Contact points; in their place the keywords of `mu`.
         oil : Oil or str, optional
             Oil card or its name; the one of the formula if not given.
+        **conditions : float, str or array
+            As of `mu`.
 
         Returns
         -------
@@ -234,9 +238,10 @@ class Formula(PointFriction):
         dataset = _dataset_of(runs)
         if dataset.data_hash != self.formula.data.hash:
             raise InputError("hull", str(runs), f"all the data {self.name} was fitted to", "These are other results.")
+        state = contact_points(**conditions) if state is None else state
         name = self.default_oil() if oil is None else oil
-        conditions = conditions_of(state, Oil.load(name) if isinstance(name, str) else name)
-        points = cloud.whitened({name: np.ravel(values) for name, values in conditions.items()})
+        local = conditions_of(state, Oil.load(name) if isinstance(name, str) else name)
+        points = cloud.whitened({name: np.ravel(values) for name, values in local.items()})
         cases = cloud.whitened(columns(fitted_rows(dataset, self.formula)))
         return in_convex_hull(points, cases).reshape(np.shape(state.pressure_hertz))
 
@@ -572,11 +577,6 @@ def published() -> pd.DataFrame:
             for entry in PUBLISHED.values()
         ]
     )
-
-
-def is_formula(spec: str) -> bool:
-    """Whether a user names a formula: a shipped one, or a file by its suffix."""
-    return spec in shipped_formulas() or Path(spec).suffix == ".json"
 
 
 def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:

@@ -13,8 +13,9 @@ import regression.cli
 import regression.cli.calibration
 from efficiency.cli import design, gear
 from ehl import MixedEhlError, __version__
+from ehl.console import App
 
-app = typer.Typer(
+app = App(
     name="mixed-ehl",
     help="Friction and efficiency of hypoid and spiral bevel gears.",
     no_args_is_help=True,

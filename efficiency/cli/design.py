@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 import efficiency
+import regression
 from efficiency.cli.options import (
     MISALIGNMENT,
     OPERATION,
@@ -18,15 +19,12 @@ from efficiency.cli.options import (
     OilOption,
     SideOption,
     UnitsOption,
-    check_units,
-    fail_unless_converged,
-    given,
     one_side,
     present,
-    print_json,
-    progress,
+    unit_system,
 )
-from ehl import InputError
+from ehl import InputError, shipped
+from ehl.console import App, fail_unless_converged, given, print_json, progress, write_text
 
 PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
 
@@ -51,8 +49,7 @@ def settings(
     """
     result = efficiency.settings(targets)
     if output is not None:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        output.write_text(result.text, encoding="utf-8")
+        write_text(output, result.text)
     print_json(result.to_dict()) if json_output else result.show()
     if output is not None and not json_output:
         print(f"design: {output}")
@@ -90,26 +87,23 @@ def export(
     A formula becomes one function with its range, interval and flag: .py, .c, .f90, .m, .tex, .xlsx (live cells), .txt
     (formula for one cell).
     """
-    from regression.formula import Formula, is_formula
-
-    if is_formula(design):
-        from regression.export.export import export_formula
-
-        formula = Formula.load(design).formula
-        program = export_formula(formula, output, language, oil=oil, oil_arguments=oil_arguments)
-        print(f"{output}: {formula.name}, {program.oil or 'oil properties as arguments'}")
+    if design in shipped("formulas") or Path(design).suffix == ".json":
+        formula = regression.Formula.load(design)
+        formula.export(output, language, oil=oil, oil_arguments=oil_arguments)
+        laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
+        print(f"{output}: {formula.formula.name}, {laws}")
         return
     if member not in ("pinion", "gear", "both"):
-        raise InputError("--member", member, "pinion, gear or both")
-    check_units(units)
+        raise InputError("member", member, "pinion, gear or both")
+    members: dict[str, tuple[Literal["pinion", "gear"], ...]] = {"pinion": ("pinion",), "gear": ("gear",)}
     written = efficiency.load(design).export(
         output,
         [part.strip() for part in what.split(",") if part.strip()],
-        members=("pinion", "gear") if member == "both" else (member,),
+        members=members.get(member, ("pinion", "gear")),
         rows=rows,
         columns=columns,
         margin=margin,
-        units=units,
+        units=unit_system(units),
         **given({"rim": rim, "bore": bore}),
     )
     for line in written:
@@ -125,11 +119,7 @@ def import_summary(
 ) -> None:
     """Read a machine summary (inch or metric) into a design file."""
     text, notes = efficiency.import_design(sheet, like)
-    try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError("--output", str(output), "a writable file", f"{error}.") from None
+    write_text(output, text)
     print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
     for note in notes:
         print(f"note     {note}")
@@ -207,7 +197,7 @@ def study(
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("--output", str(output), "a folder that can be written", f"{error}.") from None
+        raise InputError("output", str(output), "a folder that can be written", f"{error}.") from None
     chosen = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
     with progress("points") as move:
         result = efficiency.study(designs or PAIRS, report=move, **chosen, **given(values))
@@ -238,26 +228,23 @@ def plan(
 
     The ranges are quantiles weighted with the work lost at each point.
     """
-    from regression import Plan, operating_range
-
     if model not in ("deterministic", "load_sharing"):
-        raise InputError("--model", model, "deterministic or load_sharing")
+        raise InputError("model", model, "deterministic or load_sharing")
     if output.suffix != ".toml":
-        raise InputError("--output", str(output), "a file name ending in .toml")
+        raise InputError("output", str(output), "a file name ending in .toml")
     pairs = [efficiency.load(design) for design in designs]
-    ranges = operating_range([point for pair in pairs for point in pair.duty_points(duty, oil)], coverage)
+    ranges = regression.operating_range([point for pair in pairs for point in pair.duty_points(duty, oil)], coverage)
     oils = tuple(dict.fromkeys([oil] if oil else [pair.design.operation.oil for pair in pairs]))
     words = f"{100.0 * coverage:g} % of the work lost by {', '.join(pair.name for pair in pairs)} over {duty.name}"
     text = ranges.plan_text(output.stem, oils, size=size, description=words, roughness=model)
-    try:
-        output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError("--output", str(output), "a writable path", f"{error.strerror}.") from None
+    write_text(output, text)
     ranges.table().print()
-    typer.echo(f"{output}: {Plan.from_file(output).count} cases; for its cost: mixed-ehl sweep {output} --estimate")
+    typer.echo(
+        f"{output}: {regression.Plan.from_file(output).count} cases; for its cost: mixed-ehl sweep {output} --estimate"
+    )
 
 
-def register(app: typer.Typer) -> None:
+def register(app: App) -> None:
     """Add the commands to the application."""
     for command in (blank, settings, export, misalignment, study, plan):
         app.command()(command)

@@ -31,16 +31,12 @@ from efficiency.cli.options import (
     UnitsOption,
     XlsxOption,
     check_files,
-    check_units,
-    fail_unless_converged,
-    given,
-    is_list,
     one_side,
     present,
-    print_json,
-    progress,
+    unit_system,
 )
 from ehl import InputError
+from ehl.console import App, fail_unless_converged, given, is_list, print_json, progress
 
 LOSS = "Friction and loss"
 
@@ -141,64 +137,63 @@ def gear(
 
     A comma-separated list of torques, speeds or temperatures ('100, 200, 300 N m') makes a map.
     """
-    point: dict[str, object] = {"--torque": torque, "--speed": speed, "--temperature": temperature, "--driver": driver}
+    point: dict[str, object] = {"torque": torque, "speed": speed, "temperature": temperature, "driver": driver}
     options: dict[str, object] = {
-        "--friction-in-equilibrium": friction_in_equilibrium,
-        "--bulk-temperature": bulk_temperature,
-        "--uncertainty": uncertainty,
-        "--load-from": load_from,
-        "--save-load": save_load,
+        "friction_in_equilibrium": friction_in_equilibrium,
+        "bulk_temperature": bulk_temperature,
+        "uncertainty": uncertainty,
+        "load_from": load_from,
+        "save_load": save_load,
     }
     check_files(report=report, xlsx=xlsx)
-    check_units(units)
+    system = unit_system(units)
     pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "alpha": alpha}))
     if geometry:
         refuse(
             "--geometry, which takes no load and no oil",
-            point | options | {"--duty": duty, "--oil": oil} | {"--xlsx": xlsx, "--csv": csv},
+            point | options | {"duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
         )
         shape = pair.geometry(side or "both", marking)
-        shape.write(units=units, plot=plot, report=report)
-        print_json(shape.to_dict()) if json_output else shape.show(units=units)
+        shape.write(units=system, plot=plot, report=report)
+        print_json(shape.to_dict()) if json_output else shape.show(units=system)
         for name, reason in shape.failures.items():
             typer.echo(f"{name}: {reason}", err=True)
         fail_unless_converged(shape.status, "")
         return
     if marking is not None:
-        raise InputError("--marking", marking, "only together with --geometry")
-    if driver not in (None, "pinion", "gear"):
-        raise InputError("--driver", driver, "pinion or gear")
-    flanks = one_side(side or "drive")
-    if duty is not None:
-        refuse("--duty", point | options | {"--side": side, "--plot": plot, "--report": report})
-        with progress("rows of the duty cycle") as move:
-            cycle = pair.duty(duty, friction, oil=oil, report=move)
-        present(cycle, json_output, xlsx=xlsx, csv=csv)
-        return
+        raise InputError("marking", marking, "only together with --geometry")
     axes = given({"torque": torque, "speed": speed, "temperature": temperature})
     fixed = given({"oil": oil, "driver": driver})
+    [model] = pair.check([friction], **axes, **fixed)
+    flanks = one_side(side or "drive")
+    if duty is not None:
+        refuse("--duty", point | options | {"side": side, "plot": plot, "report": report})
+        with progress("rows of the duty cycle") as move:
+            cycle = pair.duty(duty, model, oil=oil, report=move)
+        present(cycle, json_output, xlsx=xlsx, csv=csv)
+        return
     if any(is_list(text) for text in axes.values()):
         refuse("lists of operating points", options)
         with progress("operating points") as move:
-            grid = pair.mesh(flanks).map(friction, fixed=fixed, report=move, **axes)
-        present(grid, json_output, units=units, plot=plot, report=report, xlsx=xlsx, csv=csv)
+            grid = pair.mesh(flanks).map(model, fixed=fixed, report=move, **axes)
+        present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
         return
     if load_from is not None:
-        refuse("--load-from", {"--bulk-temperature": bulk_temperature, "--uncertainty": uncertainty})
+        refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
     mesh = pair.mesh(flanks)
     at = axes.pop("torque", None)
     loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
     conditions, balance = axes | fixed, None
     if bulk_temperature:
-        balance = loaded.heat_balance(friction, friction_in_equilibrium=friction_in_equilibrium, **conditions)
+        balance = loaded.heat_balance(model, friction_in_equilibrium=friction_in_equilibrium, **conditions)
         result = balance.result
     else:
-        result = loaded.efficiency(friction, friction_in_equilibrium=friction_in_equilibrium, **conditions)
+        result = loaded.efficiency(model, friction_in_equilibrium=friction_in_equilibrium, **conditions)
     if save_load is not None:
         loaded.write_load(save_load)
     spread = result.uncertainty() if uncertainty and result.status == "converged" else None
     more = given({"balance": balance, "uncertainty": spread})
-    present(result, json_output, units=units, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
+    present(result, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
 
 
 def compare(
@@ -224,12 +219,12 @@ def compare(
     axes = given({"torque": torque, "speed": speed, "temperature": temperature})
     for name, text in axes.items():
         if is_list(text):
-            raise InputError(f"--{name}", text, "one value; lists make a map with `mixed-ehl gear`")
-    if driver not in (None, "pinion", "gear"):
-        raise InputError("--driver", driver, "pinion or gear")
-    mesh, at = efficiency.load(design).mesh(one_side(side)), axes.pop("torque", None)
+            raise InputError(name, text, "one value; lists make a map with `mixed-ehl gear`")
+    fixed, pair = given({"oil": oil, "driver": driver}), efficiency.load(design)
+    models = pair.check(friction or (), **axes, **fixed) or None
+    mesh, at = pair.mesh(one_side(side)), axes.pop("torque", None)
     loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-    comparison = loaded.compare(friction, **axes, **given({"oil": oil, "driver": driver}))
+    comparison = loaded.compare(models, **axes, **fixed)
     present(comparison, json_output, plot=plot, report=report, xlsx=xlsx, csv=csv)
 
 
@@ -252,7 +247,7 @@ def demo(
     fail_unless_converged(result.comparison.status, result.comparison.reason)
 
 
-def register(app: typer.Typer) -> None:
+def register(app: App) -> None:
     """Add the commands of this package to the application."""
     app.command()(gear)
     app.command()(compare)

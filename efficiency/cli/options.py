@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
 import typer
 
 from ehl import InputError
+from ehl.console import check_suffix, fail_unless_converged, print_json
 
 OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
 OUTPUT, GEOMETRY = "Output", "Geometry only"
@@ -48,64 +46,23 @@ UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric o
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")]
 
 
-def given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options that have a value; a number with a unit has to say it."""
-    return {name: value for name, value in options.items() if value is not None}
-
-
-def is_list(text: str) -> bool:
-    """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
-    return "," in text or ":" in text
-
-
-def check_files(**files: Path | None) -> None:
+def check_files(report: Path | None, xlsx: Path | None) -> None:
     """Names of files that cannot be meant are refused before anything is computed."""
-    suffixes = {"report": (".html", ".htm"), "xlsx": (".xlsx",)}
-    for name, path in files.items():
-        if path is not None and path.suffix.lower() not in suffixes[name]:
-            raise InputError(f"--{name}", str(path), f"a file name ending in {suffixes[name][0]}")
+    check_suffix(report, "report", (".html", ".htm"))
+    check_suffix(xlsx, "xlsx", (".xlsx",))
 
 
-def check_units(units: str) -> None:
+def unit_system(units: str) -> Literal["metric", "inch"]:
     """Metric or inch."""
     if units not in ("metric", "inch"):
-        raise InputError("--units", units, "metric or inch")
-
-
-@contextmanager
-def progress(*steps: str) -> Iterator[Callable[..., None]]:
-    """Bars on the terminal for what takes long; gives the function that moves them: ([step], done, total)."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=len(steps) == 1) as bars:
-        tasks = {step: bars.add_task(step, total=None) for step in steps}
-
-        def move(*state: Any) -> None:
-            step, done, total = state if len(state) == 3 else (steps[0], *state)
-            bars.update(tasks[step], completed=done, total=total)
-
-        yield move
-
-
-def print_json(content: dict[str, Any]) -> None:
-    """One JSON object on standard output, strict (no NaN)."""
-    print(json.dumps(content, allow_nan=False))
-
-
-def fail_unless_converged(status: str, reason: str) -> None:
-    """Exit code 1 with the reason on standard error."""
-    if status != "converged":
-        if reason:
-            typer.echo(f"not converged: {reason}", err=True)
-        raise typer.Exit(1)
+        raise InputError("units", units, "metric or inch")
+    return cast('Literal["metric", "inch"]', units)
 
 
 def one_side(side: str) -> Literal["drive", "coast"]:
     """Drive or coast."""
     if side not in ("drive", "coast"):
-        raise InputError("--side", side, "drive or coast")
+        raise InputError("side", side, "drive or coast")
     return cast('Literal["drive", "coast"]', side)
 
 

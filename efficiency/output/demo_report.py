@@ -54,7 +54,7 @@ def _summary(result: DemoResult) -> Section:
                     (f"{percent(constant.efficiency, 2)} %", "with a constant mu of 0.05"),
                     (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
                     (f"{100 * best.validation.mape:.1f} %", "mean error of the formula on held-out contacts"),
-                    (f"{result.sweep_report.total - result.sweep_report.failed}", "contacts solved"),
+                    (f"{result.run.reports[0].total - result.run.reports[0].failed}", "contacts solved"),
                 ]
             )
         ],
@@ -63,7 +63,7 @@ def _summary(result: DemoResult) -> Section:
 
 def _contacts(result: DemoResult) -> Section:
     frame = result.dataset.converged
-    report = result.sweep_report
+    report = result.run.reports[0]
     heated = int((~frame["skipped"].str.contains("heat")).sum())
     friction_error = frame["friction_error"]
     return Section(

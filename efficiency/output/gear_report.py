@@ -118,7 +118,7 @@ def _save(figures: Sequence[Named] | Iterator[Named], folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("--plot", str(folder), "a folder that can be written", f"{error}.") from None
+        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
     for name, figure, _ in figures:
         save_figure(figure, folder / f"{name}.png")
 

@@ -84,7 +84,7 @@ def save_geometry_figures(geometry: PairGeometry, folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("--plot", str(folder), "a folder that can be written", f"{error}.") from None
+        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
     save_figure(blank_figure(geometry.design), folder / "blank_section.png")
     for name, side in geometry.sides.items():
         for what, figure, _ in side_figures(side):

@@ -115,4 +115,4 @@ def write_inspection_grid(path: Path, design: Design, member: Member, side: Flan
             path, table, fmt=["%d", "%d"] + ["%.9f"] * 3 + ["%.12f"] * 3, delimiter=",", header=header, comments=""
         )
     except OSError as error:
-        raise InputError("--csv", str(path), "a writable file", f"{error}.") from None
+        raise InputError("csv", str(path), "a writable file", f"{error}.") from None

@@ -125,7 +125,7 @@ def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
             for row in summary_rows(design, units):
                 writer.writerow([row.section, row.name, row.unit, *("" if v is None else v for v in row.values)])
     except OSError as error:
-        raise InputError("--summary", str(path), "a writable file", f"{error}.") from None
+        raise InputError("path", str(path), "a writable file", f"{error}.") from None
 
 
 def chosen_units(text: str) -> Units:
@@ -134,7 +134,7 @@ def chosen_units(text: str) -> Units:
         return "metric"
     if text == "inch":
         return "inch"
-    raise InputError("--units", text, "metric or inch")
+    raise InputError("units", text, "metric or inch")
 
 
 def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any, str, bool]]:
@@ -223,7 +223,7 @@ def write_sheet(path: Path, design: Design, units: Units = "metric") -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(sheet_text(design, units), encoding="utf-8")
     except OSError as error:
-        raise InputError("--output", str(path), "a writable file", f"{error}.") from None
+        raise InputError("path", str(path), "a writable file", f"{error}.") from None
 
 
 def _lines(table: str, model: BaseModel, factor: float) -> Iterator[str]:

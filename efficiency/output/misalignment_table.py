@@ -71,4 +71,4 @@ def write_study(path: Path, studies: Sequence[MisalignmentStudy]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(head + table.to_csv(index=False), encoding="utf-8")
     except OSError as error:
-        raise InputError("--csv", str(path), "a writable file", f"{error}.") from None
+        raise InputError("csv", str(path), "a writable file", f"{error}.") from None

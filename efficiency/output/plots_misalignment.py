@@ -214,6 +214,6 @@ def save_study_figures(design: Design, studies: Sequence[MisalignmentStudy], fol
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("--plot", str(folder), "a folder that can be written", f"{error}.") from None
+        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
     for name, figure in study_figures(design, studies):
         save_figure(figure, folder / f"{name}.png")

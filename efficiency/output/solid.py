@@ -200,7 +200,7 @@ def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None =
         bore = 1.2 * smallest if blank.pitch_angle > np.pi / 4.0 else 0.0
     if not 0.0 <= 0.5 * bore < smallest:
         raise InputError(
-            "--bore", f"{bore * 1e3:.6g} mm", f"from 0 to below {2e3 * smallest:.6g} mm, where the body ends"
+            "bore", f"{bore * 1e3:.6g} mm", f"from 0 to below {2e3 * smallest:.6g} mm, where the body ends"
         )
     turns = np.arange(blank.teeth)[:, None, None] * grid.pitch
     mesh = _Mesh()
@@ -238,7 +238,7 @@ def _rim_thickness(grid: ToothGrid, rim: float | None) -> float:
     if rim is None:
         return min(blank.mean_addendum + blank.mean_dedendum, 0.5 * most)
     if not 0.0 < rim <= most:
-        raise InputError("--rim", f"{rim * 1e3:.6g} mm", f"above 0 and at most {most * 1e3:.6g} mm, close to the axis")
+        raise InputError("rim", f"{rim * 1e3:.6g} mm", f"above 0 and at most {most * 1e3:.6g} mm, close to the axis")
     return rim
 
 
@@ -274,7 +274,7 @@ def write_stl(path: Path, solid: Solid, title: str) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(header + np.uint32(len(records)).tobytes() + records.tobytes())
     except OSError as error:
-        raise InputError("--stl", str(path), "a writable file", f"{error}.") from None
+        raise InputError("path", str(path), "a writable file", f"{error}.") from None
 
 
 def read_stl(path: Path) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64]]:

@@ -330,14 +330,14 @@ def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
     InputError
         The folder cannot be written.
     """
-    _make_folder(folder, "--csv")
+    _make_folder(folder, "csv")
     written = []
     for table in tables:
         path = folder / f"{re.sub(r'[^A-Za-z0-9.]+', '_', table.name or table.title)}.csv"
         try:
             path.write_text(table.csv(), encoding="utf-8", newline="")
         except OSError as error:
-            raise InputError("--csv", str(path), "a writable file", f"{error}.") from None
+            raise InputError("csv", str(path), "a writable file", f"{error}.") from None
         written.append(path)
     return written
 
@@ -355,7 +355,7 @@ def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
 
     from ehl import __version__
 
-    _make_folder(path.parent, "--xlsx")
+    _make_folder(path.parent, "xlsx")
     book = xlsxwriter.Workbook(str(path), {"nan_inf_to_errors": False, "strings_to_numbers": False})
     bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
     book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
@@ -371,7 +371,7 @@ def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
     try:
         book.close()
     except (OSError, FileCreateError) as error:
-        raise InputError("--xlsx", str(path), "a writable file", f"{error}.") from None
+        raise InputError("xlsx", str(path), "a writable file", f"{error}.") from None
     return path
 
 

@@ -41,6 +41,7 @@ from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise, noise_of
 from regression.calibration.search import Fit, Target, best_start, search
 from regression.calibration.setup import CalibrationSetup, load_setup
+from regression.plan.cost import available_jobs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -351,7 +352,7 @@ def calibrate(
     *,
     parameters: Sequence[str] | None = None,
     oil: str | None = None,
-    jobs: int = 1,
+    jobs: int | None = 1,
     profile: bool | None = None,
     progress: Callable[[str], None] = lambda words: None,
 ) -> Calibration:
@@ -369,8 +370,8 @@ def calibrate(
         `limiting_shear_coefficient`, `pressure_viscosity`, `boundary_film`, `boundary_friction`, `load_sharing_scale`.
     oil : str, optional
         Oil card to begin with, in place of the setup's.
-    jobs : int
-        Worker processes, one thread each.
+    jobs : int, optional
+        Worker processes, one thread each; all processors if None.
     profile : bool, optional
         Whether intervals are profiles on the solver; where not given, if that is cheap (`PROFILE_CALLS`).
     progress : callable, optional
@@ -401,7 +402,7 @@ def calibrate(
         measurement = read_measurement(Path(measurement), setup.conditions.given())
     clock = time.perf_counter()
     check_information(measurement, setup)
-    solver = solver_of(measurement, setup, jobs)
+    solver = solver_of(measurement, setup, available_jobs() if jobs is None else jobs)
     start = all_values(measurement, setup)
     target = target_of(measurement, setup)
     target = _solvable(solver, start, target)

@@ -106,11 +106,11 @@ def write_card(card: Oil, path: Path) -> None:
         The path does not end in .toml or cannot be written.
     """
     if path.suffix != ".toml":
-        raise InputError("--output", str(path), "a file name ending in .toml")
+        raise InputError("path", str(path), "a file name ending in .toml")
     try:
         path.write_text(card_text(card), encoding="utf-8")
     except OSError as error:
-        raise InputError("--output", str(path), "a writable path", f"{error.strerror}.") from None
+        raise InputError("path", str(path), "a writable path", f"{error.strerror}.") from None
     Oil.load(str(path))
 
 

@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,40 +19,75 @@ from ehl import __version__
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import ValueRange
 from ehl.quantities import si_unit
-from regression.calibration.calibrate import all_values, solver_of
-from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement
+from regression.calibration.calibrate import all_values, setup_of, solver_of
+from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement, read_measurement
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.setup import CalibrationSetup
+from regression.plan.cost import available_jobs
 
 
-def synthetic(
-    planned: Measurement, setup: CalibrationSetup, seed: int, *, truth: dict[str, float] | None = None, jobs: int = 1
+def synthetic_measurement(
+    conditions: Measurement | str | PathLike[str],
+    setup: CalibrationSetup | str | PathLike[str] | Mapping[str, Any],
+    path: str | PathLike[str] | None = None,
+    *,
+    true: Mapping[str, float | str] | None = None,
+    seed: int = 1,
+    parameters: Sequence[str] | None = None,
+    oil: str | None = None,
+    jobs: int | None = 1,
 ) -> Measurement:
-    """Friction of the planned rows by the solver, with Gaussian noise of the standard deviation [noise] states.
+    """Friction of a planned test by the solver, with Gaussian noise of the standard deviation that [noise] states.
 
     Parameters
     ----------
-    planned : Measurement
-        Conditions; its friction is not used.
-    setup : CalibrationSetup
+    conditions : Measurement, str or path
+        Conditions of the test, as `calibrate` takes them; friction is not needed and not used.
+    setup : CalibrationSetup, str or path, or mapping
+        As of `calibrate`.
+    path : str or path, optional
+        CSV file to write; its first lines say that it is synthetic.
+    true : mapping, optional
+        Values of parameters in place of those of card and setup: SI, or text with a unit.
     seed : int
         Of the noise.
-    truth : dict, optional
-        Values of parameters in place of those of card and setup, SI.
-    jobs : int
-        Worker processes.
+    parameters : sequence of str, optional
+        As of `calibrate`.
+    oil : str, optional
+        As of `calibrate`.
+    jobs : int, optional
+        Worker processes, one thread each; all processors if None.
+
+    Returns
+    -------
+    Measurement
+        The conditions with synthetic friction.
 
     Raises
     ------
     InputError
-        No noise is stated, or a parameter of `truth` is none of this model.
+        No noise is stated, a parameter of `true` is none of this model, or the file cannot be written.
     ConvergenceError
         The solver failed on a row.
+
+    Examples
+    --------
+    >>> from regression import calibrate, synthetic_measurement
+    >>> truth = {"eyring_stress": "8 MPa"}
+    >>> planned = synthetic_measurement("test.csv", "setup.toml", true=truth)  # doctest: +SKIP
+    >>> calibrate(planned, "setup.toml").parameters[0].note  # doctest: +SKIP
+    '95 % interval -2.1 % to +2.2 %'
     """
+    setup = setup_of(setup, parameters, oil)
+    truth = {name: _checked(name, value) for name, value in (true or {}).items()}
+    if isinstance(conditions, Measurement):
+        planned = conditions
+    else:
+        planned = read_measurement(Path(conditions), setup.conditions.given(), friction=False)
     if not setup.noise.stated:
         raise InputError("noise", None, "absolute or relative, the standard deviation of the synthetic noise")
-    values = true_values(planned, setup, truth or {})
-    solver = solver_of(planned, setup, jobs)
+    values = true_values(planned, setup, truth)
+    solver = solver_of(planned, setup, available_jobs() if jobs is None else jobs)
     parts = solver.parts([values])[0]
     failed = np.flatnonzero(np.isnan(parts).any(axis=1))
     if failed.size:
@@ -57,7 +95,10 @@ def synthetic(
     mu = solver.friction(solver.transformed(parts), values)
     sigma = np.hypot(setup.noise.absolute or 0.0, (setup.noise.relative or 0.0) * mu)
     noisy = mu + sigma * np.random.default_rng(seed).standard_normal(mu.size)
-    return replace(planned, friction=noisy, uncertainty=np.full(mu.size, np.nan))
+    made = replace(planned, friction=noisy, uncertainty=np.full(mu.size, np.nan))
+    if path is not None:
+        write_synthetic(made, setup, seed, values, Path(path))
+    return made
 
 
 def true_values(planned: Measurement, setup: CalibrationSetup, truth: dict[str, float]) -> dict[str, float]:
@@ -71,30 +112,22 @@ def true_values(planned: Measurement, setup: CalibrationSetup, truth: dict[str, 
     values = all_values(planned, setup)
     for name in truth:
         if name not in values:
-            raise InputError("--true", name, "one of " + ", ".join(values))
+            raise InputError("true", name, "one of " + ", ".join(values))
     return values | truth
 
 
-def parse_true(texts: list[str]) -> dict[str, float]:
-    """Values given as ``NAME=VALUE``, with a unit where the parameter has one.
-
-    Raises
-    ------
-    InputError
-        There is no such parameter, or the value cannot be read or is out of its range.
-    """
-    values = {}
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or name not in PARAMETERS:
-            raise InputError("--true", text, "NAME=VALUE with a name out of " + ", ".join(PARAMETERS))
-        parameter = PARAMETERS[name]
-        quantity = ValueRange(si_unit(name), ge=parameter.low, le=parameter.high)
-        values[name] = quantity.check(value, f"--true {name}", bare=not si_unit(name))
-    return values
+def _checked(name: str, value: float | str) -> float:
+    """Value of a parameter, SI; a text needs its unit where the parameter has one."""
+    if name not in PARAMETERS:
+        raise InputError("true", name, "one of " + ", ".join(PARAMETERS))
+    parameter, unit = PARAMETERS[name], si_unit(name)
+    quantity = ValueRange(unit, ge=parameter.low, le=parameter.high)
+    return quantity.check(value, name, bare=not (unit and isinstance(value, str)))
 
 
-def write_synthetic(made: Measurement, setup: CalibrationSetup, seed: int, truth: dict[str, float], path: Path) -> None:
+def write_synthetic(
+    made: Measurement, setup: CalibrationSetup, seed: int, values: dict[str, float], path: Path
+) -> None:
     """Write a synthetic measurement as CSV; its first lines say what it is.
 
     Raises
@@ -102,10 +135,10 @@ def write_synthetic(made: Measurement, setup: CalibrationSetup, seed: int, truth
     InputError
         The file cannot be written.
     """
-    values = ", ".join(f"{name} {value:.6g}" for name, value in true_values(made, setup, truth).items())
+    shown_values = ", ".join(f"{name} {value:.6g}" for name, value in values.items())
     text = io.StringIO()
     text.write(f"{SYNTHETIC}, no measurement: friction computed by ehl {__version__} for {setup.oil} with noise, ")
-    text.write(f"seed {seed}\n# by mixed-ehl calibrate --synthetic; parameters (SI): {values}\n")
+    text.write(f"seed {seed}\n# by mixed-ehl calibrate --synthetic; parameters (SI): {shown_values}\n")
     writer = csv.writer(text, lineterminator="\n")
     names = [name for name in CONDITIONS if name in made.columns and np.ptp(made.columns[name]) > 0.0]
     names += [name for name in made.columns if name not in names and name not in setup.conditions.given()]
@@ -117,4 +150,4 @@ def write_synthetic(made: Measurement, setup: CalibrationSetup, seed: int, truth
     try:
         path.write_text(text.getvalue(), encoding="utf-8")
     except OSError as error:
-        raise InputError("--synthetic", str(path), "a writable path", f"{error.strerror}.") from None
+        raise InputError("path", str(path), "a writable path", f"{error.strerror}.") from None

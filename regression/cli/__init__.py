@@ -7,8 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
+import regression
 from ehl import InputError
-from regression.cli.files import FIGURE, check_outputs, option_names
+from ehl.console import FIGURE, App, check_outputs, check_suffix, print_json, write_figure
 from regression.cli.sweep import sweep_app
 
 
@@ -32,24 +33,14 @@ def fit(
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
-    import regression
-
-    check_outputs({"--output": output, "--plot": plot, "--report": report}, {"--plot": FIGURE})
-    with option_names(_OPTIONS):
-        formula = regression.fit(
-            runs,
-            family,
-            gaussian_process=gaussian_process,
-            corners=corners,
-            nested=nested,
-            paths=paths,
-            noise=noise,
-        )
+    check_outputs({"output": output, "plot": plot, "report": report})
+    check_suffix(plot, "plot", FIGURE)
+    formula = regression.fit(
+        runs, family, gaussian_process=gaussian_process, corners=corners, nested=nested, paths=paths, noise=noise
+    )
     formula.save(output)
     if plot is not None:
-        from ehl.view.plots import save_figure
-
-        save_figure(formula.plot(), plot)
+        write_figure(formula.plot(), plot)
     if report is not None:
         formula.report(report)
     if json_output:
@@ -80,38 +71,29 @@ def mu(
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:
     """Evaluate a friction formula at one contact point."""
-    from ehl.view.report import print_json
-    from regression import Formula, friction_model
-    from regression.friction.conditions import contact_points
-    from regression.friction.models import PublishedFriction
-
-    with option_names(_OPTIONS):
-        friction = friction_model(model)
-        if isinstance(friction, Formula):
-            friction = friction.with_options(boundary_friction, refuse=refuse)
-        elif boundary_friction is not None or refuse or hull:
-            option = "hull" if hull else "refuse" if boundary_friction is None else "boundary_friction"
-            raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
-        name = oil or friction.default_oil()
-        point = contact_points(
-            pressure_hertz=pressure,
-            radius_equivalent=radius,
-            speed_entrainment=speed,
-            slide_to_roll=slide_to_roll,
-            temperature_oil=temperature,
-            roughness_rms=roughness,
-            speed_sliding_lengthwise=lengthwise,
-            correlation_length=correlation_length,
-        )
-        content: dict[str, Any] = {
-            **friction.mu(point, oil=name).to_dict(),
-            "friction_model": friction.name,
-            "oil": name,
-        }
-        if isinstance(friction, PublishedFriction):
-            content["certainty"] = friction.formula.certainty
-        if hull and isinstance(friction, Formula):
-            content["in_convex_hull"] = bool(friction.in_convex_hull(point, hull, name))
+    friction = regression.friction_model(model)
+    if isinstance(friction, regression.Formula):
+        friction = friction.with_options(boundary_friction, refuse=refuse)
+    elif boundary_friction is not None or refuse or hull:
+        option = "hull" if hull else "refuse" if boundary_friction is None else "boundary_friction"
+        raise InputError(option, friction.name, "a fitted formula: a formula file, or a shipped one")
+    name = oil or friction.default_oil()
+    point: dict[str, Any] = {
+        "pressure_hertz": pressure,
+        "radius_equivalent": radius,
+        "speed_entrainment": speed,
+        "slide_to_roll": slide_to_roll,
+        "temperature_oil": temperature,
+        "roughness_rms": roughness,
+        "speed_sliding_lengthwise": lengthwise,
+        "correlation_length": correlation_length,
+    }
+    content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
+    content |= {"friction_model": friction.name, "oil": name}
+    if friction.certainty is not None:
+        content["certainty"] = friction.certainty
+    if hull and isinstance(friction, regression.Formula):
+        content["in_convex_hull"] = bool(friction.in_convex_hull(hull, oil=name, **point))
     if json_output:
         print_json(content)
     else:
@@ -120,19 +102,6 @@ def mu(
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
     if content["friction_coefficient"] is None:
         raise typer.Exit(1)
-
-
-# keyword of the interface -> option; all others are theirs with hyphens
-_OPTIONS = {
-    "pressure_hertz": "--pressure",
-    "radius_equivalent": "--radius",
-    "speed_entrainment": "--speed",
-    "temperature_oil": "--temperature",
-    "roughness_rms": "--roughness",
-    "speed_sliding_lengthwise": "--lengthwise",
-    **{name: f"--{name}" for name in ("oil", "refuse", "hull", "nested")},
-    **{name: "--" + name.replace("_", "-") for name in ("slide_to_roll", "correlation_length", "boundary_friction")},
-}
 
 
 def _print_friction(content: dict[str, Any]) -> None:
@@ -147,7 +116,7 @@ def _print_friction(content: dict[str, Any]) -> None:
     typer.echo(f"{line}  {content['friction_model']}{mark}, {content['oil']}")
 
 
-def register(app: typer.Typer) -> None:
+def register(app: App) -> None:
     """Add the commands of this package to the application."""
     app.add_typer(sweep_app, name="sweep")
     app.command()(fit)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+
+import regression
+from ehl.console import FIGURE, App, check_outputs, check_suffix, pairs, print_json, write_figure
 
 
 def calibrate(
@@ -34,34 +37,20 @@ def calibrate(
     seed: Annotated[int, typer.Option(min=0, help="Of the synthetic noise.")] = 1,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
-    import regression
-    from ehl.view.report import print_json
-    from regression.calibration.calibrate import setup_of
-    from regression.cli.files import FIGURE, check_outputs
-    from regression.plan.cost import available_jobs
-
-    files = {"--output": output, "--plot": plot, "--synthetic": synthetic}
-    check_outputs(files, {"--output": (".toml",), "--plot": FIGURE})
-    content = setup_of(setup, fit, oil)
-    workers = available_jobs() if jobs is None else jobs
+    check_outputs({"output": output, "plot": plot, "synthetic": synthetic})
+    check_suffix(output, "output", (".toml",))
+    check_suffix(plot, "plot", FIGURE)
+    chosen: dict[str, Any] = {"parameters": fit, "oil": oil, "jobs": jobs}
     if synthetic is not None:
-        from regression.calibration.measurement import read_measurement
-        from regression.calibration.synthetic import parse_true, write_synthetic
-        from regression.calibration.synthetic import synthetic as make
-
-        planned = read_measurement(measured, content.conditions.given(), friction=False)
-        truth = parse_true(true or [])
-        made = make(planned, content, seed, truth=truth, jobs=workers)
-        write_synthetic(made, content, seed, truth, synthetic)
+        truth = pairs("true", true)
+        regression.synthetic_measurement(measured, setup, synthetic, true=truth, seed=seed, **chosen)
         typer.echo(f"written: {synthetic}, synthetic")
         return
     result = regression.calibrate(
-        measured, content, jobs=workers, profile=profile, progress=lambda words: typer.echo(words, err=True)
+        measured, setup, profile=profile, progress=lambda words: typer.echo(words, err=True), **chosen
     )
     if plot is not None:
-        from ehl.view.plots import save_figure
-
-        save_figure(result.plot(), plot)
+        write_figure(result.plot(), plot)
     if output is not None:
         result.save_card(output)
     if json_output:
@@ -74,6 +63,6 @@ def calibrate(
             typer.echo(f"  {line}")
 
 
-def register(app: typer.Typer) -> None:
+def register(app: App) -> None:
     """Add the command to the application."""
     app.command()(calibrate)

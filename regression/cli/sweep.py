@@ -8,16 +8,9 @@ from typing import Annotated, Any
 import typer
 import typer.core
 
-from regression.cli.files import option_names
-
-# keyword of the interface -> option
-OPTIONS = {
-    **{name: f"--{name}" for name in ("jobs", "dask", "shard", "retries")},
-    "formula": "--with",
-    "time_cap": "--time-cap",
-    "tasks": "--slurm",
-    "changes": "--set",
-}
+import regression
+from ehl import InputError
+from ehl.console import App, print_json
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -30,7 +23,7 @@ class SweepGroup(typer.core.TyperGroup):
         return super().parse_args(ctx, args)
 
 
-sweep_app = typer.Typer(
+sweep_app = App(
     cls=SweepGroup,
     no_args_is_help=True,
     help="Compute the contacts of a plan: mixed-ehl sweep PLAN.toml -o RUN. The same command resumes. "
@@ -68,29 +61,25 @@ def sweep_run(
     slurm: Annotated[int | None, typer.Option(metavar="N", help="Print a Slurm job array of N tasks.")] = None,
 ) -> None:
     """Compute the cases of a plan that are not on disk yet (the default command)."""
-    import regression
-    from ehl import InputError
-
-    with option_names(OPTIONS):
-        content = regression.Plan.from_file(plan, changes or ())
-        if estimate:
-            typer.echo(content.estimate().to_text(jobs))
-            return
-        if run is None:
-            raise InputError("--output", None, "the folder of the results, -o RUN")
-        options: dict[str, Any] = {"jobs": jobs, "formula": formula, "time_cap": time_cap, "retries": retries}
-        options["retry_failed"] = retry_failed
-        if slurm is not None:
-            if adaptive or dask is not None or shard != "1/1":
-                raise InputError("--slurm", slurm, "neither --adaptive, --dask nor --shard with it")
-            typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
-            return
-        options |= {"shard": shard, "dask": dask, "adaptive": adaptive, "progress": True, "notify": _show_score}
-        try:
-            result = regression.sweep(content, run, **options)
-        except KeyboardInterrupt:
-            typer.echo("stopped; finished cases are on disk, the same command resumes", err=True)
-            raise typer.Exit(1) from None
+    content = regression.Plan.from_file(plan, changes or ())
+    if estimate:
+        typer.echo(content.estimate().to_text(jobs))
+        return
+    if run is None:
+        raise InputError("output", None, "the folder of the results, -o RUN")
+    options: dict[str, Any] = {"jobs": jobs, "formula": formula, "time_cap": time_cap, "retries": retries}
+    options["retry_failed"] = retry_failed
+    if slurm is not None:
+        if adaptive or dask is not None or shard != "1/1":
+            raise InputError("slurm", slurm, "neither --adaptive, --dask nor --shard with it")
+        typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
+        return
+    options |= {"shard": shard, "dask": dask, "adaptive": adaptive, "progress": True, "notify": _show_score}
+    try:
+        result = regression.sweep(content, run, **options)
+    except KeyboardInterrupt:
+        typer.echo("stopped; finished cases are on disk, the same command resumes", err=True)
+        raise typer.Exit(1) from None
     typer.echo(result.to_text())
     if result.unfinished:
         typer.echo(f"not converged: {result.unfinished} cases, recorded with their reasons", err=True)
@@ -108,13 +97,9 @@ def sweep_status(
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Progress of a run; also while it is being computed."""
-    import json
-
-    import regression
-
     status = regression.Run(run).status
     if json_output:
-        typer.echo(json.dumps(status.to_dict(), allow_nan=False))
+        print_json(status.to_dict())
         return
     status.table().print()
     if failed and status.failed:
@@ -128,7 +113,5 @@ def sweep_merge(
     compress: Annotated[bool, typer.Option("--compress", help="Compressed .h5, to keep and to pass on.")] = False,
 ) -> None:
     """Put all shards of a run into one file, sorted by case key."""
-    import regression
-
     count = regression.Run(run).merge(target, compress=compress)
     typer.echo(f"{target}: {count} cases")

@@ -74,18 +74,18 @@ def export_formula(
     """
     language = _language(path, language)
     if oil is not None and oil_arguments:
-        raise InputError("--oil", oil, "not together with --oil-arguments")
+        raise InputError("oil", oil, "not together with oil_arguments")
     program = program_of(formula, oil=oil, oil_arguments=oil_arguments, loops=language not in _WITHOUT_LOOPS)
     if language == "spreadsheet" and path.suffix == ".xlsx":
         write_workbook(program, path)
         return program
     if language not in _WITHOUT_LOOPS and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", path.stem):
         hint = "The function takes the name of the file."
-        raise InputError("--output", path.name, "a file name of letters, digits and _ that starts with a letter", hint)
+        raise InputError("path", path.name, "a file name of letters, digits and _ that starts with a letter", hint)
     try:
         path.write_text(_TEXTS[language](program, path.stem), encoding="utf-8")
     except OSError as error:
-        raise InputError("--output", str(path), "a writable file", f"{error.strerror}.") from None
+        raise InputError("path", str(path), "a writable file", f"{error.strerror}.") from None
     return program
 
 
@@ -93,8 +93,8 @@ def _language(path: Path, language: str | None) -> str:
     if language is None:
         if path.suffix not in _SUFFIXES:
             hint = "Name the language, or give the file one of the suffixes " + ", ".join(_SUFFIXES) + "."
-            raise InputError("--language", None, "one of " + ", ".join(LANGUAGES), hint)
+            raise InputError("language", None, "one of " + ", ".join(LANGUAGES), hint)
         return _SUFFIXES[path.suffix]
     if language not in LANGUAGES:
-        raise InputError("--language", language, "one of " + ", ".join(LANGUAGES))
+        raise InputError("language", language, "one of " + ", ".join(LANGUAGES))
     return language

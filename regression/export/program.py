@@ -127,7 +127,7 @@ def program_of(
     """
     if formula.residual is not None and not loops:
         hint = "Its Gaussian process is a sum over stored points: export Python, C, Fortran or MATLAB."
-        raise InputError("--language", "latex or spreadsheet", f"a language with loops for {formula.name}", hint)
+        raise InputError("language", "latex or spreadsheet", f"a language with loops for {formula.name}", hint)
     card = None if oil_arguments else _card(formula, oil)
     try:
         with record.local_names(_RECORDED):
@@ -147,13 +147,13 @@ def _card(formula: FittedFormula, oil: str | None) -> Oil:
     names = [identity.name for identity in formula.oils if identity.name is not None]
     if oil is not None:
         if names and oil not in names:
-            raise InputError("--oil", oil, "one of " + ", ".join(names), "The formula was fitted to no other oil.")
+            raise InputError("oil", oil, "one of " + ", ".join(names), "The formula was fitted to no other oil.")
         return Oil.load(oil)
     if len(names) == 1:
         return Oil.load(names[0])
     allowed = "one of " + ", ".join(names) if names else "the name of an oil card"
-    hint = "Name the card, or use --oil-arguments to pass the oil's properties instead."
-    raise InputError("--oil", None, allowed, hint)
+    hint = "Name the card, or use oil_arguments to pass the oil's properties instead."
+    raise InputError("oil", None, allowed, hint)
 
 
 def _outputs(formula: FittedFormula, oil: Oil | None, loops: bool) -> tuple[Value, ...]:

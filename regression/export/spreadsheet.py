@@ -84,7 +84,7 @@ def cell_formula(program: Program) -> str:
     text = f"=LET({','.join(parts)},mu)".replace(" ", "")
     if len(text) > _MAX_CELL_LENGTH:
         raise InputError(
-            "--output",
+            "path",
             f"a formula of {len(text)} characters",
             f"at most {_MAX_CELL_LENGTH} in one cell",
             "Write .xlsx.",
@@ -152,7 +152,7 @@ def write_workbook(program: Program, path: Path) -> None:
     try:
         book.close()
     except (FileCreateError, OSError) as error:
-        raise InputError("--output", str(path), "a writable file", f"{error}.") from None
+        raise InputError("path", str(path), "a writable file", f"{error}.") from None
 
 
 def _columns(program: Program) -> list[str]:

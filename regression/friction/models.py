@@ -120,6 +120,11 @@ class FrictionModel(Protocol):
 class PointFriction:
     """Friction at contact points that are given by a state or by keywords; base of the models of this package."""
 
+    @property
+    def certainty(self) -> str | None:
+        """Of the digits of a published formula: "found", "mixed", "from memory"; None for other models."""
+        return None
+
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         """Friction at every point of `state` lubricated by `oil`."""
         raise NotImplementedError
@@ -209,6 +214,11 @@ class PublishedFriction(PointFriction):
     def name(self) -> str:
         """Registry name."""
         return self.formula.name
+
+    @property
+    def certainty(self) -> str:
+        """Of its digits: "found", "mixed" or "from memory"."""
+        return self.formula.certainty
 
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         """Friction with the formula's own range as flag; no interval, the authors state none."""

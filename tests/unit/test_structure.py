@@ -1,4 +1,4 @@
-"""How the packages hang together: folders without circles, a command line on top, tests without packages."""
+"""How the packages hang together: folders without circles, absolute imports."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("ehl", "regression", "efficiency")
 
 
 def imports(tree: ast.AST, *, lazy: bool = True) -> Iterator[ast.Import | ast.ImportFrom]:
@@ -102,45 +101,3 @@ def test_folders_form_no_circle(package: str, lazy: bool) -> None:
     graph = arrows(package, lazy=lazy)
     assert graph
     assert circles(graph) == []
-
-
-def cli_modules() -> list[Path]:
-    return sorted(
-        module
-        for package in PACKAGES
-        for module in (ROOT / package).rglob("*.py")
-        if "cli" in module.relative_to(ROOT).with_suffix("").parts
-    )
-
-
-# what the command line still takes from inside; an entry that is no longer needed fails the test
-NOT_PUBLIC_YET = {
-    "ehl.view.plots.save_figure",
-    "ehl.view.report.print_json",
-    "regression.calibration.calibrate.setup_of",
-    "regression.calibration.measurement.read_measurement",
-    "regression.calibration.synthetic.parse_true",
-    "regression.calibration.synthetic.synthetic",
-    "regression.calibration.synthetic.write_synthetic",
-    "regression.export.export.export_formula",
-    "regression.formula.Formula",
-    "regression.formula.is_formula",
-    "regression.friction.conditions.contact_points",
-    "regression.friction.models.PublishedFriction",
-    "regression.plan.cost.available_jobs",
-}
-
-
-def test_command_line_uses_public_names_only() -> None:
-    """What the command line can do, a notebook can do: it imports what the packages export, or itself."""
-    import importlib
-
-    assert cli_modules()
-    public = {package: set(importlib.import_module(package).__all__) for package in PACKAGES}
-    beyond = set()
-    for module in cli_modules():
-        for name in modules_imported(module):
-            package, _, rest = name.partition(".")
-            if package in public and rest and rest not in public[package] and rest.partition(".")[0] != "cli":
-                beyond.add(name)
-    assert beyond == NOT_PUBLIC_YET

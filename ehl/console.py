@@ -1,0 +1,175 @@
+"""What the command lines of the three packages share: options in errors, progress bars, files, JSON.
+
+The one module beside the public names that a command line imports.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import typer
+import typer.core
+
+from ehl import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+FIGURE = (".png", ".svg", ".pdf")
+
+# keyword or quantity of the Python interface -> option, where they are not the same word
+_OPTIONS = {
+    "correlation_length": "correlation-length",
+    "folder": "output",
+    "friction constant": "friction",
+    "friction model": "friction",
+    "parameters": "fit",
+    "path": "output",
+    "pressure_hertz": "pressure",
+    "radius_equivalent": "radius",
+    "roughness_rms": "roughness",
+    "speed_entrainment": "speed",
+    "speed_sliding_lengthwise": "lengthwise",
+    "store": "output",
+    "tasks": "slurm",
+    "temperature_oil": "temperature",
+}
+
+
+class Command(typer.core.TyperCommand):
+    """A command whose errors name the option where the Python interface names its keyword."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            field = ", ".join(self._option(ctx, part, error.value) for part in error.field.split(", "))
+            raise InputError(field, error.value, error.allowed, error.hint) from None
+
+    def _option(self, ctx: Any, field: str, value: object) -> str:
+        """The option of a field, if it was given or nothing was; else the value comes from a file."""
+        for name in (field, _OPTIONS.get(field, field)):
+            for param in self.params:
+                if param.param_type_name != "option" or (name != param.name and f"--{name}" not in param.opts):
+                    continue
+                source = ctx.get_parameter_source(param.name)
+                if value is None or (source is not None and source.name == "COMMANDLINE"):
+                    return str(max(param.opts, key=len))
+        return field
+
+
+class App(typer.Typer):
+    """An application, or a group of commands, of `Command`."""
+
+    def command(self, name: str | None = None, **settings: Any) -> Callable[[_Function], _Function]:
+        """As of `typer.Typer`."""
+        return super().command(name, cls=Command, **settings)
+
+
+def given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options that have a value."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def is_list(text: str) -> bool:
+    """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
+    return "," in text or ":" in text
+
+
+def pairs(field: str, texts: list[str] | None) -> dict[str, str]:
+    """Texts ``NAME=VALUE`` as a mapping; `InputError` naming `field` where one is something else."""
+    found = {}
+    for text in texts or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals:
+            raise InputError(field, text, "NAME=VALUE")
+        found[name] = value
+    return found
+
+
+def check_suffix(path: Path | None, field: str, suffixes: tuple[str, ...]) -> None:
+    """Refuse a file of another kind than will be written."""
+    if path is not None and path.suffix.lower() not in suffixes:
+        raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
+
+
+def check_outputs(outputs: Mapping[str, Path | None]) -> None:
+    """Refuse files that cannot be written, before anything is computed.
+
+    Parameters
+    ----------
+    outputs : mapping
+        Option to file; None where the option was not given.
+
+    Raises
+    ------
+    InputError
+        Naming option and file; or two options name the same file.
+    """
+    files = given(outputs)
+    for field, path in files.items():
+        if path.is_dir():
+            raise InputError(field, str(path), "a file", "This is a folder.")
+        folder = path.parent
+        if not folder.is_dir():
+            raise InputError(field, str(path), "a file in a folder that exists", f"There is no folder {folder}.")
+        if not os.access(path if path.exists() else folder, os.W_OK):
+            raise InputError(field, str(path), "a file that can be written", "Check its permissions.")
+    resolved = [path.resolve() for path in files.values()]
+    for field, path in files.items():
+        if resolved.count(path.resolve()) > 1:
+            raise InputError(field, str(path), "a file of its own for each option")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write the file of ``--output``; `InputError` where that is not possible."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError("output", str(path), "a writable file", f"{error}.") from None
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write the figure of ``--plot``; the suffix chooses the format."""
+    from ehl.view.plots import save_figure
+
+    save_figure(figure, path)
+
+
+def print_json(content: dict[str, Any]) -> None:
+    """One JSON object on standard output, strict (no NaN)."""
+    print(json.dumps(content, allow_nan=False))
+
+
+def fail_unless_converged(status: str, reason: str) -> None:
+    """Exit code 1 with the reason on standard error."""
+    if status != "converged":
+        if reason:
+            typer.echo(f"not converged: {reason}", err=True)
+        raise typer.Exit(1)
+
+
+@contextmanager
+def progress(*steps: str) -> Iterator[Callable[..., None]]:
+    """Bars on the terminal for what takes long; gives the function that moves them: ([step], done, total)."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=len(steps) == 1) as bars:
+        tasks = {step: bars.add_task(step, total=None) for step in steps}
+
+        def move(*state: Any) -> None:
+            step, done, total = state if len(state) == 3 else (steps[0], *state)
+            bars.update(tasks[step], completed=done, total=total)
+
+        yield move
