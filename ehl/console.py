@@ -26,9 +26,7 @@ FIGURE = (".png", ".svg", ".pdf")
 
 # keyword or quantity of the Python interface -> option, where they are not the same word
 _OPTIONS = {
-    "correlation_length": "correlation-length",
     "folder": "output",
-    "friction constant": "friction",
     "friction model": "friction",
     "parameters": "fit",
     "path": "output",

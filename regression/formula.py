@@ -537,9 +537,10 @@ def friction_model(spec: str) -> ConstantFriction | PublishedFriction | Formula:
     if spec == "coleman":
         return ConstantFriction(COLEMAN_FRICTION)
     if kind == "constant":
-        if not colon:
-            raise InputError("friction constant", None, "its value, as in constant:0.05")
-        return ConstantFriction(ValueRange("", ge=0.0, le=1.0).check(value, "friction constant"))
+        try:
+            return ConstantFriction(ValueRange("", ge=0.0, le=1.0).check(value, "friction model"))
+        except InputError as error:
+            raise InputError("friction model", spec, f"constant:VALUE, {error.allowed}", error.hint) from None
     if kind == "strict" and colon:
         return replace(Formula.load(value, refuse=True), name=spec)
     if spec in PUBLISHED:

@@ -286,5 +286,5 @@ def test_bad_export_arguments_are_a_sentence(
 def test_files_that_cannot_be_written_are_a_sentence(design: Design, tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="--summary"):
+    with pytest.raises(InputError, match="path"):
         write_summary(blocked / "summary.csv", design)

@@ -64,13 +64,13 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path) -> 
     assert fitted.code == 0
     # its tables stand in 80 columns with nothing cut off
     assert "…" not in fitted.out
-    tables = fitted.out[fitted.out.index("held-out errors by region") : fitted.out.index("worst case")]
+    tables = fitted.out[fitted.out.index("errors of held-out cases by region") : fitted.out.index("worst case")]
     assert max(map(len, tables.splitlines())) <= 80
-    assert "p_h 0.7 to 1 GPa" in tables
+    assert "Hertz pressure 0.7 to 1 GPa" in tables
     assert (tmp_path / "parity.png").read_bytes().startswith(b"\x89PNG")
     assert "load_share" in fitted.out
     assert "xu: nine terms" in fitted.out
-    assert "held-out errors by region" in fitted.out
+    assert "errors of held-out cases by region" in fitted.out
     from_merged = mixed_ehl("fit", tmp_path / "all.h5", "-o", tmp_path / "second.json", "--json")
     assert json.loads(from_merged.out) == json.loads(formula.read_text())
 

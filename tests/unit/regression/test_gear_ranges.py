@@ -116,5 +116,5 @@ def test_spur_gears_have_no_lengthwise_sliding_and_a_pitch_point(tmp_path: Path)
 def test_refusals() -> None:
     with pytest.raises(InputError, match="at least one design"):
         operating_range([])
-    with pytest.raises(InputError, match=r"--coverage.*0\.5 to 1"):
+    with pytest.raises(InputError, match=r"coverage.*0\.5 to 1"):
         operating_range([points()], 0.2)
