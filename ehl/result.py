@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
+from ehl.quantities import quantity
 from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
 from ehl.rough.mixed import ERROR_ALLOWED
@@ -192,12 +193,12 @@ class ContactResult:
         -------
         Table
         """
-        status = self.status if not self.reason else f"{self.status} ({self.reason})"
+        known = [name for name in _SHOWN if math.isfinite(getattr(self, name))]
         return Table(
-            _SHOWN,
-            [[getattr(self, name) for name in _SHOWN]],
+            known,
+            [[getattr(self, name) for name in known]] if known else [],
             title=self._title(),
-            notes=(f"{status}, {self.iterations} Newton iterations, {self.seconds:.3g} s", *self._remarks()),
+            notes=(self._outcome(), *self._remarks(), self._cost()),
             name="contact",
             vertical=True,
         )
@@ -268,24 +269,35 @@ class ContactResult:
         InputError
             The file cannot be written.
         """
-        from ehl.view.html_report import KeyFigures, Picture, Section, Text, write_report
+        from ehl import __version__
+        from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
 
-        if self.status == "failed":
-            answer: Any = Text(f"No solution: {self.reason}.")
-        else:
-            answer = KeyFigures([
-                (f"{self.friction_coefficient:.4f} ± {100.0 * self.friction_error:.2g} %", "friction coefficient"),
-                (f"{self.film_central * 1e9:.4g} nm", "central film thickness"),
-                (f"{self.film_ratio:.3g}", "film ratio"),
-                (f"{100.0 * self.asperity_load_share:.3g} %", "load on asperities"),
-            ])  # fmt: skip
-        sections = [Section("", [answer, self.table()])]
+        answer: list[Block] = []
+        if self.status != "failed":
+            error = f"±\N{NO-BREAK SPACE}{100.0 * self.friction_error:.2g} % solver error"
+            rough = math.isfinite(self.film_ratio)
+            figures = [
+                (f"{self.friction_coefficient:.4g}", f"{quantity('friction_coefficient').label}, {error}"),
+                (quantity("film_central").text(self.film_central), quantity("film_central").label),
+                (quantity("film_min").text(self.film_min), quantity("film_min").label),
+                (f"{self.film_ratio:.3g}", "film ratio") if rough else ("smooth", "surfaces, no film ratio"),
+            ]
+            if rough:
+                figures.append((f"{100.0 * self.asperity_load_share:.3g} %", "load on asperities"))
+            answer.append(KeyFigures(figures))
+        if self.status != "converged":
+            answer.append(Text(self._outcome()))
+        answer += map(Text, self._remarks())
+        sections = [Section("", answer)]
+        if self.status != "failed":
+            sections.append(Section("Results", [replace(self.table(), title="", notes=())]))
         if self.film is not None:
             sections.append(Section("Solution", [Picture(self.plot(), "Pressure, film and temperatures over x/b.")]))
         if self.problem is not None:
             inputs = Table.from_records([self.problem.to_dict()], vertical=True)
             sections.append(Section("Operating point", [inputs]))
-        return write_report(Path(path), "Lubricated line contact", self._title(), sections)
+        footer = f"mixed-ehl {__version__}, {self.status}, {self._cost()}"
+        return write_report(Path(path), "Line contact", self._operating_point(), sections, footer)
 
     def animate(self, path: str | Path) -> Path:
         """Write the moving roughness as an animation (GIF or self-contained HTML page).
@@ -311,13 +323,23 @@ class ContactResult:
         return animate_contact(self.problem, self.transient, self.friction_coefficient, Path(path))
 
     def _title(self) -> str:
+        return f"line contact, {self._operating_point()}".removesuffix(", ")
+
+    def _operating_point(self) -> str:
         if self.problem is None:
-            return "line contact"
+            return ""
         line = self.problem.line
         return (
-            f"line contact, p_h {line.pressure_hertz / 1e9:.3g} GPa, R {line.radius_equivalent * 1e3:.3g} mm, "
+            f"p_h {line.pressure_hertz / 1e9:.3g} GPa, R {line.radius_equivalent * 1e3:.3g} mm, "
             f"u_r {line.speed_entrainment:.3g} m/s, SR {line.slide_to_roll:.3g}"
         )
+
+    def _outcome(self) -> str:
+        return self.status if not self.reason else f"{self.status} ({self.reason})"
+
+    def _cost(self) -> str:
+        seconds = f", {self.seconds:.3g} s" if math.isfinite(self.seconds) else ""
+        return f"{self.iterations} Newton iterations{seconds}"
 
     def _remarks(self) -> tuple[str, ...]:
         return (*(f"skipped: {item}" for item in self.skipped), *(f"note: {item}" for item in self.notes))
@@ -326,7 +348,7 @@ class ContactResult:
         """Title of the figure."""
         if self.transient is None:
             return (
-                f"mu = {self.friction_coefficient:.4f}, h_c = {self.film_central * 1e9:.1f} nm, "
+                f"mu = {self.friction_coefficient:.4g}, h_c = {self.film_central * 1e9:.1f} nm, "
                 f"h_min = {self.film_min * 1e9:.1f} nm"
             )
         errors = f"mesh ±{100.0 * self.mesh_error:.2g} %, 90 % interval ±{100.0 * self.statistical_error:.2g} %"

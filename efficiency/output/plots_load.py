@@ -88,7 +88,7 @@ def plot_transmission_error(result: EfficiencyResult) -> Figure:
         arcsec = values / ARCSEC
         label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
         axes.plot(angle, arcsec - arcsec.mean(), color=color, marker=".", label=label)
-    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear, less its mean [arcsec]")
+    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear, less mean [arcsec]")
     axes.margins(y=0.2)
     axes.legend(frameon=False, loc="upper right")
     return figure

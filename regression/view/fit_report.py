@@ -118,7 +118,11 @@ def _summary(dataset: Dataset, best: FittedFormula) -> Section:
     if coverage:
         share = sum(c * n for c, n in coverage) / sum(n for _, n in coverage)
         figures.append((_percent(share), f"of held-out cases in their {100 * best.interval.level:g} % interval"))
-    figures.append((f"{best.data.used} of {len(dataset.frame)}", "cases fitted"))
+    # a formula fitted to several datasets has more cases than the one this page shows
+    if best.data.used <= len(dataset.frame):
+        figures.append((f"{best.data.used} of {len(dataset.frame)}", "cases fitted"))
+    else:
+        figures.append((f"{best.data.used}", f"cases fitted, of {dataset.plan_name} and other datasets"))
     return Section("", [KeyFigures(figures)])
 
 
