@@ -113,7 +113,7 @@ def cpu(work: Callable[[], Any]) -> tuple[Any, float]:
 
 def at(design: Design) -> Operation:
     """Operating point of a design file."""
-    return Operation.of_design(design, design.operation.speed, design.operation.temperature_oil)
+    return design.running(design.operation.speed, design.operation.temperature_oil)
 
 
 def times(design: Design, formula: str) -> list[Stage]:
@@ -143,9 +143,7 @@ def growth(design: Design, formula: str) -> list[Growth]:
         speeds = list(np.linspace(50.0, 500.0, count))
 
         def run(speeds: Sequence[float] = speeds) -> Any:
-            return efficiency_map(
-                mesh, model, oil, [torque], lambda s, t: Operation.of_design(design, s, t), speeds, [363.15]
-            )
+            return efficiency_map(mesh, model, oil, [torque], lambda s, t: design.running(s, t), speeds, [363.15])
 
         rows.append(Growth("map points of one torque", count, cpu(run)[1]))
     return rows
@@ -159,9 +157,7 @@ def whole_map(design: Design, formula: str, points: int = 20) -> tuple[float, fl
 
     def run() -> Any:
         mesh = Mesh.of(design).grids
-        return efficiency_map(
-            mesh, model, oil, torques, lambda s, t: Operation.of_design(design, s, t), speeds, [363.15]
-        )
+        return efficiency_map(mesh, model, oil, torques, lambda s, t: design.running(s, t), speeds, [363.15])
 
     _, seconds = cpu(run)
     return seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0

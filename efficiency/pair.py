@@ -22,22 +22,22 @@ import numpy as np
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import OPERATION_LIMITS, CoolingInput, Design, MemberInput, Misalignment, load_design
-from efficiency.gear_output import GearOutput
+from efficiency.design.design import Design, MemberInput, Misalignment, load_design
 from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyCycle, DutyRow, duty_cycle, read_duty
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.friction_equilibrium import load_grids_with_friction
 from efficiency.loss.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
-from efficiency.loss.heat_balance import HeatBalance, balance_heat, thermal_resistance
-from efficiency.loss.kinematics import TEXTURE, Axis, Driver, Operation, loaded_points
-from efficiency.loss.result import EfficiencyResult, Output, Presented
+from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
+from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
+from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.ltca.teeth import elastic_teeth
+from efficiency.output.gear_output import GearOutput
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import ValueRange
@@ -46,11 +46,10 @@ from regression.formula import friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
 if TYPE_CHECKING:
-    import pandas
     from matplotlib.figure import Figure
 
-    from efficiency.geometry import PairGeometry
-    from efficiency.misalignment import MisalignmentStudy
+    from efficiency.geometry.misalignment import MisalignmentGrid
+    from efficiency.geometry.pair_geometry import PairGeometry
     from regression.plan.operating_range import WeightedPoints
 
 POSITIONS, POINTS_PER_LINE = 24, 31
@@ -397,7 +396,7 @@ class GearPair:
             load = mesh.load(abs(row.torque)).grids.fine
             if load.reason:
                 raise ConvergenceError(load.reason, f"{self.name} at {row.torque:g} N m")
-            operation = Operation.of_design(self.design, abs(row.speed), row.temperature_oil)
+            operation = self.design.running(abs(row.speed), row.temperature_oil)
             points = loaded_points(load, mesh.grids.teeth.effective_modulus, operation)
             weight = points.force * points.speed_sliding * (row.hours / len(mesh.grids.fine))
             found.append(WeightedPoints(points.state, np.asarray(weight), card))
@@ -426,13 +425,10 @@ class GearPair:
         marking : float or str, optional
             Thickness of the marking compound [m], by default 6.35 um.
         """
-        from efficiency.contact.pattern import MARKING
-        from efficiency.geometry import MARKING_LIMITS, chosen_sides, pair_geometry
+        from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness, pair_geometry
 
-        thickness = (
-            MARKING if marking is None else MARKING_LIMITS.check(marking, "marking", bare=not isinstance(marking, str))
-        )
-        return pair_geometry(self.design, chosen_sides(side), thickness)
+        found = pair_geometry(self.design, chosen_sides(side), marking_thickness(marking))
+        return replace(found, output=GearOutput(self.design))
 
     @_one_thread
     def misalignment(self, *, side: str = "drive", marking: Value | None = None, **axes: Any) -> MisalignmentGrid:
@@ -447,13 +443,10 @@ class GearPair:
         **axes : sequence
             Values of `E`, `P`, `G` [m] and `alpha` [rad]; zero where not given.
         """
-        from efficiency.contact.pattern import MARKING
-        from efficiency.geometry import MARKING_LIMITS, chosen_sides
-        from efficiency.misalignment import misalignment_study
+        from efficiency.geometry.misalignment import MisalignmentGrid, misalignment_study
+        from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness
 
-        thickness = (
-            MARKING if marking is None else MARKING_LIMITS.check(marking, "marking", bare=not isinstance(marking, str))
-        )
+        thickness = marking_thickness(marking)
         if not axes:
             raise InputError("E, P, G, alpha", None, "at least one of them with its values")
         values: dict[str, Any] = {name: tuple(axis_values(name, given)) for name, given in axes.items()}
@@ -564,46 +557,6 @@ class GearPair:
         }
         cells = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in rows.items())
         return f"<table><caption>{escape(design.name)}</caption>{cells}</table>"
-
-
-@dataclass(frozen=True, repr=False)
-class MisalignmentGrid(Presented):
-    """Unloaded contact of a pair over misalignments: from `GearPair.misalignment`.
-
-    Attributes
-    ----------
-    studies : tuple of MisalignmentStudy
-        One for each side.
-    """
-
-    studies: tuple[MisalignmentStudy, ...]
-    output: Output | None = None
-
-    @property
-    def status(self) -> str:
-        """``failed`` if any state failed."""
-        return "failed" if self.reason else "converged"
-
-    @property
-    def reason(self) -> str:
-        """How many states failed."""
-        points = [point for study in self.studies for point in study.points]
-        failed = sum(point.status == "failed" for point in points)
-        return f"{failed} of {len(points)} states" if failed else ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return {"studies": [study.to_dict() for study in self.studies]}
-
-    def to_frame(self) -> pandas.DataFrame:
-        """One row per state, SI units."""
-        import pandas
-
-        return pandas.concat([study.table().assign(side=study.side) for study in self.studies], ignore_index=True)
-
-    def __repr__(self) -> str:
-        states = ", ".join(f"{study.side} {len(study.points)} states" for study in self.studies)
-        return f"MisalignmentGrid({self.studies[0].design}: {states}, {self.status})"
 
 
 _EXPORTS = ("tooth", "member", "grid", "summary")
@@ -846,7 +799,7 @@ class LoadedMesh:
         if both is not None:
             values = {"roughness_rms_pinion": both, "roughness_rms_gear": both} | values
         speed, temperature = values.pop("speed", point.speed), values.pop("temperature", point.temperature_oil)
-        operation = Operation.of_design(design, speed, temperature, driver or point.driver)
+        operation = design.running(speed, temperature, driver or point.driver)
         return replace(operation, **values), oil if isinstance(oil, Oil) else Oil.load(oil or point.oil)
 
     def efficiency(

@@ -17,14 +17,15 @@ from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
+from efficiency.loss.heat_balance import CoolingInput
+from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
 from efficiency.ltca.teeth import Bodies, ToothBody
-from ehl.fluid.oil import Oil, Temperature
 from ehl.inputs import Length as TextureLength
 from ehl.inputs import PeklenikNumber
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate, value_range_of
+from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material
 
 Surface = Literal["base", "toe", "heel"]
@@ -77,49 +78,6 @@ class BodyInput(InputModel):
                 f"at most {_MAX_TO_AXIS * to_axis * 1e3:.6g} mm, {_MAX_TO_AXIS:g} of the way from root to axis",
             )
         return self.rim_thickness
-
-
-class MemberCooling(InputModel):
-    """Cooling of one member: its thermal resistance, or heat transfer coefficient and wetted area.
-
-    Attributes
-    ----------
-    thermal_resistance : float, optional
-        From the teeth to the oil [K/W].
-    heat_transfer_coefficient : float, optional
-        In its place, with the area [W/(m2 K)]; by default that of flanks wetted once per turn.
-    cooled_area : float, optional
-        Wetted area [m2]; by default both flanks of all teeth.
-    """
-
-    thermal_resistance: Annotated[float, ValueRange("K/W", gt=0.0, le=1e3)] | None = None
-    heat_transfer_coefficient: Annotated[float, ValueRange("W/(m^2*K)", gt=0.0, le=1e6)] | None = None
-    cooled_area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)] | None = None
-
-    @model_validator(mode="after")
-    def _one_description(self) -> Self:
-        if self.thermal_resistance is not None:
-            for name in ("heat_transfer_coefficient", "cooled_area"):
-                if getattr(self, name) is not None:
-                    allowed = "either thermal_resistance or heat_transfer_coefficient and cooled_area"
-                    raise InputError(name, getattr(self, name), allowed)
-        return self
-
-
-class CoolingInput(InputModel):
-    """Table [cooling]: heat from the teeth to the oil.
-
-    Attributes
-    ----------
-    pinion, gear : MemberCooling
-        Of each member.
-    oil_inlet : {"bulk", "oil"}
-        Temperature of the oil at the inlet of the contacts: the mean bulk temperature of both members, or its own.
-    """
-
-    pinion: MemberCooling = MemberCooling()
-    gear: MemberCooling = MemberCooling()
-    oil_inlet: Literal["bulk", "oil"] = "bulk"
 
 
 class FlankSurfaceInput(InputModel):
@@ -377,41 +335,6 @@ class AssemblyInput(InputModel):
     deflection: Deflection = Deflection()
 
 
-class OperatingPoint(InputModel):
-    """Default operating point.
-
-    Attributes
-    ----------
-    torque : float
-        At the pinion shaft [N m].
-    speed : float
-        Of the pinion [rad/s].
-    temperature_oil : float
-        Of the oil [K].
-    oil : str
-        Name of an oil card.
-    driver : {"pinion", "gear"}
-        Member the power comes from.
-    """
-
-    torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
-    speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]
-    temperature_oil: Temperature
-    oil: str
-    driver: Literal["pinion", "gear"] = "pinion"
-
-    @model_validator(mode="after")
-    def _known(self) -> Self:
-        Oil.load(self.oil)
-        return self
-
-
-# units and ranges of an operating point that does not come from the design file
-OPERATION_LIMITS: dict[str, ValueRange] = {
-    name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
-}
-
-
 class Design(InputModel):
     """A gear pair: the content of a design file.
 
@@ -513,6 +436,18 @@ class Design(InputModel):
         pinion, gear = ({side: self.flank(member, side) for side in FLANK_SIDES} for member in MEMBERS)
         given = self.assembly
         return GearFlanks(self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash)
+
+    def running(self, speed_pinion: float, temperature_oil: float, driver: Driver = "pinion") -> Operation:
+        """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""
+        return Operation(
+            speed_pinion,
+            temperature_oil,
+            self.pinion.roughness_rms,
+            self.gear.roughness_rms,
+            driver,
+            correlation_length=self.surface.correlation_length,
+            peklenik_number=self.surface.peklenik_number,
+        )
 
     def tooth_bodies(self) -> Bodies:
         """Material and body under the teeth of pinion and gear."""

@@ -11,20 +11,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
 from efficiency.blanks.cones import Blank
-from efficiency.design.design import MemberCooling
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share
 from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import TEMPERATURE_RANGE
-from ehl.io.errors import ConvergenceError
-from ehl.io.units import KELVIN
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.units import KELVIN, ValueRange
+from ehl.io.validation import InputModel
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +34,49 @@ Solve = Callable[[Operation], EfficiencyResult]
 TOLERANCE = 0.01  # [K]
 LIMIT = 40
 WETTED_SHARE = 0.5
+
+
+class MemberCooling(InputModel):
+    """Cooling of one member: its thermal resistance, or heat transfer coefficient and wetted area.
+
+    Attributes
+    ----------
+    thermal_resistance : float, optional
+        From the teeth to the oil [K/W].
+    heat_transfer_coefficient : float, optional
+        In its place, with the area [W/(m2 K)]; by default that of flanks wetted once per turn.
+    cooled_area : float, optional
+        Wetted area [m2]; by default both flanks of all teeth.
+    """
+
+    thermal_resistance: Annotated[float, ValueRange("K/W", gt=0.0, le=1e3)] | None = None
+    heat_transfer_coefficient: Annotated[float, ValueRange("W/(m^2*K)", gt=0.0, le=1e6)] | None = None
+    cooled_area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)] | None = None
+
+    @model_validator(mode="after")
+    def _one_description(self) -> Self:
+        if self.thermal_resistance is not None:
+            for name in ("heat_transfer_coefficient", "cooled_area"):
+                if getattr(self, name) is not None:
+                    allowed = "either thermal_resistance or heat_transfer_coefficient and cooled_area"
+                    raise InputError(name, getattr(self, name), allowed)
+        return self
+
+
+class CoolingInput(InputModel):
+    """Table [cooling]: heat from the teeth to the oil.
+
+    Attributes
+    ----------
+    pinion, gear : MemberCooling
+        Of each member.
+    oil_inlet : {"bulk", "oil"}
+        Temperature of the oil at the inlet of the contacts: the mean bulk temperature of both members, or its own.
+    """
+
+    pinion: MemberCooling = MemberCooling()
+    gear: MemberCooling = MemberCooling()
+    oil_inlet: Literal["bulk", "oil"] = "bulk"
 
 
 @dataclass(frozen=True, repr=False)

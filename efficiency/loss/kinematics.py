@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
 from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
-from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.fluid.oil import TEMPERATURE_RANGE, Oil, Temperature
 from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
-from ehl.io.validation import value_range_of
+from ehl.io.units import ValueRange
+from ehl.io.validation import InputModel, value_range_of
 from ehl.state import ContactState
-
-if TYPE_CHECKING:
-    from efficiency.design.design import Design
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -26,6 +25,41 @@ Driver = Literal["pinion", "gear"]
 
 # texture of the flanks: unit and range
 TEXTURE = {name: value_range_of(SurfaceInput, name) for name in ("correlation_length", "peklenik_number")}
+
+
+class OperatingPoint(InputModel):
+    """Default operating point.
+
+    Attributes
+    ----------
+    torque : float
+        At the pinion shaft [N m].
+    speed : float
+        Of the pinion [rad/s].
+    temperature_oil : float
+        Of the oil [K].
+    oil : str
+        Name of an oil card.
+    driver : {"pinion", "gear"}
+        Member the power comes from.
+    """
+
+    torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
+    speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]
+    temperature_oil: Temperature
+    oil: str
+    driver: Driver = "pinion"
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        Oil.load(self.oil)
+        return self
+
+
+# units and ranges of an operating point that does not come from the design file
+OPERATION_LIMITS: dict[str, ValueRange] = {
+    name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
+}
 
 
 @dataclass(frozen=True)
@@ -69,19 +103,6 @@ class Operation:
     temperature_inlet: float | None = None
     correlation_length: float = 30e-6
     peklenik_number: float = 1.0
-
-    @classmethod
-    def of_design(cls, design: Design, speed_pinion: float, temperature_oil: float, driver: Driver = "pinion") -> Self:
-        """The flanks of a design at a pinion speed [rad/s] and an oil temperature [K]."""
-        return cls(
-            speed_pinion,
-            temperature_oil,
-            design.pinion.roughness_rms,
-            design.gear.roughness_rms,
-            driver,
-            correlation_length=design.surface.correlation_length,
-            peklenik_number=design.surface.peklenik_number,
-        )
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed_pinion) and self.speed_pinion > 0.0):

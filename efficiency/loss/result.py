@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-    from efficiency.design.design import CoolingInput
-    from efficiency.loss.heat_balance import HeatBalance
+    from efficiency.loss.heat_balance import CoolingInput, HeatBalance
     from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs
 
 FloatArray = NDArray[np.float64]

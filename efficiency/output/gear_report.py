@@ -19,7 +19,7 @@ from efficiency.output.plots_load import (
     plot_pair_load,
     plot_transmission_error,
 )
-from efficiency.output.plots_map import grid_figures, is_map, map_figures
+from efficiency.output.plots_map import is_map, map_figures
 from efficiency.output.tables import (
     efficiency_grids,
     efficiency_table,
@@ -31,7 +31,6 @@ from efficiency.output.tables import (
 from ehl import __version__
 from ehl.io.errors import InputError
 from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
-from ehl.view.plots import save_figure
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
@@ -102,25 +101,6 @@ def gear_figures(design: Design, result: EfficiencyResult) -> list[Named]:
     flank = FlankMap.of(design.flanks(), result)
     on_tooth = [*load_figures(flank), *loss_figures(flank)] if flank.drawable else []
     return [*reversed(list(mesh_figures(result))), *on_tooth]
-
-
-def save_gear_figures(design: Design, result: EfficiencyResult, folder: Path) -> None:
-    """All figures of one operating point as PNG files."""
-    _save(gear_figures(design, result), folder)
-
-
-def save_map_figures(grid: Grid, folder: Path) -> None:
-    """All figures of a map as PNG files."""
-    _save(grid_figures(grid), folder)
-
-
-def _save(figures: Sequence[Named] | Iterator[Named], folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
-    for name, figure, _ in figures:
-        save_figure(figure, folder / f"{name}.png")
 
 
 def write_gear_report(

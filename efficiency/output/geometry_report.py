@@ -30,15 +30,13 @@ from efficiency.output.plots_geometry import (
 )
 from efficiency.output.plots_teeth import tooth_pair_figure
 from ehl import __version__
-from ehl.io.errors import InputError
 from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
-from ehl.view.plots import save_figure
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from efficiency.geometry import PairGeometry, SideGeometry
+    from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 
 
 def side_figures(side: SideGeometry) -> Iterator[tuple[str, Figure, str]]:
@@ -79,16 +77,12 @@ def side_figures(side: SideGeometry) -> Iterator[tuple[str, Figure, str]]:
     )
 
 
-def save_geometry_figures(geometry: PairGeometry, folder: Path) -> None:
-    """All figures as PNG files: `blank_section.png`, and `drive_...png`, `coast_...png`."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
-    save_figure(blank_figure(geometry.design), folder / "blank_section.png")
+def geometry_figures(geometry: PairGeometry) -> Iterator[tuple[str, Figure]]:
+    """(name, figure): `blank_section`, and `drive_...`, `coast_...`."""
     for name, side in geometry.sides.items():
         for what, figure, _ in side_figures(side):
-            save_figure(figure, folder / f"{name}_{what}.png")
+            yield f"{name}_{what}", figure
+    yield "blank_section", blank_figure(geometry.design)
 
 
 def write_geometry_report(geometry: PairGeometry, path: Path, units: Units = "metric") -> Path:

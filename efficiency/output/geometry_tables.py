@@ -13,7 +13,7 @@ from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from efficiency.design.design import Design
-    from efficiency.geometry import PairGeometry, SideGeometry
+    from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 
 SETTING_HEADER = ("setting", "unit", *FLANKS)
 FLANK_HEADER = ("flank", "spiral angle [deg]", "pressure angle, normal [deg]", "end over root [% of depth]")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,15 +10,9 @@ from ehl.quantities import Quantity, quantity
 from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
-    from efficiency.misalignment import MisalignmentStudy
+    from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
 
-AXES = ("E", "P", "G", "alpha")
 _ROWS = 60
-
-
-def varied(study: MisalignmentStudy) -> list[str]:
-    """Names of the misalignments with more than one value."""
-    return [name for name in AXES if len(getattr(study, name)) > 1]
 
 
 def misalignment_quantity(name: str) -> Quantity:
@@ -27,9 +20,9 @@ def misalignment_quantity(name: str) -> Quantity:
     return quantity(f"misalignment.{name}")
 
 
-def study_table(study: MisalignmentStudy) -> Table:
+def misalignment_table(study: MisalignmentStudy) -> Table:
     """One row per state: misalignments that vary, transmission error, places along the gear face, pattern, edges."""
-    names = varied(study)
+    names = study.varied
     fields = ("peak_to_peak", "error_maximum_u", "pattern_u", "pattern_length", "pattern_area")
     shares = [Column(name, of="share", label=name.replace("_", " ")) for name in fields[3:]]
     count = len(study.points)
@@ -54,7 +47,7 @@ def study_table(study: MisalignmentStudy) -> Table:
     )
 
 
-def write_study(path: Path, studies: Sequence[MisalignmentStudy]) -> None:
+def write_misalignment(path: Path, grid: MisalignmentGrid) -> None:
     """Write all states as CSV in SI units: a line that starts with #, the column names, one line per state.
 
     Raises
@@ -62,13 +55,10 @@ def write_study(path: Path, studies: Sequence[MisalignmentStudy]) -> None:
     InputError
         The file cannot be written.
     """
-    import pandas as pd
-
-    table = pd.concat([study.table().assign(side=study.side) for study in studies])
-    first = studies[0]
+    first = grid.studies[0]
     head = f"# mixed-ehl misalignment study v1; design={first.design}; marking={first.marking:g} m; units=m, rad\n"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(head + table.to_csv(index=False), encoding="utf-8")
+        path.write_text(head + grid.to_frame().to_csv(index=False), encoding="utf-8")
     except OSError as error:
         raise InputError("csv", str(path), "a writable file", f"{error}.") from None

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from efficiency.contact.pattern import ContactPattern
     from efficiency.contact.transmission import ContactPath
     from efficiency.design.design import Design
-    from efficiency.geometry import SideGeometry
+    from efficiency.geometry.pair_geometry import SideGeometry
 
 
 FloatArray = NDArray[np.float64]

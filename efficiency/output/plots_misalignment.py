@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,18 +11,19 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.output.misalignment_table import AXES, misalignment_quantity, varied
+from efficiency.geometry.misalignment import AXES
+from efficiency.output.misalignment_table import misalignment_quantity
 from efficiency.output.plots_geometry import flank_axes, flank_figure
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.errors import ConvergenceError
 from ehl.io.units import ARCSEC
-from ehl.view.plots import BLUE, GREY, ORANGE, save_figure
+from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from efficiency.contact.pattern import ContactPattern
     from efficiency.design.design import Design
-    from efficiency.misalignment import MisalignmentPoint, MisalignmentStudy
+    from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
 
 FloatArray = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def sections(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[Misa
 
 def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     """One row per varied misalignment: transmission error, places along the face, size of the pattern."""
-    names = varied(studies[0]) or ["E"]
+    names = studies[0].varied or ["E"]
     figure = Figure(figsize=(11.0, 0.9 + 2.7 * len(names)), layout="constrained")
     grid = np.atleast_2d(figure.subplots(len(names), 3, squeeze=False))
     for row, name in zip(grid, names, strict=True):
@@ -89,7 +89,7 @@ def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoi
 
 def map_figure(study: MisalignmentStudy) -> Figure | None:
     """Maps over the first two varied misalignments, the others nearest to zero; None where fewer than two vary."""
-    names = varied(study)
+    names = study.varied
     if len(names) < 2:
         return None
     first, second = names[:2]
@@ -190,30 +190,14 @@ def section_contacts(
     return found
 
 
-def study_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[tuple[str, Figure]]:
+def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[tuple[str, Figure]]:
     """(name, figure): sections of all studies, then maps and patterns of each."""
     yield "misalignment", section_figure(studies)
     for study in studies:
         figure = map_figure(study)
         if figure is not None:
             yield f"{study.side}_map", figure
-        for name in varied(study):
+        for name in study.varied:
             contacts = section_contacts(design, study, name)
             if contacts:
                 yield f"{study.side}_pattern_{name}", pattern_figure(study, name, contacts)
-
-
-def save_study_figures(design: Design, studies: Sequence[MisalignmentStudy], folder: Path) -> None:
-    """All figures as PNG files.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
-    for name, figure in study_figures(design, studies):
-        save_figure(figure, folder / f"{name}.png")

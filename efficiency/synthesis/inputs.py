@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import field_validator, model_validator
 
 from efficiency.blanks.inputs import PairBlankInput, load_blank
-from efficiency.design.design import OperatingPoint, Rms
+from efficiency.design.design import Rms
+from efficiency.loss.kinematics import OperatingPoint
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange

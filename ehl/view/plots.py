@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ehl.io.errors import InputError
 from ehl.io.units import KELVIN
@@ -65,3 +66,19 @@ def save_figure(figure: Figure, path: Path) -> None:
         raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf") from None
     except OSError as error:
         raise InputError("plot", str(path), "a writable file", f"{error}.") from None
+
+
+def save_figures(figures: Iterable[tuple[Any, ...]], folder: Path) -> None:
+    """Write figures, each of them (name, figure, ...), as PNG files into a folder.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
+    for name, figure, *_ in figures:
+        save_figure(figure, folder / f"{name}.png")

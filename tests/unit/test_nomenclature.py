@@ -12,11 +12,11 @@ from pydantic import BaseModel
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.design.design import Design
-from efficiency.geometry import FlankSummary, PairGeometry, SideGeometry
+from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
+from efficiency.geometry.pair_geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
-from efficiency.misalignment import MisalignmentPoint, MisalignmentStudy
-from efficiency.parameter_study import Study, StudyPoint
+from efficiency.study.parameter_study import Study, StudyPoint
 from efficiency.synthesis.inputs import SettingsInput
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil

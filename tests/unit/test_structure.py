@@ -12,25 +12,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def imports(tree: ast.AST, *, lazy: bool = True) -> Iterator[ast.Import | ast.ImportFrom]:
-    """Imports of a module, those inside functions if `lazy`, but for those that only annotations need."""
-    for node in ast.iter_child_nodes(tree):
-        if not lazy and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            continue
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            yield node
-        elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            for other in node.orelse:
-                yield from imports(other, lazy=lazy)
-        else:
-            yield from imports(node, lazy=lazy)
-
-
-def modules_imported(module: Path, *, lazy: bool = True) -> Iterator[str]:
-    for node in imports(ast.parse(module.read_text(encoding="utf-8")), lazy=lazy):
+def modules_imported(module: Path) -> Iterator[str]:
+    """Imports of a module: those inside functions and those that only annotations need count too."""
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
-        else:
+        elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"relative import in {module}"
             assert node.module
             # "from ehl.fluid import oil" may name a module or what a folder exports
@@ -46,13 +33,13 @@ def room(package: str, dotted: str) -> str:
     return parts[0] if folder.is_dir() or folder.with_suffix(".py").is_file() else ""
 
 
-def arrows(package: str, *, lazy: bool = True) -> dict[str, set[str]]:
+def arrows(package: str) -> dict[str, set[str]]:
     """Which room imports which, inside one package."""
     found: dict[str, set[str]] = defaultdict(set)
     for module in sorted((ROOT / package).rglob("*.py")):
         parts = module.relative_to(ROOT).with_suffix("").parts
         here = room(package, ".".join(part for part in parts if part != "__init__"))
-        for name in modules_imported(module, lazy=lazy):
+        for name in modules_imported(module):
             there = room(package, name)
             if name.split(".")[0] == package and there != here and name != f"{package}.__version__":
                 found[here].add(there)
@@ -92,12 +79,8 @@ def test_circles_are_found() -> None:
     assert circles({"a": {"b", "c"}, "b": {"c"}}) == []
 
 
-@pytest.mark.parametrize(
-    ("package", "lazy"),
-    # in efficiency what a result shows and writes is still imported inside its methods
-    [("ehl", True), ("regression", True), ("efficiency", False)],
-)
-def test_folders_form_no_circle(package: str, lazy: bool) -> None:
-    graph = arrows(package, lazy=lazy)
+@pytest.mark.parametrize("package", PACKAGES)
+def test_folders_form_no_circle(package: str) -> None:
+    graph = arrows(package)
     assert graph
     assert circles(graph) == []

@@ -14,9 +14,14 @@ from samples import BEVEL as DESIGN
 from samples import OPERATION, STEEL
 from samples import tiny_load as loaded
 
-from efficiency.design.design import CoolingInput, MemberCooling
 from efficiency.loss.efficiency import mesh_efficiency
-from efficiency.loss.heat_balance import balance_heat, thermal_resistance, wetted_heat_transfer
+from efficiency.loss.heat_balance import (
+    CoolingInput,
+    MemberCooling,
+    balance_heat,
+    thermal_resistance,
+    wetted_heat_transfer,
+)
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from efficiency.pair import GearPair

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from openpyxl import load_workbook
 
 from efficiency.design.design import Design, load_design
-from efficiency.gear_output import OutputFiles, write_comparison, write_map, write_result
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.grid import Grid
@@ -23,6 +22,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.flank_map import FlankMap
+from efficiency.output.gear_output import OutputFiles, write_comparison, write_map, write_result
 from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures, nearest_point
 from efficiency.output.plots_comparison import (
     plot_friction_along_mesh,

@@ -15,9 +15,9 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from efficiency import geometry as geometry_module
 from efficiency.design.design import Design, load_design
-from efficiency.geometry import PairGeometry, pair_geometry
+from efficiency.geometry import pair_geometry as geometry_module
+from efficiency.geometry.pair_geometry import PairGeometry, pair_geometry
 from efficiency.output.geometry_report import side_figures
 from efficiency.output.geometry_tables import all_notes, contact_rows, misalignment_text
 from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid

@@ -14,8 +14,8 @@ import pytest
 
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.design.design import Design, load_design
-from efficiency.misalignment import MisalignmentStudy, misalignment_study
-from efficiency.output.misalignment_table import study_table, varied, write_study
+from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
+from efficiency.output.misalignment_table import misalignment_table, write_misalignment
 from efficiency.output.plots_misalignment import map_figure, section_contacts, section_figure, sections
 
 PAIR = "fm_spiral_bevel_14x39"
@@ -33,8 +33,8 @@ def study(design: Design) -> MisalignmentStudy:
 
 
 def test_rows_show_what_varies(study: MisalignmentStudy) -> None:
-    assert varied(study) == ["E", "alpha"]
-    table = study_table(study)
+    assert study.varied == ["E", "alpha"]
+    table = misalignment_table(study)
     rows = table.records()
     assert len(rows) == 6
     assert (rows[0]["E"], rows[0]["alpha"]) == (-1e-4, 0.0)
@@ -45,7 +45,7 @@ def test_rows_show_what_varies(study: MisalignmentStudy) -> None:
 
 def test_csv_holds_the_study(study: MisalignmentStudy, tmp_path: Path) -> None:
     path = tmp_path / "study.csv"
-    write_study(path, [study])
+    write_misalignment(path, MisalignmentGrid((study,)))
     text = path.read_text(encoding="utf-8")
     assert text.startswith(f"# mixed-ehl misalignment study v1; design={PAIR}")
     table = pd.read_csv(io.StringIO(text), comment="#")

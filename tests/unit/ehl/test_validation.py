@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from pydantic import BaseModel
 
-from efficiency.design.design import OPERATION_LIMITS, Design
+from efficiency.design.design import Design
+from efficiency.loss.kinematics import OPERATION_LIMITS
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ContactInput

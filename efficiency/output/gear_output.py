@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from efficiency.geometry.misalignment import MisalignmentGrid
 from efficiency.loss.compare import Comparison
 from efficiency.loss.duty import DutyCycle
 from efficiency.loss.grid import Grid
@@ -83,38 +84,26 @@ class GearOutput:
 
     def figures(self, result: Any) -> dict[str, Figure]:
         """Figures by their names, the most telling one first."""
-        from efficiency.output import (
-            gear_report,
-            geometry_report,
-            plots_load,
-            plots_map,
-            plots_misalignment,
-            plots_study,
-        )
+        from efficiency.output import gear_report, geometry_report, plots_load, plots_map, plots_misalignment
 
+        named: Iterable[tuple[Any, ...]]
         if isinstance(result, EfficiencyResult):
-            named: Any = gear_report.gear_figures(self.design, result)
+            named = gear_report.gear_figures(self.design, result)
         elif isinstance(result, Grid):
             named = plots_map.grid_figures(result)
         elif isinstance(result, Comparison):
             named = [("comparison", plots_load.plot_comparison(result))]
         elif isinstance(result, DutyCycle):
             named = [("duty", plots_map.duty_figure(result))]
-        elif hasattr(result, "studies"):
-            named = plots_misalignment.study_figures(self.design, result.studies)
-        elif hasattr(result, "levels"):
-            named = plots_study.study_figures(result)
+        elif isinstance(result, MisalignmentGrid):
+            named = plots_misalignment.misalignment_figures(self.design, result.studies)
         else:
-            named = [
-                (f"{side}_{name}", figure, caption)
-                for side, shown in result.sides.items()
-                for name, figure, caption in geometry_report.side_figures(shown)
-            ]
-        return {part[0]: part[1] for part in named}
+            named = geometry_report.geometry_figures(result)
+        return {name: figure for name, figure, *_ in named}
 
     def tables(self, result: Any, **parts: Any) -> list[Table]:
         """The tables a reader looks for first; `balance` and `uncertainty` of an efficiency with it."""
-        from efficiency.output import geometry_tables, misalignment_table, study_report, tables
+        from efficiency.output import geometry_tables, misalignment_table, tables
 
         if isinstance(result, Grid):
             if tuple(result.axes) == ("torque", "speed", "temperature"):
@@ -126,11 +115,9 @@ class GearOutput:
             return [tables.duty_table(result)]
         if isinstance(result, EfficiencyResult):
             return [tables.efficiency_table(result), *_added(parts.get("balance"), parts.get("uncertainty"))]
-        if hasattr(result, "studies"):
-            return [misalignment_table.study_table(study) for study in result.studies]
-        if hasattr(result, "flanks"):
-            return geometry_tables.geometry_tables(result, parts.get("units", "metric"))
-        return [study_report.influence_table(result)]
+        if isinstance(result, MisalignmentGrid):
+            return [misalignment_table.misalignment_table(study) for study in result.studies]
+        return geometry_tables.geometry_tables(result, parts.get("units", "metric"))
 
     def show(self, result: Any, **parts: Any) -> None:
         """Print the tables of a result."""
@@ -139,10 +126,9 @@ class GearOutput:
 
     def write(self, result: Any, units: Any, **files: Any) -> list[Path]:
         """Write files, see `efficiency.loss.result.Presented.write`."""
-        from efficiency.output import geometry_report, misalignment_table, plots_misalignment, study_report
+        from efficiency.output import geometry_report, misalignment_table, plots_misalignment
+        from ehl.view.plots import save_figures
 
-        if hasattr(result, "levels"):
-            return study_report.write_study(result, Path(files["folder"]))
         balance, uncertainty = files.pop("balance", None), files.pop("uncertainty", None)
         where = OutputFiles.of(files)
         if isinstance(result, EfficiencyResult):
@@ -153,14 +139,14 @@ class GearOutput:
             write_comparison(result, where)
         elif isinstance(result, DutyCycle):
             write_duty(result, where)
-        elif hasattr(result, "studies"):
+        elif isinstance(result, MisalignmentGrid):
             if where.csv is not None:
-                misalignment_table.write_study(where.csv, result.studies)
+                misalignment_table.write_misalignment(where.csv, result)
             if where.plot is not None:
-                plots_misalignment.save_study_figures(self.design, result.studies, where.plot)
+                save_figures(plots_misalignment.misalignment_figures(self.design, result.studies), where.plot)
         else:
             if where.plot is not None:
-                geometry_report.save_geometry_figures(result, where.plot)
+                save_figures(geometry_report.geometry_figures(result), where.plot)
             if where.report is not None:
                 geometry_report.write_geometry_report(result, where.report, units)
         written = (where.plot, where.report, where.xlsx, where.csv)
@@ -176,12 +162,13 @@ def write_result(
     uncertainty: EfficiencyUncertainty | None = None,
 ) -> None:
     """Figures, page and tables of one operating point."""
-    from efficiency.output.gear_report import save_gear_figures, write_gear_report
+    from efficiency.output.gear_report import gear_figures, write_gear_report
     from efficiency.output.tables import operating_point, result_tables
+    from ehl.view.plots import save_figures
 
     more = _added(balance, uncertainty)
     if files.plot is not None:
-        save_gear_figures(design, result, files.plot)
+        save_figures(gear_figures(design, result), files.plot)
     if files.report is not None:
         write_gear_report(design, result, files.report, None, units, more)
     title = f"{operating_point(result)}, friction {result.friction_model}"
@@ -198,12 +185,14 @@ def _added(balance: HeatBalance | None, uncertainty: EfficiencyUncertainty | Non
 
 def write_map(design: Design, grid: Grid, files: OutputFiles, units: Units = "metric") -> None:
     """Figures, page and tables of a map; the page and the points are of the point next to the design's own."""
-    from efficiency.output.gear_report import nearest_point, save_map_figures, write_gear_report
+    from efficiency.output.gear_report import nearest_point, write_gear_report
+    from efficiency.output.plots_map import grid_figures
     from efficiency.output.tables import map_tables
+    from ehl.view.plots import save_figures
 
     result = nearest_point(design, grid)
     if files.plot is not None:
-        save_map_figures(grid, files.plot)
+        save_figures(grid_figures(grid), files.plot)
     if files.report is not None:
         write_gear_report(design, result, files.report, grid, units)
     files.write_tables(map_tables(grid), f"{result.design}, {result.side}: map, friction {result.friction_model}")

@@ -18,7 +18,6 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
-from efficiency.gear_output import GearOutput
 from efficiency.loss.result import Output, Presented
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.numbers import finite_or_none
@@ -217,7 +216,7 @@ def pair_geometry(design: Design, sides: Sequence[Side] = SIDES, marking: float 
         except ConvergenceError as error:
             failures[side] = str(error)
     seconds = time.perf_counter() - start
-    return PairGeometry(design, marking, flanks, found, failures, notes, seconds, GearOutput(design))
+    return PairGeometry(design, marking, flanks, found, failures, notes, seconds)
 
 
 def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideGeometry:
@@ -309,6 +308,11 @@ def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
             f"of {1e3 * clearance:.2f} mm: the mating tip would reach it"
         )
     return notes
+
+
+def marking_thickness(given: float | str | None) -> float:
+    """Thickness of the marking compound [m], the usual one where none is given."""
+    return MARKING if given is None else MARKING_LIMITS.check(given, "marking", bare=not isinstance(given, str))
 
 
 def chosen_sides(text: str) -> tuple[Side, ...]:

@@ -26,7 +26,6 @@ import numpy as np
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
-from efficiency.gear_output import GearOutput
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.grid import count_reasons, solve_points
 from efficiency.loss.result import EfficiencyResult, Output, Presented
@@ -42,6 +41,7 @@ from regression.plan.cost import available_jobs
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 OPERATING = ("torque", "speed", "temperature_oil", "roughness_rms")
 MISALIGNED = ("E", "P", "G", "alpha")
@@ -314,6 +314,29 @@ class Study(Presented):
         return head | {"reference_points": reference}
 
 
+@dataclass(frozen=True)
+class StudyOutput:
+    """Draws, prints and writes a study (`efficiency.loss.result.Output`)."""
+
+    def figures(self, result: Study) -> dict[str, Figure]:
+        """Figures by their names."""
+        from efficiency.study.plots import study_figures
+
+        return {name: figure for name, figure, _ in study_figures(result)}
+
+    def show(self, result: Study, **parts: Any) -> None:
+        """Print what each parameter does to the efficiency."""
+        from efficiency.study.report import influence_table
+
+        influence_table(result).print()
+
+    def write(self, result: Study, units: str, **files: Any) -> list[Path]:
+        """`study.html`, `study.xlsx`, `study.csv` and the figures into `folder`."""
+        from efficiency.study.report import write_study
+
+        return write_study(result, Path(files["folder"]))
+
+
 State = tuple[float, float, float, float]
 """Torque, speed, temperature, roughness."""
 
@@ -452,7 +475,7 @@ def run_study(
         jobs,
         reused,
         seconds,
-        GearOutput(pairs[0]),
+        StudyOutput(),
     )
 
 

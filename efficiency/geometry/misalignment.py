@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import product
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -19,11 +19,12 @@ from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.pattern import MARKING
 from efficiency.design.design import Design
+from efficiency.loss.result import Output, Presented
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.numbers import finite_or_none
 
 if TYPE_CHECKING:
-    import pandas as pd
+    import pandas
 
 AXES = ("E", "P", "G", "alpha")
 # names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
@@ -117,11 +118,16 @@ class MisalignmentStudy:
         failed = all(point.status == "failed" for point in self.points)
         object.__setattr__(self, "status", "failed" if failed else "converged")
 
-    def table(self) -> pd.DataFrame:
-        """One row per point, SI units, columns by the keys of `MisalignmentPoint.to_dict`."""
-        import pandas as pd
+    @property
+    def varied(self) -> list[str]:
+        """Misalignments with more than one value."""
+        return [name for name in AXES if len(getattr(self, name)) > 1]
 
-        return pd.DataFrame([point.to_dict() for point in self.points])
+    def table(self) -> pandas.DataFrame:
+        """One row per point, SI units, columns by the keys of `MisalignmentPoint.to_dict`."""
+        import pandas
+
+        return pandas.DataFrame([point.to_dict() for point in self.points])
 
     def to_dict(self) -> dict[str, object]:
         """Plain numbers and strings for JSON; what could not be computed is None."""
@@ -135,6 +141,46 @@ class MisalignmentStudy:
             "seconds": self.seconds,
             "status": self.status,
         }
+
+
+@dataclass(frozen=True, repr=False)
+class MisalignmentGrid(Presented):
+    """Unloaded contact of a pair over misalignments: from `GearPair.misalignment`.
+
+    Attributes
+    ----------
+    studies : tuple of MisalignmentStudy
+        One for each side.
+    """
+
+    studies: tuple[MisalignmentStudy, ...]
+    output: Output | None = None
+
+    @property
+    def status(self) -> str:
+        """``failed`` if any state failed."""
+        return "failed" if self.reason else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many states failed."""
+        points = [point for study in self.studies for point in study.points]
+        failed = sum(point.status == "failed" for point in points)
+        return f"{failed} of {len(points)} states" if failed else ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"studies": [study.to_dict() for study in self.studies]}
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per state, SI units."""
+        import pandas
+
+        return pandas.concat([study.table().assign(side=study.side) for study in self.studies], ignore_index=True)
+
+    def __repr__(self) -> str:
+        states = ", ".join(f"{study.side} {len(study.points)} states" for study in self.studies)
+        return f"MisalignmentGrid({self.studies[0].design}: {states}, {self.status})"
 
 
 def misalignment_study(

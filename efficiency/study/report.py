@@ -7,17 +7,17 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.output.plots_study import reference_text, study_figures
 from efficiency.output.tables import percent
-from efficiency.parameter_study import MISALIGNED, StudyPoint, level_quantity
+from efficiency.study.parameter_study import MISALIGNED, StudyPoint, level_quantity
+from efficiency.study.plots import reference_text, study_figures
 from ehl import __version__
 from ehl.quantities import quantities
 from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
-from ehl.view.plots import save_figure
+from ehl.view.plots import save_figures
 from ehl.view.table import Column, Table, write_csv, write_xlsx
 
 if TYPE_CHECKING:
-    from efficiency.parameter_study import Study
+    from efficiency.study.parameter_study import Study
 
 _FAILED_SHOWN = 40
 _SECTION = (
@@ -105,8 +105,7 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     written = write_csv(folder, tables[:1])
     written.append(write_xlsx(folder / "study.xlsx", tables, f"parameter study: {', '.join(study.designs)}"))
     figures = list(study_figures(study))
-    for name, figure, _ in figures:
-        save_figure(figure, folder / f"{name}.png")
+    save_figures(figures, folder)
     sections = [_headline(study), Section("1. Influence of each parameter", [influence_table(study)])]
     pictures: list[Block] = [Picture(figure, caption) for _, figure, caption in figures]
     sections.append(Section("2. Figures", pictures))
