@@ -1,8 +1,10 @@
-"""Arrows run one way: efficiency -> regression -> ehl."""
+"""Arrows run one way: efficiency -> regression -> ehl, and without circles between the folders of each."""
 
 from __future__ import annotations
 
 import ast
+from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,14 +13,66 @@ ROOT = Path(__file__).resolve().parents[2]
 FORBIDDEN = {"ehl": {"regression", "efficiency"}, "regression": {"efficiency"}, "efficiency": set()}
 
 
-def imported_packages(module: Path) -> set[str]:
-    names = set()
+def modules_imported(module: Path) -> Iterator[str]:
+    """Imports of a module: those inside functions and those that only annotations need count too."""
     for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            names |= {alias.name.split(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names.add(node.module.split(".")[0])
-    return names
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"relative import in {module}"
+            assert node.module
+            # "from ehl.fluid import oil" may name a module or what a folder exports
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def room(package: str, dotted: str) -> str:
+    """Folder, or module beside the folders, that a dotted name belongs to; empty for the package itself."""
+    parts = dotted.split(".")[1:]
+    if not parts:
+        return ""
+    folder = ROOT / package / parts[0]
+    return parts[0] if folder.is_dir() or folder.with_suffix(".py").is_file() else ""
+
+
+def arrows(package: str) -> dict[str, set[str]]:
+    """Which room imports which, inside one package."""
+    found: dict[str, set[str]] = defaultdict(set)
+    for module in sorted((ROOT / package).rglob("*.py")):
+        parts = module.relative_to(ROOT).with_suffix("").parts
+        here = room(package, ".".join(part for part in parts if part != "__init__"))
+        for name in modules_imported(module):
+            there = room(package, name)
+            if name.split(".")[0] == package and there != here and name != f"{package}.__version__":
+                found[here].add(there)
+    return found
+
+
+def circles(graph: dict[str, set[str]]) -> list[set[str]]:
+    """Rooms that reach each other (Tarjan)."""
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[set[str]] = []
+
+    def visit(room: str) -> None:
+        index[room] = low[room] = len(index)
+        stack.append(room)
+        for other in sorted(graph.get(room, ())):
+            if other not in index:
+                visit(other)
+                low[room] = min(low[room], low[other])
+            elif other in stack:
+                low[room] = min(low[room], index[other])
+        if low[room] == index[room]:
+            ring = set(stack[stack.index(room) :])
+            del stack[stack.index(room) :]
+            if len(ring) > 1:
+                found.append(ring)
+
+    for room in sorted(graph):
+        if room not in index:
+            visit(room)
+    return found
 
 
 @pytest.mark.parametrize("package", FORBIDDEN)
@@ -26,7 +80,7 @@ def test_package_imports_only_downwards(package: str) -> None:
     modules = sorted((ROOT / package).rglob("*.py"))
     assert modules
     for module in modules:
-        assert not imported_packages(module) & FORBIDDEN[package], module
+        assert not {name.split(".")[0] for name in modules_imported(module)} & FORBIDDEN[package], module
 
 
 def test_no_module_of_a_name_that_says_nothing() -> None:
@@ -37,3 +91,15 @@ def test_no_module_of_a_name_that_says_nothing() -> None:
 def test_tests_hold_no_packages() -> None:
     # tests/ehl/__init__.py would shadow our ehl
     assert not list((ROOT / "tests").rglob("__init__.py"))
+
+
+def test_circles_are_found() -> None:
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [{"a", "b", "c"}]
+    assert circles({"a": {"b", "c"}, "b": {"c"}}) == []
+
+
+@pytest.mark.parametrize("package", FORBIDDEN)
+def test_folders_form_no_circle(package: str) -> None:
+    graph = arrows(package)
+    assert graph
+    assert circles(graph) == []
