@@ -37,8 +37,8 @@ def root_compliance(thickness: FloatArray, youngs_modulus: float, poisson_ratio:
     """Rotation and deflection of the root of a tooth slice on a half-plane, per unit moment and force.
 
     Weber (1949), plane strain: ``[[a/t^2, c/t], [c/t, d]]/E``. a = 18 (1 - nu^2)/pi and c = (1 + nu)(1 - 2 nu)
-    follow from the half-plane under linear bending stress (our derivation; Weber rounds to 5.2 and 1/2 at
-    nu 0.3). The translation d = 1.4 depends on where the body is held and is Weber's, from memory.
+    follow from the half-plane under linear bending and even shear stress (our derivation; Weber rounds to 5.2 and 1/2
+    at nu 0.3). The translation d = 1.4 depends on where the body is held and is Weber's, from memory.
 
     Parameters
     ----------

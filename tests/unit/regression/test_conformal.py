@@ -30,7 +30,7 @@ def test_measured_coverage_is_nominal_in_each_band_and_that_of_new_errors() -> N
     interval = interval_of(*cases(4000, 1))
     frame, new, _ = cases(4000, 2)
     ratio = frame["film_ratio_formula"].to_numpy()
-    width = interval.width({"film_ratio_formula": ratio})
+    width = interval.width(ratio)
     assert len(interval.bands) == 4
     for band, scale in zip(interval.bands, SCALES, strict=True):
         # 90 % of a normal error lie within 1.645 of its deviation

@@ -62,8 +62,11 @@ def test_line_load_on_a_wide_tooth_is_webers_bending() -> None:
     matrix = wide.influence(along, np.full(60, 0.8 * height))
     deflection = matrix.sum(axis=1) * length / 60  # unit force per length
     stiffest = strip_deflection(height, 0.8 * height, 6e-3, 2.5e-3, E / (1.0 - NU**2))
-    assert deflection[30] == pytest.approx(stiffest, rel=3e-3)
+    # the shear kink under a load below the tip is followed as 1/terms: 1.3 % at 8 terms, 0.4 % at 24
+    assert deflection[30] == pytest.approx(stiffest, rel=0.015)
     assert 0.93 * stiffest < deflection[0] < 0.97 * stiffest
+    at_tip = wide.influence(along, np.full(60, height)).sum(axis=1) * length / 60
+    assert at_tip[30] == pytest.approx(strip_deflection(height, height, 6e-3, 2.5e-3, E / (1.0 - NU**2)), rel=1e-3)
 
 
 def test_reciprocity_and_positive_energy() -> None:
@@ -201,8 +204,9 @@ def test_root_rotation_is_the_half_plane_under_bending_stress() -> None:
 
     displacement = -2.0 * (1.0 - NU**2) / (np.pi * E) * 12.0 * (integral(0.5) - integral(-0.5))
     rotation = np.sum(weight * 12.0 * x * displacement)
-    # a parabolic shear stress of unit resultant lifts the surface by -(1 + nu)(1 - 2 nu)/(2 E) sign(x - s)
-    resultant = 1.5 * x - 2.0 * x**3  # shear left minus right of x, halved
+    # an even shear stress of unit resultant, as Weber's printed 1/2 has it (a parabolic one gives 6/5 of that), lifts
+    # the surface by -(1 + nu)(1 - 2 nu)/(2 E) sign(x - s)
+    resultant = x  # shear left minus right of x, halved
     lift = (1.0 + NU) * (1.0 - 2.0 * NU) / (2.0 * E) * 2.0 * resultant
     mixed = np.sum(weight * 12.0 * x * lift)
     compliance = root_compliance(np.ones(1), E, NU)[0]

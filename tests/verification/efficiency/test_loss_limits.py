@@ -38,7 +38,7 @@ def pairs() -> dict[str, Mesh]:
 @pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fm_spiral_bevel_14x39"])
 def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, Mesh], name: str) -> None:
     """Sliding from both axes of rotation, and the trapezoidal rule for w' |v_s| over the length of the lines."""
-    mesh = pairs[name].mesh
+    mesh = pairs[name].grids
     loaded = load_grids(mesh, 200.0)
     result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
     assert mesh.axes is not None
@@ -68,7 +68,7 @@ def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, Mesh]
 
 
 def test_no_friction_no_loss_either_way(pairs: dict[str, Mesh]) -> None:
-    loaded = load_grids(pairs["fh_hypoid_9x34"].mesh, 200.0)
+    loaded = load_grids(pairs["fh_hypoid_9x34"].grids, 200.0)
     for driver in ("pinion", "gear"):
         result = mesh_efficiency(loaded, ConstantFriction(0.0), OIL, replace(OPERATION, driver=driver))
         assert (result.efficiency, result.power_loss) == (1.0, 0.0)
@@ -78,7 +78,7 @@ def test_no_friction_no_loss_either_way(pairs: dict[str, Mesh]) -> None:
 
 
 def test_power_in_is_power_out_and_loss(pairs: dict[str, Mesh]) -> None:
-    loaded = load_grids(pairs["fh_hypoid_9x34"].mesh, 200.0)
+    loaded = load_grids(pairs["fh_hypoid_9x34"].grids, 200.0)
     for driver, fixed in (("pinion", "power_input"), ("gear", "power_output")):
         result = mesh_efficiency(loaded, ConstantFriction(0.07), OIL, replace(OPERATION, driver=driver))
         assert getattr(result, fixed) == pytest.approx(200.0 * 100.0, rel=1e-14)
@@ -89,7 +89,7 @@ def test_power_in_is_power_out_and_loss(pairs: dict[str, Mesh]) -> None:
 def test_efficiency_falls_with_offset(pairs: dict[str, Mesh]) -> None:
     """Pairs without offset 98 to 99.5 % at mu = 0.05, hypoid pairs below, and their closed forms in the same order."""
     found = {
-        name: mesh_efficiency(load_grids(pairs[name].mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION).efficiency
+        name: mesh_efficiency(load_grids(pairs[name].grids, 200.0), ConstantFriction(0.05), OIL, OPERATION).efficiency
         for name in PAIRS
     }
     for name in ("fm_spiral_bevel_14x39", "fh_spiral_bevel_12x37"):
@@ -102,7 +102,7 @@ def test_efficiency_falls_with_offset(pairs: dict[str, Mesh]) -> None:
 
 def test_driving_gear_with_friction_in_the_equilibrium(pairs: dict[str, Mesh]) -> None:
     """Friction helps the flanks of one direction and hinders those of the other: forces, and losses, differ."""
-    mesh = pairs["fh_hypoid_9x34"].mesh
+    mesh = pairs["fh_hypoid_9x34"].grids
     model = ConstantFriction(0.08)
     losses = {}
     for driver in ("pinion", "gear"):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
 
+from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import FilmConductivity
 from ehl.heat.conduction import material_point_matrix
@@ -171,7 +173,9 @@ def flow_factor_of_slices(gaps: np.ndarray, length: float, typical: float) -> fl
     settings = Settings(max(n, 64), 20e-9, 0.1, math.inf, False, 8e9)
     run = Run(build_problem(contact(), OIL, RoughSurfaces(), (STEEL, STEEL), settings))
     n = min(n, run.problem.x.size)
-    fluid = Fluid(0, 0.0, 0.0, 0.0, 0.0, 0.0, False, 0.0, 1.0, 1.0, 2.0 / length**2, 1.0, 1e9, 373.15, 0.0)
+    constant = replace(OIL, viscosity_law="barus", pressure_viscosity=0.0, density_law="incompressible")
+    table = law_table(constant, 1e9, False)
+    fluid = Fluid(table, False, False, 0.0, 1.0, 1.0, 2.0 / length**2, 1.0, 1e9, 373.15)
     model = run.problem.model
     model = model._replace(
         fluid=fluid,
