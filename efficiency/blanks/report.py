@@ -1,136 +1,147 @@
-"""What the command line shows of a blank: tables of the pair, of both members, and the warnings."""
+"""Tables of a blank: the pair, both members, the virtual gears; defaults and warnings below."""
 
 from __future__ import annotations
 
-from math import degrees
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+from ehl.quantities import quantity
+from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
     from efficiency.blanks.result import PairBlank
 
-# field, symbol; the unit follows from the kind of the quantity
 _MEMBER = (
-    ("pitch_angle", "δ"),
-    ("face_angle", "δa"),
-    ("root_angle", "δf"),
-    ("addendum_angle", "θa"),
-    ("dedendum_angle", "θf"),
-    ("mean_spiral_angle", "βm"),
-    ("outer_spiral_angle", "βe"),
-    ("inner_spiral_angle", "βi"),
-    ("outer_cone_distance", "Re"),
-    ("mean_cone_distance", "Rm"),
-    ("inner_cone_distance", "Ri"),
-    ("face_width", "b"),
-    ("face_width_outside", "be"),
-    ("face_width_inside", "bi"),
-    ("outer_diameter", "de"),
-    ("mean_diameter", "dm"),
-    ("inner_diameter", "di"),
-    ("outer_tip_diameter", "dae"),
-    ("inner_tip_diameter", "dai"),
-    ("outer_root_diameter", "dfe"),
-    ("inner_root_diameter", "dfi"),
-    ("outer_addendum", "hae"),
-    ("mean_addendum", "ham"),
-    ("inner_addendum", "hai"),
-    ("outer_dedendum", "hfe"),
-    ("mean_dedendum", "hfm"),
-    ("inner_dedendum", "hfi"),
-    ("outer_whole_depth", "he"),
-    ("mean_whole_depth", "hm"),
-    ("inner_whole_depth", "hi"),
-    ("thickness_coefficient", "xsm"),
-    ("mean_normal_thickness", "smn"),
-    ("mean_transverse_thickness", "smt"),
-    ("mean_chordal_thickness", "smnc"),
-    ("mean_chordal_addendum", "hamc"),
-    ("crossing_to_mean_point", "tzm"),
-    ("pitch_apex_beyond_crossing", "tz"),
-    ("face_apex_beyond_crossing", "tzF"),
-    ("root_apex_beyond_crossing", "tzR"),
-    ("crossing_to_crown", "txo"),
-    ("crossing_to_front_crown", "txi"),
+    "pitch_angle",
+    "face_angle",
+    "root_angle",
+    "addendum_angle",
+    "dedendum_angle",
+    "mean_spiral_angle",
+    "outer_spiral_angle",
+    "inner_spiral_angle",
+    "outer_cone_distance",
+    "mean_cone_distance",
+    "inner_cone_distance",
+    "face_width",
+    "face_width_outside",
+    "face_width_inside",
+    "outer_diameter",
+    "mean_diameter",
+    "inner_diameter",
+    "outer_tip_diameter",
+    "inner_tip_diameter",
+    "outer_root_diameter",
+    "inner_root_diameter",
+    "outer_addendum",
+    "mean_addendum",
+    "inner_addendum",
+    "outer_dedendum",
+    "mean_dedendum",
+    "inner_dedendum",
+    "outer_whole_depth",
+    "mean_whole_depth",
+    "inner_whole_depth",
+    "thickness_coefficient",
+    "mean_normal_thickness",
+    "mean_transverse_thickness",
+    "mean_chordal_thickness",
+    "mean_chordal_addendum",
+    "crossing_to_mean_point",
+    "pitch_apex_beyond_crossing",
+    "face_apex_beyond_crossing",
+    "root_apex_beyond_crossing",
+    "crossing_to_crown",
+    "crossing_to_front_crown",
 )
 _PAIR = (
-    ("ratio", "u"),
-    ("shaft_angle", "Σ"),
-    ("hypoid_offset", "a"),
-    ("module_normal", "mmn"),
-    ("module_outer", "met2"),
-    ("offset_angle", "ζm"),
-    ("offset_angle_pitch_plane", "ζmp"),
-    ("offset_angle_root_plane", "ζR"),
-    ("offset_angle_face_plane", "ζo"),
-    ("offset_pitch_plane", "ap"),
-    ("limit_pressure_angle", "αlim"),
-    ("pressure_angle_drive", "αnD"),
-    ("pressure_angle_coast", "αnC"),
-    ("effective_pressure_angle_drive", "αeD"),
-    ("effective_pressure_angle_coast", "αeC"),
-    ("profile_shift", "xhm1"),
-    ("working_depth", "hmw"),
-    ("clearance", "c"),
-    ("whole_depth_pinion", "ht1"),
-    ("backlash_normal", "jmn"),
-    ("cutter_radius", "rc0"),
-    ("cutter_lead_angle", "ν"),
-    ("crown_to_cutter", "ρP0"),
-    ("epicycloid_base_radius", "ρb"),
+    "ratio",
+    "shaft_angle",
+    "hypoid_offset",
+    "module_normal",
+    "module_outer",
+    "offset_angle",
+    "offset_angle_pitch_plane",
+    "offset_angle_root_plane",
+    "offset_angle_face_plane",
+    "offset_pitch_plane",
+    "limit_pressure_angle",
+    "pressure_angle_drive",
+    "pressure_angle_coast",
+    "effective_pressure_angle_drive",
+    "effective_pressure_angle_coast",
+    "profile_shift",
+    "working_depth",
+    "clearance",
+    "whole_depth_pinion",
+    "backlash_normal",
+    "cutter_radius",
+    "cutter_lead_angle",
+    "crown_to_cutter",
+    "epicycloid_base_radius",
 )
-_CONTACT = (
-    ("contact_ratio_profile", "εvα"),
-    ("contact_ratio_overlap", "εvβ"),
-    ("contact_ratio_total", "εvγ"),
-    ("contact_ratio_overlap_full", "εvβ, whole face"),
-    ("relative_radius", "ρrel"),
+_VIRTUAL = (
+    "contact_ratio_profile",
+    "contact_ratio_overlap",
+    "contact_ratio_total",
+    "contact_ratio_overlap_full",
+    "relative_radius",
 )
-_NUMBERS = ("ratio", "profile_shift", "thickness_coefficient", "contact_ratio")
+_AT_PLACES = ("normal_thickness", "top_land", "slot_width")
+_DECIMALS = 12  # in SI; what is less is rounding error
 
 
-def _shown(name: str, value: float) -> tuple[str, str]:
-    if name.startswith(_NUMBERS):
-        return f"{value:.4f}", ""
-    if "angle" in name and "module" not in name:
-        return f"{degrees(value):.4f}", "deg"
-    return f"{value * 1e3:.3f}", "mm"
+def blank_tables(pair: PairBlank) -> list[Table]:
+    """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last."""
+    places = [(name, i, place) for name in _AT_PLACES for i, place in enumerate(("toe", "mean", "heel"))]
+    members = [
+        (
+            name,
+            *(round(getattr(member, field), _DECIMALS) for field in _MEMBER),
+            *(round(getattr(member, field)[i], _DECIMALS) for field, i, _ in places),
+        )
+        for name, member in (("pinion", pair.pinion), ("gear", pair.gear))
+    ]
+    virtual = [
+        (side, *(getattr(gears, field) for field in _VIRTUAL))
+        for side, gears in (("drive", pair.virtual_drive), ("coast", pair.virtual_coast))
+    ]
+    process, taper = pair.process.replace("_", " "), pair.taper.replace("_", " ")
+    title = f"{pair.name}: {pair.pinion.teeth}x{pair.gear.teeth}, Method {pair.method}, {process}"
+    at_places = [_column(name, place) for name, _, place in places]
+    notes = [f"default: {item}" for item in pair.defaults] + [f"warning: {item}" for item in pair.warnings]
+    return [
+        Table(
+            _columns(_PAIR),
+            [[round(getattr(pair, name), _DECIMALS) for name in _PAIR]],
+            title,
+            name="pair",
+            vertical=True,
+        ),
+        Table(
+            ["member", *_columns(_MEMBER), *at_places],
+            members,
+            f"members ({taper} depth taper; pinion {pair.pinion.hand} hand, gear {pair.gear.hand} hand)",
+            name="members",
+            vertical=True,
+        ),
+        Table(
+            ["side", *_columns(_VIRTUAL)],
+            virtual,
+            "virtual gears (ISO 10300-1, 85 % of the face)",
+            notes,
+            "virtual_gears",
+            vertical=True,
+        ),
+    ]
 
 
-def blank_tables(pair: PairBlank) -> None:
-    """Print the blank as tables, then defaults and warnings."""
-    from rich.console import Console
-    from rich.table import Table
+def _columns(names: Sequence[str]) -> list[Column]:
+    return [_column(name) for name in names]
 
-    console = Console()
-    process = pair.process.replace("_", " ")
-    table = Table(title=f"{pair.name}: {pair.pinion.teeth}x{pair.gear.teeth}, Method {pair.method}, {process}")
-    for title in ("pair", "symbol", "value", "unit"):
-        table.add_column(title, justify="right" if title == "value" else "left")
-    for name, symbol in _PAIR:
-        table.add_row(name, symbol, *_shown(name, getattr(pair, name)))
-    console.print(table)
 
-    table = Table(title=f"members ({pair.taper.replace('_', ' ')} depth taper)")
-    for title in ("member", "symbol", "pinion", "gear", "unit"):
-        table.add_column(title, justify="right" if title in ("pinion", "gear") else "left")
-    table.add_row("hand", "", pair.pinion.hand, pair.gear.hand, "")
-    for name, symbol in _MEMBER:
-        (first, unit), (second, _) = (_shown(name, getattr(member, name)) for member in (pair.pinion, pair.gear))
-        table.add_row(name, symbol, first, second, unit)
-    for name, symbol in (("normal_thickness", "sn"), ("top_land", "san"), ("slot_width", "W")):
-        for place, i in (("toe", 0), ("mean", 1), ("heel", 2)):
-            values = (f"{getattr(member, name)[i] * 1e3:.3f}" for member in (pair.pinion, pair.gear))
-            table.add_row(f"{name}, {place}", symbol, *values, "mm")
-    console.print(table)
-
-    table = Table(title="virtual gears (ISO 10300-1, 85 % of the face)")
-    for title in ("contact", "symbol", "drive", "coast", "unit"):
-        table.add_column(title, justify="right" if title in ("drive", "coast") else "left")
-    for name, symbol in _CONTACT:
-        (first, unit), (second, _) = (_shown(name, getattr(v, name)) for v in (pair.virtual_drive, pair.virtual_coast))
-        table.add_row(name, symbol, first, second, unit)
-    console.print(table)
-    for item in pair.defaults:
-        console.print(f"default  {item}", highlight=False)
-    for warning in pair.warnings:
-        console.print(f"[yellow]warning[/]  {warning}", highlight=False)
+def _column(name: str, place: str = "") -> Column:
+    entry = quantity(name)
+    label = f"{entry.label}, {place}" if place else entry.label
+    symbol = f" ({entry.symbol})" if entry.symbol else ""
+    return Column(f"{name}_{place}" if place else name, of=name, label=label + symbol, digits=6)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from math import tan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from efficiency.blanks.cones import Blank
 from efficiency.blanks.dimensions import UndercutLimit
 from efficiency.blanks.inputs import Hand, Process
 from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
+
+if TYPE_CHECKING:
+    from ehl.view.table import Table
 
 
 @dataclass(frozen=True)
@@ -173,7 +176,7 @@ class MemberBlank:
         return {**asdict(self.cones), "hand": self.hand}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PairBlank:
     """Blank of a pair: lengths in m, angles in rad.
 
@@ -283,12 +286,55 @@ class PairBlank:
     defaults: tuple[str, ...]
     warnings: tuple[BlankWarning, ...] = ()
 
-    def show(self) -> None:
-        """Print the blank as tables, then defaults and warnings."""
+    def __repr__(self) -> str:
+        return (
+            f"PairBlank({self.name!r}: {self.pinion.teeth}x{self.gear.teeth}, Method {self.method}, {self.process}, "
+            f"hypoid_offset={self.hypoid_offset:.4g} m, module_normal={self.module_normal:.4g} m, "
+            f"{len(self.warnings)} warnings)"
+        )
+
+    def _repr_html_(self) -> str:
+        return "\n".join(table.html() for table in self.tables())
+
+    def tables(self) -> list[Table]:
+        """Dimensions of the pair, of both members and of the virtual gears.
+
+        Returns
+        -------
+        list of Table
+            Defaults and warnings are notes of the last.
+
+        Examples
+        --------
+        >>> [table.name for table in blank("iso23509_f2").tables()]
+        ['pair', 'members', 'virtual_gears']
+        """
         from efficiency.blanks.report import blank_tables
 
-        blank_tables(self)
+        return blank_tables(self)
+
+    def show(self) -> None:
+        """Print the blank as tables, then defaults and warnings.
+
+        Examples
+        --------
+        >>> blank("iso23509_f2").show()  # doctest: +ELLIPSIS
+        iso23509_f2...
+        """
+        for table in self.tables():
+            table.print()
 
     def to_dict(self) -> dict[str, Any]:
-        """All values as plain numbers, lists and tables."""
+        """All values as plain numbers, lists and tables.
+
+        Returns
+        -------
+        dict
+            SI units, names of docs/nomenclature.md.
+
+        Examples
+        --------
+        >>> f"{blank('iso23509_f2').to_dict()['module_normal']:.4g} m"
+        '0.003213 m'
+        """
         return asdict(self)

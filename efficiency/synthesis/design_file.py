@@ -44,18 +44,6 @@ def _written(name: str, value: Value) -> str:
     return repr(float(f"{number:.10g}"))
 
 
-def formatted(name: str, value: Value) -> str:
-    """A value for reading: millimetres, degrees, six digits."""
-    if isinstance(value, str | int):
-        return str(value)
-    unit = _unit(name)
-    if unit == "m":
-        return f"{value * 1e3:.4f} mm"
-    if unit == "rad":
-        return f"{np.degrees(value):.4f} deg"
-    return f"{value:.6g}"
-
-
 def _short(value: float, digits: int) -> str:
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text

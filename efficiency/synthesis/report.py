@@ -1,88 +1,90 @@
-"""What the command line shows of machine settings: settings of all four flanks, residual map, undercut, warnings."""
+"""Tables of machine settings: settings of all four flanks, residuals, residual maps; warnings below."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
+from ehl.quantities import quantity
+from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from efficiency.synthesis.result import FlankFit, SettingsResult
 
-
-def settings_tables(result: SettingsResult) -> None:
-    """Print the tables of a result."""
-    from rich.console import Console
-
-    console = Console()
-    console.print(_settings(result))
-    console.print(_residuals(result))
-    for flank in result.flanks:
-        if flank.fitted.largest > 1e-9:
-            console.print(_map(flank))
-    for warning in result.warnings:
-        console.print(f"warning: {warning}")
-    console.print(f"{result.iterations} iterations, {result.seconds:.2f} s, {result.status}")
+MAP_FROM = 1e-9  # a residual map is shown where the largest residual exceeds this [m]
 
 
-def _table(title: str, *columns: str) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, collapse_padding=True, pad_edge=False)
-    for k, column in enumerate(columns):
-        table.add_column(column, justify="left" if k == 0 else "right", no_wrap=k == 0)
-    return table
+def settings_tables(result: SettingsResult) -> list[Table]:
+    """Settings, fit, and the residual map of a flank that does not meet its target; warnings below the fit."""
+    maps = [_map(flank) for flank in result.flanks if flank.fitted.largest > MAP_FROM]
+    return [_settings(result), _fit(result), *maps]
 
 
 def _settings(result: SettingsResult) -> Table:
     """The numbers of the design file, a column per flank."""
-    from efficiency.synthesis.design_file import formatted
-
     columns = {}
     for member in ("pinion", "gear"):
         for side in ("concave", "convex"):
             given = getattr(getattr(result.design, member), side).model_dump()
             columns[f"{member} {side}"] = {name: value for table in given.values() for name, value in table.items()}
     names = dict.fromkeys(name for values in columns.values() for name in values)
-    table = _table(result.design.name, "setting", *columns)
-    for name in names:
-        values = [values.get(name) for values in columns.values()]
-        if any(value not in (None, 0.0) for value in values):
-            table.add_row(name, *("" if value is None else formatted(name, value) for value in values))
-    return table
+    used = [name for name in names if any(values.get(name) not in (None, 0.0) for values in columns.values())]
+    return Table(
+        ["flank", *(Column(name, label=name.replace("_", " "), digits=6) for name in used)],
+        [(flank, *(values.get(name) for name in used)) for flank, values in columns.items()],
+        result.design.name,
+        name="settings",
+        vertical=True,
+    )
 
 
-def _residuals(result: SettingsResult) -> Table:
-    table = _table("fit", "pinion flank", "rms um", "max um", "undercut", "root toe/middle/heel mm", "TE arcsec")
+def _fit(result: SettingsResult) -> Table:
+    places = ("toe", "middle", "heel")
+    rows = []
     for flank in result.flanks:
-        fitted, amplitude = flank.fitted, flank.transmission_error
-        table.add_row(
-            flank.side,
-            f"{fitted.rms * 1e6:.2f}",
-            f"{fitted.largest * 1e6:.2f}",
-            f"{len(flank.undercut)} of {fitted.found.size}",
-            " / ".join(f"{error * 1e3:+.3f}" for error in fitted.root_error) or "not found",
-            "" if amplitude is None else f"{np.degrees(amplitude) * 3600:.2f}",
+        fitted = flank.fitted
+        root = list(fitted.root_error) or [None] * len(places)
+        missing = len(flank.undercut)
+        rows.append(
+            (flank.side, fitted.rms, fitted.largest, missing, fitted.found.size, *root, flank.transmission_error)
         )
-    return table
+    return Table(
+        [
+            "pinion flank",
+            "residual_rms",
+            "residual_max",
+            Column("undercut_points", label="undercut points"),
+            Column("points", label="points of the grid"),
+            *(Column(f"root_error_{place}", of="root_error", label=f"root error, {place}") for place in places),
+            "transmission_error",
+        ],
+        rows,
+        "fit",
+        [
+            *(f"warning: {warning}" for warning in result.warnings),
+            f"{result.status}, {result.iterations} iterations, {result.seconds:.2f} s",
+        ],
+        vertical=True,
+    )
 
 
 def _map(flank: FlankFit) -> Table:
-    """Residual over the gear flank, tip on top; undercut points are marked x."""
+    """Residual over the gear flank, tip on top, root to tip down the rows and toe to heel along them."""
     along, deep = flank.grid.shape
     shape = (deep, along)
     residual, found = flank.fitted.residual.reshape(shape), flank.fitted.found.reshape(shape)
     u, depth = flank.grid.u.reshape(shape)[0], 0.5 * (flank.grid.y.reshape(shape)[:, 0] + 1.0)
     picked = range(0, along, 2)
-    table = _table(
-        f"residual of the {flank.side} pinion flank, um (gear: toe to heel in mm, root to tip)",
-        "depth",
-        *(f"{u[k] * 1e3:.1f}" for k in picked),
+    at = [quantity("gear_u").text(float(u[k]), 3) for k in picked]
+    unit = quantity("residual_max").display
+    return Table(
+        [
+            Column("depth", of="pattern_depth", label="depth", digits=2),
+            *(Column(f"at {text}", of="residual_max", label=text, digits=3) for text in at),
+        ],
+        [
+            (depth[row], *(residual[row, k] if found[row, k] else "undercut" for k in picked))
+            for row in reversed(range(deep))
+        ],
+        f"residual of the {flank.side} pinion flank, {unit}, over the gear: from toe to heel, and from root 0 to tip 1",
+        name=f"residual {flank.side}",
     )
-    for row in reversed(range(deep)):
-        cells = (f"{residual[row, k] * 1e6:.1f}" if found[row, k] else "x" for k in picked)
-        table.add_row(f"{depth[row]:.2f}", *cells)
-    return table

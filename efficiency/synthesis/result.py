@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from efficiency.design.design import Design
 from efficiency.synthesis.conjugate import FitGrid
 from efficiency.synthesis.fit import FittedFlank
 from ehl.io.numbers import finite_or_none
+
+if TYPE_CHECKING:
+    from ehl.view.table import Table
 
 FloatArray = NDArray[np.float64]
 
@@ -76,7 +79,7 @@ class FlankFit:
         return np.stack([self.grid.u, self.grid.h, residual], axis=1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SettingsResult:
     """Machine settings from targets.
 
@@ -117,14 +120,39 @@ class SettingsResult:
         """Larger of both residuals, root mean square [m]."""
         return max(flank.fitted.rms for flank in self.flanks)
 
-    def show(self) -> None:
-        """Print settings, residuals and warnings."""
+    def __repr__(self) -> str:
+        return (
+            f"SettingsResult({self.design.name!r}: {self.status}, residual RMS {self.rms:.3g} m, "
+            f"{len(self.warnings)} warnings)"
+        )
+
+    def _repr_html_(self) -> str:
+        return "\n".join(table.html() for table in self.tables())
+
+    def tables(self) -> list[Table]:
+        """Settings of the four flanks, residuals of the fit, and maps of what is left.
+
+        Returns
+        -------
+        list of Table
+        """
         from efficiency.synthesis.report import settings_tables
 
-        settings_tables(self)
+        return settings_tables(self)
+
+    def show(self) -> None:
+        """Print settings, residuals and warnings."""
+        for table in self.tables():
+            table.print()
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, SI; points that do not exist are null."""
+        """Plain numbers in SI units.
+
+        Returns
+        -------
+        dict
+            Points that do not exist are null.
+        """
         out: dict[str, Any] = {
             "name": self.design.name,
             "status": self.status,

@@ -276,12 +276,11 @@ class Table:
 
     def _left(self, rows: Sequence[Sequence[str]]) -> list[bool]:
         """Which columns a reader sees hold words and stand left."""
-        width = len(self._texts_width)
-        return [
-            (self.vertical and i in (0, width - 1))
-            or any(not _LIKE_NUMBER.fullmatch(row[i]) for row in rows)
-            for i in range(width)
-        ]  # fmt: skip
+        like = [[bool(_LIKE_NUMBER.fullmatch(row[i])) for row in rows] for i in self._texts_width]
+        if not self.vertical:
+            return [not all(cells) for cells in like]
+        # words among the values of a vertical table stand right as the numbers do
+        return [True, *(not any(cells) for cells in like[1:-1]), True]
 
     @property
     def _texts_width(self) -> range:

@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
+from ehl.quantities import quantity, si_unit, to_display
 from ehl.state import ContactState
 from ehl.view.table import Table
-from regression.friction.conditions import UNITS, conditions_of
+from regression.friction.conditions import conditions_of
 from regression.plan.plan import Plan
 
 if TYPE_CHECKING:
@@ -27,18 +28,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# how each variable of the plan is drawn and written: scale, unit in the file, factor from SI, shift of the zero
-_PLAN_UNITS: dict[str, tuple[str, str, float, float]] = {
-    "pressure_hertz": ("linear", "GPa", 1e-9, 0.0),
-    "radius_equivalent": ("log", "mm", 1e3, 0.0),
-    "speed_entrainment": ("log", "m/s", 1.0, 0.0),
-    "slide_to_roll": ("log", "", 1.0, 0.0),
-    "lengthwise_to_roll": ("linear", "", 1.0, 0.0),
-    "temperature_oil": ("linear", "degC", 1.0, -273.15),
-    "roughness_rms": ("log", "um", 1e6, 0.0),
-    "correlation_length": ("log", "um", 1e6, 0.0),
+# how each variable of the plan is drawn
+_SCALES = {
+    "pressure_hertz": "linear",
+    "radius_equivalent": "log",
+    "speed_entrainment": "log",
+    "slide_to_roll": "log",
+    "lengthwise_to_roll": "linear",
+    "temperature_oil": "linear",
+    "roughness_rms": "log",
+    "correlation_length": "log",
 }
-_SI_UNITS = {**UNITS, "pressure_velocity": "W/m^2"}
 _COLUMNS = ("minimum", "low", "median", "high", "maximum")
 # ends closer than this are one value
 _ONE_VALUE = 1.02
@@ -121,15 +121,13 @@ class OperatingRange:
         import pandas as pd
 
         rows = {
-            name: {"unit": _SI_UNITS.get(name, ""), **{key: getattr(x, key) for key in _COLUMNS}}
+            name: {"unit": si_unit(name), **{key: getattr(x, key) for key in _COLUMNS}}
             for name, x in self.variables.items()
         }
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("variable")
 
     def __repr__(self) -> str:
-        ranges = (
-            f"  {name}: {x.low:.4g} to {x.high:.4g} {_SI_UNITS.get(name, '')}" for name, x in self.variables.items()
-        )
+        ranges = (f"  {name}: {x.low:.4g} to {x.high:.4g} {si_unit(name)}" for name, x in self.variables.items())
         return "\n".join((f"OperatingRange, {100.0 * self.coverage:g} % of the weight (SI)", *map(str.rstrip, ranges)))
 
     def _repr_html_(self) -> str:
@@ -184,9 +182,9 @@ class OperatingRange:
         ranges = self.variables
         lines = [f"name = {_quoted(name)}", f"description = {_quoted(description)}", ""]
         lines += ["[sampling]", f"size = {size}", "seed = 1", "", "[variables]"]
-        for variable, (scale, unit, factor, shift) in _PLAN_UNITS.items():
+        for variable, scale in _SCALES.items():
             if variable in ranges:
-                lines.append(f"{variable} = {_axis(variable, ranges[variable], scale, unit, factor, shift, margin)}")
+                lines.append(f"{variable} = {_axis(variable, ranges[variable], scale, margin)}")
         if "film_ratio" in ranges:
             low, high = _widened(ranges["film_ratio"].low, ranges["film_ratio"].high, "log", margin)
             lines += ["", "[constraints]", f"film_ratio = {{ low = {_down(low)!r}, high = {_up(high)!r} }}"]
@@ -278,7 +276,7 @@ def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) ->
         raise InputError("points", "none", "contact points of at least one design")
     if not 0.5 <= coverage <= 1.0:
         raise InputError("coverage", coverage, "0.5 to 1")
-    columns: dict[str, list[Array]] = {name: [] for name in (*_PLAN_UNITS, "film_ratio", "pressure_velocity")}
+    columns: dict[str, list[Array]] = {name: [] for name in (*_SCALES, "film_ratio", "pressure_velocity")}
     for part in points:
         table = conditions_of(part.state, part.oil)
         quantities = {
@@ -301,19 +299,20 @@ def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) ->
     return OperatingRange(ranges, coverage)
 
 
-def _axis(name: str, variable: VariableRange, scale: str, unit: str, factor: float, shift: float, margin: float) -> str:
+def _axis(name: str, variable: VariableRange, scale: str, margin: float) -> str:
+    unit = quantity(name).display
     low, high = variable.low, variable.high
     if name == "slide_to_roll":
         low, high = max(low, MIN_SLIDING), max(high, 2.0 * MIN_SLIDING)
     if name == "lengthwise_to_roll" and high < MIN_SLIDING:
         return "0.0"
     if high <= _ONE_VALUE * low:
-        return _value(_rounded(factor * (variable.median + shift), math.floor), unit)
+        return _value(_rounded(to_display(name, variable.median), math.floor), unit)
     low, high = _widened(low, high, scale, margin)
     if name == "lengthwise_to_roll":
         low = max(low, 0.0)
     # rounded outwards in the unit of the file
-    low, high = _down(factor * (low + shift)), _up(factor * (high + shift))
+    low, high = _down(to_display(name, low)), _up(to_display(name, high))
     ends = f"low = {_value(low, unit)}, high = {_value(high, unit)}"
     return f"{{ {ends}, scale = {_quoted(scale)} }}" if scale == "log" else f"{{ {ends} }}"
 

@@ -222,7 +222,7 @@ def test_outer_diameter_of_method_2() -> None:
 def test_command_prints_tables_and_warnings(mixed_ehl: Cli) -> None:
     outcome = mixed_ehl("blank", "iso23509_f4")
     assert outcome.code == 0
-    assert re.search(r"pitch_angle .* 24\.7631 .* 63\.2125", outcome.out)
+    assert re.search(r"pitch angle .* 24\.7631 .* 63\.2125", outcome.out)
     assert "undercut" in outcome.out
     outcome = mixed_ehl("blank", "iso23509_f2", "--json")
     result = json.loads(outcome.out)
