@@ -540,7 +540,9 @@ def friction_model(spec: str) -> ConstantFriction | PublishedFriction | Formula:
         try:
             return ConstantFriction(ValueRange("", ge=0.0, le=1.0).check(value, "friction model"))
         except InputError as error:
-            raise InputError("friction model", spec, f"constant:VALUE, {error.allowed}", error.hint) from None
+            raise InputError(
+                "friction model", spec, f"constant:VALUE as in constant:0.05, {error.allowed}", error.hint
+            ) from None
     if kind == "strict" and colon:
         return replace(Formula.load(value, refuse=True), name=spec)
     if spec in PUBLISHED:

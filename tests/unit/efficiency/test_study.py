@@ -226,8 +226,8 @@ def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPa
     assert [point["torque"] for point in content["points"]] == [100.0, 200.0]
     for arguments, words in (
         (["study", "no_such_pair"], "no_such_pair"),
-        (["study", "--torque", "100"], "torque"),
-        (["study", "--roughness", "1 mm"], "roughness_rms"),
+        (["study", "--torque", "100"], "--torque"),
+        (["study", "--roughness", "1 mm"], "--roughness"),
         (["study", "--side", "left"], "--side"),
         (["study", "fh_hypoid_9x34", "fh_hypoid_9x34"], "each once"),
     ):

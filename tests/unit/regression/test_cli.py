@@ -36,7 +36,7 @@ def point(**changes: str) -> list[str]:
     return [part for item in options.items() for part in item]
 
 
-def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run, formula = tmp_path / "run", tmp_path / "formula.json"
     for number in (1, 2):
         shard = ("--shard", f"{number}/2", "--with", "xu_kahraman_2007", "--jobs", "1")
@@ -60,11 +60,12 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path) -> 
     assert mixed_ehl("sweep", "merge", run, "-o", tmp_path / "all.csv").code == 0
     assert len((tmp_path / "all.csv").read_text().splitlines()) == 34
 
+    monkeypatch.setenv("COLUMNS", "80")
     fitted = mixed_ehl("fit", run, "-o", formula, "--plot", tmp_path / "parity.png")
     assert fitted.code == 0
     # its tables stand in 80 columns with nothing cut off
     assert "…" not in fitted.out
-    tables = fitted.out[fitted.out.index("errors of held-out cases by region") : fitted.out.index("worst case")]
+    tables = fitted.out[fitted.out.index("errors of held-out cases by region") : fitted.out.index("Noise floor")]
     assert max(map(len, tables.splitlines())) <= 80
     assert "Hertz pressure 0.7 to 1 GPa" in tables
     assert (tmp_path / "parity.png").read_bytes().startswith(b"\x89PNG")

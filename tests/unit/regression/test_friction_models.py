@@ -132,7 +132,7 @@ def test_conditions_use_each_points_own_temperature() -> None:
     ("spec", "words"),
     [
         ("constant", ["constant", "constant:0.05"]),
-        ("constant:x", ["'x'"]),
+        ("constant:x", ["'constant:x'"]),
         ("constant:-0.1", ["-0.1", "at least 0"]),
         ("constant:nan", ["finite"]),
         ("xu_2007", ["xu_2007", "xu_kahraman_2007", ".json"]),
