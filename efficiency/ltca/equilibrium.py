@@ -137,13 +137,13 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
     typical = torque / float(lever.sum())
     force = np.full(gap.size, typical)
     floor = _FLOOR * typical
-    active: BoolArray = np.ones(gap.size, bool)
     exchanges = fallbacks = 0
     residual, angle, stiffness = np.inf, 0.0, 0.0
     reason: Reason = "newton_limit"
     iterations = 0
-    point = np.maximum(force, floor)
+    point = force
     deflection, slope = yield point
+    active = _touching(compliance @ force + deflection, typical, gap, lever, torque)
     for _ in range(NEWTON_LIMIT):
         iterations += 1
         matrix = compliance.copy()
@@ -178,6 +178,16 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
     )
 
 
+def _touching(deflection: FloatArray, force: float, gap: FloatArray, lever: FloatArray, torque: float) -> BoolArray:
+    """Points that separate springs would load, which give way by `deflection` under `force`: the first active set."""
+    touch, stiffness = gap / lever, force * lever / deflection
+    order = np.argsort(touch)
+    # torque at the angle at which each further spring touches
+    rate = np.cumsum((stiffness * lever)[order])
+    carried = touch[order] * rate - np.cumsum((stiffness * gap)[order])
+    return np.asarray(touch <= touch[order[np.searchsorted(carried, torque) - 1]])
+
+
 def _violation(
     compliance: FloatArray,
     deflection: FloatArray,
@@ -199,15 +209,18 @@ def _linear(
     matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
 ) -> tuple[FloatArray, float, float]:
     """Forces on the active points (zero elsewhere), the angle and dT/d(angle), all of them in contact."""
-    at = np.flatnonzero(active)
-    sides = np.stack([lever[at], offset[at]], axis=1)
-    _, inverse, fault = dposv(matrix[at[:, None], at], sides)
+    at = active.nonzero()[0]
+    sides = np.empty((at.size, 2), order="F")
+    sides[:, 0], sides[:, 1] = lever[at], offset[at]
+    # symmetric: in the order of columns, which LAPACK takes without a copy
+    own = matrix.take(at, 0).take(at, 1).T
+    _, inverse, fault = dposv(own, sides, overwrite_a=True)
     if fault:
         # a compliance that rounding has left indefinite
         inverse = np.linalg.lstsq(matrix[at[:, None], at], sides, rcond=None)[0]
     stiffness = float(lever[at] @ inverse[:, 0])
     angle = (torque + float(lever[at] @ inverse[:, 1])) / stiffness
-    force = np.zeros_like(offset)
+    force = np.zeros(offset.size)
     force[at] = angle * inverse[:, 0] - inverse[:, 1]
     return force, angle, stiffness
 

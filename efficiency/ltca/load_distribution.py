@@ -311,8 +311,12 @@ def distribute_load(
         ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque))
         for e, torque in zip(elastic, torques, strict=True)
     ]
-    solutions = solve_equilibria(problems, LocalApproach.joined([e.approach for e in elastic]))
-    loads = tuple(_solved(e, solution) for e, solution in zip(elastic, solutions, strict=True))
+    law = LocalApproach.joined([e.approach for e in elastic])
+    solutions = solve_equilibria(problems, law)
+    contact = _contact(law, np.concatenate([solution.force for solution in solutions]))
+    ends = np.cumsum([e.position.pair.size for e in elastic])[:-1]
+    parts = zip(*(np.split(values, ends) for values in contact), strict=True)
+    loads = tuple(_solved(*of) for of in zip(elastic, solutions, parts, strict=True))
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
     return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())
@@ -329,38 +333,35 @@ def require_torque(torque_pinion: float) -> None:
         )
 
 
-def _solved(elastic: ElasticPosition, solution: Equilibrium) -> PositionLoad:
+_Contact = tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]
+
+
+def _contact(law: LocalApproach, force: FloatArray) -> _Contact:
+    """Load per length, Hertz pressure, pressure and half-width with the edges, and which points reach an edge."""
+    flanks, load = law.flanks, force / law.length
+    hertz = np.sqrt(load * flanks.effective_modulus / (2.0 * np.pi * flanks.radius_equivalent))
+    pressure, half_width = hertz.copy(), law.half_width(load)
+    at, section = law.sections(load)
+    at_edge = np.zeros(load.size, bool)
+    at_edge[at] = True
+    pressure[at] *= section.pressure_max
+    half_width[at] *= section.half_length
+    return load, hertz, pressure, half_width, at_edge
+
+
+def _solved(elastic: ElasticPosition, solution: Equilibrium, contact: _Contact) -> PositionLoad:
     position = elastic.position
     ratio = float(np.mean(position.lever_pinion / position.lever_gear))
     error = position.transmission_error - solution.angle * ratio
-    return loaded_position(elastic, solution.force, solution.angle, error, solution)
+    return PositionLoad(position, solution.force, *contact, solution.angle, error, solution)
 
 
 def loaded_position(
     elastic: ElasticPosition, force: FloatArray, approach: float, transmission_error: float, equilibrium: Equilibrium
 ) -> PositionLoad:
     """Load per length, pressure and width of the contact from the normal forces at the points of a position."""
-    position = elastic.position
-    load = force / position.length
-    hertz = np.sqrt(load * elastic.local.effective_modulus / (2.0 * np.pi * position.radius_equivalent))
-    pressure, half_width = hertz.copy(), elastic.approach.half_width(load)
-    at, section = elastic.approach.sections(load)
-    at_edge = np.zeros(load.size, bool)
-    at_edge[at] = True
-    pressure[at] *= section.pressure_max
-    half_width[at] *= section.half_length
-    return PositionLoad(
-        position=position,
-        force=force,
-        load_per_length=load,
-        pressure_hertz=hertz,
-        pressure_max=pressure,
-        half_width=half_width,
-        at_edge=at_edge,
-        approach=approach,
-        transmission_error=transmission_error,
-        equilibrium=equilibrium,
-    )
+    contact = _contact(elastic.approach, force)
+    return PositionLoad(elastic.position, force, *contact, approach, transmission_error, equilibrium)
 
 
 # the radius of an edge is seldom known better than by this factor
