@@ -306,6 +306,6 @@ def _spacing(surface: MeshSurface, u: FloatArray, v: FloatArray, tooth: IntArray
 def _load(position: MeshPosition, teeth: TeethElasticity, force: FloatArray, off: float) -> PositionLoad:
     size = position.pair.size
     rounding = np.ones(size) if position.edge is None else teeth.rounding(position.edge)
-    elastic = ElasticPosition(position, np.zeros((size, size)), teeth.local(position), np.zeros(size), rounding)
+    elastic = ElasticPosition(position, np.zeros((size, size)), teeth.local([position])[0], np.zeros(size), rounding)
     given = Equilibrium(force, math.nan, math.nan, math.nan, abs(off), 0, 0, 0, "converged", "")
     return loaded_position(elastic, force, math.nan, math.nan, given)

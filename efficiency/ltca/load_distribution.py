@@ -24,6 +24,7 @@ from ehl.material import Material, effective_modulus
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+_PLACE = ("face", "height")
 
 
 @dataclass(frozen=True)
@@ -55,25 +56,33 @@ class TeethElasticity:
         """E' [Pa]."""
         return effective_modulus(self.material_pinion, self.material_gear)
 
-    def bending(self, position: MeshPosition) -> FloatArray:
-        """Deflection of both teeth along the normal at each point per unit force at each point [m/N], (n, n).
+    def bending(self, cycle: Sequence[MeshPosition]) -> list[FloatArray]:
+        """Deflection of both teeth along the normal at each point per unit force at each point [m/N], (n, n) each.
 
         Points of different tooth pairs feel each other through the body between the teeth, if `neighbours` is set.
         """
-        pair = position.pair
         # the loaded flank of the driving pinion looks to the teeth further along in mesh, that of the gear back
-        matrix = self.pinion.influence(position.face_pinion, position.height_pinion, pair)
-        matrix = matrix + self.gear.influence(position.face_gear, position.height_gear, -pair)
-        return matrix if self.neighbours else np.where(pair[:, None] == pair, matrix, 0.0)
+        of_pinion = self.pinion.influences([(p.face_pinion, p.height_pinion, p.pair) for p in cycle])
+        of_gear = self.gear.influences([(p.face_gear, p.height_gear, -p.pair) for p in cycle])
+        both = [pinion + gear for pinion, gear in zip(of_pinion, of_gear, strict=True)]
+        if self.neighbours:
+            return both
+        return [np.where(p.pair[:, None] == p.pair, own, 0.0) for p, own in zip(cycle, both, strict=True)]
 
-    def local(self, position: MeshPosition) -> LocalCompliance:
+    def local(self, cycle: Sequence[MeshPosition]) -> list[LocalCompliance]:
         """Local compliance of both teeth at each point."""
-        depths = (
-            self.pinion.depth(position.face_pinion, position.height_pinion),
-            self.gear.depth(position.face_gear, position.height_gear),
+        ends = np.cumsum([p.pair.size for p in cycle])[:-1]
+        of_pinion, of_gear = (
+            np.split(
+                tooth.depth(*(np.concatenate([getattr(p, f"{name}_{member}") for p in cycle]) for name in _PLACE)), ends
+            )
+            for tooth, member in ((self.pinion, "pinion"), (self.gear, "gear"))
         )
-        materials = (self.material_pinion, self.material_gear)
-        return LocalCompliance(position.radius_equivalent, depths, materials, self.effective_modulus)
+        materials, modulus = (self.material_pinion, self.material_gear), self.effective_modulus
+        return [
+            LocalCompliance(p.radius_equivalent, depths, materials, modulus)
+            for p, depths in zip(cycle, zip(of_pinion, of_gear, strict=True), strict=True)
+        ]
 
     def rounding(self, edge: EdgeProximity) -> FloatArray:
         """Radius of the edge next to each point, in the section in which its contact is plane [m]."""
@@ -134,14 +143,7 @@ class ElasticPosition:
     @classmethod
     def of(cls, position: MeshPosition, teeth: TeethElasticity) -> ElasticPosition:
         """Compliance of the teeth at the points of a position."""
-        edge, size, local = position.edge, position.pair.size, teeth.local(position)
-        return cls(
-            position,
-            teeth.bending(position),
-            local,
-            np.zeros(size) if edge is None else teeth.free_edge(edge, local.depths),
-            np.ones(size) if edge is None else teeth.rounding(edge),
-        )
+        return elastic_cycle([position], teeth)[0]
 
     @cached_property
     def approach(self) -> LocalApproach:
@@ -272,7 +274,13 @@ class LoadDistribution:
 
 def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:
     """What the load distribution needs of a mesh cycle at any torque; computed once, it serves all of them."""
-    return tuple(ElasticPosition.of(position, teeth) for position in cycle)
+    found = []
+    for position, bending, local in zip(cycle, teeth.bending(cycle), teeth.local(cycle), strict=True):
+        edge, size = position.edge, position.pair.size
+        free_edge = np.zeros(size) if edge is None else teeth.free_edge(edge, local.depths)
+        rounding = np.ones(size) if edge is None else teeth.rounding(edge)
+        found.append(ElasticPosition(position, bending, local, free_edge, rounding))
+    return tuple(found)
 
 
 def distribute_load(

@@ -14,6 +14,8 @@ from ehl.line_contact import hertz_half_width
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
+Points = tuple[FloatArray, FloatArray, NDArray[np.int64]]
+"""Face, height [m] and number of the tooth of each contact point."""
 
 
 class Tooth(Protocol):
@@ -34,6 +36,9 @@ class Tooth(Protocol):
 
         Points may lie on several teeth, by their number: it rises to the side that the loaded flanks look to.
         """
+
+    def influences(self, sets: Sequence[Points]) -> list[FloatArray]:
+        """`influence` of several sets of points that do not know of each other."""
 
     def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Distance along the contact normal from the flank to the middle of the tooth [m], (n,)."""

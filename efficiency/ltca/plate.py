@@ -9,6 +9,7 @@ neighbours, the rim and how it is held, lengthwise curvature of the tooth, root 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from efficiency.contact.tooth_grid import ToothShape
+from efficiency.ltca.local_compliance import Points
 from ehl.io.errors import InputError
 from ehl.material import Material
 
@@ -265,6 +267,10 @@ class PlateTooth:
         number = np.broadcast_to(tooth, along.shape)
         own = self.plate.influence(along, np.maximum(lowered, 0.0))
         return float(np.cos(self.pressure_angle)) ** 2 * np.where(number[:, None] == number, own, 0.0)
+
+    def influences(self, sets: Sequence[Points]) -> list[FloatArray]:
+        """`influence` of several sets of points that do not know of each other."""
+        return [self.influence(*points) for points in sets]
 
     def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Distance along the contact normal from the flank to the middle plane [m], (n,)."""

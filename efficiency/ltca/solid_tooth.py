@@ -7,12 +7,14 @@ once per member at the nodes of a grid on the flank; in between by polynomials.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from efficiency.contact.tooth_grid import ToothGrid
+from efficiency.ltca.local_compliance import Points
 from efficiency.ltca.ring import ring_response
 from efficiency.ltca.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
 from efficiency.ltca.shape_functions import FloatArray, lagrange_values, lobatto_nodes
@@ -77,18 +79,31 @@ class SolidTooth:
         tooth : (n,) array_like
             Number of the tooth each lies on, rising to the side that the loaded flanks look to.
         """
-        shape = self._interpolation(face, height)
-        number = np.broadcast_to(tooth, shape.shape[:1])
-        matrix = np.zeros((number.size, number.size))
-        points = {int(n): np.flatnonzero(number == n) for n in np.unique(number)}
-        for n, at in points.items():
-            matrix[np.ix_(at, at)] = shape[at] @ self.own @ shape[at].T
-            for distance, response in enumerate(self.ahead, 1):
-                there = points.get(n + distance)
-                if there is not None:
-                    block = shape[there] @ response @ shape[at].T
-                    matrix[np.ix_(there, at)], matrix[np.ix_(at, there)] = block, block.T
-        return matrix
+        return self.influences([(np.asarray(face, float), np.asarray(height, float), np.asarray(tooth))])[0]
+
+    def influences(self, sets: Sequence[Points]) -> list[FloatArray]:
+        """`influence` of several sets of points that do not know of each other."""
+        shapes = self._interpolation(*(np.concatenate([points[k] for points in sets]) for k in (0, 1)))
+        # the same product for all points at once: the matrices of the nodes are large, those of a set small
+        read = [shapes @ response for response in (self.own, *self.ahead)]
+        matrices, start = [], 0
+        for face, _, tooth in sets:
+            here = slice(start, start + face.size)
+            start += face.size
+            shape, number = shapes[here].T, np.broadcast_to(tooth, face.shape)
+            matrix = np.zeros((face.size, face.size))
+            teeth = {int(n): np.flatnonzero(number == n) for n in np.unique(number)}
+            for n, at in teeth.items():
+                for distance, response in enumerate(read):
+                    there = teeth.get(n + distance)
+                    if there is None:
+                        continue
+                    block = response[here][there] @ shape[:, at]
+                    matrix[there[:, None], at] = block
+                    if distance:
+                        matrix[at[:, None], there] = block.T
+            matrices.append(matrix)
+        return matrices
 
     def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
         """Distance along the contact normal from the flank to the middle surface [m], (n,)."""
