@@ -244,13 +244,9 @@ def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, 
 
 def _edge_loss(load: LoadDistribution, points: LoadedPoints, mu: FloatArray) -> float:
     """Share of the loss where the contact reaches an edge; nan where friction is not known everywhere."""
-    at_edge = np.zeros(points.force.size, bool)
-    for number, position in enumerate(load.positions):
-        here = points.position == number
-        at_edge[here] = position.at_edge[points.index[here]]
     power = mu * points.force * points.speed_sliding
     total = float(power.sum())
-    return float(power[at_edge].sum()) / total if total != 0.0 else 0.0
+    return float(power[load.loaded["at_edge"].astype(bool)].sum()) / total if total != 0.0 else 0.0
 
 
 def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:

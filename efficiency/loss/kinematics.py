@@ -183,22 +183,15 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
     LoadedPoints
         At least one point per position.
     """
-    where = [np.flatnonzero(p.force > 0.0) for p in load.positions]
-
-    def gather(name: str) -> FloatArray:
-        parts = [getattr(p.position, name)[at] for p, at in zip(load.positions, where, strict=True)]
-        return np.concatenate(parts)
-
+    at = load.loaded
     omega = operation.speed_pinion
-    entrainment, across, along = gather("entrainment"), gather("sliding_across"), gather("sliding_along")
-    pressure = np.concatenate([p.pressure_hertz[at] for p, at in zip(load.positions, where, strict=True)])
     state = ContactState.of(
-        pressure_hertz=pressure,
-        radius_equivalent=gather("radius_equivalent"),
+        pressure_hertz=at["pressure_hertz"],
+        radius_equivalent=at["radius_equivalent"],
         effective_modulus=effective_modulus,
-        speed_entrainment=np.abs(entrainment) * omega,
-        slide_to_roll=across / entrainment,
-        speed_sliding_lengthwise=along * omega,
+        speed_entrainment=np.abs(at["entrainment"]) * omega,
+        slide_to_roll=at["sliding_across"] / at["entrainment"],
+        speed_sliding_lengthwise=at["sliding_along"] * omega,
         temperature_oil=operation.inlet,
         temperature_bulk_1=operation.bulk[0],
         temperature_bulk_2=operation.bulk[1],
@@ -207,13 +200,8 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
         correlation_length=operation.correlation_length,
         peklenik_number=operation.peklenik_number,
     )
-    return LoadedPoints(
-        state=state,
-        force=np.concatenate([p.force[at] for p, at in zip(load.positions, where, strict=True)]),
-        speed_sliding=np.hypot(across, along) * omega,
-        position=np.concatenate([np.full(at.size, k, np.int64) for k, at in enumerate(where)]),
-        index=np.concatenate(where),
-    )
+    sliding = np.hypot(at["sliding_across"], at["sliding_along"]) * omega
+    return LoadedPoints(state, at["force"], sliding, load.loaded_position, load.loaded_index)
 
 
 def join_states(*states: ContactState) -> ContactState:

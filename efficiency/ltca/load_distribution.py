@@ -24,7 +24,10 @@ from ehl.material import Material, effective_modulus
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
 _PLACE = ("face", "height")
+_OF_LOAD = ("force", "pressure_hertz", "at_edge")
+_OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
 
 
 @dataclass(frozen=True)
@@ -259,6 +262,30 @@ class LoadDistribution:
     def contact_ratio(self) -> float:
         """Contact ratio under load: pitches of roll over which one tooth pair carries, edges included [-]."""
         return float(np.mean([len([share for share in p.share.values() if share > 0.0]) for p in self.positions]))
+
+    @cached_property
+    def loaded(self) -> dict[str, FloatArray]:
+        """Fields of the points that carry load, of all positions one after the other, by their names."""
+        where = [np.flatnonzero(p.force > 0.0) for p in self.positions]
+        return {
+            name: np.concatenate(
+                [
+                    getattr(p if name in _OF_LOAD else p.position, name)[at]
+                    for p, at in zip(self.positions, where, strict=True)
+                ]
+            )
+            for name in (*_OF_LOAD, *_OF_POSITION)
+        }
+
+    @cached_property
+    def loaded_position(self) -> IntArray:
+        """Number of the position of each of them."""
+        return np.repeat(np.arange(len(self.positions)), [np.count_nonzero(p.force > 0.0) for p in self.positions])
+
+    @cached_property
+    def loaded_index(self) -> IntArray:
+        """Number of each of them in its position."""
+        return np.concatenate([np.flatnonzero(p.force > 0.0) for p in self.positions])
 
     def sharing(self) -> tuple[FloatArray, FloatArray]:
         """Roll of one tooth pair from the design point [rad] and its share of the torque [-] over its whole mesh."""

@@ -157,8 +157,12 @@ def _checked(name: str, value: Any) -> Array:
 def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
     """All variables of `UNITS` at every contact point of a state, in the shape of the state."""
     columns = {name: np.asarray(getattr(state, name), dtype=float) for name in STATE_UNITS}
-    figures = lubricant_columns(oil.at(columns["temperature_oil"]), columns["pressure_hertz"])
-    shape = columns["temperature_oil"].shape
+    temperature = columns["temperature_oil"]
+    shape = temperature.shape
+    if shape and temperature.size and (temperature == temperature.flat[0]).all():
+        # the laws of the oil cost more than all that follows
+        temperature = temperature.reshape(-1)[:1]
+    figures = lubricant_columns(oil.at(temperature), columns["pressure_hertz"])
     return derive(columns | {name: np.broadcast_to(value, shape) for name, value in figures.items()})
 
 

@@ -99,11 +99,14 @@ class DataCloud(InputModel):
 
     def whitened(self, conditions: Conditions) -> Array:
         """Coordinates z of points, shape (n, d)."""
-        return np.asarray((_logarithms(conditions, self.variables) - np.array(self.mean)) @ np.array(self.whitening).T)
+        return self._whitened(_logarithms(conditions, self.variables))
+
+    def _whitened(self, logarithms: Array) -> Array:
+        return np.asarray((logarithms - np.array(self.mean)) @ np.array(self.whitening).T)
 
     def distance(self, conditions: Conditions) -> Array:
         """Distance to the nearest of `points` over the covering radius: at most 1 at every fitted case."""
-        return _nearest(self.whitened(conditions), np.array(self.points)) / self.radius
+        return _nearest(self.whitened(conditions), self._points) / self.radius
 
     @cached_property
     def half_planes(self) -> Array:
@@ -136,6 +139,10 @@ class DataCloud(InputModel):
         return inside
 
     @cached_property
+    def _points(self) -> Array:
+        return np.array(self.points)
+
+    @cached_property
     def _normals(self) -> Array:
         """a and b of `half_planes` in the columns of their variables, shape (m, d)."""
         normals = np.zeros((len(self.half_planes), len(self.variables)))
@@ -147,8 +154,8 @@ class DataCloud(InputModel):
         """`Extrapolation` of every point, in the shape of the conditions."""
         shape = np.shape(conditions["pressure_hertz"])
         logarithms = _logarithms(conditions, self.variables)
-        z = (logarithms - np.array(self.mean)) @ np.array(self.whitening).T
-        distance = _nearest(z, np.array(self.points)) / self.radius
+        z = self._whitened(logarithms)
+        distance = _nearest(z, self._points) / self.radius
         near, far = self.near_and_far(distance, np.linalg.norm(z, axis=1), ~self.in_hulls(logarithms))
         return (near.astype(np.int8) + (near & far)).reshape(shape)
 
