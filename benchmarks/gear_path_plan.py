@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from efficiency.design.design import load_design
-from efficiency.loss.duty import DutyRow, duty_points
-from regression.plan.plan import Plan
+import efficiency
+from efficiency.loss.duty import DutyRow
+from ehl.io.units import KELVIN
+from regression import Plan
 
 SHIPPED = (
     "fm_spiral_bevel_14x39",
@@ -40,12 +41,13 @@ COLUMNS = {
 
 def path_points(name: str) -> pd.DataFrame:
     """Points of one pair, SI units; `outside` is the share of the work outside the ranges of `gear_default`."""
-    design = load_design(name)
+    pair = efficiency.load(name)
+    design = pair.design
     torque, speed, oil = design.operation.torque, design.operation.speed, design.operation.temperature_oil
     duty = [DutyRow(t, s, oil, 1.0) for t in (torque, 0.5 * torque) for s in (speed, speed / 3.0)]
     ranges = Plan.from_file("gear_default").axes
     tables = []
-    for points, row in zip(duty_points([design], duty), duty, strict=True):
+    for points, row in zip(pair.duty_points(duty), duty, strict=True):
         state = points.state
         table = pd.DataFrame({name: np.asarray(getattr(state, name)) for name in COLUMNS if hasattr(state, name)})
         table["lengthwise_to_roll"] = np.abs(state.speed_sliding_lengthwise) / state.speed_entrainment
@@ -57,8 +59,8 @@ def path_points(name: str) -> pd.DataFrame:
         work = np.cumsum(points.weight * inside)
         chosen = np.searchsorted(work, work[-1] * (np.arange(POINTS) + 0.5) / POINTS)
         outside = 1.0 - work[-1] / points.weight.sum()
-        told = {"design": design.name, "torque": row.torque, "speed": row.speed, "outside": outside}
-        tables.append(table.iloc[np.unique(chosen)].assign(**told))
+        labels = {"design": design.name, "torque": row.torque, "speed": row.speed, "outside": outside}
+        tables.append(table.iloc[np.unique(chosen)].assign(**labels))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -70,7 +72,7 @@ def main() -> None:
     print(table.groupby("design")[["outside"]].max())
     scale = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6}
     written = pd.DataFrame({head: table[name] * scale.get(name, 1.0) for name, head in COLUMNS.items()})
-    written[COLUMNS["temperature_oil"]] -= 273.15
+    written[COLUMNS["temperature_oil"]] -= KELVIN
     written["# design"] = table["design"]
     written.to_csv(file, index=False, float_format="%.6g")
     print(f"{len(table)} contacts")
