@@ -33,9 +33,9 @@ _HOMES = {
     "DutyCycle": "efficiency.loss.duty",
     "blank": "efficiency.blanks.pair:pair_blank",
     "settings": "efficiency.synthesis.solve:machine_settings",
-    "study": "efficiency.study.parameter_study:run_study",
+    "study": "efficiency.studies.parameter_study:run_study",
     "import_design": "efficiency.output.design_import:design_from_sheet",
-    "demo": "efficiency.study.demonstration:run_demo",
+    "demo": "efficiency.studies.demonstration:run_demo",
     "doctor": "efficiency.installation:examine",
 }
 __all__ = ["__version__", *_HOMES]

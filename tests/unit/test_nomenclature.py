@@ -16,7 +16,7 @@ from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStud
 from efficiency.geometry.pair_geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.result import EfficiencyResult
-from efficiency.study.parameter_study import Study, StudyPoint
+from efficiency.studies.parameter_study import Study, StudyPoint
 from efficiency.synthesis.inputs import SettingsInput
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil

@@ -22,7 +22,7 @@ from efficiency.loss.regions import friction_along_mesh, loss_by_region
 from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
 from efficiency.output.tables import efficiency_table, result_table
 from efficiency.pair import GearPair, Mesh
-from efficiency.study.parameter_study import Levels, run_study
+from efficiency.studies.parameter_study import Levels, run_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.validation import validate

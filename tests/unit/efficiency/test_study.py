@@ -21,9 +21,9 @@ from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.pair import Mesh
-from efficiency.study.parameter_study import Levels, Study, level_quantity, run_study
-from efficiency.study.plots import designs_figure, influence_figure, study_figures
-from efficiency.study.report import influence_table, section_table, write_study
+from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
+from efficiency.studies.plots import designs_figure, influence_figure, study_figures
+from efficiency.studies.report import influence_table, section_table, write_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model

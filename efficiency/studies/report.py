@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from efficiency.output.tables import percent
-from efficiency.study.parameter_study import MISALIGNED, StudyPoint, level_quantity
-from efficiency.study.plots import reference_text, study_figures
+from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
+from efficiency.studies.plots import reference_text, study_figures
 from ehl import __version__
 from ehl.quantities import quantities
 from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
@@ -17,7 +17,7 @@ from ehl.view.plots import save_figures
 from ehl.view.table import Column, Table, write_csv, write_xlsx
 
 if TYPE_CHECKING:
-    from efficiency.study.parameter_study import Study
+    from efficiency.studies.parameter_study import Study
 
 _FAILED_SHOWN = 40
 _SECTION = (

@@ -75,7 +75,7 @@ def run_demo(
     ConvergenceError
         A nonlinear fit did not settle.
     """
-    from efficiency.study.demonstration_report import write_demo_report
+    from efficiency.studies.demonstration_report import write_demo_report
 
     folder = Path(folder)
     try:

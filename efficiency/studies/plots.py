@@ -9,14 +9,14 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from efficiency.study.parameter_study import level_quantity
+from efficiency.studies.parameter_study import level_quantity
 from ehl.quantities import to_display
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from efficiency.study.parameter_study import Study, StudyPoint
+    from efficiency.studies.parameter_study import Study, StudyPoint
 
 _MARKERS = "os^vD<>P"
 # what is drawn over what: (along the axis, one line for each)

@@ -320,19 +320,19 @@ class StudyOutput:
 
     def figures(self, result: Study) -> dict[str, Figure]:
         """Figures by their names."""
-        from efficiency.study.plots import study_figures
+        from efficiency.studies.plots import study_figures
 
         return {name: figure for name, figure, _ in study_figures(result)}
 
     def show(self, result: Study, **parts: Any) -> None:
         """Print what each parameter does to the efficiency."""
-        from efficiency.study.report import influence_table
+        from efficiency.studies.report import influence_table
 
         influence_table(result).print()
 
     def write(self, result: Study, units: str, **files: Any) -> list[Path]:
         """`study.html`, `study.xlsx`, `study.csv` and the figures into `folder`."""
-        from efficiency.study.report import write_study
+        from efficiency.studies.report import write_study
 
         return write_study(result, Path(files["folder"]))
 

@@ -25,7 +25,7 @@ from regression.view.plots import plot_friction, plot_parity
 from regression.view.tables import band_table, family_table
 
 if TYPE_CHECKING:
-    from efficiency.study.demonstration import DemoResult
+    from efficiency.studies.demonstration import DemoResult
 
 
 def write_demo_report(result: DemoResult) -> Path:
