@@ -148,6 +148,39 @@ def test_bad_arguments_are_a_sentence(
         assert word in outcome.err
 
 
+@pytest.mark.parametrize("command", ["gear", "compare"])
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--friction", "guess_1999"),
+        ("--friction", "constant:2"),
+        ("--oil", "olive"),
+        ("--driver", "wheel"),
+        ("--torque", "0 N m"),
+        ("--speed", "0 rpm"),
+        ("--temperature", "800 degC"),
+    ],
+)
+def test_conditions_are_refused_before_meshing(
+    mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, command: str, option: str, value: str
+) -> None:
+    def mesh(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("efficiency.GearPair.mesh", mesh)
+    outcome = mixed_ehl(command, PAIR, option, value)
+    assert outcome.code == 2
+    assert f"{option} = " in outcome.err
+
+
+def test_errors_name_options_that_were_typed_only(mixed_ehl: Cli, tmp_path: Path) -> None:
+    """What stands in a file keeps its name there."""
+    design = tmp_path / "design.toml"
+    text = (ROOT / "data" / "designs" / f"{PAIR}.toml").read_text(encoding="utf-8")
+    design.write_text(text.replace('oil = "75w90"', 'oil = "olive"'), encoding="utf-8")
+    assert "operation.oil = 'olive'" in mixed_ehl("gear", design, "--friction", "constant:0.05").err
+
+
 def test_doctor_finds_nothing_wrong(mixed_ehl: Cli) -> None:
     outcome = mixed_ehl("doctor")
     assert outcome.code == 0, outcome.out

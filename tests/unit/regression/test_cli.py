@@ -67,7 +67,7 @@ def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path, mon
     assert "…" not in fitted.out
     tables = fitted.out[fitted.out.index("errors of held-out cases by region") : fitted.out.index("Noise floor")]
     assert max(map(len, tables.splitlines())) <= 80
-    assert "Hertz pressure 0.7 to 1 GPa" in tables
+    assert "Hertz pressure" in tables
     assert (tmp_path / "parity.png").read_bytes().startswith(b"\x89PNG")
     assert "load_share" in fitted.out
     assert "xu: nine terms" in fitted.out
