@@ -1,13 +1,15 @@
 """Run time of the efficiency of a pair, and friction formulas against solving every contact.
 
-``python benchmarks/gear_efficiency.py [FOLDER] [--part times growth map models contacts] [--design NAME ...]``
+``python benchmarks/gear_efficiency.py [FOLDER] [--part interface times growth map models contacts]
+[--design NAME ...]``
 
-``times``: CPU seconds of each stage from the design file on. ``growth``: seconds over mesh positions and over map
-points. ``map``: 20 x 20 torques and speeds, with the memory it takes. ``models``: efficiency with the shipped formulas
-of the oil (or those given with ``--formula``), with smooth and load-sharing contacts, against the deterministic rough
-solver, at the operating point of each design and at a third of its speed and 110 degC. ``contacts``: wall time of
-``ehl`` and ``ehl:smooth`` with `--contacts` contacts on `--jobs` cores; run it on an idle machine. CSV files and
-figures go to FOLDER.
+``interface``: CPU seconds of the questions of the public interface: first answer from the design file, new torque, new
+speed, 20 x 20 map. ``times``: CPU seconds of each stage from the design file on. ``growth``: seconds over mesh
+positions and over map points. ``map``: 20 x 20 torques and speeds, with the memory it takes. ``models``: efficiency
+with the shipped formulas of the oil (or those given with ``--formula``), with smooth and load-sharing contacts,
+against the deterministic rough solver, at the operating point of each design and at a third of its speed and 110
+degC. ``contacts``: wall time of ``ehl`` and ``ehl:smooth`` with `--contacts` contacts on `--jobs` cores; run it on an
+idle machine. CSV files and figures go to FOLDER.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh
 from efficiency.loss.result import EfficiencyResult
-from efficiency.pair import Mesh, resolve_friction
+from efficiency.pair import GearPair, Mesh, resolve_friction
 from ehl.fluid.oil import Oil
 from regression.formula import shipped_formulas
 from regression.friction.conditions import conditions_of
@@ -163,6 +165,24 @@ def whole_map(design: Design, formula: str, points: int = 20) -> tuple[float, fl
     return seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
+def interface(design: Design, formula: str, repeats: int = 3) -> list[Stage]:
+    """Questions a notebook asks one after the other, each the least of some repetitions; the map on a new mesh."""
+    torque, speed = design.operation.torque, design.operation.speed
+    runs = []
+    for k in range(repeats):
+        loaded, first = cpu(lambda: GearPair(load_design(design.name)).mesh().load())
+        _, answer = cpu(partial(loaded.efficiency, formula))
+        other, load = cpu(partial(loaded.mesh.load, (0.8 + 0.01 * k) * torque))
+        _, of_load = cpu(partial(other.efficiency, formula))
+        _, of_speed = cpu(partial(loaded.efficiency, formula, speed=0.7 * speed))
+        runs.append([first + answer, load + of_load, of_speed])
+    mesh, share = GearPair(design).mesh(), np.linspace(0.1, 1.5, 20)
+    _, of_map = cpu(lambda: mesh.over(formula, torque=list(share * torque), speed=list(share * speed)))
+    names = ("design file to efficiency", "new torque", "new speed", "map of 20 x 20 points")
+    seconds = (*np.min(runs, axis=0).tolist(), of_map)
+    return [Stage(design.name, name, value) for name, value in zip(names, seconds, strict=True)]
+
+
 def operations(design: Design) -> tuple[Operation, ...]:
     """The design's own operating point, and a slow hot one whose films are thin."""
     own = at(design)
@@ -280,7 +300,7 @@ def main() -> None:
     """Run the parts asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=Path())
-    parser.add_argument("--part", nargs="+", default=["times", "growth", "map", "models"])
+    parser.add_argument("--part", nargs="+", default=["interface", "times", "growth", "map", "models"])
     parser.add_argument("--design", nargs="+", default=list(DESIGNS))
     parser.add_argument("--formula", nargs="+", help="formula files or names; default: those shipped for the oil")
     parser.add_argument("--solved", nargs="*", default=list(SOLVED), help="solved contacts to compare with")
@@ -294,6 +314,9 @@ def main() -> None:
     formulas = [given.formula or list(shipped_formulas(design.operation.oil)) for design in designs]
     # the first run of all pays for compiled code and caches
     times(designs[0], formulas[0][0])
+    if "interface" in given.part:
+        rows = [row for design, names in zip(designs, formulas, strict=True) for row in interface(design, names[0])]
+        write(given.folder, "interface", rows)
     if "times" in given.part:
         stages = [row for design, names in zip(designs, formulas, strict=True) for row in times(design, names[0])]
         write(given.folder, "times", [Stage("all", "reading the designs", reading), *stages])

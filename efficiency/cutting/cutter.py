@@ -127,14 +127,14 @@ class Blade:
         if self.offset_angle == 0.0 and self.rake == 0.0 and self.hook == 0.0:
             zero = 0.0 * xi
             radius = self.point_radius + self.radius_offset + shift
-            return np.stack([radius, zero, -eta]), np.stack([across, zero, -climb]), np.stack([bend, zero, -sink])
+            return np.array([radius, zero, -eta]), np.array([across, zero, -climb]), np.array([bend, zero, -sink])
         rake, hook = np.tan(self.rake), np.tan(self.hook)
         c, d = np.cos(self.offset_angle), np.sin(self.offset_angle)
 
         def in_head(outwards: Array, deeper: Array) -> Array:
             """Components along the blade plane and into the body; the lean puts them forward, square to the plane."""
             lead = outwards * rake + deeper * hook
-            return np.stack([outwards * c - lead * d, outwards * d + lead * c, -deeper])
+            return np.array([outwards * c - lead * d, outwards * d + lead * c, -deeper])
 
         start = np.array(
             [[self.point_radius + self.radius_offset * c], [self.radius_offset * d], [-self.reference_height]]

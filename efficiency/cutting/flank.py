@@ -180,7 +180,7 @@ class Flank(ABC):
             state, slope = self.linearise(y)
             here = np.hypot(state[0], state[1])
             outwards = (state[0] * slope[:, 0].T + state[1] * slope[:, 1].T) / here
-            value = np.stack([here - radius, state[2] - z, state[6]])
+            value = np.array([here - radius, state[2] - z, state[6]])
             return value, np.stack([outwards.T, slope[:, 2], slope[:, 6]], axis=1)
 
         size = self.blank.mean_cone_distance
@@ -247,18 +247,18 @@ class CutFlank(Flank):
         s, th, phi = x
         index, pose, sign = self.index_ratio, self.machine.at(phi), self.blade.sign
         # vectors of the same kind side by side, (3, k, n): few calls for many points
-        edge, along, bend = np.moveaxis(turn(np.stack(self.blade.edge(s), axis=1), th), 1, 0)
+        edge, along, bend = turn(np.array(self.blade.edge(s)).swapaxes(0, 1), th).swapaxes(0, 1)
         by_th = spin(edge)
         # machine frame; r with its first and second derivatives by s and th while the cradle stands
         r = pose.place(edge)
-        second = pose.direct(np.stack([along, by_th, bend, spin(along), spin(by_th)], axis=1))
-        r_s, r_t, r_ss, r_st, r_tt = np.moveaxis(second, 1, 0)
+        second = pose.direct(np.array([along, by_th, bend, spin(along), spin(by_th)]).swapaxes(0, 1))
+        r_s, r_t, r_ss, r_st, r_tt = second.swapaxes(0, 1)
         r_phi, still = spin(r), np.zeros_like(r)
-        arms = np.stack([r_s, r_t, r_phi + pose.shift[1]], axis=1)
+        arms = np.array([r_s, r_t, r_phi + pose.shift[1]]).swapaxes(0, 1)
         about_arms, about = pose.about_work(arms), pose.about_work(r + pose.shift[0])
         cutting, rolling = r_t + index * about, r_phi + pose.shift[1] - pose.work[1] * about
-        cutting_rates = np.stack([r_st, r_tt, spin(r_t)], axis=1) + index * about_arms
-        rolling_rates = np.stack([spin(r_s), spin(r_t), spin(r_phi) + pose.shift[2]], axis=1)
+        cutting_rates = np.array([r_st, r_tt, spin(r_t)]).swapaxes(0, 1) + index * about_arms
+        rolling_rates = np.array([spin(r_s), spin(r_t), spin(r_phi) + pose.shift[2]]).swapaxes(0, 1)
         rolling_rates = rolling_rates - pose.work[1] * about_arms
         rolling_rates[:, 2] -= pose.work[2] * about
         raw = -sign * cross(r_s, cutting)
@@ -267,12 +267,12 @@ class CutFlank(Flank):
         indexed = self._indexed(th)
         position, facing = pose.to_work(r, normal, indexed)
 
-        by_s = np.stack([r_ss, r_st, spin(r_s)], axis=1)
+        by_s = np.array([r_ss, r_st, spin(r_s)]).swapaxes(0, 1)
         change = -sign * (cross(by_s, cutting[:, None]) + cross(r_s[:, None], cutting_rates)) / size
         change = change - normal[:, None] * dot(normal[:, None], change)
         moved = pose.to_work_direction(np.concatenate([arms, change], axis=1), indexed)
         # the work turns as well: with the indexing, and against the generating roll
-        turned = np.stack([still[0], still[0] + index, -pose.work[1] + still[0]])
+        turned = np.array([still[0], still[0] + index, -pose.work[1] + still[0]])
         jacobian = np.empty((7, 3, x.shape[1]))
         jacobian[:3] = moved[:, :3] + turned * spin(position)[:, None]
         jacobian[3:6] = moved[:, 3:] + turned * spin(facing)[:, None]
@@ -280,7 +280,7 @@ class CutFlank(Flank):
         condition = dot(normal, rolling)
         if not self.machine.generated:
             jacobian[:, 2], jacobian[6], jacobian[6, 2], condition = 0.0, 0.0, 1.0, phi
-        return np.concatenate([position, facing, condition[None]]), np.moveaxis(jacobian, 2, 0)
+        return np.concatenate([position, facing, condition[None]]), jacobian.transpose(2, 0, 1)
 
     def _indexed(self, th: Array) -> Array:
         """Rotation of the work by continuous indexing [rad]."""

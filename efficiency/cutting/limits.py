@@ -82,7 +82,7 @@ def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray
         along = (state[0] / radius)[:, None] * slope[:, 0] + (state[1] / radius)[:, None] * slope[:, 1]
         value = np.real(blank.coordinates(radius, state[2])[0]) - u
         rows = np.stack([along * sine + slope[:, 2] * cosine, slope[:, 6]], axis=1)
-        return np.stack([value, state[6]]), rows[:, :, 1:]
+        return np.array([value, state[6]]), rows[:, :, 1:]
 
     solved, found = newton.iterate(linearised, x[1:], np.array([0.1, 0.1]), np.full(2, 1e-11))
     return np.concatenate([s, solved]), found

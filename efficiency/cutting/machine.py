@@ -121,7 +121,7 @@ class MachineSettings:
         return Pose(
             machine=self,
             roll=phi,
-            shift=tuple(np.stack([zero, y, -x]) for y, x in zip(offset, base, strict=True)),
+            shift=tuple(np.array([zero, y, -x]) for y, x in zip(offset, base, strict=True)),
             work=tuple(ratio * angle for angle in turned),
         )
 
@@ -158,7 +158,7 @@ class Pose:
     def about_work(self, arm: Array) -> Array:
         """Velocity of points that turn about the work axis at 1 rad/s, arm from a point of the axis [m/s]."""
         c, s = self.machine.work_axes[2, 0], self.machine.work_axes[2, 2]
-        return np.stack([-s * arm[1], s * arm[0] - c * arm[2], c * arm[1]])
+        return np.array([-s * arm[1], s * arm[0] - c * arm[2], c * arm[1]])
 
     def rolling(self, point: Array) -> Array:
         """Velocity of the tool against the work at machine-frame points, cradle at 1 rad/s [m/s]."""

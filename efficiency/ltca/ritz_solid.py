@@ -101,12 +101,16 @@ class BlockFunctions:
 
         def product(direction: int) -> FloatArray:
             one, two, three = (pair[int(axis == direction)] for axis, pair in enumerate(factors))
-            plane = one[:, None, ia] * two[None, :, ib]
-            return (plane[:, :, None] * three[None, None, :, ic]).reshape(weight.size, -1)
+            plane = one[:, ia][:, None] * two[:, ib]
+            return (plane[:, :, None] * three[:, ic]).reshape(weight.size, -1)
 
         inverse = np.linalg.inv(jacobian) * np.sqrt(weight)[:, None, None]
-        reference = np.stack([product(direction) for direction in range(3)], axis=1)
-        gradient = np.moveaxis(inverse @ reference, 1, 0)
+        reference = [product(direction) for direction in range(3)]
+        gradient = np.empty((3, weight.size, ia.size))
+        for i in range(3):
+            np.multiply(inverse[:, i, :1], reference[0], out=gradient[i])
+            for j in (1, 2):
+                gradient[i] += inverse[:, i, j : j + 1] * reference[j]
         lame = youngs_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
         shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
         size = ia.size
