@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from efficiency.output.geometry_tables import (
-    FLANK_HEADER,
     all_notes,
     blank_table,
-    contact_rows,
-    flank_rows,
+    contact_table,
+    flank_table,
     key_side,
     misalignment_text,
     setting_tables,
@@ -142,7 +141,7 @@ def _settings(geometry: PairGeometry, units: Units) -> Section:
                 Table((words(part), "unit", *FLANKS), rows, "What is zero for all four flanks is left out.")
                 for part, rows in tables.items()
             ),
-            Table(FLANK_HEADER, flank_rows(geometry), "Flanks at their mean points."),
+            flank_table(geometry),
         ],
     )
 
@@ -156,7 +155,7 @@ def _contact(geometry: PairGeometry) -> Section:
     )
     blocks: list[Block] = [text]
     if geometry.sides:
-        blocks.append(Table(("quantity", "unit", *geometry.sides), contact_rows(geometry)))
+        blocks.append(contact_table(geometry))
     return Section("3. Unloaded contact", blocks)
 
 

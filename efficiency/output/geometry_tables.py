@@ -5,31 +5,38 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
-from ehl.io.units import ARCSEC
-from ehl.view.table import Table
+from ehl.quantities import quantity
+from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 
 SETTING_HEADER = ("setting", "unit", *FLANKS)
-FLANK_HEADER = ("flank", "spiral angle [deg]", "pressure angle, normal [deg]", "end over root [% of depth]")
 
 
-def flank_rows(geometry: PairGeometry) -> list[tuple[str, ...]]:
+def flank_table(geometry: PairGeometry) -> Table:
     """Angles of the four flanks at their mean points, and where they end above the root."""
-    return [
+    columns: list[Column | str] = [
+        "flank",
+        Column("spiral_angle", digits=5),
+        Column("pressure_angle_normal", of="spiral_angle", label="pressure angle, normal", digits=5),
+        Column("lowest", of="share", label="end over root, of the depth"),
+    ]
+    rows = [
         (
             f"{name.replace('_', ' ')} ({_role(geometry.design, name)})",
-            f"{math.degrees(flank.spiral_angle):.3f}",
-            f"{math.degrees(flank.pressure_angle):.3f}",
-            f"{100.0 * flank.lowest:.1f}" if flank.lowest > 0.0 else "–",
+            flank.spiral_angle,
+            flank.pressure_angle,
+            flank.lowest if flank.lowest > 0.0 else None,
         )
         for name, flank in geometry.flanks.items()
     ]
+    return Table(columns, rows, "Flanks at their mean points", name="flanks")
 
 
 def _role(design: Design, flank: str) -> str:
@@ -39,30 +46,44 @@ def _role(design: Design, flank: str) -> str:
     return "drive" if drives else "coast"
 
 
-def contact_rows(geometry: PairGeometry) -> list[tuple[str, ...]]:
-    """(quantity, unit, one value for each side) of the unloaded contact."""
-    top, marking = "highest point", f"contact pattern ({1e6 * geometry.marking:.4g} µm)"
-    rows: list[tuple[str, str, Callable[[SideGeometry], str]]] = [
-        ("contact ratio, potential", "pitches", lambda s: f"{s.contact_ratio:.3f}"),
-        ("unloaded contact inside the edges", "pitches", lambda s: f"{s.path_ratio:.2f}"),
-        ("transmission error, peak to peak", "arcsec", lambda s: _arcsec(s.pair.transmission.peak_to_peak)),
-        ("transmission error, peak to peak", "µrad", lambda s: f"{1e6 * s.pair.transmission.peak_to_peak:.4g}"),
-        ("transmission error, harmonic 1", "arcsec", lambda s: _arcsec(s.pair.transmission.harmonics[0])),
-        ("transmission error, harmonic 2", "arcsec", lambda s: _arcsec(s.pair.transmission.harmonics[1])),
-        ("transmission error, harmonic 3", "arcsec", lambda s: _arcsec(s.pair.transmission.harmonics[2])),
-        (f"{top}: from the mean point to the heel", "mm", lambda s: f"{1e3 * s.contact_u:+.3f}"),
-        (f"{top}: over the pitch cone of the gear", "mm", lambda s: f"{1e3 * s.contact_height:+.3f}"),
-        (f"{top}: path against the line to the heel", "deg", lambda s: f"{math.degrees(s.path_angle):+.1f}"),
-        ("largest ease-off where both flanks reach", "µm", lambda s: f"{1e6 * s.ease_off[1]:.2f}"),
-        (f"{marking}: share of the flank", "%", lambda s: f"{100.0 * s.pattern.area_share:.1f}"),
-        (f"{marking}: length, of the face width", "%", lambda s: f"{100.0 * s.pattern.length:.1f}"),
-        (f"{marking}: height, of the whole depth", "%", lambda s: f"{100.0 * s.pattern.width:.1f}"),
-        ("equivalent radius normal to the lines", "mm", lambda s: _range_mm(s.radius_equivalent)),
-        ("error of the ease-off", "µm", lambda s: f"{1e6 * s.pair.surface.interpolation_error:.1e}"),
-        ("time", "s", lambda s: f"{s.seconds:.2f}"),
-    ]
-    sides = geometry.sides.values()
-    return [(quantity, unit, *(text(side) for side in sides)) for quantity, unit, text in rows]
+def contact_table(geometry: PairGeometry) -> Table:
+    """Unloaded contact of each side."""
+    top, marking = "highest point", f"contact pattern ({quantity('marking').text(geometry.marking)})"
+    columns: dict[Column, Callable[[SideGeometry], float]] = {
+        Column("contact_ratio", label="potential contact ratio [pitches]"): lambda s: s.contact_ratio,
+        Column("path_ratio", label="unloaded contact inside the edges [pitches]"): lambda s: s.path_ratio,
+        Column("peak_to_peak", label="transmission error, peak to peak"): lambda s: s.pair.transmission.peak_to_peak,
+        **{
+            Column(f"harmonic_{order}", of="harmonic_1", label=f"transmission error, harmonic {order}"): partial(
+                _harmonic, order=order
+            )
+            for order in (1, 2, 3)
+        },
+        Column("contact_u", label=f"{top}: from the mean point to the heel"): lambda s: s.contact_u,
+        Column("contact_height", label=f"{top}: over the pitch cone of the gear"): lambda s: s.contact_height,
+        Column("path_angle", label=f"{top}: path against the line to the heel"): lambda s: s.path_angle,
+        Column("ease_off", label="largest ease-off where both flanks reach"): lambda s: s.ease_off[1],
+        Column("pattern_area", of="share", label=f"{marking}: share of the flank"): lambda s: s.pattern.area_share,
+        Column("pattern_length", of="share", label=f"{marking}: length, of the face width"): lambda s: s.pattern.length,
+        Column("pattern_width", of="share", label=f"{marking}: height, of the whole depth"): lambda s: s.pattern.width,
+        Column("radius_equivalent_min", of="radius_equivalent", label="smallest equivalent radius"): lambda s: (
+            s.radius_equivalent[0]
+        ),
+        Column("radius_equivalent_max", of="radius_equivalent", label="largest equivalent radius"): lambda s: (
+            s.radius_equivalent[1]
+        ),
+        Column("ease_off_error", of="ease_off", label="error of the ease-off", digits=2): lambda s: (
+            s.pair.surface.interpolation_error
+        ),
+        Column("seconds"): lambda s: s.seconds,
+    }
+    rows = [(name, *(value(side) for value in columns.values())) for name, side in geometry.sides.items()]
+    title = f"Unloaded contact, {misalignment_text(geometry.design)}"
+    return Table(["side", *columns], rows, title, name="unloaded_contact", vertical=True)
+
+
+def _harmonic(side: SideGeometry, order: int) -> float:
+    return float(side.pair.transmission.harmonics[order - 1])
 
 
 def all_notes(geometry: PairGeometry) -> list[str]:
@@ -110,22 +131,13 @@ def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Tab
     tables = [Table(("quantity", "unit", "pinion", "gear"), blank_table(summary), f"{design.name}: blanks")]
     for part, rows in setting_tables(summary).items():
         tables.append(Table(SETTING_HEADER, rows, f"{words(part).capitalize()} of each flank"))
-    tables.append(Table(FLANK_HEADER, flank_rows(geometry), "Flanks at their mean points"))
+    tables.append(flank_table(geometry))
     if geometry.sides:
-        title = f"Unloaded contact, {misalignment_text(design)}"
-        tables.append(Table(("quantity", "unit", *geometry.sides), contact_rows(geometry), title))
+        tables.append(contact_table(geometry))
     tables[-1] = replace(tables[-1], notes=notes)
     return tables
 
 
 def key_side(side: SideGeometry) -> str:
     """Transmission error of a side for a headline."""
-    return f"{side.pair.transmission.peak_to_peak / ARCSEC:.3g} arcsec"
-
-
-def _arcsec(value: float) -> str:
-    return f"{value / ARCSEC:.3f}"
-
-
-def _range_mm(values: tuple[float, float]) -> str:
-    return f"{1e3 * values[0]:.2f} to {1e3 * values[1]:.2f}"
+    return quantity("peak_to_peak").text(side.pair.transmission.peak_to_peak, 3)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ehl.io.units import ARCSEC, KELVIN
+from ehl.quantities import axis_label, quantity, to_display
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from efficiency.loss.grid import Grid
     from efficiency.loss.result import EfficiencyResult
 
-RPM = 30.0 / np.pi
+
+OPERATION = ("torque_pinion", "speed_pinion", "temperature_oil")
 
 
 def _figure(width: float = 7.0, height: float = 4.2) -> tuple[Figure, Axes]:
@@ -54,8 +55,8 @@ def plot_pair_load(result: EfficiencyResult) -> Figure:
     rows = sorted(
         (
             load.position.pinion_angle / pitch + int(pair),
-            float(load.force[load.position.pair == pair].sum()) / 1e3,
-            float(load.pressure_hertz[load.position.pair == pair].max()) / 1e9,
+            to_display("force", float(load.force[load.position.pair == pair].sum())),
+            to_display("pressure_hertz", float(load.pressure_hertz[load.position.pair == pair].max())),
         )
         for load in result.load.positions
         for pair in np.unique(load.position.pair)
@@ -64,12 +65,12 @@ def plot_pair_load(result: EfficiencyResult) -> Figure:
     axes.plot(roll, force, color=BLUE, marker=".", ms=4, label="normal force")
     axes.set(
         xlabel="roll of one tooth pair from the design point [pinion pitches]",
-        ylabel="normal force [kN]",
+        ylabel=axis_label("force"),
         ylim=(0.0, 1.25 * float(force.max())),
     )
     other = axes.twinx()
     other.plot(roll, pressure, color=ORANGE, marker=".", ms=4, label="greatest Hertz pressure")
-    other.set(ylabel="greatest Hertz pressure [GPa]", ylim=(0.0, 1.25 * float(pressure.max())))
+    other.set(ylabel="greatest " + axis_label("pressure_hertz"), ylim=(0.0, 1.25 * float(pressure.max())))
     handles = [*axes.get_lines(), *other.get_lines()]
     axes.legend(handles, [str(line.get_label()) for line in handles], frameon=False, loc="upper left", ncols=2)
     axes.set_title(f"Load of one tooth pair at {result.torque_pinion:g} N m")
@@ -85,7 +86,7 @@ def plot_transmission_error(result: EfficiencyResult) -> Figure:
         ("unloaded", unloaded, GREY),
         (f"at {result.torque_pinion:g} N m", result.transmission_error_positions, BLUE),
     ):
-        arcsec = values / ARCSEC
+        arcsec = to_display("transmission_error", values)
         label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
         axes.plot(angle, arcsec - arcsec.mean(), color=color, marker=".", label=label)
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear, less mean [arcsec]")
@@ -105,7 +106,7 @@ def plot_friction_and_loss(result: EfficiencyResult) -> Figure:
     low, high = (np.array([f(mu[at]) for at in each]) for f in (np.min, np.max))
     axes.fill_between(angle, low, high, color=BLUE, alpha=0.15, lw=0.0, label="range over the lines")
     axes.plot(angle, mean, color=BLUE, marker=".", label="mean, weighted with sliding power")
-    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="friction coefficient [-]", ylim=(0.0, None))
+    axes.set(xlabel="pinion roll [pinion pitches]", ylabel=axis_label("mu"), ylim=(0.0, None))
     loss = axes.twinx()
     loss.plot(angle, result.power_loss_positions, color=ORANGE, marker=".", label="power loss")
     finite = result.power_loss_positions[np.isfinite(result.power_loss_positions)]
@@ -139,10 +140,7 @@ def plot_comparison(comparison: Comparison) -> Figure:
         xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.3 * float(end.max()) or 1.0)
     )
     # over the whole figure: long names of friction models leave the axes narrow
-    figure.suptitle(
-        f"{comparison.design}: {comparison.torque_pinion:g} N m, {comparison.speed_pinion * RPM:.0f} rpm, "
-        f"{comparison.temperature_oil - KELVIN:.0f} degC"
-    )
+    figure.suptitle(f"{comparison.design}: " + ", ".join(quantity(n).text(getattr(comparison, n)) for n in OPERATION))
     return figure
 
 
@@ -155,12 +153,14 @@ def plot_map(map_: Grid) -> Figure:
     panels = len(map_.axes["temperature"])
     figure = Figure(figsize=(1.5 + 3.6 * panels, 3.8), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
-    speed = np.array(map_.axes["speed"]) * RPM
+    speed = to_display("speed_pinion", np.array(map_.axes["speed"]))
     shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.axes["torque"])))
     for k, (axes, temperature) in enumerate(zip(all_axes, map_.axes["temperature"], strict=True)):
         for j, torque in enumerate(map_.axes["torque"]):
-            axes.plot(speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=f"{torque:g} N m")
-        axes.set(xlabel="pinion speed [rpm]", title=f"{temperature - KELVIN:.0f} degC")
+            axes.plot(
+                speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=quantity("torque_pinion").text(torque)
+            )
+        axes.set(xlabel=axis_label("speed_pinion"), title=quantity("temperature_oil").text(temperature))
         axes.grid(alpha=0.3)
     all_axes[0].set_ylabel("mesh efficiency [%]")
     all_axes[-1].legend(frameon=False, title="pinion torque")

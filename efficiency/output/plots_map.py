@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from efficiency.output.plots_load import RPM, plot_map
-from ehl.io.units import KELVIN
+from efficiency.output.plots_load import plot_map
+from ehl.quantities import axis_label, quantity, to_display
 
 if TYPE_CHECKING:
     from efficiency.loss.duty import DutyCycle
@@ -57,9 +57,10 @@ def duty_figure(duty: DutyCycle) -> Figure:
     """Energy lost at each operating point of a duty cycle."""
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     axes = figure.subplots()
-    names = [f"{r.torque_pinion:.4g} N m, {r.speed_pinion * RPM:.4g} rpm, {r.side}" for r in duty.rows]
-    axes.barh(names, [row.energy_loss / 3.6e6 for row in duty.rows])
-    axes.set(xlabel="energy lost in the mesh [kWh]")
+    torque, speed = quantity("torque_pinion"), quantity("speed_pinion")
+    names = [f"{torque.text(r.torque_pinion)}, {speed.text(r.speed_pinion)}, {r.side}" for r in duty.rows]
+    axes.barh(names, [to_display("energy_loss", row.energy_loss) for row in duty.rows])
+    axes.set(xlabel=axis_label("energy_loss"))
     axes.invert_yaxis()
     return figure
 
@@ -68,21 +69,18 @@ def map_figures(grid: Grid) -> Iterator[tuple[str, Figure, str]]:
     """(name, figure, caption): lines over speed, and contours where there are enough torques and speeds."""
     yield "efficiency_map", plot_map(grid), "Mesh efficiency over pinion speed."
     if grid.shape[0] >= _CONTOURS and grid.shape[1] >= _CONTOURS:
-        for name, title, factor in (
-            ("efficiency", "mesh efficiency [%]", 100.0),
-            ("power_loss", "power loss [W]", 1.0),
-            ("friction_coefficient_mean", "mean friction coefficient [-]", 1.0),
-        ):
-            yield f"contours_{name}", contour_figure(grid, name, title, factor), f"Contours: {title}."
+        for name in ("efficiency", "power_loss", "friction_coefficient_mean"):
+            yield f"contours_{name}", contour_figure(grid, name), f"Contours: {quantity(name).label}."
 
 
-def contour_figure(grid: Grid, name: str, title: str, factor: float) -> Figure:
+def contour_figure(grid: Grid, name: str) -> Figure:
     """Contours of one value over speed and torque, one panel per oil temperature."""
-    values = factor * grid.values(name)
+    values = to_display(name, grid.values(name))
     panels = len(grid.axes["temperature"])
     figure = Figure(figsize=(2.2 + 3.4 * panels, 3.8), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
-    speed, torque = np.array(grid.axes["speed"]) * RPM, np.array(grid.axes["torque"])
+    speed = to_display("speed_pinion", np.array(grid.axes["speed"]))
+    torque = to_display("torque_pinion", np.array(grid.axes["torque"]))
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     levels = MaxNLocator(10).tick_values(low, high if high > low else low + 1e-9 + 1e-3 * abs(low))
@@ -93,8 +91,9 @@ def contour_figure(grid: Grid, name: str, title: str, factor: float) -> Figure:
         lines = axes.contour(np.sort(speed), np.sort(torque), field, levels=levels, colors="w", linewidths=0.6)
         axes.clabel(lines, fontsize=7)
         axes.plot(*(part.ravel() for part in np.meshgrid(speed, torque)), ".", color="0.2", ms=2)
-        axes.set(xlabel="pinion speed [rpm]", title=f"{grid.axes['temperature'][number] - KELVIN:.4g} degC")
+        temperature = grid.axes["temperature"][number]
+        axes.set(xlabel=axis_label("speed_pinion"), title=quantity("temperature_oil").text(temperature))
         if number == panels - 1:
-            figure.colorbar(shades, ax=axes, label=title)
-    all_axes[0].set_ylabel("pinion torque [N m]")
+            figure.colorbar(shades, ax=axes, label=axis_label(name))
+    all_axes[0].set_ylabel(axis_label("torque_pinion"))
     return figure

@@ -170,7 +170,7 @@ def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid
 
 
 def test_contours_hold_the_map(grid: Grid) -> None:
-    figure = contour_figure(grid, "power_loss", "power loss [W]", 1.0)
+    figure = contour_figure(grid, "power_loss")
     low, high = figure.axes[0].collections[0].get_clim()
     assert low <= grid.values("power_loss").min()
     assert high >= grid.values("power_loss").max()

@@ -19,7 +19,7 @@ from efficiency.design.design import Design, load_design
 from efficiency.geometry import pair_geometry as geometry_module
 from efficiency.geometry.pair_geometry import PairGeometry, pair_geometry
 from efficiency.output.geometry_report import side_figures
-from efficiency.output.geometry_tables import all_notes, contact_rows, misalignment_text
+from efficiency.output.geometry_tables import all_notes, contact_table, misalignment_text
 from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure
@@ -110,11 +110,10 @@ def test_figures_of_an_undercut_hypoid_pair() -> None:
 
 
 def test_contact_table_has_a_column_for_each_side(geometry: PairGeometry) -> None:
-    rows = contact_rows(geometry)
-    assert all(len(row) == 4 for row in rows)
-    cells = {row[0]: row[2:] for row in rows if row[1] == "arcsec"}
-    for side, text in zip(geometry.sides.values(), cells["transmission error, peak to peak"], strict=True):
-        assert float(text) == pytest.approx(np.degrees(side.pair.transmission.peak_to_peak) * 3600.0, abs=5e-4)
+    table = contact_table(geometry)
+    for side, row in zip(geometry.sides.values(), table.records(), strict=True):
+        assert row["peak_to_peak"] == side.pair.transmission.peak_to_peak
+    assert "arcsec" in table.html()
 
 
 def test_misalignment_in_words(design: Design) -> None:
