@@ -7,6 +7,7 @@ As a table with a column for each flank, and as a setting sheet with one entry a
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from pydantic import BaseModel
 
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.summary import LABELS
-from ehl.io.errors import InputError
+from ehl.io.files import write_file
 from ehl.io.units import ValueRange
 from ehl.io.validation import locate_field
 
@@ -116,25 +117,13 @@ def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
     InputError
         The file cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow([f"# mixed-ehl machine summary v1; design={design.name}; units={units}"])
-            writer.writerow(["section", "name", "unit", *(flank.replace(" ", "_") for flank in FLANKS)])
-            for row in summary_rows(design, units):
-                writer.writerow([row.section, row.name, row.unit, *("" if v is None else v for v in row.values)])
-    except OSError as error:
-        raise InputError("path", str(path), "a writable file", f"{error}.") from None
-
-
-def chosen_units(text: str) -> Units:
-    """Units named on the command line."""
-    if text == "metric":
-        return "metric"
-    if text == "inch":
-        return "inch"
-    raise InputError("units", text, "metric or inch")
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow([f"# mixed-ehl machine summary v1; design={design.name}; units={units}"])
+    writer.writerow(["section", "name", "unit", *(flank.replace(" ", "_") for flank in FLANKS)])
+    for row in summary_rows(design, units):
+        writer.writerow([row.section, row.name, row.unit, *row.values])
+    write_file(path, text.getvalue(), folder=True)
 
 
 def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any, str, bool]]:
@@ -219,11 +208,7 @@ def write_sheet(path: Path, design: Design, units: Units = "metric") -> None:
     InputError
         The file cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(sheet_text(design, units), encoding="utf-8")
-    except OSError as error:
-        raise InputError("path", str(path), "a writable file", f"{error}.") from None
+    write_file(path, sheet_text(design, units), folder=True)
 
 
 def _lines(table: str, model: BaseModel, factor: float) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ehl.io.errors import InputError
+from ehl.io.files import write_file
 from ehl.quantities import Quantity, quantity
 from ehl.view.table import Column, Table
 
@@ -57,8 +57,4 @@ def write_misalignment(path: Path, grid: MisalignmentGrid) -> None:
     """
     first = grid.studies[0]
     head = f"# mixed-ehl misalignment study v1; design={first.design}; marking={first.marking:g} m; units=m, rad\n"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(head + grid.to_frame().to_csv(index=False), encoding="utf-8")
-    except OSError as error:
-        raise InputError("csv", str(path), "a writable file", f"{error}.") from None
+    write_file(path, head + grid.to_frame().to_csv(index=False), "csv", folder=True)

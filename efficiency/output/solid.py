@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.files import write_file
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -270,11 +271,7 @@ def write_stl(path: Path, solid: Solid, title: str) -> None:
     records["corners"] = corners
     # a header that begins with "solid" would be taken for the text format
     header = f"STL in mm: {title}".encode("ascii", "replace")[:80].ljust(80)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(header + np.uint32(len(records)).tobytes() + records.tobytes())
-    except OSError as error:
-        raise InputError("path", str(path), "a writable file", f"{error}.") from None
+    write_file(path, header + np.uint32(len(records)).tobytes() + records.tobytes(), folder=True)
 
 
 def read_stl(path: Path) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from efficiency.loss.compare import Comparison
 from efficiency.pair import GearPair, Mesh
-from ehl.io.errors import InputError
+from ehl.io.files import make_folder
 from regression.data.dataset import Dataset
 from regression.formula import fit
 from regression.friction.formula import FittedFormula
@@ -78,10 +78,7 @@ def run_demo(
     from efficiency.studies.demonstration_report import write_demo_report
 
     folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("folder", str(folder), "a folder that can be written", f"{error}.") from None
+    make_folder(folder, "folder")
     seconds: dict[str, float] = {}
     clock = time.perf_counter()
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ehl.io.errors import InputError
+from ehl.io.files import write_file
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
@@ -104,11 +104,7 @@ def write_report(path: Path, title: str, subtitle: str, sections: Sequence[Secti
     page = environment.get_template("report.html").render(
         title=title, subtitle=subtitle, sections=sections, footer=footer
     )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise InputError("report", str(path), "a writable file", f"{error}.") from None
+    write_file(path, page, "report", folder=True)
     return path
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ehl.io.errors import InputError
+from ehl.io.files import make_folder
 from ehl.io.units import KELVIN
 
 if TYPE_CHECKING:
@@ -76,9 +77,6 @@ def save_figures(figures: Iterable[tuple[Any, ...]], folder: Path) -> None:
     InputError
         The folder cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("plot", str(folder), "a folder that can be written", f"{error}.") from None
+    make_folder(folder, "plot")
     for name, figure, *_ in figures:
         save_figure(figure, folder / f"{name}.png")

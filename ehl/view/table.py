@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ehl.io.errors import InputError
+from ehl.io.files import make_folder, write_file
 from ehl.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit
 
 if TYPE_CHECKING:
@@ -330,14 +331,11 @@ def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
     InputError
         The folder cannot be written.
     """
-    _make_folder(folder, "csv")
+    make_folder(folder, "csv")
     written = []
     for table in tables:
         path = folder / f"{re.sub(r'[^A-Za-z0-9.]+', '_', table.name or table.title)}.csv"
-        try:
-            path.write_text(table.csv(), encoding="utf-8", newline="")
-        except OSError as error:
-            raise InputError("csv", str(path), "a writable file", f"{error}.") from None
+        write_file(path, table.csv(), "csv")
         written.append(path)
     return written
 
@@ -355,7 +353,7 @@ def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
 
     from ehl import __version__
 
-    _make_folder(path.parent, "xlsx")
+    make_folder(path.parent, "xlsx")
     book = xlsxwriter.Workbook(str(path), {"nan_inf_to_errors": False, "strings_to_numbers": False})
     bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
     book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
@@ -411,13 +409,6 @@ def _sheet_names(tables: Sequence[Table]) -> list[str]:
             name = f"{clean[: _MAX_SHEET_NAME - 4]} {number}"
         names.append(name)
     return names
-
-
-def _make_folder(folder: Path, option: str) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(option, str(folder), "a folder that can be written", f"{error}.") from None
 
 
 def _with_unit(text: str, unit: str) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
 from ehl.io.errors import InputError
+from ehl.io.files import write_file
 from regression.calibration.calibrate import SOLVER_VERSION, Calibration, reference_temperature
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import RISING, card_with
@@ -107,10 +108,7 @@ def write_card(card: Oil, path: Path) -> None:
     """
     if path.suffix != ".toml":
         raise InputError("path", str(path), "a file name ending in .toml")
-    try:
-        path.write_text(card_text(card), encoding="utf-8")
-    except OSError as error:
-        raise InputError("path", str(path), "a writable path", f"{error.strerror}.") from None
+    write_file(path, card_text(card))
     Oil.load(str(path))
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from ehl import __version__
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.files import write_file
 from ehl.io.units import ValueRange
 from ehl.quantities import si_unit
 from regression.calibration.calibrate import all_values, setup_of, solver_of
@@ -147,7 +148,4 @@ def write_synthetic(
     for i in range(made.size):
         numbers = [f"{made.columns[name][i]:.8g}" for name in names]
         writer.writerow([made.curve[i], *numbers, f"{made.friction[i]:.6f}"])
-    try:
-        path.write_text(text.getvalue(), encoding="utf-8")
-    except OSError as error:
-        raise InputError("path", str(path), "a writable path", f"{error.strerror}.") from None
+    write_file(path, text.getvalue())

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ehl.io.errors import InputError
+from ehl.io.files import write_file
 from regression.export.c_text import c_text
 from regression.export.fortran_text import fortran_text
 from regression.export.latex_text import latex_text
@@ -82,10 +83,7 @@ def export_formula(
     if language not in _WITHOUT_LOOPS and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", path.stem):
         hint = "The function takes the name of the file."
         raise InputError("path", path.name, "a file name of letters, digits and _ that starts with a letter", hint)
-    try:
-        path.write_text(_TEXTS[language](program, path.stem), encoding="utf-8")
-    except OSError as error:
-        raise InputError("path", str(path), "a writable file", f"{error.strerror}.") from None
+    write_file(path, _TEXTS[language](program, path.stem))
     return program
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ehl.io.errors import InputError
+from ehl.io.files import write_file
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, validate
 from regression.friction.conditions import UNITS, Array, Conditions
@@ -267,10 +268,7 @@ class FittedFormula(InputModel):
         InputError
             The file cannot be written.
         """
-        try:
-            Path(path).write_text(self.to_json(), encoding="utf-8")
-        except OSError as error:
-            raise InputError("formula file", str(path), "a writable path", f"{error.strerror}.") from None
+        write_file(Path(path), self.to_json(), "formula file")
 
 
 def corrected(

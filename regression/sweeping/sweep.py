@@ -19,6 +19,7 @@ import numpy as np
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
+from ehl.io.files import make_folder
 from regression.data.store import ResultStore, finished_keys
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.cost import duration
@@ -293,10 +294,7 @@ def shard_path(folder: Path, number: int, shards: int) -> Path:
     InputError
         The folder cannot be created.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("run", str(folder), "a folder that can be written", f"{error.strerror}.") from None
+    make_folder(folder, "run")
     return folder / f"shard-{number:04d}-of-{shards:04d}.h5"
 
 
