@@ -126,6 +126,12 @@ def examine(*, installation_only: bool = False) -> list[Check]:
     -------
     list of Check
         An exception inside one is its failure.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> all(check.passed for check in efficiency.doctor(installation_only=True))
+    True
     """
     if installation_only:
         require_one_installation()

@@ -138,7 +138,7 @@ def load(name: str | Path) -> GearPair:
     --------
     >>> import efficiency
     >>> efficiency.load("fm_spiral_bevel_14x39")
-    GearPair(fm_spiral_bevel_14x39: 14x39, offset 0 mm, 300 N m, 100 rad/s, 75w90 at 363.15 K)
+    GearPair(fm_spiral_bevel_14x39: 14x39, offset 0 mm, 300 N m, 125.7 rad/s, 75w90 at 363.15 K)
     """
     return GearPair(load_design(name))
 
@@ -569,7 +569,7 @@ ElasticTeeth = tuple[tuple[Tooth, Tooth], tuple[str, ...]]
 class Mesh:
     """One flank pair of a gear pair in mesh: from `GearPair.mesh`.
 
-    Attributes
+    Parameters
     ----------
     design : Design
         The pair, misalignments included.
@@ -767,7 +767,7 @@ class Mesh:
 class LoadedMesh:
     """A mesh under one pinion torque: from `Mesh.load`.
 
-    Attributes
+    Parameters
     ----------
     mesh : Mesh
         Without load.
@@ -777,6 +777,13 @@ class LoadedMesh:
         Load distribution on both grids.
     external_load : Path, optional
         File the load distribution was read from.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+    >>> mesh.load("300 N m").torque
+    300.0
     """
 
     mesh: Mesh

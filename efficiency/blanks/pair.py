@@ -67,6 +67,12 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         The combination has no geometry; it names field, value and what would be allowed.
     ConvergenceError
         The iteration as printed ("standard", "tangent") does not reach its tolerance.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> f"{1e3 * efficiency.blank('iso23509_f4').module_normal:.3f} mm"
+    '4.028 mm'
     """
     if isinstance(inputs, Path | str):
         inputs = load_blank(inputs)

@@ -134,13 +134,25 @@ class DutyEnergy:
 class DutyCycle(Presented):
     """Energies of all rows of a duty cycle.
 
-    Attributes
+    Parameters
     ----------
     design, friction_model, oil : str
+        What was computed.
     rows : tuple of DutyEnergy
         In the order of the file.
     points : tuple of GridPoint
         Of the rows, with their results; not in `to_dict`.
+    output : Output, optional
+        Draws, prints and writes it.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> from efficiency.loss.duty import DutyRow
+    >>> rows = [DutyRow(torque=300.0, speed=157.0, temperature_oil=363.15, hours=2.0)]
+    >>> cycle = efficiency.load("fm_spiral_bevel_14x39").duty(rows, "constant:0.05", grid=(4, 9))
+    >>> cycle.total("hours")
+    2.0
     """
 
     design: str

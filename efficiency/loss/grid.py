@@ -76,12 +76,22 @@ class GridPoint:
 class Grid(Presented):
     """Efficiencies at all combinations of some axes; a failed point keeps its reason.
 
-    Attributes
+    Parameters
     ----------
     axes : dict
         Values of each axis, SI units; a design by its name.
     points : tuple of GridPoint
         First axis outermost.
+    output : Output, optional
+        Draws, prints and writes it.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+    >>> grid = mesh.over("constant:0.05", torque="200, 300 N m", speed=["500 rpm", "1500 rpm"])
+    >>> grid.shape, len(grid.to_frame())
+    ((2, 2), 4)
     """
 
     axes: dict[str, tuple[Any, ...]]

@@ -128,14 +128,16 @@ class Presented:
 class EfficiencyResult(Presented):
     """Efficiency of one pair at one operating point; SI units.
 
-    Attributes
+    Parameters
     ----------
-    design, side, friction_model, oil : str
+    design, side, friction_model : str
         What was computed.
     friction_in_equilibrium : bool
         Whether the friction forces take part in carrying the torque.
     driver : {"pinion", "gear"}
         Member the power comes from.
+    oil : str
+        Name of the oil card.
     torque_pinion, speed_pinion, temperature_oil : float
         At the pinion shaft [N m], [rad/s], [K].
     temperature_inlet : float
@@ -148,11 +150,11 @@ class EfficiencyResult(Presented):
         Of the roughness of either flank [m], [-].
     efficiency : float
         power_output/power_input, friction of sliding alone [-].
-    efficiency_with_rolling : float
-        With the rolling loss in it too [-].
     efficiency_lower, efficiency_upper : float
         With the friction model's own interval at every point at once; nan where it states none. Of solved contacts
         with the error of their mean friction.
+    efficiency_with_rolling : float
+        With the rolling loss in it too [-].
     efficiency_error : float
         Estimate of the discretisation error of the efficiency: sum of the next two.
     efficiency_error_positions, efficiency_error_points : float
@@ -197,14 +199,32 @@ class EfficiencyResult(Presented):
         Wall time of loss and friction; geometry and load are shared between results.
     pinion_angle, power_loss_positions, power_loss_rolling_positions, transmission_error_positions : arrays
         Over the mesh cycle [rad], [W], [W], [rad].
-    load, points, friction, lubrication
-        Load distribution, loaded points, friction, film and temperatures at them, for plots; not in `to_dict`.
-    model, operation, card
-        Friction model, operating point and oil card the result was computed with; not in `to_dict`.
+    load : LoadDistribution
+        For plots, as the next three; not in `to_dict`.
+    points : LoadedPoints
+        Loaded points of the cycle.
+    friction : FrictionEstimate
+        At these points.
+    lubrication : LocalLubrication
+        Film and temperatures at them.
+    model : FrictionModel
+        The result was computed with, as the next two; not in `to_dict`.
+    operation : Operation
+        Operating point.
+    card : Oil
+        Oil card.
     source : ResultSource, optional
         The loaded mesh it comes from; not in `to_dict`.
     output : Output, optional
         Draws, prints and writes it; not in `to_dict`.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+    >>> result = mesh.load("300 N m").efficiency("constant:0.05", speed="1500 rpm")
+    >>> f"{100.0 * result.efficiency:.1f} %"
+    '99.0 %'
     """
 
     design: str

@@ -35,6 +35,17 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     ------
     InputError
         The sheet cannot be read, or the design does not fit together.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import efficiency
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> files = efficiency.load("fm_spiral_bevel_14x39").export(folder, ["summary"])
+    >>> text, notes = efficiency.import_design(folder / "machine_summary.csv", like="fm_spiral_bevel_14x39")
+    >>> text.splitlines()[0]
+    'name = "machine_summary"'
     """
     summary = read_summary(sheet)
     notes = [f"not read: {line}" for line in summary.unread]

@@ -68,12 +68,24 @@ def run_demo(
     notify : callable
         Called with (step, done, total) as the work goes on.
 
+    Returns
+    -------
+    DemoResult
+        The run, its formulas, the comparison of the friction models and where the page is.
+
     Raises
     ------
     InputError
         The folder cannot be written.
     ConvergenceError
         A nonlinear fit did not settle.
+
+    Examples
+    --------
+    About a minute of work:
+
+    >>> import efficiency
+    >>> efficiency.demo("mixed-ehl-demo")  # doctest: +SKIP
     """
     from efficiency.studies.demonstration_report import write_demo_report
 

@@ -420,11 +420,25 @@ def run_study(
         Of `torque`, `speed`, `temperature`, `roughness_rms`, `E`, `P`, `G`, `alpha` in place of the default levels, as
         in `GearPair.over`.
 
+    Returns
+    -------
+    Study
+        One row for each combination, and the influence of each parameter.
+
     Raises
     ------
     InputError
         No design, two of one name, or a value that a single computation refuses. A point that cannot be computed is a
         recorded status.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> one = {"speed": ["1500 rpm"], "temperature": ["90 degC"], "roughness_rms": ["0.4 um"]}
+    >>> aligned = {"E": [0.0], "P": [0.0], "G": [0.0], "alpha": [0.0]}
+    >>> study = efficiency.study(["fm_spiral_bevel_14x39"], "constant:0.05", torque="200, 300 N m", **one, **aligned)
+    >>> len(study.to_frame())
+    2
     """
     clock = time.perf_counter()
     jobs = jobs or available_jobs()

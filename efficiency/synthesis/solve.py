@@ -51,12 +51,23 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     transmission : bool
         Whether to compute the unloaded transmission error where no target asks for it.
 
+    Returns
+    -------
+    SettingsResult
+        Machine settings of both members, what is left of the targets, and the design file.
+
     Raises
     ------
     InputError
         The blank or the cutter is impossible.
     ConvergenceError
         The gear or the conjugate pinion does not exist over the working depth.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> efficiency.settings("fh_spiral_bevel_12x37", transmission=False).status
+    'converged'
     """
     began = perf_counter()
     if isinstance(inputs, Path | str):

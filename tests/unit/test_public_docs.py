@@ -17,7 +17,7 @@ import pytest
 from numpydoc.validate import validate
 from pydantic import BaseModel
 
-PACKAGES = ("ehl", "regression")
+PACKAGES = ("ehl", "regression", "efficiency")
 DOCUMENTED = {
     "GL03",  # double blank lines
     "GL08",  # no docstring
