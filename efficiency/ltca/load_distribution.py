@@ -440,7 +440,8 @@ def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
     """Load and pressure at the edges."""
     count = len(load.positions)
     shares: dict[str, float] = {}
-    extended, peak, lower, upper = 0.0, 0.0, 0.0, 0.0
+    extended, peak = 0.0, 0.0
+    sections: list[FloatArray] = []
     edge, number, point = "", -1, -1
     for k, p in enumerate(load.positions):
         near = p.position.edge
@@ -460,11 +461,12 @@ def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
         ratio = p.position.radius_equivalent[at] / radius
         flank = p.pressure_hertz[at]
         distance = near.distance[at] / (4.0 * p.position.radius_equivalent[at] * flank / teeth.effective_modulus)
-        blunt, sharp = (
-            float((flank * EdgeSection.of(distance, ratio * factor).pressure_max).max())
-            for factor in (1.0 / _RADIUS_FACTOR, _RADIUS_FACTOR)
-        )
-        lower, upper = max(lower, blunt), max(upper, sharp)
+        sections.append(np.stack([distance, ratio, flank]))
     if not shares:
         return EdgeLoad()
+    distance, ratio, flank = np.concatenate(sections, axis=1)
+    lower, upper = (
+        float((flank * EdgeSection.of(distance, ratio * factor).pressure_max).max())
+        for factor in (1.0 / _RADIUS_FACTOR, _RADIUS_FACTOR)
+    )
     return EdgeLoad(float(sum(shares.values())), extended, shares, peak, lower, upper, edge, number, point)
