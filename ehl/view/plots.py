@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ehl.io.errors import InputError
 from ehl.io.files import make_folder
-from ehl.io.units import KELVIN
+from ehl.quantities import axis_label, to_display
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,21 +33,27 @@ def plot_smooth(line: LineContact, film: SteadyResult, heat: ThermalTraction | N
         axes = figure.add_subplot()
     inside = np.linspace(-1.0, 1.0, 201)
     hertz = line.pressure_hertz * np.sqrt(np.maximum(1.0 - inside**2, 0.0))
-    axes.plot(inside, hertz / 1e9, color=GREY, lw=1.0, ls="--", label="Hertz")
-    axes.plot(film.x / b, film.pressure / 1e9, color=BLUE, label="pressure")
-    axes.set(ylabel="pressure [GPa]", xlim=(-2.0, 1.5), ylim=(0.0, None))
+    axes.plot(inside, to_display("pressure", hertz), color=GREY, lw=1.0, ls="--", label="Hertz")
+    axes.plot(film.x / b, to_display("pressure", film.pressure), color=BLUE, label="pressure")
+    axes.set(ylabel=axis_label("pressure"), xlim=(-2.0, 1.5), ylim=(0.0, None))
     film_axes = axes.twinx()
-    film_axes.plot(film.x / b, film.film * 1e9, color=ORANGE, label="film thickness")
-    film_axes.set(ylabel="film thickness [nm]", ylim=(0.0, 4.0 * film.film_central * 1e9))
+    film_axes.plot(film.x / b, to_display("film_thickness", film.film), color=ORANGE, label="film thickness")
+    film_axes.set(
+        ylabel=axis_label("film_thickness"), ylim=(0.0, 4.0 * to_display("film_thickness", film.film_central))
+    )
     lines = [*axes.get_lines(), *film_axes.get_lines()]
     axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
     axes.set_title(title)
     if heat:
-        x, kelvin = heat.x / b, KELVIN
-        temperature_axes.plot(x, heat.temperature_film - kelvin, color=ORANGE, label="film, mid-layer")
-        temperature_axes.plot(x, heat.temperature_flash_1 - kelvin, color=BLUE, label="surface 1")
-        temperature_axes.plot(x, heat.temperature_flash_2 - kelvin, color=BLUE, ls="--", label="surface 2")
-        temperature_axes.set(ylabel="temperature [degC]")
+        x = heat.x / b
+        temperature_axes.plot(
+            x, to_display("temperature", heat.temperature_film), color=ORANGE, label="film, mid-layer"
+        )
+        temperature_axes.plot(x, to_display("temperature", heat.temperature_flash_1), color=BLUE, label="surface 1")
+        temperature_axes.plot(
+            x, to_display("temperature", heat.temperature_flash_2), color=BLUE, ls="--", label="surface 2"
+        )
+        temperature_axes.set(ylabel=axis_label("temperature"))
         temperature_axes.legend(loc="upper left", frameon=False)
     figure.axes[1 if heat else 0].set_xlabel("x/b [-]")
     return figure

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.units import KELVIN
+from ehl.quantities import axis_label, to_display
 from ehl.rough import TransientResult
 from ehl.rough.accuracy import BATCH
 from ehl.rough.batches import MIN_BATCHES, batch_means
@@ -88,7 +88,7 @@ def _mean_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> No
     axes.fill_between(x, profiles.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
     if math.isfinite(run.roughness_load_share):
         axes.plot(x, profiles.pressure_macroscopic / 1e9, color=RED, ls=":", label="macroscopic")
-    axes.set(ylabel="pressure [GPa]", ylim=(0.0, None))
+    axes.set(ylabel=axis_label("pressure"), ylim=(0.0, None))
     axes.set_title(f"mean over {run.travel:.3g} half-widths of travel", fontsize=9)
     axes.legend(loc="upper left", frameon=False, fontsize=8)
 
@@ -98,15 +98,15 @@ def _mean_film(axes: Axes, smooth: SteadyResult, run: TransientResult, b: float)
     axes.plot(run.profiles.x / b, run.profiles.film * 1e9, color=BLUE, label="film")
     axes.axhline(run.boundary_film * 1e9, color=RED, lw=0.8, ls=":", label="boundary film")
     highest = max(run.film_mean, smooth.film_central)
-    axes.set(ylabel="film thickness [nm]", ylim=(0.0, 3.0 * highest * 1e9))
+    axes.set(ylabel=axis_label("film_thickness"), ylim=(0.0, 3.0 * highest * 1e9))
     axes.legend(loc="upper center", frameon=False, fontsize=8)
 
 
 def _mean_temperature(axes: Axes, run: TransientResult, b: float) -> None:
     x = run.profiles.x / b
-    axes.plot(x, run.profiles.temperature_film - KELVIN, color=ORANGE, label="film, mid-layer")
-    axes.plot(x, run.profiles.temperature_surface - KELVIN, color=BLUE, label="warmer surface")
-    axes.set(ylabel="temperature [degC]")
+    axes.plot(x, to_display("temperature", run.profiles.temperature_film), color=ORANGE, label="film, mid-layer")
+    axes.plot(x, to_display("temperature", run.profiles.temperature_surface), color=BLUE, label="warmer surface")
+    axes.set(ylabel=axis_label("temperature"))
     axes.legend(loc="upper left", frameon=False, fontsize=8)
 
 
@@ -116,7 +116,7 @@ def _last_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> No
     hertz_line(axes, contact.pressure_hertz)
     axes.plot(x, last.pressure_fluid / 1e9, color=BLUE, lw=1.2, label="fluid")
     axes.fill_between(x, last.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
-    axes.set(ylabel="pressure [GPa]", ylim=(0.0, None))
+    axes.set(ylabel=axis_label("pressure"), ylim=(0.0, None))
     axes.set_title("last time step", fontsize=9)
     axes.legend(loc="upper left", frameon=False, fontsize=8)
 
@@ -129,7 +129,7 @@ def _last_film(axes: Axes, run: TransientResult, b: float) -> None:
     touching = last.pressure_asperity > 0.0
     axes.plot(x[touching], film[touching], color=ORANGE, marker="o", ms=4.0, ls="none", label="contact")
     inside = np.abs(x) < 1.0
-    axes.set(ylabel="film thickness [nm]", ylim=(0.0, 1.45 * float(film[inside].max())))
+    axes.set(ylabel=axis_label("film_thickness"), ylim=(0.0, 1.45 * float(film[inside].max())))
     axes.legend(loc="upper center", framealpha=0.9, edgecolor="none", fontsize=8, ncols=3)
 
 
@@ -166,7 +166,7 @@ def _friction(axes: Axes, run: TransientResult) -> None:
             label=f"90 % interval, from {MIN_BATCHES} batches on",
         )  # fmt: skip
     axes.plot(travel, mean, color=BLUE, label="running mean")
-    axes.set(xlim=(0.0, run.travel), xlabel="rolled distance [b]", ylabel="friction coefficient [-]")
+    axes.set(xlim=(0.0, run.travel), xlabel="rolled distance [b]", ylabel=axis_label("friction_coefficient"))
     low, high = np.quantile(run.history_friction, (0.002, 0.998))
     axes.set_ylim(low - 0.1 * (high - low), high + 0.35 * (high - low))
     axes.legend(loc="upper right", frameon=False, fontsize=8, ncols=3)
@@ -243,14 +243,14 @@ def plot_profile(profile: RoughProfile, title: str = "") -> Figure:
     line, panels = axes["line"], [axes[name] for name in ("density", "correlation", "spectrum")]
     heights, scale = np.asarray(profile.heights) * 1e6, 1e6
     line.plot(profile.x * 1e3, heights, color=BLUE, lw=0.7)
-    line.set(xlabel="x [mm]", ylabel="height [um]", xlim=(0.0, profile.length * 1e3))
+    line.set(xlabel="x [mm]", ylabel="height [µm]", xlim=(0.0, profile.length * 1e3))
     line.set_title(title or profile.source or "profile", fontsize=9)
 
     rq = max(profile.rms * scale, 1e-9)
     panels[0].hist(heights, bins=60, density=True, color=BLUE, alpha=0.5)
     z = np.linspace(-4.0 * rq, 4.0 * rq, 161)
     panels[0].plot(z, np.exp(-0.5 * (z / rq) ** 2) / (rq * math.sqrt(2.0 * math.pi)), color=GREY)
-    panels[0].set(xlabel="height [um]", ylabel="density [1/um]")
+    panels[0].set(xlabel="height [µm]", ylabel="density [1/µm]")
     moments = f"skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}"
     panels[0].set_title(f"Rq {profile.rms * scale:.3g} um, {moments}", fontsize=8)
 
@@ -263,14 +263,14 @@ def plot_profile(profile: RoughProfile, title: str = "") -> Figure:
     if math.isfinite(lc):
         panels[1].plot(lag[near] * 1e6, np.exp(-((lag[near] / lc) ** 2)), color=GREY)
     panels[1].axhline(0.0, color=GREY, lw=0.5)
-    panels[1].set(xlabel="lag [um]", ylabel="autocorrelation [-]")
-    panels[1].set_title(f"correlation length {lc * 1e6:.3g} um", fontsize=8)
+    panels[1].set(xlabel="lag [µm]", ylabel="autocorrelation [-]")
+    panels[1].set_title(f"correlation length {lc * 1e6:.3g} µm", fontsize=8)
 
     power = np.abs(np.fft.rfft(heights)[1:]) ** 2 / len(heights) ** 2 * 2.0
     wavelength = profile.length / np.arange(1, len(power) + 1) * 1e6
     shown = power > 1e-12 * max(float(power.max(initial=0.0)), 1e-300)
     panels[2].loglog(wavelength[shown], power[shown], color=BLUE, lw=0.7)
     panels[2].axvline(profile.cutoff * 1e6, color=ORANGE, ls="--", lw=1.0)
-    panels[2].set(xlabel="wavelength [um]", ylabel="power [um^2]")
-    panels[2].set_title(f"cut-off {profile.cutoff * 1e6:.3g} um", fontsize=8)
+    panels[2].set(xlabel="wavelength [µm]", ylabel="power [µm²]")
+    panels[2].set_title(f"cut-off {profile.cutoff * 1e6:.3g} µm", fontsize=8)
     return figure
