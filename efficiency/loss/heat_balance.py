@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from pydantic import model_validator
 
@@ -27,6 +28,8 @@ from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import KELVIN, ValueRange
 from ehl.io.validation import InputModel
 from ehl.material import Material
+from ehl.quantities import quantity
+from ehl.view.table import Table
 
 FloatArray = NDArray[np.float64]
 Solve = Callable[[Operation], EfficiencyResult]
@@ -110,6 +113,30 @@ class HeatBalance:
     def __repr__(self) -> str:
         pinion, gear = self.result.temperature_bulk_1, self.result.temperature_bulk_2
         return f"HeatBalance(bulk {pinion:.5g} K and {gear:.5g} K, heat {self.heat[0]:.4g} W and {self.heat[1]:.4g} W)"
+
+    def table(self) -> Table:
+        """Bulk temperature, heat and thermal resistance of both members."""
+        result = self.result
+        inlet = quantity("temperature_inlet").text(result.temperature_inlet)
+        return Table.from_columns(
+            {
+                "member": ("pinion", "gear"),
+                "temperature_bulk": (result.temperature_bulk_1, result.temperature_bulk_2),
+                "heat": self.heat,
+                "thermal_resistance": self.thermal_resistance,
+            },
+            title="Heat balance: bulk temperatures at which friction heat and cooling of the teeth agree.",
+            notes=(f"oil enters the contacts at {inlet}; {self.rounds} rounds, {self.residual:.1g} K left",),
+            name="heat balance",
+            vertical=True,
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """The same in SI units, one row for each member."""
+        return self.table().to_frame()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
 
 def wetted_heat_transfer(lubricant: Lubricant, speed: float) -> float:

@@ -16,12 +16,14 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import SolvedFriction
 from efficiency.loss.result import EfficiencyResult
 from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
+from ehl.view.table import Column, Table
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
 
@@ -106,7 +108,7 @@ class UncertaintySource:
     note: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EfficiencyUncertainty:
     """Interval of the efficiency.
 
@@ -135,6 +137,35 @@ class EfficiencyUncertainty:
         """For JSON; not-a-number becomes None."""
         content: dict[str, Any] = finite_or_none(self)
         return content
+
+    def __repr__(self) -> str:
+        return f"EfficiencyUncertainty({self._interval()})"
+
+    def _interval(self) -> str:
+        """The interval in words."""
+        low, middle, high = (
+            f"{100.0 * value:.3f}" for value in (self.efficiency_lower, self.efficiency, self.efficiency_upper)
+        )
+        return f"efficiency {middle} %, {100.0 * self.level:.0f} % interval {low} to {high} %"
+
+    def table(self) -> Table:
+        """Where the uncertainty comes from."""
+        columns = (
+            "source",
+            Column("sigma_efficiency", of="efficiency_error", label="sigma of the efficiency"),
+            Column("variance_share", of="share", label="share of the variance", digits=3),
+            Column("sigma_input", label="sigma of the source, SI", digits=3),
+            "note",
+        )
+        rows = [(s.name, s.sigma_efficiency, s.variance_share, s.sigma_input, s.note) for s in self.sources]
+        return Table(columns, rows, title=f"Uncertainty: {self._interval()}.", name="uncertainty")
+
+    def to_frame(self) -> pd.DataFrame:
+        """The same, one row for each source."""
+        return self.table().to_frame()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
 
 def with_boundary_friction(model: FrictionModel, value: float) -> FrictionModel | None:

@@ -177,10 +177,8 @@ def write_result(
 
 def _added(balance: HeatBalance | None, uncertainty: EfficiencyUncertainty | None) -> list[Table]:
     """Tables of what was computed with a result."""
-    from efficiency.output.tables import balance_table, uncertainty_table
-
-    found = [] if balance is None else [balance_table(balance)]
-    return found if uncertainty is None else [*found, uncertainty_table(uncertainty)]
+    found = [] if balance is None else [balance.table()]
+    return found if uncertainty is None else [*found, uncertainty.table()]
 
 
 def write_map(design: Design, grid: Grid, files: OutputFiles, units: Units = "metric") -> None:

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
     from efficiency.loss.duty import DutyCycle
     from efficiency.loss.grid import Grid
-    from efficiency.loss.heat_balance import HeatBalance
     from efficiency.loss.result import EfficiencyResult
-    from efficiency.loss.uncertainty import EfficiencyUncertainty
 
 _SUMMARY = (
     "efficiency",
@@ -305,43 +303,3 @@ def duty_table(cycle: DutyCycle) -> Table:
         notes=(summary, *(f"note     {note}" for note in cycle.notes)),
         name="duty",
     )
-
-
-def balance_table(balance: HeatBalance) -> Table:
-    """Heat balance of the teeth of both members."""
-    result = balance.result
-    bulk = (result.temperature_bulk_1, result.temperature_bulk_2)
-    inlet = quantity("temperature_inlet").text(result.temperature_inlet)
-    return Table.from_columns(
-        {
-            "member": ("pinion", "gear"),
-            "temperature_bulk": bulk,
-            "heat": balance.heat,
-            "thermal_resistance": balance.thermal_resistance,
-        },
-        title="Heat balance: bulk temperatures at which friction heat and cooling of the teeth agree.",
-        notes=(f"oil enters the contacts at {inlet}; {balance.rounds} rounds, {balance.residual:.1g} K left",),
-        name="heat balance",
-        vertical=True,
-    )
-
-
-def uncertainty_text(uncertainty: EfficiencyUncertainty) -> str:
-    """Interval of the efficiency in words."""
-    low, high = percent(uncertainty.efficiency_lower), percent(uncertainty.efficiency_upper)
-    return (
-        f"efficiency {percent(uncertainty.efficiency)} %, {100.0 * uncertainty.level:.0f} % interval {low} to {high} %"
-    )
-
-
-def uncertainty_table(uncertainty: EfficiencyUncertainty) -> Table:
-    """Where the uncertainty of an efficiency comes from."""
-    columns = (
-        "source",
-        Column("sigma_efficiency", of="efficiency_error", label="sigma of the efficiency"),
-        Column("variance_share", of="share", label="share of the variance", digits=3),
-        Column("sigma_input", label="sigma of the source, SI", digits=3),
-        "note",
-    )
-    rows = [(s.name, s.sigma_efficiency, s.variance_share, s.sigma_input, s.note) for s in uncertainty.sources]
-    return Table(columns, rows, title=f"Uncertainty: {uncertainty_text(uncertainty)}.", name="uncertainty")

@@ -12,6 +12,7 @@ import pytest
 from samples import STEEL
 from small_plans import GEAR_VARIABLES
 
+import efficiency
 import ehl
 import regression
 from ehl.io.validation import validate
@@ -43,6 +44,16 @@ def plan() -> regression.Plan:
     return validate(regression.Plan, tomllib.loads(text))
 
 
+@cache
+def mesh() -> efficiency.Mesh:
+    return efficiency.load("fm_hypoid_13x42").mesh(positions=4, points_per_line=9)
+
+
+@cache
+def gear_result() -> efficiency.EfficiencyResult:
+    return mesh().load("250 N m").efficiency("75w90")
+
+
 OBJECTS: dict[str, Callable[[], Any]] = {
     "ehl.Contact": contact,
     "ehl.ContactResult": result,
@@ -57,6 +68,15 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "regression.Formula": lambda: regression.friction_model("75w90"),
     "regression.friction_model": lambda: regression.friction_model("xu_kahraman_2007"),
     "regression.published": lambda: regression.published(),
+    "efficiency.GearPair": lambda: efficiency.load("fm_hypoid_13x42"),
+    "efficiency.Mesh": mesh,
+    "efficiency.LoadedMesh": lambda: mesh().load("250 N m"),
+    "efficiency.EfficiencyResult": gear_result,
+    "efficiency.EfficiencyResult.uncertainty": lambda: gear_result().uncertainty(),
+    "efficiency.EfficiencyResult.heat_balance": lambda: gear_result().heat_balance(),
+    "efficiency.Grid": lambda: mesh().over("75w90", torque="250 N m", speed=["500 rpm", "1500 rpm"]),
+    "efficiency.LoadedMesh.compare": lambda: mesh().load("250 N m").compare(["constant:0.05", "75w90"]),
+    "efficiency.blank": lambda: efficiency.blank("iso23509_f4"),
 }
 
 
@@ -65,3 +85,15 @@ def test_repr_is_short(name: str) -> None:
     text = repr(OBJECTS[name]())
     assert len(text) < LIMIT, f"{len(text)} characters: {text[:200]}"
     assert str(Path.cwd()) not in text
+
+
+RESULTS = (
+    "ehl.ContactResult", "ehl.PathResult", "regression.Formula", "efficiency.EfficiencyResult",
+    "efficiency.EfficiencyResult.uncertainty", "efficiency.EfficiencyResult.heat_balance", "efficiency.Grid",
+    "efficiency.LoadedMesh.compare", "efficiency.blank",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_notebook_shows_a_table(name: str) -> None:
+    assert "<table" in OBJECTS[name]()._repr_html_()
