@@ -123,7 +123,7 @@ def load(name: str | Path) -> GearPair:
     Parameters
     ----------
     name : str or Path
-        Design file (TOML) or name of a shipped design (`efficiency.shipped`).
+        Design file (TOML) or name of a shipped design (`ehl.shipped`).
 
     Returns
     -------
