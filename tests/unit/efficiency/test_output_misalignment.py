@@ -91,7 +91,7 @@ def test_study_on_the_command_line(mixed_ehl: Cli) -> None:
     assert study["G"] == pytest.approx([-5e-5, 0.0, 5e-5], abs=1e-18)
     assert len(study["points"]) == 3
     table = mixed_ehl("misalignment", PAIR, "--G", "0, 0.05 mm")
-    for words in ("TE peak to peak [arcsec]", "2 states", "0.05000"):
+    for words in ("TE peak to peak", "[arcsec]", "2 states", "0.05000"):  # heads fold on narrow terminals
         assert words in table.out
 
 
