@@ -29,10 +29,10 @@ from matplotlib.figure import Figure
 
 from efficiency.design.design import Design, load_design
 from efficiency.loss.efficiency import load_grids, mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh
-from efficiency.loss.result import EfficiencyResult
 from efficiency.pair import GearPair, Mesh, resolve_friction
 from ehl.fluid.oil import Oil
 from regression.formula import shipped_formulas

@@ -28,7 +28,7 @@ from gear_stress_cases import blank_content, formate, row
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
-from efficiency.blanks.result import PairBlank
+from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission

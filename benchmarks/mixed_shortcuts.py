@@ -20,8 +20,8 @@ import numpy as np
 from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
 
 from ehl.contact import Contact
+from ehl.contact_result import ContactResult
 from ehl.io.validation import validate
-from ehl.result import ContactResult
 from ehl.rough import solve_transient
 from ehl.rough.accuracy import BUDGET
 

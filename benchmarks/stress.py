@@ -39,8 +39,8 @@ import numpy as np
 from stress_cases import Scene, scenes
 
 import ehl.rough.mixed
+from ehl.contact_result import ContactResult, friction_above_limit_temperature
 from ehl.io.errors import ConvergenceError, InputError
-from ehl.result import ContactResult, friction_above_limit_temperature
 from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
 from ehl.rough.mixed import TOLERANCE

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from efficiency.loss.duty import DutyCycle as DutyCycle
+    from efficiency.loss.efficiency_result import EfficiencyResult as EfficiencyResult
     from efficiency.loss.grid import Grid as Grid
-    from efficiency.loss.result import EfficiencyResult as EfficiencyResult
     from efficiency.pair import GearPair as GearPair
     from efficiency.pair import LoadedMesh as LoadedMesh
     from efficiency.pair import Mesh as Mesh
@@ -28,7 +28,7 @@ _HOMES = {
     "GearPair": "efficiency.pair",
     "Mesh": "efficiency.pair",
     "LoadedMesh": "efficiency.pair",
-    "EfficiencyResult": "efficiency.loss.result",
+    "EfficiencyResult": "efficiency.loss.efficiency_result",
     "Grid": "efficiency.loss.grid",
     "DutyCycle": "efficiency.loss.duty",
     "blank": "efficiency.blanks.pair:pair_blank",

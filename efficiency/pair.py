@@ -27,11 +27,11 @@ from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyCycle, DutyRow, duty_cycle, read_duty
 from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.friction_equilibrium import load_grids_with_friction
 from efficiency.loss.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
 from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
-from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.local_compliance import Tooth

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ehl.contact import Contact
+    from ehl.contact_result import ContactResult
     from ehl.fluid.lubricant import Lubricant
     from ehl.fluid.oil import Oil
     from ehl.io.data import shipped
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from ehl.material import Material
     from ehl.path import PathResult, solve_path
     from ehl.quantities import Quantity, quantity
-    from ehl.result import ContactResult
     from ehl.state import ContactState
     from ehl.view.table import Table
 
@@ -23,7 +23,7 @@ __version__ = "0.1.0"
 # name -> module: compiled code is loaded when it is asked for, not when the command line starts
 _MODULES = {
     "Contact": "ehl.contact",
-    "ContactResult": "ehl.result",
+    "ContactResult": "ehl.contact_result",
     "ContactState": "ehl.state",
     "ConvergenceError": "ehl.io.errors",
     "InputError": "ehl.io.errors",

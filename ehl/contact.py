@@ -28,7 +28,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
 
 if TYPE_CHECKING:
-    from ehl.result import ContactResult
+    from ehl.contact_result import ContactResult
 
 # keyword -> (table, key) of the input file
 KEYWORDS: dict[str, tuple[str, str]] = {

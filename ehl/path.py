@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.contact import Contact
+from ehl.contact_result import ContactResult, results_frame
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
@@ -19,7 +20,6 @@ from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.validation import validate
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.result import ContactResult, results_frame
 from ehl.solve import solve_contact
 from ehl.state import ContactState
 

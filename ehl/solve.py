@@ -11,19 +11,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from ehl.fluid.load_sharing import load_sharing
-from ehl.fluid.lubricant import Lubricant
-from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
-from ehl.io.errors import ConvergenceError
-from ehl.line_contact import LineContact
-from ehl.material import Material
-from ehl.result import (
+from ehl.contact_result import (
     ContactResult,
     friction_above_limit_temperature,
     limit_notes,
     mesh_error_too_large,
     rejection_reason,
 )
+from ehl.fluid.load_sharing import load_sharing
+from ehl.fluid.lubricant import Lubricant
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
+from ehl.io.errors import ConvergenceError
+from ehl.line_contact import LineContact
+from ehl.material import Material
 from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
 from ehl.rough.mixed import (
     TOLERANCE,

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from math import degrees, gcd, sin
 
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.result import BlankWarning, PairBlank
+from efficiency.blanks.pair_blank import BlankWarning, PairBlank
 from ehl.io.errors import InputError
 
 KINDS = (

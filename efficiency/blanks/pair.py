@@ -24,9 +24,9 @@ from efficiency.blanks.dimensions import (
 )
 from efficiency.blanks.inputs import Hand, PairBlankInput, load_blank
 from efficiency.blanks.lengthwise import Trace, check_trace
+from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.blanks.pitch_cones import pitch_cones
 from efficiency.blanks.proportions import factors, taper_angles
-from efficiency.blanks.result import MemberBlank, PairBlank
 from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, tangent_cones
 from efficiency.blanks.virtual_gears import virtual_gears

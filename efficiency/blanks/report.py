@@ -9,7 +9,7 @@ from ehl.quantities import quantity
 from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
-    from efficiency.blanks.result import PairBlank
+    from efficiency.blanks.pair_blank import PairBlank
 
 _MEMBER = (
     "pitch_angle",

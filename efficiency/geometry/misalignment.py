@@ -19,7 +19,7 @@ from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.pattern import MARKING
 from efficiency.design.design import Design
-from efficiency.loss.result import Output, Presented
+from efficiency.loss.efficiency_result import Output, Presented
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.numbers import finite_or_none
 

@@ -18,7 +18,7 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
-from efficiency.loss.result import Output, Presented
+from efficiency.loss.efficiency_result import Output, Presented
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.units import ValueRange

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
-from efficiency.loss.result import EfficiencyResult, Output, Presented
 from ehl.fluid.oil import Oil
 from ehl.io.numbers import finite_or_none
 from regression.friction.models import ConstantFriction, FrictionModel

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.contact.gear_flanks import Side
+from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
 from efficiency.loss.grid import GridPoint, count_reasons
 from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
-from efficiency.loss.result import EfficiencyResult, Output, Presented
 from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.table_files import read_table

@@ -14,11 +14,11 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.loss.efficiency_result import EfficiencyResult, Reason
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loaded_points
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
-from efficiency.loss.result import EfficiencyResult, Reason
 from efficiency.ltca.limits import points_above_hardness
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from efficiency.loss.contact_sample import chain, coordinates, nearest, predict, remoteness, spread, worth_solving
 from efficiency.loss.lubrication import SolvedFriction
+from ehl.contact_result import ContactResult
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from ehl.state import ContactState
 from regression.friction.models import FrictionFlag

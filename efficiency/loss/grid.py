@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.result import EfficiencyResult, Output, Presented
+from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
 from ehl.io.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from efficiency.blanks.cones import Blank
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share
-from efficiency.loss.result import EfficiencyResult
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import TEMPERATURE_RANGE
 from ehl.io.errors import ConvergenceError, InputError

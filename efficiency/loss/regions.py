@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.power_loss import position_losses
-from efficiency.loss.result import EfficiencyResult
 
 FloatArray = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import SolvedFriction
-from efficiency.loss.result import EfficiencyResult
 from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
 from ehl.view.table import Column, Table

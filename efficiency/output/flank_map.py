@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
     from efficiency.contact.gear_flanks import GearFlanks, Member
-    from efficiency.loss.result import EfficiencyResult
+    from efficiency.loss.efficiency_result import EfficiencyResult
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

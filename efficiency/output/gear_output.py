@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from efficiency.geometry.misalignment import MisalignmentGrid
 from efficiency.loss.compare import Comparison
 from efficiency.loss.duty import DutyCycle
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.grid import Grid
-from efficiency.loss.result import EfficiencyResult
 from ehl.io.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class OutputFiles:
 
 @dataclass(frozen=True)
 class GearOutput:
-    """Draws, prints and writes the results of a design (`efficiency.loss.result.Output`)."""
+    """Draws, prints and writes the results of a design (`efficiency.loss.efficiency_result.Output`)."""
 
     design: Design
 
@@ -125,7 +125,7 @@ class GearOutput:
             table.print()
 
     def write(self, result: Any, units: Any, **files: Any) -> list[Path]:
-        """Write files, see `efficiency.loss.result.Presented.write`."""
+        """Write files, see `efficiency.loss.efficiency_result.Presented.write`."""
         from efficiency.output import geometry_report, misalignment_table, plots_misalignment
         from ehl.view.plots import save_figures
 

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.design.design import Design
+    from efficiency.loss.efficiency_result import EfficiencyResult
     from efficiency.loss.grid import Grid
-    from efficiency.loss.result import EfficiencyResult
 
 Named = tuple[str, "Figure", str]
 

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.loss.compare import Comparison
+    from efficiency.loss.efficiency_result import EfficiencyResult
     from efficiency.loss.grid import Grid
-    from efficiency.loss.result import EfficiencyResult
 
 
 OPERATION = ("torque_pinion", "speed_pinion", "temperature_oil")

@@ -21,8 +21,8 @@ from regression.friction.models import FrictionFlag
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
     from efficiency.loss.duty import DutyCycle
+    from efficiency.loss.efficiency_result import EfficiencyResult
     from efficiency.loss.grid import Grid
-    from efficiency.loss.result import EfficiencyResult
 
 _SUMMARY = (
     "efficiency",

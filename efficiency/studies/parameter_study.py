@@ -26,9 +26,9 @@ import numpy as np
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
+from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.grid import count_reasons, solve_points
-from efficiency.loss.result import EfficiencyResult, Output, Presented
 from efficiency.pair import POINTS_PER_LINE, POSITIONS, Friction, GearPair, axis_values, resolve_friction
 from ehl import __version__
 from ehl.fluid.oil import Oil
@@ -316,7 +316,7 @@ class Study(Presented):
 
 @dataclass(frozen=True)
 class StudyOutput:
-    """Draws, prints and writes a study (`efficiency.loss.result.Output`)."""
+    """Draws, prints and writes a study (`efficiency.loss.efficiency_result.Output`)."""
 
     def figures(self, result: Study) -> dict[str, Figure]:
         """Figures by their names."""

@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from efficiency.blanks.result import MemberBlank, PairBlank
+from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.machine import MachineSettings

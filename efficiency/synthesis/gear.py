@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.blanks.cones import Blank
-from efficiency.blanks.result import PairBlank
+from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank, FlankPoints

@@ -8,7 +8,7 @@ from ehl.quantities import quantity
 from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
-    from efficiency.synthesis.result import FlankFit, SettingsResult
+    from efficiency.synthesis.settings_result import FlankFit, SettingsResult
 
 MAP_FROM = 1e-9  # a residual map is shown where the largest residual exceeds this [m]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.blanks.pair import pair_blank
-from efficiency.blanks.result import PairBlank
+from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.transmission import Transmission
@@ -25,7 +25,7 @@ from efficiency.synthesis.fit import FitResult, FittedFlank, fit, measure
 from efficiency.synthesis.free_settings import FreeSettings, free_settings, with_motions
 from efficiency.synthesis.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
-from efficiency.synthesis.result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
+from efficiency.synthesis.settings_result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
 from efficiency.synthesis.target_flank import backlash_angle, target_flank, target_relief
 from ehl.io.errors import ConvergenceError
 

@@ -6,8 +6,8 @@ valleys of the roughness, and heat, solved at every time step; friction is a tim
 
 from __future__ import annotations
 
-from ehl.rough.result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.rough.solve import solve_transient
 from ehl.rough.surfaces import RoughSurfaces
+from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
 
 __all__ = ["Fallbacks", "Profiles", "RoughSurfaces", "Snapshot", "TransientResult", "solve_transient"]

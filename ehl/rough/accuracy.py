@@ -47,7 +47,7 @@ SWEEP_FILM_MIN = 0.1  # of the composite Rq: thinner films are not what keeps su
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """Numbers of one run.
 
     Parameters
@@ -118,7 +118,7 @@ def level_of(accuracy: Accuracy | float) -> str:
     return "fast" if accuracy >= 0.04 else "standard" if accuracy >= 0.012 else "reference"
 
 
-def make_plan(
+def make_run_plan(
     accuracy: Accuracy | float,
     contact: LineContact,
     surfaces: RoughSurfaces,
@@ -127,7 +127,7 @@ def make_plan(
     drained: bool,
     thermal: bool,
     fine: bool = False,
-) -> Plan:
+) -> RunPlan:
     """Plan of a run; ``accuracy`` is a level or the relative tolerance on mu.
 
     ``fine`` allows the larger budget of nodes, with shorter start-up and window.
@@ -163,7 +163,7 @@ def make_plan(
     study = level != "fast"
     accurate, most = BUDGET[level]
     most = most if fine else accurate
-    plan = Plan(
+    plan = RunPlan(
         spacing,
         tolerance,
         window_min,
@@ -179,7 +179,7 @@ def make_plan(
     return _shortened(plan, surfaces.correlation_length / contact.half_width) if fine else plan
 
 
-def _shortened(plan: Plan, correlation_length: float) -> Plan:
+def _shortened(plan: RunPlan, correlation_length: float) -> RunPlan:
     """Shorter start-up and window for fine roughness; ``correlation_length`` in b."""
     share = min(max(correlation_length / FINE_LENGTH, MIN_SHARE), 1.0)
     return replace(
@@ -205,7 +205,7 @@ def min_nodes(correlation_length: float) -> float:
     return MIN_PER_LENGTH * MIN_MESH_LENGTH / correlation_length
 
 
-def with_overrides(plan: Plan, nodes: int | None, travel: float | None, length: float) -> Plan:
+def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, length: float) -> RunPlan:
     """The plan with a fixed number of nodes or a fixed window, inside the budget of nodes.
 
     Raises

@@ -36,12 +36,12 @@ from ehl.rough._kernels.march import (
     TEMPERATURE_MAX,
 )
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.accuracy import EXCHANGE_WINDOW, Accuracy, Plan, make_plan, mesh_length, with_overrides
-from ehl.rough.result import Fallbacks, Profiles, Snapshot, TransientResult
+from ehl.rough.accuracy import EXCHANGE_WINDOW, Accuracy, RunPlan, make_run_plan, mesh_length, with_overrides
 from ehl.rough.run import Run
 from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, density_ratio
 from ehl.rough.soe import LogConvolution
 from ehl.rough.surfaces import RoughSurfaces
+from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.rough.window import Window, film_jumped, mesh_error, net_exchange, realisation_error, roll_until_settled
 
 Array = NDArray[np.float64]
@@ -141,7 +141,7 @@ def solve_transient(
     estimate = contact.film_moes(lubricant)
     drained = math.isfinite(peklenik_number) and bool(rough.profiles)
     length = mesh_length(contact, estimate)
-    plan = make_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal, fine=fine_roughness)
+    plan = make_run_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal, fine=fine_roughness)
     plan = with_overrides(plan, nodes, travel, length)
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
@@ -185,7 +185,7 @@ def solve_transient(
     return _result(contact, lubricant, rough, bodies, plan, coarse, fine, estimate, half, double, begin)
 
 
-def warmed(window: Window, plan: Plan) -> Array:
+def warmed(window: Window, plan: RunPlan) -> Array:
     """Warm the surfaces of a run by its own mean heat instead of rolling on until they are; returns that flux."""
     for _ in range(WARMING_ROUNDS):
         flux = window.mean_flux(WARMING_TRAVEL)
@@ -204,7 +204,7 @@ def _friction_at(
     surfaces: RoughSurfaces,
     materials: tuple[Material, Material],
     settings: Settings,
-    plan: Plan,
+    plan: RunPlan,
     reference: Window,
 ) -> float:
     """mu of a coarse run over the window of the reference, with other settings."""
@@ -231,7 +231,7 @@ def _check(contact: LineContact, film: float, friction: float, peklenik: float, 
 
 
 def _notes(
-    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: Problem, plan: Plan
+    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: Problem, plan: RunPlan
 ) -> tuple[str, ...]:
     notes = []
     if problem.settings.nodes == plan.nodes_max:
@@ -251,7 +251,7 @@ def _notes(
     return tuple(notes)
 
 
-def _status(records: Array, fine: Window, plan: Plan) -> tuple[str, str]:
+def _status(records: Array, fine: Window, plan: RunPlan) -> tuple[str, str]:
     mean, half_width = fine.interval()
     stages = records[:, STAGE]
     if not math.isfinite(mean):
@@ -277,7 +277,7 @@ def _result(
     lubricant: Lubricant,
     surfaces: RoughSurfaces,
     materials: tuple[Material, Material],
-    plan: Plan,
+    plan: RunPlan,
     coarse: Window,
     fine: Window,
     estimate: float,

@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE
-from ehl.rough.accuracy import BATCH, FRONT_STARTUP, Plan
+from ehl.rough.accuracy import BATCH, FRONT_STARTUP, RunPlan
 from ehl.rough.batches import batch_means, paired_error
 from ehl.rough.run import Run
 from ehl.rough.surfaces import RoughSurfaces
@@ -110,7 +110,7 @@ def film_jumped(part: Array, records: Array) -> bool:
     return not bool(part[:, FILM_MEAN].max() <= FILM_JUMP * usual)
 
 
-def roll_until_settled(coarse: Window, fine: Window, plan: Plan) -> None:
+def roll_until_settled(coarse: Window, fine: Window, plan: RunPlan) -> None:
     """Roll both runs in blocks until the interval of the fine one is inside the tolerance or the window is full."""
     rolled = 0.0
     while rolled < plan.window_max - 1e-9:

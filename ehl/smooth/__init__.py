@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ehl.smooth.result import SteadyResult
 from ehl.smooth.solver import FALLBACKS, REASONS, solve_steady
+from ehl.smooth.steady_result import SteadyResult
 
 __all__ = ["FALLBACKS", "REASONS", "SteadyResult", "solve_steady"]

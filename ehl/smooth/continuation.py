@@ -12,12 +12,12 @@ from scipy.interpolate import PchipInterpolator
 from ehl.fluid.rheology import NEWTONIAN
 from ehl.smooth.mesh import Features, features_of, grade
 from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
-from ehl.smooth.scaling import Scene
+from ehl.smooth.scaling import ScaledContact
 
 Array = NDArray[np.float64]
 
 EASY_LOG_VISCOSITY = 2.0
-EASY_SHEAR = (0.03, 0.1)  # range of shear numbers at the start, where the scene has any: no sharp spike on the way
+EASY_SHEAR = (0.03, 0.1)  # range of shear numbers at the start, where the contact has any: no sharp spike on the way
 EASY_LOADS = (2.0, 10.0)  # range of Moes load numbers the path may start at
 MAX_ITERATIONS = 150  # of one path; plain contacts take 10 to 60
 PATH_NODES = 97
@@ -54,15 +54,15 @@ def features_of_level(level: Level) -> Features:
     return features_of(level.x, level.unknowns.pressure, level.unknowns.flow)
 
 
-def easy_start(scene: Scene, nodes: int, report: PathReport) -> tuple[Level, Scene]:
+def easy_start(scaled: ScaledContact, nodes: int, report: PathReport) -> tuple[Level, ScaledContact]:
     """The easy end of the path: nearly constant viscosity, moderate load; converges from the Hertz pressure."""
-    load = min(max(scene.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
+    load = min(max(scaled.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
     lam = 3.0 * math.pi**2 / (8.0 * load**2)
-    stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scene.log_viscosity, 1e-12))
-    shear = min(scene.gamma, EASY_SHEAR[1])
-    if scene.gamma > 0.0 and (scene.shear.plain or scene.shear.kind != NEWTONIAN):  # more shear would only meet a limit
+    stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scaled.log_viscosity, 1e-12))
+    shear = min(scaled.gamma, EASY_SHEAR[1])
+    if scaled.gamma > 0.0 and (scaled.shear.plain or scaled.shear.kind != NEWTONIAN):
         shear = max(shear, EASY_SHEAR[0])
-    easy = scene.easier(lam, stiffness, shear)
+    easy = scaled.easier(lam, stiffness, shear)
     grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
     pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None))
     centre = int(np.argmin(np.abs(grid.nodes)))
@@ -77,19 +77,19 @@ def easy_start(scene: Scene, nodes: int, report: PathReport) -> tuple[Level, Sce
     return level, easy
 
 
-def between(easy: Scene, scene: Scene, t: float) -> Scene:
-    """Scene at a fraction of the path, straight in (ln lambda, viscosity exponent, ln gamma).
+def between(easy: ScaledContact, scaled: ScaledContact, t: float) -> ScaledContact:
+    """Scaled contact at a fraction of the path, straight in (ln lambda, viscosity exponent, ln gamma).
 
     Towards thick films (lambda rising) the pressure falls on the way: lambda comes first, so that the viscosity is
     raised only where the pressure is already low.
     """
     if t >= 1.0:
-        return scene
-    t_lam, t_oil = (min(1.0, 2.0 * t), max(0.0, 2.0 * t - 1.0)) if scene.lam > easy.lam else (t, t)
-    lam = easy.lam ** (1.0 - t_lam) * scene.lam**t_lam
-    ratio = easy.log_viscosity / scene.log_viscosity if scene.log_viscosity > 0.0 else 1.0
-    gamma = easy.gamma ** (1.0 - t_oil) * scene.gamma**t_oil
-    return scene.easier(lam, ratio + (1.0 - ratio) * t_oil, gamma)
+        return scaled
+    t_lam, t_oil = (min(1.0, 2.0 * t), max(0.0, 2.0 * t - 1.0)) if scaled.lam > easy.lam else (t, t)
+    lam = easy.lam ** (1.0 - t_lam) * scaled.lam**t_lam
+    ratio = easy.log_viscosity / scaled.log_viscosity if scaled.log_viscosity > 0.0 else 1.0
+    gamma = easy.gamma ** (1.0 - t_oil) * scaled.gamma**t_oil
+    return scaled.easier(lam, ratio + (1.0 - ratio) * t_oil, gamma)
 
 
 def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
@@ -101,7 +101,7 @@ def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
     )
 
 
-def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
+def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
     """Solution on a coarse grid by continuation from the easy contact.
 
     Raises
@@ -110,7 +110,7 @@ def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
         "path_stalled" where the step shrinks to nothing, "path_limit" after too many iterations.
     """
     spent = report.iterations
-    level, easy = easy_start(scene, nodes, report)
+    level, easy = easy_start(scaled, nodes, report)
     t, before, t_before = 0.0, None, 0.0
     step = 0.34
     while t < 1.0:
@@ -128,7 +128,7 @@ def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
             old = transfer(before, grid) if grid is not before.grid else before.unknowns
             start = _predicted(start, old, (goal - t) / (t - t_before))
         try:
-            new = solve_level(grid, between(easy, scene, goal), start, tolerance=1e-4, max_iterations=14)
+            new = solve_level(grid, between(easy, scaled, goal), start, tolerance=1e-4, max_iterations=14)
         except NewtonFailure as failure:
             report.iterations += failure.iterations
             step = 0.4 * (goal - t)
@@ -143,10 +143,10 @@ def cold_path(scene: Scene, nodes: int, report: PathReport) -> Level:
     return level
 
 
-def from_neighbour(neighbour: Level, scene: Scene, report: PathReport) -> Level:
+def from_neighbour(neighbour: Level, scaled: ScaledContact, report: PathReport) -> Level:
     """Solution on the grid of a neighbouring contact, straight from its unknowns."""
     try:
-        level = solve_level(neighbour.grid, scene, neighbour.unknowns, tolerance=1e-4, max_iterations=12)
+        level = solve_level(neighbour.grid, scaled, neighbour.unknowns, tolerance=1e-4, max_iterations=12)
     except NewtonFailure as failure:
         report.iterations += failure.iterations
         raise

@@ -11,7 +11,7 @@ from scipy.linalg import lapack
 
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, Grading
-from ehl.smooth.scaling import Scene
+from ehl.smooth.scaling import ScaledContact
 
 Array = NDArray[np.float64]
 HALF_PI = 0.5 * math.pi
@@ -81,7 +81,7 @@ class Level:
     """Converged solution on one grid."""
 
     grid: Grid
-    scene: Scene
+    scaled: ScaledContact
     unknowns: Unknowns
     x: Array
     film: Array
@@ -97,15 +97,15 @@ class Level:
         return self.grid.grading.features
 
 
-def tail(scene: Scene, x_in: float) -> tuple[float, float]:
+def tail(scaled: ScaledContact, x_in: float) -> tuple[float, float]:
     """Pressure at ``x_in`` and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
-    lam = scene.lam
-    if scene.offset is not None:
-        lam *= math.exp(float(scene.offset(np.array([x_in]))[0]))
+    lam = scaled.lam
+    if scaled.offset is not None:
+        lam *= math.exp(float(scaled.offset(np.array([x_in]))[0]))
     return 4.0 * lam / (3.0 * abs(x_in) ** 3), 2.0 * lam / (3.0 * x_in * x_in)
 
 
-def evaluate(grid: Grid, scene: Scene, u: Unknowns) -> Evaluation | None:
+def evaluate(grid: Grid, scaled: ScaledContact, u: Unknowns) -> Evaluation | None:
     """Residual and nodal state; None outside the domain (film, flow or stretch not positive)."""
     if not (u.flow > 0.0 and 0.05 < u.stretch < 20.0 and np.isfinite(u.h00)):
         return None
@@ -116,22 +116,22 @@ def evaluate(grid: Grid, scene: Scene, u: Unknowns) -> Evaluation | None:
     film = _kernels.film(x, kernel_pressure, u.stretch, u.h00)
     if not film.min() > 0.0:
         return None
-    if scene.offset is None:
+    if scaled.offset is None:
         offset = slope = np.zeros(x.size)
     else:
-        offset = np.ascontiguousarray(scene.offset(x), dtype=float)
-        slope = (scene.offset(x + SLOPE_STEP) - scene.offset(x - SLOPE_STEP)) / (2.0 * SLOPE_STEP)
+        offset = np.ascontiguousarray(scaled.offset(x), dtype=float)
+        slope = (scaled.offset(x + SLOPE_STEP) - scaled.offset(x - SLOPE_STEP)) / (2.0 * SLOPE_STEP)
     state = _kernels.nodal_state(
-        scene.table, scene.stiffness, scene.gamma, scene.cross, scene.shear, u.pressure, film, offset
+        scaled.table, scaled.stiffness, scaled.gamma, scaled.cross, scaled.shear, u.pressure, film, offset
     )
     rho, rho_p, log_eta, f, f_p, f_h, f_o = state
     out = np.empty(x.size + 1)
     if not (
         rho.min() > 0.0
-        and _kernels.residual(x, x_face, grid.grading.size, scene.lam, u.pressure, film, u.flow, rho, f, out)
+        and _kernels.residual(x, x_face, grid.grading.size, scaled.lam, u.pressure, film, u.flow, rho, f, out)
     ):
         return None
-    out[-1] = u.stretch * (grid.weights @ u.pressure) + tail(scene, x_in)[1] - HALF_PI
+    out[-1] = u.stretch * (grid.weights @ u.pressure) + tail(scaled, x_in)[1] - HALF_PI
     if not np.isfinite(out).all():
         return None
     return Evaluation(u, x, x_face, kernel_pressure, film, rho, rho_p, log_eta, f, f_p, f_h, f_o, slope, out)
@@ -140,7 +140,7 @@ def evaluate(grid: Grid, scene: Scene, u: Unknowns) -> Evaluation | None:
 class LinearSystem:
     """Factorised Newton matrix of one evaluation."""
 
-    def __init__(self, grid: Grid, scene: Scene, e: Evaluation, work: Array) -> None:
+    def __init__(self, grid: Grid, scaled: ScaledContact, e: Evaluation, work: Array) -> None:
         u = e.unknowns
         x_in = grid.grading.x_in
         n = e.x.size
@@ -148,7 +148,7 @@ class LinearSystem:
         h_a = e.x * lever - e.kernel_pressure / math.pi
         self.scale = np.empty(n + 1)
         _kernels.jacobian(
-            e.x, e.x_face, grid.grading.size, x_in, u.stretch, scene.lam, u.pressure, e.film, u.flow, e.rho, e.rho_p,
+            e.x, e.x_face, grid.grading.size, x_in, u.stretch, scaled.lam, u.pressure, e.film, u.flow, e.rho, e.rho_p,
             e.mobility, e.mobility_p, e.mobility_h, e.mobility_o * e.offset_slope * lever, grid.kernel, h_a,
             grid.weights, work, self.scale,
         )  # fmt: skip
@@ -178,7 +178,7 @@ class NewtonFailure(Exception):
 
 
 def solve_level(
-    grid: Grid, scene: Scene, start: Unknowns, *, tolerance: float = 1e-8, max_iterations: int = 40
+    grid: Grid, scaled: ScaledContact, start: Unknowns, *, tolerance: float = 1e-8, max_iterations: int = 40
 ) -> Level:
     """Converge on one grid.
 
@@ -188,15 +188,15 @@ def solve_level(
         Reasons: "start_infeasible", "singular_matrix", "damping_exhausted", "iteration_limit".
     """
     start = Unknowns(start.pressure.copy(), start.h00, start.flow, start.stretch)
-    start.pressure[0], start.pressure[-1] = tail(scene, grid.grading.x_in)[0], 0.0
-    e = _feasible(grid, scene, start)
+    start.pressure[0], start.pressure[-1] = tail(scaled, grid.grading.x_in)[0], 0.0
+    e = _feasible(grid, scaled, start)
     if e is None:
         raise NewtonFailure("start_infeasible", 0)
     n = grid.nodes.size
     work = np.empty((n + 1, n + 1))
     factor = 1.0
     for iteration in range(1, max_iterations + 1):
-        system = LinearSystem(grid, scene, e, work)
+        system = LinearSystem(grid, scaled, e, work)
         step = system.step(e.residual) if system.info == 0 else np.array([np.nan])
         if not np.isfinite(step).all():
             raise NewtonFailure("singular_matrix", iteration)
@@ -205,7 +205,7 @@ def solve_level(
             raise NewtonFailure("singular_matrix", iteration)
         factor = min(1.0, 4.0 * factor)
         while True:
-            trial = evaluate(grid, scene, e.unknowns.moved(step, factor))
+            trial = evaluate(grid, scaled, e.unknowns.moved(step, factor))
             if trial is not None:
                 simplified = system.step(trial.residual)
                 left = _length(simplified, trial.unknowns)
@@ -216,24 +216,24 @@ def solve_level(
                 raise NewtonFailure("damping_exhausted", iteration)
         e = trial
         if factor == 1.0 and left < tolerance:
-            final = evaluate(grid, scene, e.unknowns.moved(simplified, 1.0))
-            return _level(grid, scene, final if final is not None else e, iteration)
+            final = evaluate(grid, scaled, e.unknowns.moved(simplified, 1.0))
+            return _level(grid, scaled, final if final is not None else e, iteration)
     raise NewtonFailure("iteration_limit", max_iterations)
 
 
-def _feasible(grid: Grid, scene: Scene, start: Unknowns) -> Evaluation | None:
+def _feasible(grid: Grid, scaled: ScaledContact, start: Unknowns) -> Evaluation | None:
     """Evaluation of the start, its film raised where pressure from another mesh would close it (thin films)."""
-    e = evaluate(grid, scene, start)
+    e = evaluate(grid, scaled, start)
     for lift in (0.5, 1.0, 2.0, 4.0, 8.0, 16.0):
         if e is not None:
             break
         start.h00 += lift * start.flow
-        e = evaluate(grid, scene, start)
+        e = evaluate(grid, scaled, start)
     return e
 
 
-def _level(grid: Grid, scene: Scene, e: Evaluation, iterations: int) -> Level:
+def _level(grid: Grid, scaled: ScaledContact, e: Evaluation, iterations: int) -> Level:
     mass = float(np.max(np.abs(e.residual[:-1]))) / e.unknowns.flow
     return Level(
-        grid, scene, e.unknowns, e.x, e.film, e.rho, e.log_eta, iterations, mass, abs(float(e.residual[-1])) / HALF_PI
+        grid, scaled, e.unknowns, e.x, e.film, e.rho, e.log_eta, iterations, mass, abs(float(e.residual[-1])) / HALF_PI
     )

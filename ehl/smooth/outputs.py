@@ -97,7 +97,7 @@ def numbers_of(level: Level, shear: FilmShear) -> Numbers:
     """Outputs of a level."""
     pressure = level.unknowns.pressure
     rolling = float((level.film[1:] + level.film[:-1]) @ np.diff(pressure)) / (2.0 * math.pi)
-    rolling += level.scene.lam * math.exp(level.log_eta[0]) * _open_inlet(level)[1] / math.pi
+    rolling += level.scaled.lam * math.exp(level.log_eta[0]) * _open_inlet(level)[1] / math.pi
     return Numbers(
         _interpolate(level.x, level.film, 0.0),
         -_peak(-level.film),

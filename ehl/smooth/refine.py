@@ -13,7 +13,7 @@ from ehl.smooth.estimate import Extrapolation, extrapolate
 from ehl.smooth.mesh import grade
 from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
 from ehl.smooth.outputs import FilmShear, Numbers, numbers_of
-from ehl.smooth.scaling import Scene
+from ehl.smooth.scaling import ScaledContact
 
 Array = NDArray[np.float64]
 Accuracy = Literal["fast", "standard", "reference"]
@@ -26,9 +26,9 @@ THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
 UNDERSHOOT = 1e-4  # of p_h; more below zero is no solution
 
 
-def refined(nodes: int, scene: Scene) -> int:
-    """Nodes for a scene: the sweeps of very thin films (high load) take a mesh twice or four times as fine."""
-    doublings = sum(scene.moes_load > load for load in THIN_FILM_LOADS)
+def refined(nodes: int, scaled: ScaledContact) -> int:
+    """Nodes for a contact: the sweeps of very thin films (high load) take a mesh twice or four times as fine."""
+    doublings = sum(scaled.moes_load > load for load in THIN_FILM_LOADS)
     return int((nodes - 1) * 2**doublings + 1)
 
 
@@ -39,7 +39,7 @@ def settled(level: Level, report: PathReport) -> Level:
         if features.close_to(level.features):
             break
         grid = grid_for(features, level.x.size)
-        level = solve_level(grid, level.scene, transfer(level, grid), tolerance=1e-4)
+        level = solve_level(grid, level.scaled, transfer(level, grid), tolerance=1e-4)
         report.iterations += level.iterations
     return level
 
@@ -48,9 +48,9 @@ def nested(
     near: Level, shear: FilmShear, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
 ) -> tuple[list[Level], Extrapolation]:
     """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
-    scene, grading = near.scene, grade(features_of_level(near))
-    nodes = refined(COARSEST[accuracy], scene)
-    most = refined(MAX_NODES[accuracy], scene)
+    scaled, grading = near.scaled, grade(features_of_level(near))
+    nodes = refined(COARSEST[accuracy], scaled)
+    most = refined(MAX_NODES[accuracy], scaled)
     levels: list[Level] = []
     while True:
         grid = Grid.of(grading, grading.points(2 * nodes - 1))
@@ -59,7 +59,7 @@ def nested(
             guess = _corrected(levels, guess)
         nodes = 2 * nodes - 1
         try:
-            level = solve_level(grid, scene, guess)
+            level = solve_level(grid, scaled, guess)
         except NewtonFailure as failure:
             report.iterations += failure.iterations
             if len(levels) >= 3:
@@ -83,11 +83,11 @@ def nested(
     return levels, limit
 
 
-def rounding_errors(scene: Scene, near: Level, shear: FilmShear, report: PathReport) -> Array:
+def rounding_errors(scaled: ScaledContact, near: Level, shear: FilmShear, report: PathReport) -> Array:
     """What the rounding of the spike may have changed the outputs by, from three times as much of it."""
-    if near.scene.gamma == scene.gamma:
+    if near.scaled.gamma == scaled.gamma:
         return np.zeros(len(fields(Numbers)))
-    more = solve_level(near.grid, scene.rounded(3.0), near.unknowns, tolerance=1e-4)
+    more = solve_level(near.grid, scaled.rounded(3.0), near.unknowns, tolerance=1e-4)
     report.iterations += more.iterations
     return 2.0 * np.abs(numbers_of(more, shear).as_array() - numbers_of(near, shear).as_array())
 

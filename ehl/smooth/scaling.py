@@ -21,7 +21,7 @@ ROUNDING = 3e-3  # shear thinning that rounds a spike: share of the flow at the 
 
 
 @dataclass(frozen=True)
-class Scene:
+class ScaledContact:
     """Groups of one contact, as the kernels need them.
 
     Parameters
@@ -61,13 +61,13 @@ class Scene:
         """Moes load number M."""
         return moes_load(self.lam)
 
-    def rounded(self, factor: float = 1.0) -> Scene:
-        """The scene with at least `factor` times the shear number that rounds the spike, as a Ree-Eyring fluid."""
+    def rounded(self, factor: float = 1.0) -> ScaledContact:
+        """The contact with at least `factor` times the shear number that rounds the spike, as a Ree-Eyring fluid."""
         gamma = max(self.gamma, factor * self.rounding)
         return replace(self, gamma=gamma, shear=self.shear if self.gamma > 0.0 else PLAIN)
 
-    def easier(self, lam: float, stiffness: float, gamma: float) -> Scene:
-        """The scene at other viscous and shear numbers, with ln(eta/eta0) and its offset scaled by ``stiffness``."""
+    def easier(self, lam: float, stiffness: float, gamma: float) -> ScaledContact:
+        """The contact at other viscous and shear numbers, with ln(eta/eta0) and its offset scaled by ``stiffness``."""
         offset = self.offset
         return replace(
             self,
@@ -84,8 +84,8 @@ def moes_load(lam: float) -> float:
     return math.pi * math.sqrt(3.0 / (8.0 * lam))
 
 
-def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None = None) -> Scene:
-    """Scene of a contact and its lubricant; ``offset`` takes x in half-widths."""
+def scaled_contact(contact: LineContact, lubricant: Lubricant, offset: Offset | None = None) -> ScaledContact:
+    """Scaled form of a contact and its lubricant; ``offset`` takes x in half-widths."""
     radius, b, p_h = contact.radius_equivalent, contact.half_width, contact.pressure_hertz
     speed = abs(contact.speed_entrainment)
     lam = 12.0 * lubricant.viscosity_inlet * speed * radius**2 / (b**3 * p_h)
@@ -95,7 +95,7 @@ def scene_of(contact: LineContact, lubricant: Lubricant, offset: Offset | None =
     if contact.speed_sliding > 0.0 and not (law.plain and law.rheology == "newtonian"):
         gamma = lubricant.viscosity_inlet * contact.speed_sliding * radius / (reference * b**2)
         cross = contact.sliding_cosine**2
-    return Scene(
+    return ScaledContact(
         lam,
         law_table(lubricant, p_h, heated=False),
         gamma,

@@ -3,7 +3,7 @@
 Reynolds equation in its first integral: Poiseuille flow (rho h^3/12 eta) S dp/dx against Couette flow u_r (rho h - Q);
 cavitation at the exit after Swift-Stieber, p = dp/dx = 0.
 
-scene -> (neighbour | path from an easy contact) -> mesh graded for what was found -> three nested grids
+scaled contact -> (neighbour | path from an easy contact) -> mesh graded for what was found -> three nested grids
 -> Richardson values with their errors.
 """
 
@@ -26,8 +26,8 @@ from ehl.smooth.estimate import Extrapolation
 from ehl.smooth.newton import Level, NewtonFailure
 from ehl.smooth.outputs import FilmShear, friction_inlet
 from ehl.smooth.refine import COARSEST, Accuracy, nested, refined, rounding_errors, settled
-from ehl.smooth.result import SteadyResult
-from ehl.smooth.scaling import Scene, scene_of
+from ehl.smooth.scaling import ScaledContact, scaled_contact
+from ehl.smooth.steady_result import SteadyResult
 
 Array = NDArray[np.float64]
 
@@ -92,11 +92,11 @@ def solve_steady(
         def offset(x: Array) -> Array:
             return np.asarray(given(x * b), dtype=float)
 
-    scene = scene_of(contact, lubricant, offset)
+    scaled = scaled_contact(contact, lubricant, offset)
     shear = film_shear(contact, lubricant)
     fallbacks: list[str] = []
     reason = ""
-    for attempt in _attempts(scene, start):
+    for attempt in _attempts(scaled, start):
         if attempt.fallback:
             fallbacks.append(attempt.fallback)
         try:
@@ -104,11 +104,11 @@ def solve_steady(
             with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
                 near = settled(attempt.run(report), report)
                 levels, limit = nested(near, shear, accuracy, report, fallbacks)
-                limit = replace(limit, errors=limit.errors + rounding_errors(scene, near, shear, report))
+                limit = replace(limit, errors=limit.errors + rounding_errors(scaled, near, shear, report))
         except NewtonFailure as failure:
             reason = failure.reason
         else:
-            return _result(contact, scene, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
+            return _result(contact, scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
     return _failed(reason, report, tuple(dict.fromkeys(fallbacks)))
 
 
@@ -125,15 +125,15 @@ class _Attempt:
     run: Callable[[PathReport], Level]
 
 
-def _attempts(scene: Scene, start: SteadyResult | None) -> list[_Attempt]:
+def _attempts(scaled: ScaledContact, start: SteadyResult | None) -> list[_Attempt]:
     """Ways to a solution in the order they are tried."""
-    nodes, blunt = refined(PATH_NODES, scene), scene.rounded()
-    attempts = [_Attempt("", lambda report: cold_path(scene, nodes, report))]
-    if blunt.gamma > scene.gamma:
+    nodes, blunt = refined(PATH_NODES, scaled), scaled.rounded()
+    attempts = [_Attempt("", lambda report: cold_path(scaled, nodes, report))]
+    if blunt.gamma > scaled.gamma:
         attempts.append(_Attempt(ROUNDED, lambda report: cold_path(blunt, nodes, report)))
     if start is None or start.coarse is None:
         return attempts
-    neighbour, first = start.coarse, blunt if ROUNDED in start.fallbacks else scene
+    neighbour, first = start.coarse, blunt if ROUNDED in start.fallbacks else scaled
     return [
         _Attempt(ROUNDED if first is blunt else "", lambda report: from_neighbour(neighbour, first, report)),
         _Attempt("neighbour_too_far", attempts[0].run),
@@ -150,7 +150,7 @@ def film_shear(contact: LineContact, lubricant: Lubricant) -> FilmShear:
 
 def _result(
     contact: LineContact,
-    scene: Scene,
+    scaled: ScaledContact,
     shear: FilmShear,
     levels: list[Level],
     limit: Extrapolation,
@@ -165,7 +165,7 @@ def _result(
         friction, friction_error = shear.friction(fine), 1.0
     b, p_h = contact.half_width, contact.pressure_hertz
     height = b * b / contact.radius_equivalent
-    skipped = ["heat: isothermal"] if scene.offset is None else []
+    skipped = ["heat: isothermal"] if scaled.offset is None else []
     return SteadyResult(
         status="converged",
         reason="",

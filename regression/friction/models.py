@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -117,7 +118,7 @@ class FrictionModel(Protocol):
         ...
 
 
-class PointFriction:
+class PointFriction(ABC):
     """Friction at contact points that are given by a state or by keywords; base of the models of this package."""
 
     @property
@@ -125,9 +126,9 @@ class PointFriction:
         """Of the digits of a published formula: "found", "mixed", "from memory"; None for other models."""
         return None
 
+    @abstractmethod
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         """Friction at every point of `state` lubricated by `oil`."""
-        raise NotImplementedError
 
     def default_oil(self) -> str:
         """Name of the oil card that is used where none is given.

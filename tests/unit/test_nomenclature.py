@@ -15,14 +15,14 @@ from efficiency.design.design import Design
 from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.geometry.pair_geometry import FlankSummary, PairGeometry, SideGeometry
 from efficiency.loss.compare import Comparison, ComparisonRow
-from efficiency.loss.result import EfficiencyResult
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.studies.parameter_study import Study, StudyPoint
 from efficiency.synthesis.inputs import SettingsInput
 from ehl.contact import Contact
+from ehl.contact_result import ContactResult
 from ehl.fluid.oil import Oil
 from ehl.material import Material
 from ehl.quantities import nomenclature, quantities
-from ehl.result import ContactResult
 from ehl.state import ContactState
 from regression.calibration.calibrate import Calibration, ParameterEstimate
 from regression.calibration.measurement import COLUMNS

@@ -16,7 +16,7 @@ import pytest
 
 from efficiency.blanks.inputs import DepthTypeOne, load_blank
 from efficiency.blanks.pair import pair_blank
-from efficiency.blanks.result import PairBlank
+from efficiency.blanks.pair_blank import PairBlank
 from ehl.io.data import data_path
 
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "iso23509_samples.json").read_text(encoding="utf-8"))

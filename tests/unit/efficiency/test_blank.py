@@ -17,9 +17,9 @@ from efficiency.blanks.checks import KINDS
 from efficiency.blanks.dimensions import UndercutLimit
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.blanks.pitch_cones import pitch_cones
 from efficiency.blanks.proportions import recommended_addendum_factor, recommended_thickness_factor
-from efficiency.blanks.result import MemberBlank, PairBlank
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.design.design import BlankInput
 from ehl.io.data import data_names, data_path

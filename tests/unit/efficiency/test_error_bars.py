@@ -11,10 +11,10 @@ from samples import AXLE_OIL as OIL
 from samples import OPERATION, tiny_load
 
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.ehl_friction import EhlFriction, Solved, _friction
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import rolling_losses
-from efficiency.loss.result import EfficiencyResult
 from efficiency.loss.uncertainty import Spread, UncertainInputs, efficiency_uncertainty
 from ehl.state import ContactState
 from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel

@@ -15,6 +15,7 @@ from samples import OPERATION, STEEL
 from samples import tiny_load as loaded
 
 from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.heat_balance import (
     CoolingInput,
     MemberCooling,
@@ -23,7 +24,6 @@ from efficiency.loss.heat_balance import (
     wetted_heat_transfer,
 )
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.result import EfficiencyResult
 from efficiency.pair import GearPair
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate

@@ -17,9 +17,9 @@ from openpyxl import load_workbook
 from efficiency.design.design import Design, load_design
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.grid import Grid
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_output import OutputFiles, write_comparison, write_map, write_result

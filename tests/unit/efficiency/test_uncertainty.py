@@ -11,9 +11,9 @@ from samples import AXLE_OIL as OIL
 from samples import tiny_load as loaded
 
 from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.result import EfficiencyResult
 from efficiency.loss.uncertainty import (
     Spread,
     UncertainInputs,

@@ -12,11 +12,11 @@ import pytest
 from samples import CONTACT, STEEL
 from samples import contact_case as case
 
+from ehl.contact_result import ContactResult, friction_above_limit_temperature
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
-from ehl.result import ContactResult, friction_above_limit_temperature
 from ehl.rough import RoughSurfaces, dry_limit
 from ehl.rough.batches import batch_means, neighbour_correlation, paired_error
 from ehl.rough.mixed import film_stress_ratio, roughness_effect

@@ -12,9 +12,9 @@ import pytest
 from PIL import Image
 
 from ehl.contact import Contact
+from ehl.contact_result import ContactResult
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
-from ehl.result import ContactResult
 from ehl.view.animation import roll_on
 from ehl.view.rough_plots import running_mean
 

@@ -10,7 +10,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, grade
 from ehl.smooth.newton import Grid, LinearSystem, Unknowns, evaluate
-from ehl.smooth.scaling import Scene
+from ehl.smooth.scaling import ScaledContact
 
 FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
 PRESSURE = 1e9
@@ -21,9 +21,9 @@ OILS = {
 }
 
 
-def scene(law="roelands", gamma=0.3, cross=0.6, offset=None, stiffness=1.0):
+def scaled(law="roelands", gamma=0.3, cross=0.6, offset=None, stiffness=1.0):
     table = law_table(OILS[law], PRESSURE, heated=False)
-    return Scene(0.02, table, gamma, cross, 10.0, stiffness, offset)
+    return ScaledContact(0.02, table, gamma, cross, 10.0, stiffness, offset)
 
 
 def nodal_state(case, p, h, offset):
@@ -83,7 +83,7 @@ def twin_nodal_state(case, oil, p, h, offset):
 @pytest.mark.parametrize("law", OILS)
 @pytest.mark.parametrize(("gamma", "cross"), [(0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (1e-3, 0.4), (20.0, 0.4)])
 def test_nodal_state(law, gamma, cross):
-    case = scene(law, gamma, cross, stiffness=0.7)
+    case = scaled(law, gamma, cross, stiffness=0.7)
     p, h, offset = np.linspace(0.0, 1.3, 40), np.linspace(3.0, 0.05, 40), np.linspace(-0.5, 0.2, 40)
 
     def state(p, h, offset):
@@ -105,7 +105,7 @@ def test_nodal_state(law, gamma, cross):
 
 
 def test_nodal_state_below_zero_pressure_continues_the_tangent():
-    case = scene()
+    case = scaled()
     near = nodal_state(case, np.array([-1e-7, 1e-7]), np.ones(2), np.zeros(2))
     for values in near:
         assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
@@ -134,7 +134,7 @@ def twin_residual(x, x_face, size, lam, p, h, flow, rho, f):
 
 
 def test_residual(grid):
-    case, u = scene(), unknowns(grid)
+    case, u = scaled(), unknowns(grid)
     e = evaluate(grid, case, u)
     assert e is not None
     twin = twin_residual(e.x, e.x_face, grid.grading.size, case.lam, u.pressure, e.film, u.flow, e.rho, e.mobility)
@@ -146,13 +146,13 @@ def test_residual(grid):
 def test_residual_refuses_a_closed_film(grid):
     u = unknowns(grid)
     u.h00 = -5.0
-    assert evaluate(grid, scene(), u) is None
+    assert evaluate(grid, scaled(), u) is None
 
 
 @pytest.mark.parametrize("law", OILS)
 @pytest.mark.parametrize("offset", [None, lambda x: -0.4 * np.exp(-(x**2))])
 def test_jacobian_is_the_derivative_of_the_residual(grid, law, offset):
-    case, u = scene(law, offset=offset), unknowns(grid, list(OILS).index(law))
+    case, u = scaled(law, offset=offset), unknowns(grid, list(OILS).index(law))
     e = evaluate(grid, case, u)
     assert e is not None
     n = grid.nodes.size

@@ -161,9 +161,9 @@ def test_rounding_of_the_spike_is_covered_by_its_error(name, monkeypatch):
 
 
 def test_rounding_leaves_a_film_alone_that_shears():
-    scene = scaling.scene_of(contact(slip=0.1), OIL)
+    scene = scaling.scaled_contact(contact(slip=0.1), OIL)
     assert scene.rounded().gamma == scene.gamma > scene.rounding > 0.0
-    still = scaling.scene_of(contact(slip=0.0), OIL)
+    still = scaling.scaled_contact(contact(slip=0.0), OIL)
     assert still.gamma == 0.0
     assert still.rounded(2.0).gamma == 2.0 * still.rounding
 

@@ -14,8 +14,8 @@ from efficiency.design.design import Deflection, load_design
 from efficiency.loss.closed_form import coleman_type, profile_contact_ratio
 from efficiency.loss.compare import compare_models
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.result import EfficiencyResult
 from efficiency.ltca.load_distribution import distribute_load
 from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil

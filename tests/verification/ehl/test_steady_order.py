@@ -15,7 +15,7 @@ from ehl.smooth.mesh import grade
 from ehl.smooth.newton import Grid, solve_level
 from ehl.smooth.outputs import numbers_of
 from ehl.smooth.refine import settled
-from ehl.smooth.scaling import scene_of
+from ehl.smooth.scaling import scaled_contact
 from ehl.smooth.solver import film_shear
 
 OUTPUTS = ("film_central", "film_min", "friction_fluid")
@@ -40,13 +40,13 @@ def gear_range(count, seed):
 
 def raw_values(contact, lubricant, counts):
     """Outputs of single grids of one grading, without extrapolation."""
-    scene, report = scene_of(contact, lubricant), PathReport()
-    level = settled(cold_path(scene, 97, report), report)
+    scaled, report = scaled_contact(contact, lubricant), PathReport()
+    level = settled(cold_path(scaled, 97, report), report)
     grading = grade(features_of_level(level))
     values = []
     for count in counts:
         grid = Grid.of(grading, grading.points(2 * count - 1))
-        level = solve_level(grid, scene, transfer(level, grid))
+        level = solve_level(grid, scaled, transfer(level, grid))
         values.append(numbers_of(level, film_shear(contact, lubricant)).as_array()[:4])
     return np.array(values)
 
