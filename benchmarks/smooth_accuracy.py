@@ -29,7 +29,7 @@ from ehl.smooth.mesh import Grading, grade
 from ehl.smooth.newton import Grid, Level, solve_level
 from ehl.smooth.outputs import numbers_of
 from ehl.smooth.refine import settled
-from ehl.smooth.scaling import scene_of
+from ehl.smooth.scaling import scaled_contact
 from ehl.smooth.solver import film_shear
 
 matplotlib.use("Agg")
@@ -41,7 +41,7 @@ SINGLE = (65, 129, 257, 513)
 
 def coarse_solution(contact: LineContact, lubricant: Lubricant) -> tuple[Level, Grading]:
     """Solution at the end of the path, and the grading made for it."""
-    scene, report = scene_of(contact, lubricant), PathReport()
+    scene, report = scaled_contact(contact, lubricant), PathReport()
     level = settled(cold_path(scene, PATH_NODES, report), report)
     return level, grade(features_of_level(level))
 
