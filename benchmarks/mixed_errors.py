@@ -27,7 +27,7 @@ from scipy.stats import qmc
 
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
-from ehl.rough.accuracy import make_plan
+from ehl.rough.accuracy import make_run_plan
 from ehl.rough.batches import batch_means
 from ehl.rough.run import Run
 from ehl.rough.window import Window
@@ -61,7 +61,7 @@ def sample_scenes(count: int, seed: int) -> Iterator[tuple[dict[str, float], Sce
         scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation, index), boundary, gamma)
         drained = math.isfinite(gamma)
         film = contact.film_moes(oil)
-        fine = 1.0 / make_plan("fast", contact, scene.surfaces, film, drained=drained, thermal=False).spacing
+        fine = 1.0 / make_run_plan("fast", contact, scene.surfaces, film, drained=drained, thermal=False).spacing
         row = {
             "case": index,
             "film_ratio": ratio,
@@ -229,7 +229,7 @@ def mesh_targets(out: Path, window: float) -> None:
         contact = line(speed_of_film_ratio(ratio, rms, oil))
         scene = Scene(contact, oil, gaussian_pair(contact, rms, correlation))
         film = contact.film_moes(oil)
-        mesh = 1.0 / make_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
+        mesh = 1.0 / make_run_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
         standard, finest = family(scene, (mesh, 4.0 * mesh), startup_of(scene), window)
         a, b = batch_series(standard), batch_series(finest)
         k = min(a.size, b.size)
@@ -276,7 +276,9 @@ def spots(out: Path, window: float) -> None:
                 a, b = batch_series(coarse[0]), batch_series(finest)
                 k = min(a.size, b.size)
                 noise = 100 * float(np.std(a[:k] - b[:k], ddof=1)) / math.sqrt(k) / mu
-                mesh = 1.0 / make_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
+                mesh = (
+                    1.0 / make_run_plan("standard", contact, scene.surfaces, film, drained=False, thermal=False).spacing
+                )
                 seconds = standard_time(scene)
                 with mock.patch("ehl.rough.accuracy.SPOT_RATIO", 0.0):
                     before = standard_time(scene)

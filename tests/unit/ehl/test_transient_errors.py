@@ -7,7 +7,7 @@ import pytest
 
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
-from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_plan
+from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_run_plan
 from ehl.rough.batches import batch_means, paired_error
 
 
@@ -48,7 +48,7 @@ def test_mesh_resolves_the_inlet_of_a_thin_film() -> None:
     film = 50e-9
     sweep = inlet_sweep(contact, film)
     assert sweep == pytest.approx((film * 0.015 / contact.half_width**2) ** (2 / 3))
-    plan = make_plan("standard", contact, RoughSurfaces(), film, drained=False, thermal=False)
+    plan = make_run_plan("standard", contact, RoughSurfaces(), film, drained=False, thermal=False)
     assert plan.spacing == pytest.approx(0.5 * PER_SWEEP["standard"] * sweep)
-    thick = make_plan("standard", contact, RoughSurfaces(), 1e-5, drained=False, thermal=False)
+    thick = make_run_plan("standard", contact, RoughSurfaces(), 1e-5, drained=False, thermal=False)
     assert thick.spacing == pytest.approx(1.0 / 128.0)

@@ -16,7 +16,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import COLUMNS, FILM_MEAN
-from ehl.rough.accuracy import BATCH, BUDGET, make_plan, with_overrides
+from ehl.rough.accuracy import BATCH, BUDGET, make_run_plan, with_overrides
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.window import film_jumped
@@ -37,7 +37,7 @@ def contact(pressure: float = 1e9, radius: float = 0.015) -> LineContact:
 
 def plan_of(line: LineContact, profile: RoughProfile, accuracy: str = "fast"):  # type: ignore[no-untyped-def]
     surfaces = RoughSurfaces(profile)
-    return make_plan(accuracy, line, surfaces, 1e-6, drained=True, thermal=False)  # type: ignore[arg-type]
+    return make_run_plan(accuracy, line, surfaces, 1e-6, drained=True, thermal=False)  # type: ignore[arg-type]
 
 
 def test_mesh_carries_the_short_cutoff_of_a_measured_profile() -> None:
@@ -142,13 +142,13 @@ def test_spots_of_thin_films_set_the_mesh_however_long_the_waves(ratio: float, n
     line = contact(pressure=1.5e9)
     wave = generate_profile(0.4e-6, 0.4 * line.half_width, 32.0 * line.half_width, 0.02 * line.half_width, 1)
     plans = {
-        level: make_plan(level, line, RoughSurfaces(wave), ratio * wave.rms, drained=False, thermal=False)
+        level: make_run_plan(level, line, RoughSurfaces(wave), ratio * wave.rms, drained=False, thermal=False)
         for level in ("fast", "standard", "reference")
     }
     assert 1.0 / plans["standard"].spacing == pytest.approx(nodes, rel=0.01)
     assert plans["standard"].spacing == pytest.approx(2.0 * plans["reference"].spacing)
     assert plans["fast"].spacing <= 2.5 * plans["standard"].spacing * (1.0 + 1e-12)
-    thick = make_plan("standard", line, RoughSurfaces(wave), 0.5 * wave.rms, drained=False, thermal=False)
+    thick = make_run_plan("standard", line, RoughSurfaces(wave), 0.5 * wave.rms, drained=False, thermal=False)
     assert thick.spacing > plans["standard"].spacing
 
 
