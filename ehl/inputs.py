@@ -199,7 +199,7 @@ class ContactProblem:
             "temperature_bulk_1": self.temperature_bulk[0],
             "temperature_bulk_2": self.temperature_bulk[1],
             "viscosity_inlet": self.lubricant.viscosity_inlet,
-            "pressure_viscosity": self.lubricant.pressure_viscosity,
+            "pressure_viscosity": self.lubricant.alpha,
             "roughness_rms_1": self.surface.roughness_rms_1,
             "roughness_rms_2": self.surface.roughness_rms_2,
         }

@@ -147,7 +147,7 @@ class LineContact:
         return (
             lubricant.viscosity_inlet * self.speed_entrainment / scale,
             self.load_per_length / scale,
-            lubricant.pressure_viscosity * self.effective_modulus,
+            lubricant.alpha * self.effective_modulus,
         )
 
     def moes_groups(self, lubricant: Lubricant) -> tuple[float, float]:
@@ -164,6 +164,6 @@ class LineContact:
                 self.load_per_length,
                 self.radius_equivalent,
                 self.effective_modulus,
-                lubricant.pressure_viscosity,
+                lubricant.alpha,
             )
         )

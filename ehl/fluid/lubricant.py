@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ehl.fluid.density import DOWSON_HIGGINSON, dowson_higginson_1966, dowson_higginson_slope
 from ehl.fluid.rheology import Limit, Rheology, RisingStress, ShearLaw
-from ehl.fluid.viscosity import BarusLaw, ModulusLaw, PressureLaw, RoelandsLaw
+from ehl.fluid.viscosity import BarusLaw, ModulusLaw, PressureLaw, RoelandsLaw, ScaledRise
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Lubricant:
     viscosity_inlet : float
         eta0, dynamic viscosity at ambient pressure and inlet temperature [Pa s].
     pressure_viscosity : float
-        alpha = d ln eta/dp at p = 0 [1/Pa].
+        alpha = d ln eta/dp at p = 0 [1/Pa], before `pressure_rise_factor`.
     viscosity_law : {"barus", "roelands", "modulus"}
         Pressure dependence.
     modulus_constants : tuple of float
@@ -70,6 +70,8 @@ class Lubricant:
         tau_L0 [Pa].
     limiting_shear : {"cut", "smooth"}
         Whether the limit only cuts off the traction, or is approached smoothly and acts on the pressure flow as well.
+    pressure_rise_factor : float
+        Factor on ln(eta(p, T)/eta(0, T)) [-]: how far the law may be off, as one number.
 
     Examples
     --------
@@ -98,6 +100,12 @@ class Lubricant:
     carreau_exponent: float = math.nan
     limiting_shear_ambient: float = 0.0
     limiting_shear: Limit = "cut"
+    pressure_rise_factor: float = 1.0
+
+    @property
+    def alpha(self) -> float:
+        """d ln eta/dp at p = 0 [1/Pa], with `pressure_rise_factor`."""
+        return self.pressure_rise_factor * self.pressure_viscosity
 
     @property
     def shear_law(self) -> ShearLaw:
@@ -115,6 +123,11 @@ class Lubricant:
     @property
     def pressure_law(self) -> PressureLaw:
         """ln(eta(p, T)/eta0), with its derivatives."""
+        law = self._nominal_law
+        return law if self.pressure_rise_factor == 1.0 else ScaledRise(law, self.pressure_rise_factor)
+
+    @property
+    def _nominal_law(self) -> BarusLaw | RoelandsLaw | ModulusLaw:
         if self.viscosity_law == "barus":
             return BarusLaw(self.pressure_viscosity, self.temperature, self.temperature_viscosity)
         if self.viscosity_law == "roelands":

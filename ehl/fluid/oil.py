@@ -11,10 +11,11 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
 from ehl.fluid.rheology import RisingStress
 from ehl.fluid.viscosity import (
     GOLD_COEFFICIENTS,
@@ -165,6 +166,21 @@ class Oil(InputModel):
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
     # where figures come from does not change them
     calibration: CalibrationRecord | None = Field(default=None, exclude=True)
+    # nor does how well they are known; keys that a card does not give are assumed by its law
+    uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True, exclude=True)
+    # of a card that is `varied`: a formula is then asked about its own oil with other inputs
+    factors: InputFactors = Field(default=InputFactors(), exclude=True)
+
+    @field_validator("uncertainty", mode="before")
+    @classmethod
+    def _complete_uncertainty(cls, given: Any, info: ValidationInfo) -> Any:
+        """Standard deviations of the inputs, the assumed ones where the card gives none."""
+        if not isinstance(given, dict) or not {"viscosity", "pressure_viscosity"} <= info.data.keys():
+            return given
+        viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
+        anchored = isinstance(alpha, GoldAlpha) and alpha.anchor_value is not None
+        base, certainty = info.data.get("base", "mineral"), info.data.get("certainty", "mixed")
+        return standard_uncertainty(viscosity.law, alpha.law, base, anchored, certainty) | given
 
     @classmethod
     def load(cls, name: str) -> Oil:
@@ -192,19 +208,26 @@ class Oil(InputModel):
         """
         return _load_card(name, _changed(name))
 
+    def __repr__(self) -> str:
+        nu_40, nu_100 = 1e6 * self.viscosity_kinematic_40, 1e6 * self.viscosity_kinematic_100
+        return (
+            f"Oil({self.name!r}: {self.description or self.base}, {nu_40:.4g} and {nu_100:.4g} cSt at 40 and 100 degC)"
+        )
+
     def density(self, temperature: Values) -> Values:
         """Density at ambient pressure [kg/m3]; `temperature` in K."""
         return density_at(temperature, self.density_15, self.density_temperature)
 
     def viscosity_kinematic(self, temperature: Values) -> Values:
         """Kinematic viscosity at ambient pressure [m2/s]; `temperature` in K."""
-        return walther_1931(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
+        nu = walther_1931(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
+        return self.factors.viscosity * nu
 
     def viscosity_dynamic(self, temperature: Values) -> Values:
         """Dynamic viscosity at ambient pressure [Pa s]; `temperature` in K."""
         law = self.viscosity
         if isinstance(law, ModulusViscosity):
-            return vogel_1921(temperature, law.K, law.B, law.C)
+            return vogel_1921(temperature, self.factors.viscosity * law.K, law.B, law.C)
         return self.viscosity_kinematic(temperature) * self.density(temperature)
 
     def temperature_viscosity(self, temperature: Values) -> Values:
@@ -230,6 +253,47 @@ class Oil(InputModel):
             return gold_2001(self.viscosity_kinematic(temperature), law.base)
         assert isinstance(self.viscosity, ModulusViscosity)
         return 1.0 / (self.viscosity.a1 + self.viscosity.a2 * (temperature - KELVIN))
+
+    def varied(self, **deviations: float) -> Oil:
+        """The card with inputs shifted by so many standard deviations of its `uncertainty`.
+
+        An input x becomes x exp(n s), s its relative standard deviation. `pressure_viscosity` multiplies ln(eta/eta0)
+        under pressure at all pressures and temperatures. The Eyring stress does not follow the others.
+
+        Parameters
+        ----------
+        **deviations : float
+            n of `pressure_viscosity`, `viscosity`, `eyring_stress`, `limiting_shear`, `thermal_conductivity`; 0 where
+            not given.
+
+        Returns
+        -------
+        Oil
+
+        Raises
+        ------
+        InputError
+            There is no such input.
+
+        Examples
+        --------
+        >>> oil = ehl.Oil.load("fva3")
+        >>> thick = oil.varied(pressure_viscosity=+1.0)
+        >>> rise = [card.at(353.15).log_viscosity_ratio(0.8e9) for card in (oil, thick)]
+        >>> round(float(rise[1] / rise[0]), 3)
+        1.083
+        """
+        for name in deviations:
+            if name not in VARIABLES:
+                raise InputError(name, deviations[name], "an input out of " + ", ".join(VARIABLES))
+        factor = {name: math.exp(n * getattr(self.uncertainty, name)) for name, n in deviations.items()}
+        factors = {name: getattr(self.factors, name) * value for name, value in factor.items()}
+        changes: dict[str, Any] = {"factors": self.factors.model_copy(update=factors)}
+        rising, scale = self.eyring_stress_pressure, factor.get("eyring_stress", 1.0)
+        if rising is not None and scale != 1.0:
+            scaled = {name: scale * getattr(rising, name) for name in ("stress_low", "stress_slope")}
+            changes["eyring_stress_pressure"] = rising.model_copy(update=scaled)
+        return self.model_copy(update=changes)
 
     def at(self, temperature: float | Array) -> Lubricant:
         """The lubricant at an inlet temperature [K]; its fields are arrays where the temperature is one.
@@ -274,20 +338,22 @@ class Oil(InputModel):
 
     def lubricant(self, temperature: Any) -> Lubricant:
         """`at` without its checks, for what only computes like a temperature."""
-        law, alpha = self.viscosity, self.alpha(temperature)
+        law, alpha, factors = self.viscosity, self.alpha(temperature), self.factors
+        stress = self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha
         return Lubricant(
             viscosity_inlet=self.viscosity_dynamic(temperature),
             pressure_viscosity=alpha,
+            pressure_rise_factor=factors.pressure_viscosity,
             viscosity_law=law.law,
             modulus_constants=(law.a1, law.a2, law.b1, law.b2) if isinstance(law, ModulusViscosity) else (),
             rheology="eyring",
-            eyring_stress=self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha,
-            limiting_shear_coefficient=self.limiting_shear_coefficient,
+            eyring_stress=factors.eyring_stress * stress,
+            limiting_shear_coefficient=factors.limiting_shear * self.limiting_shear_coefficient,
             temperature=temperature,
             temperature_viscosity=self.temperature_viscosity(temperature),
             temperature_constants=(law.B, law.C) if isinstance(law, ModulusViscosity) else (),
             density=self.density(temperature),
-            thermal_conductivity=self.thermal_conductivity,
+            thermal_conductivity=factors.thermal_conductivity * self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
         )
 

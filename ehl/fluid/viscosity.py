@@ -235,4 +235,35 @@ class ModulusLaw:
         return rise / (temperature - KELVIN + shift) - rise / (self.temperature - KELVIN + shift)
 
 
-PressureLaw = BarusLaw | RoelandsLaw | ModulusLaw
+@dataclass(frozen=True)
+class ScaledRise:
+    """L(0, T) + f (L(p, T) - L(0, T)): a law whose rise with pressure is multiplied by a factor.
+
+    Parameters
+    ----------
+    law : BarusLaw or RoelandsLaw or ModulusLaw
+    factor : float
+        f [-].
+    """
+
+    law: BarusLaw | RoelandsLaw | ModulusLaw
+    factor: float
+
+    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+        """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
+        rise = self.factor * self.law.log_ratio(pressure, temperature)
+        if temperature is None:
+            return rise
+        return rise + (1.0 - self.factor) * self.law.log_ratio(0.0 * pressure, temperature)
+
+    def by_pressure(self, pressure: Array) -> Array:
+        """dL/dp [1/Pa] at the inlet temperature."""
+        return self.factor * self.law.by_pressure(pressure)
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """dL/dT [1/K]."""
+        ambient = self.law.by_temperature(0.0 * pressure, temperature)
+        return ambient + self.factor * (self.law.by_temperature(pressure, temperature) - ambient)
+
+
+PressureLaw = BarusLaw | RoelandsLaw | ModulusLaw | ScaledRise

@@ -109,7 +109,7 @@ def dry_limit(
     if model.shortcuts == "off" or contact.speed_sliding == 0.0 or boundary_friction == 0.0:
         return None
     tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
-    stiffening = lubricant.pressure_viscosity * contact.pressure_hertz
+    stiffening = lubricant.alpha * contact.pressure_hertz
 
     def left_out(boundary: float) -> tuple[float, float]:
         """Share of the load on the film, and the error of mu by neglecting it."""
