@@ -32,7 +32,8 @@ def shipped(kind: str) -> tuple[str, ...]:
 
     Parameters
     ----------
-    kind : {"oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets"}
+    kind : str
+        "oils", "materials", "finishes", "additives", "designs", "blanks", "targets", "plans", "formulas" or "datasets".
 
     Returns
     -------
@@ -50,7 +51,8 @@ def shipped(kind: str) -> tuple[str, ...]:
     True
     """
     suffixes = {"formulas": ".json", "datasets": ".h5"}
-    kinds = ("oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets")
+    surfaces = ("materials", "finishes", "additives")
+    kinds = ("oils", *surfaces, "designs", "blanks", "targets", "plans", "formulas", "datasets")
     if kind not in kinds:
         raise InputError("kind", kind, "one of " + ", ".join(kinds))
     return data_names(kind, suffixes.get(kind, ".toml"))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, interpolate
+from scipy import fft, interpolate, optimize, special
 
 from ehl.io.errors import InputError
 from ehl.surface.height_translation import translation
@@ -200,13 +201,14 @@ def generate_profile(
     skewness: float = 0.0,
     kurtosis: float = 3.0,
     cutoff: float | None = None,
+    hurst: float | None = None,
     peklenik_number: float = 1.0,
 ) -> RoughProfile:
-    """Periodic, band-limited random profile with the autocorrelation exp(-(x/lc)^2).
+    """Periodic, band-limited random profile with the autocorrelation exp(-(x/lc)^2), or a self-affine one.
 
-    The spectrum is fixed by seed, length, correlation length and cut-off alone: another spacing samples the same
-    profile at other points. Heights other than Gaussian come from a monotone Johnson translation of the Gaussian
-    profile; it adds overtones above the cut-off and shortens the correlation length a little.
+    The spectrum is fixed by seed, length, correlation length, Hurst exponent and cut-off alone: another spacing samples
+    the same profile at other points. Heights other than Gaussian come from a monotone Johnson translation of the
+    Gaussian profile; it adds overtones above the cut-off and shortens the correlation length a little.
 
     Parameters
     ----------
@@ -224,6 +226,9 @@ def generate_profile(
         Of the height distribution the profile is drawn from [-]; one profile scatters about them.
     cutoff : float, optional
         Shortest wavelength kept [m]; 2 pi lc/3.5 when not given.
+    hurst : float, optional
+        Hurst exponent H of a self-affine profile, 0 < H < 1: its spectrum is flat below the roll-off and falls as
+        k^-(1 + 2 H) above it (`SelfAffine`); the Gaussian autocorrelation when not given.
     peklenik_number : float
         Stated lay of the surface, carried along [-].
 
@@ -252,7 +257,7 @@ def generate_profile(
     )
     _check_spacing(spacing, shortest)
     count = _count(length, spacing)
-    modes = _modes(seed, correlation_length, length, shortest)
+    modes = _modes(seed, correlation_length, length, shortest, hurst)
     # statistics, level and scale come from one fine sampling: they must not depend on the spacing asked for
     fine, heights = _synthesis(modes, 16 * len(modes)), _synthesis(modes, count)
     if (skewness, kurtosis) != (0.0, 3.0):
@@ -263,6 +268,9 @@ def generate_profile(
     heights = rms * heights
     heights.setflags(write=False)
     _, measured_skewness, measured_kurtosis = moments(fine)
+    spectrum = f"ACF exp(-(x/{correlation_length:g} m)^2)"
+    if hurst is not None:
+        spectrum = f"self-affine, H {hurst:g}, correlation length {correlation_length:g} m"
     return RoughProfile(
         heights,
         length / count,
@@ -273,18 +281,66 @@ def generate_profile(
         shortest,
         peklenik_number=peklenik_number,
         seed=int(seed),
-        source=f"generated: ACF exp(-(x/{correlation_length:g} m)^2), skewness {skewness:g}, kurtosis {kurtosis:g}",
+        source=f"generated: {spectrum}, skewness {skewness:g}, kurtosis {kurtosis:g}",
     )
 
 
-def _modes(seed: int, lc: float, length: float, shortest: float) -> NDArray[np.complex128]:
+def _modes(seed: int, lc: float, length: float, shortest: float, hurst: float | None = None) -> NDArray[np.complex128]:
     """Complex amplitudes of the wave numbers 1..n over the period, scaled to unit variance."""
     count = int(length / shortest * (1.0 + 1e-12))
-    k = 2.0 * math.pi * np.arange(1, count + 1) / length
+    k = 2.0 * math.pi / length * np.arange(1.0, count + 1.0)
     # one row of the draw per mode: the long waves stay when only the cut-off changes
     draw = np.random.default_rng(seed).standard_normal((count, 2))
-    amplitude = (draw[:, 0] + 1j * draw[:, 1]) * np.exp(-((k * lc) ** 2) / 8.0)
+    density = np.exp(-((k * lc) ** 2) / 4.0) if hurst is None else SelfAffine(lc, hurst).density(k)
+    amplitude = (draw[:, 0] + 1j * draw[:, 1]) * np.sqrt(density)
     return np.asarray(amplitude / math.sqrt(2.0 * float(np.sum(np.abs(amplitude) ** 2))))
+
+
+@dataclass(frozen=True)
+class SelfAffine:
+    """Spectrum of a self-affine profile: S(k) ~ (1 + (k/k_r)^2)^-(1/2 + H).
+
+    Flat for waves longer than the roll-off 2 pi/k_r, a power law below. Its autocorrelation is Matern's,
+    2^(1-H)/Gamma(H) (k_r x)^H K_H(k_r x); exp(-k_r x) for H = 1/2.
+
+    Parameters
+    ----------
+    correlation_length : float
+        Where the autocorrelation has fallen to 1/e, all waves included [m].
+    hurst : float
+        H, 0 < H < 1.
+    """
+
+    correlation_length: float
+    hurst: float
+
+    def __post_init__(self) -> None:
+        _require("correlation_length", self.correlation_length, self.correlation_length > 0.0, "> 0 m")
+        _require("hurst_exponent", self.hurst, 0.0 < self.hurst < 1.0, "> 0 and < 1")
+
+    @property
+    def roll_off(self) -> float:
+        """Wavelength 2 pi/k_r [m]."""
+        return 2.0 * math.pi * self.correlation_length / _lag_of_1_over_e(self.hurst)
+
+    def density(self, wave_number: FloatArray) -> FloatArray:
+        """S over S(0) [-] at wave numbers [1/m]."""
+        ratio = np.asarray(wave_number) * self.roll_off / (2.0 * math.pi)
+        return np.asarray((1.0 + ratio**2) ** -(0.5 + self.hurst))
+
+    def share_below(self, wavelength: float) -> float:
+        """Share of the variance in waves shorter than this [-]."""
+        return float(special.betainc(self.hurst, 0.5, 1.0 / (1.0 + (self.roll_off / wavelength) ** 2)))
+
+
+@lru_cache(maxsize=64)
+def _lag_of_1_over_e(hurst: float) -> float:
+    """k_r x where Matern's autocorrelation is 1/e."""
+
+    def excess(x: float) -> float:
+        return float(2.0 ** (1.0 - hurst) / special.gamma(hurst) * x**hurst * special.kv(hurst, x)) - math.exp(-1.0)
+
+    return float(optimize.brentq(excess, 1e-8, 20.0, xtol=1e-14))
 
 
 def _synthesis(modes: NDArray[np.complex128], count: int) -> FloatArray:
