@@ -164,7 +164,8 @@ class Oil(InputModel):
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
-    # where figures come from does not change them
+    # where figures come from, and how far, does not change them
+    pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = Field(default=None, exclude=True)
     calibration: CalibrationRecord | None = Field(default=None, exclude=True)
     # nor does how well they are known; keys that a card does not give are assumed by its law
     uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True, exclude=True)

@@ -95,6 +95,8 @@ def card_text(card: Oil) -> str:
         content["eyring_stress_pressure"] = card.eyring_stress_pressure.model_dump()
     if card.calibration is not None:
         content["calibration"] = card.calibration.model_dump()
+    if card.pressure_valid is not None:
+        content["pressure_valid"] = card.pressure_valid
     content["uncertainty"] = card.uncertainty.model_dump()
     return "# Written by mixed-ehl calibrate; numbers in SI units.\n" + "\n".join(_toml(content, ()))
 
