@@ -85,13 +85,13 @@ class FlankSurfaceInput(InputModel):
 
     Attributes
     ----------
-    correlation_length : float
-        Across the contact line [m].
+    correlation_length : float, optional
+        Across the contact line [m]; 100 Rq where not given.
     peklenik_number : float
         Correlation length along the contact line over that across it [-].
     """
 
-    correlation_length: TextureLength = 30e-6
+    correlation_length: TextureLength | None = None
     peklenik_number: PeklenikNumber = 1.0
 
 

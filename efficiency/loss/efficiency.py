@@ -113,7 +113,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
-        correlation_length=operation.correlation_length,
+        correlation_length=operation.texture_length,
         peklenik_number=operation.peklenik_number,
         efficiency=efficiency,
         efficiency_lower=efficiency_at(most),

@@ -18,6 +18,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, value_range_of
 from ehl.state import ContactState
+from ehl.surface.finish import default_correlation_length
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -81,8 +82,8 @@ class Operation:
         Bulk temperatures of the teeth [K]; the oil's where not given.
     temperature_inlet : float, optional
         Temperature of the oil as it enters the contacts [K], where the teeth have warmed it.
-    correlation_length : float
-        Of the roughness of either flank, across the contact line [m].
+    correlation_length : float, optional
+        Of the roughness of either flank, across the contact line [m]; 100 Rq where not given (`texture_length`).
     peklenik_number : float
         Correlation length along the contact line over that across it [-].
 
@@ -101,7 +102,7 @@ class Operation:
     temperature_bulk_pinion: float | None = None
     temperature_bulk_gear: float | None = None
     temperature_inlet: float | None = None
-    correlation_length: float = 30e-6
+    correlation_length: float | None = None
     peklenik_number: float = 1.0
 
     def __post_init__(self) -> None:
@@ -124,7 +125,15 @@ class Operation:
             if not (math.isfinite(value) and 0.0 <= value <= 2e-5):
                 raise InputError(name, value, "0 to 20 um (2e-5 m), as in the design file")
         for name, quantity in TEXTURE.items():
-            quantity.check(getattr(self, name), name)
+            if getattr(self, name) is not None:
+                quantity.check(getattr(self, name), name)
+
+    @property
+    def texture_length(self) -> float:
+        """Correlation length of the flanks as given, or by their Rq [m]."""
+        if self.correlation_length is not None:
+            return self.correlation_length
+        return float(default_correlation_length(self.roughness_rms_pinion, self.roughness_rms_gear))
 
     @property
     def inlet(self) -> float:
@@ -197,7 +206,7 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
         temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
-        correlation_length=operation.correlation_length,
+        correlation_length=operation.texture_length,
         peklenik_number=operation.peklenik_number,
     )
     sliding = np.hypot(at["sliding_across"], at["sliding_along"]) * omega

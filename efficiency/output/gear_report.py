@@ -205,7 +205,8 @@ def _design_blocks(design: Design, units: Units) -> list[Block]:
         Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are not listed.")
         for part, lines in setting_tables(rows).items()
     )
-    lay = f"{design.surface.correlation_length * 1e6:.3g}", f"{design.surface.peklenik_number:.3g}"
+    length = design.running(1.0, design.operation.temperature_oil).texture_length
+    lay = f"{length * 1e6:.3g}", f"{design.surface.peklenik_number:.3g}"
     surface = [
         (name, member.material, f"{member.roughness_rms * 1e6:.3g}", *lay)
         for name, member in (("pinion", design.pinion), ("gear", design.gear))

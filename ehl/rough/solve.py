@@ -135,7 +135,7 @@ def solve_transient(
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
-    film = rough.default_boundary_film if boundary_film is None else boundary_film
+    film = rough.default_boundary_film() if boundary_film is None else boundary_film
     _check(contact, film, boundary_friction, peklenik_number, hardness)
     bodies = materials if materials is not None else (Material.load("steel"), Material.load("steel"))
     estimate = contact.film_moes(lubricant)

@@ -13,6 +13,8 @@ from functools import cache
 from statistics import NormalDist
 from typing import Annotated, Literal, Self
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
 from ehl.io.data import data_names, data_path
@@ -20,6 +22,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
+FloatArray = NDArray[np.float64]
 State = Literal["new", "run_in"]
 STATES: tuple[State, ...] = ("new", "run_in")
 HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle to an end of a range
@@ -222,15 +225,20 @@ def _additive_file(name: str) -> _AdditiveFile:
     return validate(_AdditiveFile, read_toml(data_path("additives", f"{name}.toml")), name)
 
 
-def default_correlation_length(rms: float) -> float:
-    """lc of a surface of no named finish: 100 Rq within 10 to 200 um (ours) [m].
+def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> FloatArray:
+    """lc of surfaces of no named finish: 100 Rq of one surface, within 10 to 200 um (ours) [m].
+
+    Waves of a kind of finish grow with its heights: that slopes stay is the least they do (docs/roughness.md).
 
     Parameters
     ----------
-    rms : float
-        Rq of one surface [m].
+    rms_1, rms_2 : float or array
+        Rq of both surfaces [m]; of two rough ones the quadratic mean counts.
     """
-    return min(max(LENGTH_PER_RMS * rms, SHORTEST_LENGTH), LONGEST_LENGTH)
+    first, second = np.asarray(rms_1, dtype=float), np.asarray(rms_2, dtype=float)
+    rough = np.maximum((first > 0.0).astype(float) + (second > 0.0), 1.0)
+    each = np.hypot(first, second) / np.sqrt(rough)
+    return np.asarray(np.clip(LENGTH_PER_RMS * each, SHORTEST_LENGTH, LONGEST_LENGTH))
 
 
 def lay_seen(correlation_length: float, lay_ratio: float, angle: float) -> tuple[float, float]:
@@ -327,7 +335,7 @@ def surface_uncertainty(
         rms, length, skewness, lay = named.roughness_rms, named.correlation_length, named.skewness, named.lay_ratio
     else:
         rms = _given("roughness_rms", roughness_rms or 0.0)
-        length = _given("correlation_length", default_correlation_length(rms.value))
+        length = _given("correlation_length", float(default_correlation_length(rms.value)))
         skewness = Figure(value=0.0, low=-1.0, high=0.4, source="ours")
         lay = Figure(value=1.0, low=1.0, high=5.0, source="isotropic where nothing is said; range ours")
     if correlation_length is not None:

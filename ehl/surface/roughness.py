@@ -17,7 +17,9 @@ FloatArray = NDArray[np.float64]
 
 # exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), has fallen to 5 % of its peak at k = 3.5/lc
 CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
-MIN_BOUNDARY_FILM, MAX_BOUNDARY_FILM = 5e-9, 100e-9  # boundary films of the default rule [m]
+MIN_BOUNDARY_FILM, MAX_BOUNDARY_FILM = 5e-9, 300e-9  # boundary films of the default rule [m]
+TIP_LENGTH = 2.1e-9  # tips of unknown waves stand out by sqrt(this times Rq): fitted to runs with self-affine profiles
+EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,6 +334,14 @@ class SelfAffine:
         """Share of the variance in waves shorter than this [-]."""
         return float(special.betainc(self.hurst, 0.5, 1.0 / (1.0 + (self.roll_off / wavelength) ** 2)))
 
+    def slope(self, shortest: float, longest: float = math.inf) -> float:
+        """RMS slope of the waves between two wavelengths [m], for a Rq of 1 m of all waves [1/m]."""
+        first, last = self.roll_off / longest, self.roll_off / min(shortest, longest)
+        u = np.linspace(math.sqrt(first), math.sqrt(last), 2001) ** 2  # dense at the long waves
+        density = (1.0 + u**2) ** -(0.5 + self.hurst)
+        whole = 0.5 * float(special.beta(0.5, self.hurst))
+        return 2.0 * math.pi / self.roll_off * math.sqrt(float(np.trapezoid(u**2 * density, u)) / whole)
+
 
 @lru_cache(maxsize=64)
 def _lag_of_1_over_e(hurst: float) -> float:
@@ -378,7 +388,7 @@ class BoundaryFilm:
     thickness : float
         h_boundary [m].
     bounded : bool
-        Whether the rule left 5..100 nm and was cut off there.
+        Whether the rule left 5..300 nm and was cut off there.
     unresolved : bool
         Whether it lies below 10 nm, where friction still moves with the mesh at 1024 nodes.
     """
@@ -388,37 +398,28 @@ class BoundaryFilm:
     unresolved: bool
 
 
-def boundary_film(
-    rms: float,
-    rms_below_cutoff: float | None = None,
-    *,
-    adsorbed: float = 2e-9,
-    factor: float = 2.5,
-    share_unknown: float = 0.05,
-) -> BoundaryFilm:
-    """Default boundary film: adsorbed or reaction film plus 2.5 times the RMS of the roughness the profiles leave out.
+def boundary_film(rms: float, rms_below_cutoff: float | None = None, *, film: float = EP_FILM) -> BoundaryFilm:
+    """Default boundary film: film of the additives, and what the roughness left out of the profiles adds to it.
 
-    Ours, an estimate: friction between film ratios of about 0.5 and 0.01 depends on it by a factor of 2 to 3, so it
-    should be calibrated on one measured Stribeck curve.
+    A profile with one correlation length lacks the waves of a real one below it, which touch first. Where their RMS
+    sigma_sub is known they count with 2.5 sigma_sub, where not with sqrt(2.1 nm Rq): that gives the friction of
+    self-affine profiles, which show them (docs/roughness.md). Ours, an estimate: friction between film ratios of about
+    0.5 and 0.01 depends on it by a factor of 2 to 3, so it should be calibrated on one measured Stribeck curve.
 
     Parameters
     ----------
     rms : float
         Composite Rq of both profiles [m].
     rms_below_cutoff : float, optional
-        sigma_sub, composite [m]; where None or nan, ``share_unknown * rms``.
-    adsorbed : float
-        Thickness of the adsorbed or reaction film [m].
-    factor : float
-        Multiple of sigma_sub [-].
-    share_unknown : float
-        sigma_sub over Rq where no spectrum is known [-].
+        sigma_sub, composite [m]; None or nan where no spectrum is known.
+    film : float
+        Thickness of the adsorbed or reaction film [m] (`ehl.surface.finish.Additive`).
     """
     _require("rms", rms, rms >= 0.0, ">= 0 m")
-    _require("adsorbed", adsorbed, adsorbed >= 0.0, ">= 0 m")
-    known = rms_below_cutoff is not None and not math.isnan(rms_below_cutoff)
-    sigma = float(rms_below_cutoff) if known and rms_below_cutoff is not None else share_unknown * rms
-    _require("rms_below_cutoff", sigma, sigma >= 0.0, ">= 0 m")
-    rule = adsorbed + factor * sigma
-    thickness = min(max(rule, MIN_BOUNDARY_FILM), MAX_BOUNDARY_FILM)
-    return BoundaryFilm(thickness, thickness != rule, thickness < 10e-9)
+    _require("film", film, film >= 0.0, ">= 0 m")
+    tips = math.sqrt(TIP_LENGTH * rms)
+    if rms_below_cutoff is not None and not math.isnan(rms_below_cutoff):
+        _require("rms_below_cutoff", rms_below_cutoff, rms_below_cutoff >= 0.0, ">= 0 m")
+        tips = 2.5 * rms_below_cutoff
+    thickness = min(max(film + tips, MIN_BOUNDARY_FILM), MAX_BOUNDARY_FILM)
+    return BoundaryFilm(thickness, thickness != film + tips, thickness < 10e-9)

@@ -30,6 +30,7 @@ from ehl.io.table_files import Column, read_columns
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material, effective_modulus
+from ehl.surface.finish import default_correlation_length
 from ehl.view.table import Table
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_row
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
@@ -564,13 +565,16 @@ class Plan(InputModel):
             "temperature_oil": np.full(size, temperature),
             "roughness_rms_1": np.zeros(size),
             "roughness_rms_2": np.zeros(size),
-            "correlation_length": np.full(size, self.surface.correlation_length),
             **columns,
         }
         if "lengthwise_to_roll" in table:
             table["speed_sliding_lengthwise"] = table.pop("lengthwise_to_roll") * table["speed_entrainment"]
         if "roughness_rms" in table:
             table["roughness_rms_1"] = table["roughness_rms_2"] = table.pop("roughness_rms") / 2.0**0.5
+        if "correlation_length" in self.surface.model_fields_set:
+            table["correlation_length"] = np.full(size, self.surface.correlation_length)
+        elif "correlation_length" not in table:
+            table["correlation_length"] = default_correlation_length(table["roughness_rms_1"], table["roughness_rms_2"])
         return table
 
     def _lubricant_columns(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
