@@ -266,7 +266,7 @@ class Contact(InputModel):
 
         p = self.problem()
         result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
-        return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs()))
+        return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs(), *self.lubricant.remarks()))
 
     def check_animation(self, path: str | Path) -> None:
         """Check before solving that `ContactResult.animate` can write this file for this contact.
@@ -334,9 +334,6 @@ class Contact(InputModel):
         unused: list[tuple[str, str]] = []
         given, oil = self.surface.model_fields_set, self.lubricant
         unused += [(f"lubricant.{name}", why) for name, why in oil.unused_inputs()]
-        incompressible = isinstance(oil, DirectLubricant) and oil.density_law == "incompressible"
-        if incompressible and "density_coefficients" in oil.model_fields_set:
-            unused.append(("lubricant.density_coefficients", "density_law is incompressible"))
         if self.model.thermal == "off":
             for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
                 if solid.temperature_bulk is not None:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import Temperature
+from ehl.fluid.oil_laws import Temperature
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel

@@ -12,7 +12,8 @@ from pydantic import model_validator
 
 from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
-from ehl.fluid.oil import TEMPERATURE_RANGE, Oil, Temperature
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import TEMPERATURE_RANGE, Temperature
 from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.density import dowson_higginson_1966
+from ehl.fluid.density import Compression
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.viscosity import ROELANDS_PRESSURE, PressureLaw
 
@@ -66,7 +66,7 @@ def law_table(lubricant: Lubricant, pressure_unit: float, heated: bool) -> LawTa
     root = math.sqrt(PRESSURE_SHIFT / pressure_unit)
     length = math.sqrt((PRESSURE_TOP + PRESSURE_SHIFT) / pressure_unit) - root
     return LawTable(
-        row=_row(law, lubricant.density_constants),
+        row=_row(law, lubricant.compression),
         sheet=sheet,
         shift=PRESSURE_SHIFT / pressure_unit,
         root=root,
@@ -78,12 +78,12 @@ def law_table(lubricant: Lubricant, pressure_unit: float, heated: bool) -> LawTa
 
 
 @lru_cache(maxsize=64)
-def _row(law: PressureLaw, density: tuple[float, float]) -> Array:
+def _row(law: PressureLaw, density: Compression) -> Array:
     """Cubics over pressure at the inlet temperature, shape (cells, 8)."""
     pressure = _pressures(ROW_CELLS)
     with np.errstate(all="ignore"):
         viscosity = _continued(law.log_ratio(pressure))
-    return np.hstack([_cubics(viscosity), _cubics(dowson_higginson_1966(pressure, *density))])
+    return np.hstack([_cubics(viscosity), _cubics(density.ratio(pressure))])
 
 
 @lru_cache(maxsize=16)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 from functools import cache
@@ -11,20 +10,35 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
+from ehl.fluid import oil_alpha
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
-from ehl.fluid.rheology import RisingStress
-from ehl.fluid.viscosity import (
-    GOLD_COEFFICIENTS,
-    gold_2001,
-    vogel_1921,
-    vogel_slope,
-    walther_1931,
-    walther_slope,
+from ehl.fluid.oil_laws import (
+    NO_DEFINITION,
+    TEMPERATURE_RANGE,
+    AlphaInput,
+    DensityInput,
+    GoldAlpha,
+    ModulusAlpha,
+    Temperature,
+    ViscosityInput,
+    WaltherViscosity,
+    density_figures,
+    figures_by_constants,
 )
+from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
+from ehl.fluid.pressure_viscosity import AlphaDefinition
+from ehl.fluid.rheology import RisingStress
+from ehl.fluid.viscosity import walther_1931, walther_slope
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
 from ehl.io.units import KELVIN, ValueRange
@@ -33,56 +47,7 @@ from ehl.io.validation import InputModel, read_toml, validate
 Array = NDArray[np.float64]
 Values = TypeVar("Values", float, Array)
 
-TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
-
-Temperature = Annotated[
-    float,
-    ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'."),
-]
 KinematicViscosity = Annotated[float, ValueRange("m^2/s", gt=1e-7, le=1.0)]
-PressureViscosity = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=1e-7)]
-
-
-class ModulusViscosity(InputModel):
-    """eta = K exp(B/(T + C)) exp(p/(a1 + a2 T + (b1 + b2 T) p)), T in degC (modulus law)."""
-
-    law: Literal["modulus"]
-    K: Annotated[float, ValueRange("Pa*s", gt=0.0)]
-    B: float
-    C: float
-    a1: Annotated[float, ValueRange("Pa", gt=0.0)]
-    a2: float  # [Pa/K]
-    b1: float
-    b2: float  # [1/K]
-
-
-class WaltherViscosity(InputModel):
-    """Walther in temperature, Roelands (or Barus) in pressure."""
-
-    law: Literal["roelands", "barus"]
-
-
-class TabulatedAlpha(InputModel):
-    """Pressure-viscosity coefficient at given temperatures; ln alpha is linear between them."""
-
-    law: Literal["table"]
-    temperature: tuple[Temperature, ...] = Field(min_length=1)
-    value: tuple[PressureViscosity, ...] = Field(min_length=1)
-
-
-class GoldAlpha(InputModel):
-    """Pressure-viscosity coefficient from the kinematic viscosity (Gold), through one measured point if given."""
-
-    law: Literal["gold"]
-    base: Literal["mineral", "pao", "polyglycol", "ester"]
-    anchor_temperature: Temperature | None = None
-    anchor_value: PressureViscosity | None = None
-
-
-class ModulusAlpha(InputModel):
-    """Pressure-viscosity coefficient as the slope of the modulus law at p = 0."""
-
-    law: Literal["modulus"]
 
 
 class RisingStressInput(InputModel):
@@ -155,8 +120,9 @@ class Oil(InputModel):
     base: Literal["mineral", "pao", "polyglycol", "ester"] = "mineral"
     density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)]
     density_temperature: Annotated[float, ValueRange("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
-    viscosity: Annotated[ModulusViscosity | WaltherViscosity, Field(discriminator="law")]
-    pressure_viscosity: Annotated[TabulatedAlpha | GoldAlpha | ModulusAlpha, Field(discriminator="law")]
+    viscosity: ViscosityInput
+    pressure_viscosity: AlphaInput
+    density_pressure: DensityInput | None = None
     limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)]
     eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
     # left out of the card's hash: formulas fitted with the constant stress stay valid
@@ -226,34 +192,40 @@ class Oil(InputModel):
 
     def viscosity_dynamic(self, temperature: Values) -> Values:
         """Dynamic viscosity at ambient pressure [Pa s]; `temperature` in K."""
-        law = self.viscosity
-        if isinstance(law, ModulusViscosity):
-            return vogel_1921(temperature, self.factors.viscosity * law.K, law.B, law.C)
-        return self.viscosity_kinematic(temperature) * self.density(temperature)
+        if isinstance(self.viscosity, WaltherViscosity):
+            return self.viscosity_kinematic(temperature) * self.density(temperature)
+        viscosity: Values = (
+            self.factors.viscosity * figures_by_constants(self.viscosity, temperature, 1.0)["viscosity_inlet"]
+        )
+        return viscosity
 
     def temperature_viscosity(self, temperature: Values) -> Values:
         """beta = -d ln(eta)/dT at ambient pressure [1/K]; `temperature` in K."""
-        law = self.viscosity
-        if isinstance(law, ModulusViscosity):
-            return vogel_slope(temperature, law.B, law.C)
+        if not isinstance(self.viscosity, WaltherViscosity):
+            beta: Values = figures_by_constants(self.viscosity, temperature, 1.0)["temperature_viscosity"]
+            return beta
         # eta = nu rho
         thinning = walther_slope(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
         return thinning - self.density_temperature * self.density_15 / self.density(temperature)
 
     def alpha(self, temperature: Values) -> Values:
-        """Pressure-viscosity coefficient [1/Pa]; `temperature` in K."""
+        """Pressure-viscosity coefficient d ln(eta)/dp at p = 0 [1/Pa], whichever the card states; `temperature` in K.
+
+        The other three are `ehl.fluid.pressure_viscosity.alpha_of` of the lubricant's law.
+        """
+        alpha: Values = oil_alpha.slope(self, temperature)
+        return alpha
+
+    @property
+    def alpha_definition(self) -> AlphaDefinition:
+        """Which coefficient the card states; the slope where it does not say."""
+        return self.pressure_viscosity.alpha_definition or "slope"
+
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of results with this card must know."""
         law = self.pressure_viscosity
-        if isinstance(law, TabulatedAlpha):
-            return _between(law, temperature)
-        if isinstance(law, GoldAlpha):
-            exponent = GOLD_COEFFICIENTS[law.base][1]
-            if law.anchor_temperature is not None and law.anchor_value is not None:
-                ratio = self.viscosity_kinematic(temperature) / self.viscosity_kinematic(law.anchor_temperature)
-                anchored: Values = law.anchor_value * ratio**exponent
-                return anchored
-            return gold_2001(self.viscosity_kinematic(temperature), law.base)
-        assert isinstance(self.viscosity, ModulusViscosity)
-        return 1.0 / (self.viscosity.a1 + self.viscosity.a2 * (temperature - KELVIN))
+        stated = not isinstance(law, ModulusAlpha) and law.alpha_definition is None
+        return (NO_DEFINITION.format(where=f"the card of {self.name}"),) if stated else ()
 
     def varied(self, **deviations: float) -> Oil:
         """The card with inputs shifted by so many standard deviations of its `uncertainty`.
@@ -333,46 +305,66 @@ class Oil(InputModel):
                 "Write degrees Celsius as '80 degC'.",
             )
         outside = bool(np.any((values < self.temperature_valid[0]) | (values > self.temperature_valid[1])))
-        found = self.lubricant(temperature)
+        found = self.without_film(temperature)
         numbers = {name: float(value) for name, value in vars(found).items() if isinstance(value, np.floating)}
-        return replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]
+        plain = replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]
+        film = oil_alpha.film(self, temperature, found.pressure_viscosity)
+        return plain.with_alpha_film(float(film) if isinstance(film, np.floating) else film)
 
     def lubricant(self, temperature: Any) -> Lubricant:
         """`at` without its checks, for what only computes like a temperature."""
+        found = self.without_film(temperature)
+        return found.with_alpha_film(oil_alpha.film(self, temperature, found.pressure_viscosity))
+
+    def without_film(self, temperature: Any) -> Lubricant:
+        """`lubricant` whose alpha_film is not known beforehand."""
         law, alpha, factors = self.viscosity, self.alpha(temperature), self.factors
         stress = self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha
+        if isinstance(law, WaltherViscosity):
+            figures: dict[str, Any] = {
+                "viscosity_law": law.law,
+                "viscosity_inlet": self.viscosity_dynamic(temperature),
+                "pressure_viscosity": alpha,
+                "temperature_viscosity": self.temperature_viscosity(temperature),
+            }
+        else:
+            figures = figures_by_constants(law, temperature, oil_alpha.factor(self))
+            figures |= {"pressure_viscosity": alpha, "viscosity_inlet": self.viscosity_dynamic(temperature)}
         return Lubricant(
-            viscosity_inlet=self.viscosity_dynamic(temperature),
-            pressure_viscosity=alpha,
             pressure_rise_factor=factors.pressure_viscosity,
-            viscosity_law=law.law,
-            modulus_constants=(law.a1, law.a2, law.b1, law.b2) if isinstance(law, ModulusViscosity) else (),
+            pressure_valid=self.pressure_valid or math.inf,
             rheology="eyring",
             eyring_stress=factors.eyring_stress * stress,
             limiting_shear_coefficient=factors.limiting_shear * self.limiting_shear_coefficient,
             temperature=temperature,
-            temperature_viscosity=self.temperature_viscosity(temperature),
-            temperature_constants=(law.B, law.C) if isinstance(law, ModulusViscosity) else (),
             density=self.density(temperature),
             thermal_conductivity=factors.thermal_conductivity * self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
+            **figures,
+            **density_figures(self.density_pressure, law, temperature),
         )
 
+    @model_serializer(mode="wrap")
+    def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # the hash of a card is that of its text: cards without this key keep theirs
+        content: dict[str, Any] = handler(self)
+        return {name: value for name, value in content.items() if name != "density_pressure" or value is not None}
 
-def _between(law: TabulatedAlpha, temperature: Values) -> Values:
-    """Linear in ln alpha between the temperatures of the table, and beyond them with the slope of its ends."""
-    if len(law.value) == 1:
-        return 0.0 * temperature + law.value[0]
-    points = list(zip(law.temperature, (math.log(value) for value in law.value), strict=True))
-    pieces = [
-        (t1, low + (high - low) / (t1 - t0) * (temperature - t0))
-        for (t0, low), (t1, high) in itertools.pairwise(points)
-    ]
-    log_alpha: Any = pieces[-1][1]
-    for end, piece in reversed(pieces[:-1]):
-        log_alpha = np.where(temperature <= end, piece, log_alpha)
-    alpha: Values = np.exp(log_alpha)
-    return alpha
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if self.viscosity_kinematic_100 >= self.viscosity_kinematic_40:
+            raise InputError(
+                "viscosity_kinematic_100",
+                f"{1e6 * self.viscosity_kinematic_100:.6g} cSt",
+                f"below viscosity_kinematic_40, {1e6 * self.viscosity_kinematic_40:.6g} cSt",
+            )
+        by_constants = isinstance(self.pressure_viscosity, ModulusAlpha)
+        if by_constants == isinstance(self.viscosity, WaltherViscosity):
+            allowed = "'table' or 'gold'" if by_constants else "'constants': its coefficient follows from its constants"
+            raise InputError(
+                "pressure_viscosity.law", self.pressure_viscosity.law, f"{allowed}, with law = '{self.viscosity.law}'"
+            )
+        return self
 
 
 def _changed(name: str) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import inputs
-from ehl.fluid.oil import Temperature
+from ehl.fluid.oil_laws import Temperature
 from ehl.io.errors import InputError
 from ehl.io.table_files import numbered_table
 from ehl.io.units import ValueRange

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import GoldAlpha, ModulusAlpha, ModulusViscosity, Oil, RisingStressInput, TabulatedAlpha
+from ehl.fluid.oil import Oil, RisingStressInput
+from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, ModulusViscosity, TabulatedAlpha
 from ehl.io.errors import InputError
 from ehl.io.units import KELVIN
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ehl.fluid.oil import TEMPERATURE_RANGE, Oil
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import TEMPERATURE_RANGE
 from ehl.io.errors import InputError
 from regression.export import record
 from regression.export.data_functions import (

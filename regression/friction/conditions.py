@@ -15,7 +15,8 @@ from ehl import inputs
 from ehl.fluid.density import dowson_higginson_1966
 from ehl.fluid.film_formulas import moes_film
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import Oil, Temperature
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import Temperature
 from ehl.fluid.rheology import RisingStress
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange

@@ -10,7 +10,8 @@ import pytest
 
 from ehl.fluid.density import density_at, dowson_higginson_1966
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import GoldAlpha, ModulusViscosity, Oil, TabulatedAlpha
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import GoldAlpha, ModulusViscosity, TabulatedAlpha
 from ehl.fluid.viscosity import GOLD_COEFFICIENTS, gold_2001, walther_1931, walther_slope
 from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
