@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from ehl.contact import Contact
 from ehl.fluid import oil_alpha
 from ehl.fluid.density import Murnaghan, Tait
 from ehl.fluid.free_volume import Doolittle, McEwenPaluch
 from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import GoldAlpha
 from ehl.fluid.pressure_viscosity import DEFINITIONS, AlphaDefinition, alpha_of, roelands_slope, solve_constant
 from ehl.fluid.viscosity import AbsoluteLaw, BarusLaw, ModulusLaw, PressureLaw, RelativeLaw, RoelandsLaw, ScaledRise
 from ehl.fluid.yasutomi import Yasutomi
+from ehl.io.data import data_names
+from ehl.io.errors import InputError
 from ehl.io.units import KELVIN
+from ehl.io.validation import validate
 
 # Bair's 80W-90 gear oil and Shell T9 (improved form), 5P4E (original form), squalane (Doolittle with Tait)
 GEAR_OIL = Yasutomi(1e12, -71.70, 210.6, 0.455e-9, 7.606e-9, -0.4193, 16.372, 29.99)
@@ -122,21 +128,96 @@ def test_closed_form_of_the_roelands_secant() -> None:
     assert alpha_of(RoelandsLaw(0.0106, 9.68e-9, 373.15, 0.03), "secant_200") == pytest.approx(7.62e-9, rel=1e-3, abs=0)
 
 
-@pytest.mark.parametrize("name", ["75w90", "m100", "fva3"])
+GOLD = {"law": "gold", "base": "pao", "anchor_temperature": 373.15, "anchor_value": 9.68e-9}
+TABLE = {"law": "table", "temperature": (313.15, 353.15, 373.15), "value": (21e-9, 17e-9, 16e-9)}
+
+
+def card(definition: AlphaDefinition, alpha: dict[str, object], law: str = "roelands") -> Oil:
+    figures = {"viscosity_kinematic_40": 97.5e-6, "viscosity_kinematic_100": 13.26e-6, "density_15": 848.0}
+    laws = {"viscosity": {"law": law}, "pressure_viscosity": alpha | {"alpha_definition": definition}}
+    words = {"name": "trial", "source": "", "certainty": "mixed", "limiting_shear_coefficient": 0.05}
+    return Oil.model_validate(figures | laws | words)
+
+
 @pytest.mark.parametrize("definition", DEFINITIONS)
-def test_cards_hold_their_stated_coefficient_at_all_temperatures(name: str, definition: AlphaDefinition) -> None:
-    card = Oil.load(name)
-    if name != "fva3":
-        law = card.pressure_viscosity.model_copy(update={"alpha_definition": definition})
-        card = card.model_copy(update={"pressure_viscosity": law})
+@pytest.mark.parametrize(("alpha", "law"), [(GOLD, "roelands"), (TABLE, "roelands"), (GOLD, "barus")])
+def test_cards_hold_their_stated_coefficient_at_all_temperatures(
+    definition: AlphaDefinition, alpha: dict[str, object], law: str
+) -> None:
+    oil = card(definition, alpha, law)
     temperature = np.linspace(-40.0, 200.0, 41) + KELVIN
-    lubricant = card.at(temperature)
-    if name != "fva3":
-        wanted = oil_alpha.stated(card, temperature)
-        np.testing.assert_allclose(alpha_of(lubricant.pressure_law, definition), wanted, rtol=1e-10)
+    lubricant = oil.at(temperature)
+    found = alpha_of(lubricant.pressure_law, definition)
+    np.testing.assert_allclose(found, oil_alpha.stated(oil, temperature), rtol=1e-10)
     film = alpha_of(lubricant.pressure_law, "film")
     np.testing.assert_allclose(lubricant.pressure_viscosity_film, film, rtol=1e-9)
-    assert oil_alpha.fit_error(card) < 1e-9
+    if law == "roelands":
+        assert oil_alpha.fit_error(oil) < 1e-9
+
+
+@pytest.mark.parametrize("name", data_names("oils"))
+def test_film_coefficient_of_every_card_is_that_of_its_law(name: str) -> None:
+    oil = Oil.load(name)
+    lubricant = oil.at(np.linspace(-40.0, 200.0, 41) + KELVIN)
+    film = alpha_of(lubricant.pressure_law, "film")
+    np.testing.assert_allclose(lubricant.pressure_viscosity_film, film, rtol=1e-9)
+    # of another law by dataclasses.replace it is computed anew
+    thick = replace(oil.at(353.15), pressure_rise_factor=1.2)
+    assert thick.pressure_viscosity_film == pytest.approx(alpha_of(thick.pressure_law, "film"), rel=1e-12, abs=0.0)
+    assert thick.pressure_viscosity_film > 1.1 * oil.at(353.15).pressure_viscosity_film
+
+
+def test_an_anchored_law_by_constants_has_its_anchor() -> None:
+    """FVA 400 "HC + PMA1" through a secant of 9.68 1/GPa at 100 degC: all constants over 0.9404."""
+    law = {"law": "modulus", "K": 6.4e-5, "B": 1073.0, "C": 110.0}
+    law |= {"a1": 4.115e7, "a2": 4.797e5, "b1": 0.0361, "b2": 0.4055e-4}
+    alpha = {"law": "constants", "anchor_temperature": 373.15, "anchor_value": 9.68e-9}
+    figures = card("slope", GOLD).model_dump() | {"viscosity": law}
+    figures["pressure_viscosity"] = alpha | {"alpha_definition": "secant_200"}
+    oil = Oil.model_validate({key: value for key, value in figures.items() if value is not None})
+    assert alpha_of(oil.at(373.15).pressure_law, "secant_200") == pytest.approx(9.68e-9, rel=1e-12, abs=0.0)
+    assert oil.at(313.15).modulus_constants[0] == pytest.approx(4.115e7 / 0.94042, rel=1e-4)
+
+
+def test_cards_without_the_meaning_of_their_coefficient_say_so() -> None:
+    silent = card("slope", GOLD).model_copy(update={"pressure_viscosity": GoldAlpha.model_validate(GOLD)})
+    assert "alpha_definition" in silent.remarks()[0]
+    assert silent.at(373.15).pressure_viscosity == pytest.approx(9.68e-9, rel=1e-12, abs=0.0)
+    assert card("secant_200", GOLD).remarks() == ()
+    contact = Contact(
+        viscosity_inlet=0.02,
+        pressure_viscosity=18e-9,
+        pressure_hertz=1e9,
+        radius_equivalent=0.01,
+        speed_entrainment=5.0,
+    )
+    assert "alpha_definition" in contact.lubricant.remarks()[0]
+    assert contact.replace(alpha_definition="slope").lubricant.remarks() == ()
+
+
+def test_a_card_that_thickens_with_temperature_is_refused() -> None:
+    figures = card("slope", GOLD).model_dump(exclude_none=True) | {"viscosity_kinematic_100": 98e-6}
+    with pytest.raises(InputError, match=r"viscosity_kinematic_100.*below viscosity_kinematic_40, 97.5 cSt"):
+        validate(Oil, figures)
+
+
+@pytest.mark.parametrize("definition", DEFINITIONS)
+def test_lubricants_given_by_numbers_hold_their_stated_coefficient(definition: AlphaDefinition) -> None:
+    base = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 5.0}
+    stated = {"pressure_viscosity": 15e-9, "alpha_definition": definition, "temperature": 373.15}
+    glass = {"law": "yasutomi_improved", "Tg0": "-71.70 degC", "A1": 210.6, "A2": "0.455 1/GPa"}
+    glass |= {"b1": "7.606 1/GPa", "b2": -0.4193, "C1": 16.372, "C2": 29.99}
+    for lubricant in (
+        Contact(**base, **stated, viscosity_inlet=0.02).lubricant.lubricant(),
+        Contact(**base, **stated, viscosity_inlet=0.02, viscosity_law="barus").lubricant.lubricant(),
+        Contact(**base, **stated, viscosity=glass).lubricant.lubricant(),
+    ):
+        assert alpha_of(lubricant.pressure_law, definition) == pytest.approx(15e-9, rel=1e-10, abs=0.0)
+        law = lubricant.pressure_law
+        assert lubricant.pressure_viscosity == pytest.approx(alpha_of(law, "slope"), rel=1e-10, abs=0.0)
+    own = Contact(**base, viscosity=glass, temperature=373.15).lubricant.lubricant()
+    assert own.viscosity_inlet == pytest.approx(0.01154, rel=1e-3)
+    assert alpha_of(own.pressure_law, "secant_200") == pytest.approx(14.14e-9, rel=1e-3, abs=0.0)
 
 
 @pytest.mark.parametrize("name", ABSOLUTE)
