@@ -29,7 +29,7 @@ HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle t
 
 # where no finish is named: lc over the Rq of one surface, and factors of a range about a figure (ours)
 LENGTH_PER_RMS = 100.0
-SHORTEST_LENGTH, LONGEST_LENGTH = 10e-6, 200e-6
+SHORTEST_LENGTH, LONGEST_LENGTH = 20e-6, 200e-6
 UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.5, "peklenik_number": 3.0}
 DEFAULT_ADDITIVE = "EP"
 
@@ -226,7 +226,7 @@ def _additive_file(name: str) -> _AdditiveFile:
 
 
 def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> FloatArray:
-    """lc of surfaces of no named finish: 100 Rq of one surface, within 10 to 200 um (ours) [m].
+    """lc of surfaces of no named finish: 100 Rq of one surface, within 20 to 200 um (ours) [m].
 
     Waves of a kind of finish grow with its heights: that slopes stay is the least they do (docs/roughness.md).
 

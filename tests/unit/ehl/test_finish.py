@@ -77,7 +77,7 @@ def test_lay_is_the_ellipse_of_the_autocorrelation():
 def test_default_correlation_length_grows_with_rq():
     assert default_correlation_length(0.3e-6) == pytest.approx(30e-6)
     assert default_correlation_length(0.6e-6) == pytest.approx(60e-6)
-    assert default_correlation_length(0.01e-6) == 10e-6
+    assert default_correlation_length(0.01e-6) == 20e-6
 
 
 def test_uncertainty_of_a_surface():
