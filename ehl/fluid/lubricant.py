@@ -94,6 +94,9 @@ class Lubricant:
         Factor on ln(eta(p, T)/eta(0, T)) of any law [-]: its uncertainty is studied with it.
     pressure_valid : float
         Highest pressure the law was measured at [Pa]; infinity where it is not known.
+    shear_modulus : float
+        G of the film, for the elastic part of its shear rate [Pa]; infinity switches the elastic part off, that of the
+        bodies too.
 
     Examples
     --------
@@ -125,6 +128,7 @@ class Lubricant:
     absolute_law: AbsoluteLaw | None = None
     pressure_rise_factor: float = 1.0
     pressure_valid: float = math.inf
+    shear_modulus: float = math.inf
     # known beforehand for a card; gone in what dataclasses.replace makes, whose law may be another
     _alpha_film: Any = field(init=False, default=None, repr=False, compare=False)
 

@@ -55,6 +55,7 @@ class ShearInput(InputModel):
     carreau_exponent: Annotated[float, ValueRange("", ge=0.1, le=1.0)] | None = None
     limiting_shear: Limit = "cut"
     limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
+    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = None
 
     @model_validator(mode="after")
     def _parameters_of_the_law(self) -> Self:
@@ -74,7 +75,7 @@ class ShearInput(InputModel):
     def shear_figures(self) -> dict[str, Any]:
         """What these keys say of the fields of `Lubricant`."""
         given: dict[str, Any] = {"rheology": self.rheology, "limiting_shear": self.limiting_shear}
-        for name in ("carreau_stress", "carreau_exponent", "limiting_shear_ambient"):
+        for name in ("carreau_stress", "carreau_exponent", "limiting_shear_ambient", "shear_modulus"):
             if getattr(self, name) is not None:
                 given[name] = getattr(self, name)
         if self.eyring_stress_law == "pressure" and self.eyring_stress_pressure is not None:
@@ -246,7 +247,9 @@ class OilLubricant(ShearInput):
         """The numbers the solvers take."""
         card = Oil.load(self.oil)
         names = ("eyring_stress", "limiting_shear_coefficient", "thermal_conductivity", "heat_capacity")
-        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        given: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        if "limiting_shear_coefficient" in given:
+            given["limiting_shear_ambient"] = 0.0  # that of the card belongs to the card's coefficient
         rising = self._rising_stress(card)
         if self.eyring_stress_law == "pressure" and rising is not None:
             given["eyring_stress"] = rising.law()

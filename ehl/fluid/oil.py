@@ -38,6 +38,7 @@ from ehl.fluid.oil_laws import (
 from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import RisingStress
+from ehl.fluid.shear_family import FAMILIES, SHEAR_MODULUS
 from ehl.fluid.viscosity import walther_1931, walther_slope
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
@@ -123,8 +124,12 @@ class Oil(InputModel):
     viscosity: ViscosityInput
     pressure_viscosity: AlphaInput
     density_pressure: DensityInput | None = None
-    limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)]
+    # of the base oil where the card has none (`ehl.fluid.shear_family`)
+    limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)] | None = None
+    limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
     eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
+    # without effect on formulas, whose slip is never so small
+    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = Field(default=None, exclude=True)
     # left out of the card's hash: formulas fitted with the constant stress stay valid
     eyring_stress_pressure: RisingStressInput | None = Field(default=None, exclude=True)
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
@@ -227,6 +232,14 @@ class Oil(InputModel):
         stated = not isinstance(law, ModulusAlpha) and law.alpha_definition is None
         return (NO_DEFINITION.format(where=f"the card of {self.name}"),) if stated else ()
 
+    @property
+    def limiting_stress(self) -> tuple[float, float]:
+        """tau_L0 [Pa] and Lambda [-] of the card, or of its base oil."""
+        if self.limiting_shear_coefficient is not None:
+            return self.limiting_shear_ambient or 0.0, self.limiting_shear_coefficient
+        family = FAMILIES[self.base]
+        return family.limit_ambient, family.limit_slope
+
     def varied(self, **deviations: float) -> Oil:
         """The card with inputs shifted by so many standard deviations of its `uncertainty`.
 
@@ -271,8 +284,7 @@ class Oil(InputModel):
     def at(self, temperature: float | Array) -> Lubricant:
         """The lubricant at an inlet temperature [K]; its fields are arrays where the temperature is one.
 
-        Without a measured Eyring stress, tau0 = 2 Lambda/alpha closes the model
-        (Arana, Larranaga & Ulacia 2019).
+        Without figures of its own the card takes Eyring stress, limiting stress and shear modulus of its base oil.
 
         Parameters
         ----------
@@ -319,7 +331,8 @@ class Oil(InputModel):
     def without_film(self, temperature: Any) -> Lubricant:
         """`lubricant` whose alpha_film is not known beforehand."""
         law, alpha, factors = self.viscosity, self.alpha(temperature), self.factors
-        stress = self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha
+        limit_ambient, limit_slope = self.limiting_stress
+        stress = self.eyring_stress or FAMILIES[self.base].eyring_stress(temperature)
         if isinstance(law, WaltherViscosity):
             figures: dict[str, Any] = {
                 "viscosity_law": law.law,
@@ -335,7 +348,9 @@ class Oil(InputModel):
             pressure_valid=self.pressure_valid or math.inf,
             rheology="eyring",
             eyring_stress=factors.eyring_stress * stress,
-            limiting_shear_coefficient=factors.limiting_shear * self.limiting_shear_coefficient,
+            limiting_shear_coefficient=factors.limiting_shear * limit_slope,
+            limiting_shear_ambient=factors.limiting_shear * limit_ambient,
+            shear_modulus=self.shear_modulus or SHEAR_MODULUS,
             temperature=temperature,
             density=self.density(temperature),
             thermal_conductivity=factors.thermal_conductivity * self.thermal_conductivity,

@@ -88,7 +88,7 @@ def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, fl
     """The card's values of the parameters of the oil at a temperature [K], without those of the law not in use."""
     lubricant = card.at(temperature)
     values = {
-        "limiting_shear_coefficient": card.limiting_shear_coefficient,
+        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
         "pressure_viscosity": lubricant.pressure_viscosity,
     }
     if rising:

@@ -73,8 +73,8 @@ UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
 def lubricant_columns(lubricant: Lubricant, pressure_hertz: Array) -> dict[str, Array | float]:
     """The oil's figures at inlet temperature that a case stores, by the names of `LUBRICANT_UNITS`.
 
-    `viscosity_mean_pressure`, and an Eyring stress that rises with pressure, are taken at the mean Hertz pressure of
-    the line contact, pi p_h/4.
+    `viscosity_mean_pressure`, an Eyring stress that rises with pressure, and the limiting stress over pressure are
+    taken at the mean Hertz pressure of the line contact, pi p_h/4.
 
     Parameters
     ----------
@@ -91,7 +91,8 @@ def lubricant_columns(lubricant: Lubricant, pressure_hertz: Array) -> dict[str, 
         "viscosity_mean_pressure": lubricant.viscosity(mean_pressure),
         "pressure_viscosity": lubricant.alpha,
         "eyring_stress": stress(mean_pressure) if isinstance(stress, RisingStress) else stress,
-        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
+        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient
+        + lubricant.limiting_shear_ambient / np.maximum(mean_pressure, 1.0),
         "temperature_viscosity": lubricant.temperature_viscosity,
         "thermal_conductivity": lubricant.thermal_conductivity,
     }

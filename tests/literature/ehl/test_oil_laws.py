@@ -147,8 +147,17 @@ def test_tabulated_pressure_viscosity_is_linear_in_its_logarithm() -> None:
     assert oil.model_copy(update={"pressure_viscosity": one}).alpha(400.0) == 17e-9
 
 
-def test_eyring_stress_without_a_measurement_closes_the_model_of_arana() -> None:
-    """tau0 = 2 Lambda/alpha."""
+def test_eyring_stress_of_fva3_over_temperature_is_the_published_one() -> None:
+    """k T/V: 8.1, 8.8, 9.4, 10.5 MPa at 15, 40, 60, 100 degC."""
     card = Oil.load("fva3").model_copy(update={"eyring_stress": None})
-    oil = card.at(353.15)
-    assert oil.eyring_stress == pytest.approx(2.0 * card.limiting_shear_coefficient / oil.pressure_viscosity, rel=1e-12)
+    for temperature, stress in ((288.15, 8.1e6), (313.15, 8.8e6), (333.15, 9.4e6), (373.15, 10.5e6)):
+        assert card.at(temperature).eyring_stress == pytest.approx(stress, rel=0.01)
+
+
+def test_limiting_stress_of_the_base_oil_serves_where_the_card_has_none() -> None:
+    """tau_L = 4 MPa + 0.0395 p of the polyalphaolefins; the coefficient of a contact file stands alone."""
+    card = Oil.load("pao100").model_copy(update={"limiting_shear_coefficient": None})
+    assert card.limiting_stress == (4e6, 0.0395)
+    limit = card.at(353.15).shear_law.limiting_stress(np.array([0.0, 1e9]))
+    assert limit == pytest.approx([4e6, 43.5e6], rel=1e-12)
+    assert Oil.load("pao100").at(353.15).limiting_shear_ambient == 0.0
