@@ -22,6 +22,7 @@ from pydantic import (
 from ehl.fluid import oil_alpha
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil_family import generic_card, generic_name
 from ehl.fluid.oil_laws import (
     NO_DEFINITION,
     TEMPERATURE_RANGE,
@@ -118,7 +119,7 @@ class Oil(InputModel):
     certainty: Literal["found", "mixed", "from memory"]
     viscosity_kinematic_40: KinematicViscosity
     viscosity_kinematic_100: KinematicViscosity
-    base: Literal["mineral", "pao", "polyglycol", "ester"] = "mineral"
+    base: Literal["mineral", "hydrocracked", "pao", "polyglycol", "ester"] = "mineral"
     density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)]
     density_temperature: Annotated[float, ValueRange("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
     viscosity: ViscosityInput
@@ -156,12 +157,13 @@ class Oil(InputModel):
 
     @classmethod
     def load(cls, name: str) -> Oil:
-        """A shipped oil by name, or a card of the user by its path ending in .toml.
+        """A shipped oil by name, a generic one, or a card of the user by its path ending in .toml.
 
         Parameters
         ----------
         name : str
-            One of `ehl.shipped("oils")`, or a path.
+            One of `ehl.shipped("oils")`; base and viscosities of a generic oil such as ``"pao 97.5/13.3"`` (cSt at 40
+            and 100 degC) or ``"mineral vg 220"`` (`Oil.generic`); or a path.
 
         Returns
         -------
@@ -179,6 +181,51 @@ class Oil(InputModel):
         97
         """
         return _load_card(name, _changed(name))
+
+    @classmethod
+    def generic(
+        cls,
+        base: str,
+        *,
+        nu_40: float | str | None = None,
+        nu_100: float | str | None = None,
+        iso_vg: int | None = None,
+        density_15: float | str | None = None,
+        name: str | None = None,
+    ) -> Oil:
+        """An oil from base and viscosity: ln(eta/eta0) of its family, the family's spread as uncertainty.
+
+        Parameters
+        ----------
+        base : {"mineral", "hydrocracked", "pao", "ester", "polyglycol"}
+        nu_40, nu_100 : float or str, optional
+            Kinematic viscosity at 40 and 100 degC, m2/s or with unit.
+        iso_vg : int, optional
+            In place of both; nu100 is then that of usual oils of the family.
+        density_15 : float or str, optional
+            At 15 degC, kg/m3; typical of the family where not given.
+        name : str, optional
+            Of the card.
+
+        Returns
+        -------
+        Oil
+
+        Raises
+        ------
+        InputError
+            There is no such base or viscosity grade, or the oil does not thin with temperature.
+
+        Examples
+        --------
+        >>> oil = ehl.Oil.generic("pao", nu_40="97.5 cSt", nu_100="13.26 cSt")
+        >>> oil == ehl.Oil.load("pao 97.5/13.26"), oil.uncertainty.pressure_viscosity
+        (True, 0.14)
+        """
+        given = {"nu_40": nu_40, "nu_100": nu_100, "density_15": density_15}
+        known = validate(_GenericInput, {key: value for key, value in given.items() if value is not None})
+        content = generic_card(base, known.nu_40, known.nu_100, iso_vg, known.density_15, name)
+        return validate(cls, content, content["name"])
 
     def __repr__(self) -> str:
         nu_40, nu_100 = 1e6 * self.viscosity_kinematic_40, 1e6 * self.viscosity_kinematic_100
@@ -382,6 +429,14 @@ class Oil(InputModel):
         return self
 
 
+class _GenericInput(InputModel):
+    """Quantities of `Oil.generic`."""
+
+    nu_40: KinematicViscosity | None = None
+    nu_100: KinematicViscosity | None = None
+    density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)] | None = None
+
+
 def _changed(name: str) -> int:
     """Time stamp of a card of the user, so that one that was written anew is read anew; 0 for shipped ones."""
     if not name.endswith(".toml"):
@@ -398,6 +453,10 @@ def _load_card(name: str, changed: int) -> Oil:
     names = data_names("oils")
     if name.endswith(".toml") and Path(name).is_file():
         return validate(Oil, read_toml(name), name)
+    generic = generic_name(name)
+    if generic is not None:
+        return validate(Oil, generic_card(**generic), name)
     if name not in names:
-        raise InputError("oil", name, "one of " + ", ".join(names) + ", or the path of a card ending in .toml")
+        allowed = "one of " + ", ".join(names) + "; a generic oil such as 'pao 97.5/13.3' or 'mineral vg 220'"
+        raise InputError("oil", name, allowed + "; or the path of a card ending in .toml")
     return validate(Oil, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")

@@ -185,10 +185,10 @@ class Calibration:
         InputError
             The file cannot be written.
         """
-        from regression.calibration.card import write_card
+        from ehl.fluid.oil_file import write_card
 
         card = self.card(Path(path).stem)
-        write_card(card, Path(path))
+        write_card(card, Path(path), "Written by mixed-ehl calibrate")
         return card
 
     def use_lines(self, path: str | PathLike[str]) -> list[str]:

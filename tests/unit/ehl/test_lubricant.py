@@ -128,7 +128,7 @@ def test_every_card_thins_with_temperature(name: str) -> None:
     assert viscosity == sorted(viscosity, reverse=True)
     assert alpha == sorted(alpha, reverse=True)
     assert all(1e6 < lubricant.eyring_stress < 2e7 for lubricant in values)
-    assert not values[2].extrapolated
+    assert not oil.at(float(np.mean(oil.temperature_valid))).extrapolated
     assert oil.at(KELVIN - 30.0).extrapolated
 
 
@@ -139,7 +139,7 @@ def test_walther_passes_through_its_two_points() -> None:
 
 @pytest.mark.parametrize("name", data_names("oils"))
 def test_temperature_slope_of_every_oil_is_that_of_its_viscosity(name: str) -> None:
-    oil, step = Oil.load(name), 0.1
+    oil, step = Oil.load(name), 0.03
     for temperature in (-40.0, 0.0, 40.0, 80.0, 130.0, 200.0):
         log_eta = [math.log(oil.viscosity_dynamic(temperature + KELVIN + i * step)) for i in (-2, -1, 1, 2)]
         # five points: wrong by the fourth power of the step

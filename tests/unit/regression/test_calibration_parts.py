@@ -12,10 +12,11 @@ from calibration_stub import OneLineSolver
 
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
+from ehl.fluid.oil_file import write_card
 from ehl.quantities import si_unit
 from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
-from regression.calibration.card import calibrated_card, use_lines, write_card
+from regression.calibration.card import calibrated_card, use_lines
 from regression.calibration.contacts import contact_groups, hertz_point_pressure, line_pressure
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import card_with, lubricant_of, start_values
@@ -233,7 +234,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     values |= {"limiting_shear_coefficient": 0.047, "load_sharing_scale": 1.0}
     result = result_with(values, ("stress_slope", "pressure_viscosity", "boundary_friction"), ("stress_low",))
     card = calibrated_card("mine", measurement, setup, result, datetime.date(2026, 1, 31))
-    write_card(card, Path("mine.toml"))
+    write_card(card, Path("mine.toml"), "Mine")
     again = Oil.load("mine.toml")
     assert again == card
     assert again.alpha(WARM) == pytest.approx(2e-8, rel=1e-12)
