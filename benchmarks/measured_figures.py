@@ -46,9 +46,9 @@ def draw_low_slip(curves: dict[str, Any], path: Path) -> None:
             slips = curves["slip"] if style == "ko" else curves["slips"]
             axes.plot(100.0 * np.array(slips), np.array(values) / last, style, ms=5, label=name)
         axes.set(xlabel="slide-to-roll ratio [%]", ylim=(0.0, None))
-        axes.set_ylabel("friction coefficient over that at 20 %" if relative else "friction coefficient")
+        axes.set_ylabel("friction coefficient" + (" over that at 20 %" if relative else ""))
         axes.grid(alpha=0.3)
-        axes.legend(fontsize=8)
+    axes.legend(fontsize=8, loc="lower right")
     figure.savefig(path, dpi=130)
 
 
