@@ -102,7 +102,7 @@ class Lubricant:
     --------
     >>> oil = Oil.load("75w90").at(373.15)
     >>> f"{1e3 * oil.viscosity_inlet:.2f} mPa s, {1e9 * oil.pressure_viscosity:.2f} 1/GPa"
-    '10.60 mPa s, 9.68 1/GPa'
+    '10.60 mPa s, 12.02 1/GPa'
     """
 
     viscosity_inlet: float

@@ -253,7 +253,9 @@ class OilLubricant(ShearInput):
         rising = self._rising_stress(card)
         if self.eyring_stress_law == "pressure" and rising is not None:
             given["eyring_stress"] = rising.law()
-        return replace(card.at(self.temperature_oil), **(given | self.shear_figures()))
+        found = card.at(self.temperature_oil)
+        # the viscosity is that of the card
+        return replace(found, **(given | self.shear_figures())).with_alpha_film(found.pressure_viscosity_film)
 
 
 def _lubricant_kind(value: Any) -> str:

@@ -50,6 +50,7 @@ MEANING: dict[str, str] = {
     "viscosity_kinematic": "kinematic viscosity at ambient pressure and temperature_oil",
     "viscosity_mean_pressure": "dynamic viscosity at the mean pressure pi/4 pressure_hertz and temperature_oil",
     "pressure_viscosity": "d ln eta/dp at ambient pressure",
+    "pressure_viscosity_film": "alpha_film, the pressure-viscosity coefficient of film formulas",
     "eyring_stress": "Eyring stress",
     "limiting_shear_coefficient": "limiting shear stress over pressure",
     "temperature_viscosity": "-d ln eta/dT at ambient pressure",

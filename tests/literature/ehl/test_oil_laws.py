@@ -90,9 +90,12 @@ def test_barus_by_hand() -> None:
 
 
 def test_groups_of_the_line_contact_by_hand() -> None:
-    """U = eta0 u_r/(E'R), W = w'/(E'R), G = alpha E'; M = W (2 U)^-1/2, L = G (2 U)^1/4."""
+    """U = eta0 u_r/(E'R), W = w'/(E'R), G = alpha_film E'; M = W (2 U)^-1/2, L = G (2 U)^1/4.
+
+    alpha_film is alpha for the Barus law.
+    """
     contact = LineContact(0.02, 200e9, 4e5, 5.0, 0.6, 4.0)
-    oil = Lubricant(0.02, 18e-9)
+    oil = Lubricant(0.02, 18e-9, viscosity_law="barus")
     assert contact.dowson_groups(oil) == pytest.approx((2.5e-11, 1e-4, 3600.0), rel=1e-12)
     assert contact.moes_groups(oil) == pytest.approx((1e-4 / math.sqrt(5e-11), 3600.0 * (5e-11) ** 0.25), rel=1e-12)
     assert contact.half_width == pytest.approx(math.sqrt(8.0 * 4e5 * 0.02 / (math.pi * 200e9)), rel=1e-12)
