@@ -61,7 +61,7 @@ UncertaintyOption = Annotated[
     bool,
     typer.Option(
         "--uncertainty",
-        help="Interval of the efficiency from formula, boundary friction and roughness.",
+        help="What each input makes of the interval; for ehl by solving contacts at both ends (minutes).",
         rich_help_panel=LOSS,
     ),
 ]
@@ -191,7 +191,10 @@ def gear(
         result = loaded.efficiency(model, friction_in_equilibrium=friction_in_equilibrium, **conditions)
     if save_load is not None:
         loaded.write_load(save_load)
-    spread = result.uncertainty() if uncertainty and result.status == "converged" else None
+    spread = None
+    if uncertainty and result.status == "converged":
+        result = result.with_inputs(result.uncertainty(solved=True))
+        spread = result.inputs
     more = given({"balance": balance, "uncertainty": spread})
     present(result, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
 

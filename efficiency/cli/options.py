@@ -71,7 +71,6 @@ def present(result: Any, json_output: bool, **files: Any) -> None:
     parts = {name: files[name] for name in ("balance", "uncertainty") if name in files}
     if json_output:
         more = {"heat_balance": parts["balance"].to_dict()} if "balance" in parts else {}
-        more |= {"uncertainty": parts["uncertainty"].to_dict()} if "uncertainty" in parts else {}
         print_json(result.to_dict() | more)
     else:
         result.show(**parts)

@@ -27,6 +27,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material
+from ehl.uncertainty.spread import UncertaintyInput
 
 Surface = Literal["base", "toe", "heel"]
 Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
@@ -352,6 +353,8 @@ class Design(InputModel):
         Heat from the teeth to the oil.
     surface : FlankSurfaceInput
         Texture of the flanks.
+    uncertainty : UncertaintyInput
+        How well inputs are known, in place of oil card and defaults.
 
     Examples
     --------
@@ -370,6 +373,7 @@ class Design(InputModel):
     operation: OperatingPoint
     cooling: CoolingInput = CoolingInput()
     surface: FlankSurfaceInput = FlankSurfaceInput()
+    uncertainty: UncertaintyInput = UncertaintyInput()
 
     @model_validator(mode="after")
     def _pair(self) -> Self:
@@ -447,6 +451,7 @@ class Design(InputModel):
             driver,
             correlation_length=self.surface.correlation_length,
             peklenik_number=self.surface.peklenik_number,
+            uncertainty=self.uncertainty,
         )
 
     def tooth_bodies(self) -> Bodies:

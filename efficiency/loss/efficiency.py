@@ -19,6 +19,7 @@ from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loa
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
+from efficiency.loss.uncertainty import efficiency_uncertainty
 from efficiency.ltca.limits import points_above_hardness
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
@@ -89,12 +90,13 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     losses = position_losses(fine, estimate.mu, count)
     rolling = rolling_losses(fine, lubrication.rolling_traction, count)
     efficiency = efficiency_at(losses)
-    least, most = _loss_interval(fine, estimate, losses)
     others = efficiency_at(losses[::2]), efficiency_at(position_losses(coarse, estimate_coarse.mu, count))
     error_positions, error_points = (SAFETY * abs(efficiency - other) for other in others)
+    error_contacts = abs(efficiency_at(losses * (1.0 + solved.mean_error)) - efficiency) if solved else 0.0
     reason = _reason(loaded, estimate, estimate_coarse)
     sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
     power_loss = float(losses.mean())
+    spread = efficiency_uncertainty(friction, fine, estimate, oil, operation, power_loss, torque)
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
     edges = loaded.edges
@@ -116,12 +118,13 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         correlation_length=operation.texture_length,
         peklenik_number=operation.peklenik_number,
         efficiency=efficiency,
-        efficiency_lower=efficiency_at(most),
-        efficiency_upper=efficiency_at(least),
+        efficiency_lower=spread.low,
+        efficiency_upper=spread.high,
         efficiency_with_rolling=efficiency_at(losses + rolling),
-        efficiency_error=error_positions + error_points,
+        efficiency_error=error_positions + error_points + error_contacts,
         efficiency_error_positions=error_positions,
         efficiency_error_points=error_points,
+        efficiency_error_contacts=error_contacts,
         power_loss=power_loss,
         power_loss_rolling=float(rolling.mean()),
         power_input=power_input,
@@ -162,6 +165,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         model=friction,
         operation=operation,
         card=oil,
+        inputs=spread,
     )
 
 
@@ -217,20 +221,6 @@ def _notes(
     if operation.peklenik_number != 1.0 and not getattr(model, "uses_texture", False):
         notes += (f"friction model {name} takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes
-
-
-def _loss_interval(
-    points: LoadedPoints, friction: FrictionEstimate, losses: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest loss at each position [W].
-
-    A formula may be wrong the same way everywhere, so its interval is taken at all points at once; solved contacts know
-    the error of their mean.
-    """
-    if isinstance(friction, SolvedFriction):
-        return losses * max(1.0 - friction.mean_error, 0.0), losses * (1.0 + friction.mean_error)
-    count = losses.size
-    return position_losses(points, friction.lower, count), position_losses(points, friction.upper, count)
 
 
 def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -15,6 +15,7 @@ from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
+from ehl.uncertainty.result import InputUncertainty
 from regression.friction.models import FrictionEstimate, FrictionModel
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.loss.heat_balance import CoolingInput, HeatBalance
-    from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs
+    from ehl.uncertainty.spread import UncertaintyInput
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +37,18 @@ Reason = Literal[
     "friction_not_converged",
     "friction_undefined",
 ]
-_ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication", "model", "operation", "card", "source", "output")
+_ARRAYS_KEPT_OUT = (
+    "load",
+    "points",
+    "friction",
+    "lubrication",
+    "model",
+    "operation",
+    "card",
+    "source",
+    "output",
+    "inputs",
+)
 
 
 class ResultSource(Protocol):
@@ -151,14 +163,16 @@ class EfficiencyResult(Presented):
     efficiency : float
         power_output/power_input, friction of sliding alone [-].
     efficiency_lower, efficiency_upper : float
-        With the friction model's own interval at every point at once; nan where it states none. Of solved contacts
-        with the error of their mean friction.
+        90 % interval by what is not known of the inputs: oil, roughness, boundary film and friction, bulk temperature,
+        and the error of a fitted formula. The next three are not in it.
     efficiency_with_rolling : float
         With the rolling loss in it too [-].
     efficiency_error : float
-        Estimate of the discretisation error of the efficiency: sum of the next two.
+        Estimate of the error of the solution: sum of the next three.
     efficiency_error_positions, efficiency_error_points : float
         Twice the change when the positions, and when the points per contact line, are halved [-].
+    efficiency_error_contacts : float
+        By the error of the mean friction of solved contacts; 0 where a formula gave it [-].
     power_loss : float
         Sliding friction, mean over the mesh cycle [W].
     power_loss_rolling : float
@@ -213,6 +227,8 @@ class EfficiencyResult(Presented):
         Operating point.
     card : Oil
         Oil card.
+    inputs : InputUncertainty
+        What each uncertain input makes of the interval; `uncertainty` with other spreads.
     source : ResultSource, optional
         The loaded mesh it comes from; not in `to_dict`.
     output : Output, optional
@@ -250,6 +266,7 @@ class EfficiencyResult(Presented):
     efficiency_error: float
     efficiency_error_positions: float
     efficiency_error_points: float
+    efficiency_error_contacts: float
     power_loss: float
     power_loss_rolling: float
     power_input: float
@@ -290,36 +307,44 @@ class EfficiencyResult(Presented):
     model: FrictionModel = field(repr=False, compare=False)
     operation: Operation = field(repr=False, compare=False)
     card: Oil = field(repr=False, compare=False)
+    inputs: InputUncertainty = field(repr=False, compare=False)
     source: ResultSource | None = field(default=None, repr=False, compare=False)
     output: Output | None = field(default=None, repr=False, compare=False)
 
-    def uncertainty(self, inputs: UncertainInputs | None = None, level: float = 0.90) -> EfficiencyUncertainty:
-        """Interval of the efficiency from those of friction formula, boundary friction and roughness.
+    def uncertainty(
+        self, spreads: UncertaintyInput | None = None, level: float = 0.90, *, solved: bool = False
+    ) -> InputUncertainty:
+        """Interval of the efficiency by what is not known of the inputs, with other spreads or another level.
 
         Parameters
         ----------
-        inputs : UncertainInputs, optional
-            Spreads of the inputs in place of the default ones.
+        spreads : UncertaintyInput, optional
+            In place of those of the design file, the oil card and the defaults.
         level : float
-            Probability of the interval [-].
+            Share of cases the interval is to hold [-].
+        solved : bool
+            Where contacts were solved for the friction: solve some anew at both ends of every input (minutes), in
+            place of asking a formula of the oil.
 
         Returns
         -------
-        EfficiencyUncertainty
+        InputUncertainty
 
         Raises
         ------
         InputError
-            The level is no probability.
+            The level is no share between 0 and 1.
         """
-        from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
+        from efficiency.loss.uncertainty import efficiency_uncertainty
 
-        source = self._source("uncertainty")
+        at = self.points, self.friction, self.card, self.operation
+        return efficiency_uncertainty(
+            self.model, *at, self.power_loss, self.torque_pinion, spreads, level, solved=solved
+        )
 
-        def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:
-            return source.solve(model, operation, self.card, self.friction_in_equilibrium)
-
-        return efficiency_uncertainty(self, solve, inputs or UncertainInputs(), level)
+    def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
+        """The same with another input uncertainty, as of `uncertainty`."""
+        return replace(self, inputs=inputs, efficiency_lower=inputs.low, efficiency_upper=inputs.high)
 
     def heat_balance(self, cooling: CoolingInput | None = None) -> HeatBalance:
         """Bulk temperatures at which friction heat and cooling of the teeth agree, and the efficiency there.
@@ -348,7 +373,8 @@ class EfficiencyResult(Presented):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
-        return {name: _plain(getattr(self, name)) for name in self._names()}
+        plain = {name: _plain(getattr(self, name)) for name in self._names()}
+        return plain | {"uncertainty": self.inputs.to_dict()}
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the single values by their names, SI units."""

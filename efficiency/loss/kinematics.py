@@ -20,6 +20,7 @@ from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, value_range_of
 from ehl.state import ContactState
 from ehl.surface.finish import default_correlation_length
+from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -87,6 +88,8 @@ class Operation:
         Of the roughness of either flank, across the contact line [m]; 100 Rq where not given (`texture_length`).
     peklenik_number : float
         Correlation length along the contact line over that across it [-].
+    uncertainty : UncertaintyInput
+        How well inputs are known.
 
     Raises
     ------
@@ -105,6 +108,7 @@ class Operation:
     temperature_inlet: float | None = None
     correlation_length: float | None = None
     peklenik_number: float = 1.0
+    uncertainty: UncertaintyInput = DEFAULT
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed_pinion) and self.speed_pinion > 0.0):

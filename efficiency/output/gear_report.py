@@ -3,6 +3,7 @@ efficiency over several."""
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -131,6 +132,7 @@ def write_gear_report(
     ]
     parts += [
         ("Result", [efficiency_table(result), *more]),
+        *([("What is not known of the inputs", _input_blocks(result))] if result.inputs.sources else []),
         *(on_tooth if flank.drawable else ()),
         ("Over the mesh", [_pictures(mesh_figures(result)), position_table(result)]),
         ("Design", _design_blocks(design, units)),
@@ -168,7 +170,9 @@ def _headline(result: EfficiencyResult) -> Section:
     figures = [(f"{percent(result.efficiency, 2)} %", "mesh efficiency")]
     if result.efficiency_lower < result.efficiency_upper:
         interval = f"{percent(result.efficiency_lower, 1)}–{percent(result.efficiency_upper, 1)} %"
-        figures.append((interval, "interval of the friction model"))
+        figures.append((interval, "90 % interval by uncertain inputs"))
+    if math.isfinite(result.efficiency_error):
+        figures.append((f"±\N{NO-BREAK SPACE}{percent(result.efficiency_error, 3)} %", "error of the solution"))
     figures += [
         (f"{result.power_loss:.4g} W", f"friction loss of {result.power_input / 1e3:.4g} kW"),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
@@ -193,6 +197,13 @@ def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:
         blocks.append(Table(("note", "points"), rows))
     blocks.append(Text(f"The sections below are of one point of it, {operating_point(shown)}."))
     return blocks
+
+
+def _input_blocks(result: EfficiencyResult) -> list[Block]:
+    return [
+        Picture(result.inputs.plot(), "What each input alone does to the efficiency; the error of the solution apart."),
+        result.inputs.table(),
+    ]
 
 
 def _pictures(figures: Iterator[Named]) -> Pictures:

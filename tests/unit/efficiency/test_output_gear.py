@@ -209,7 +209,7 @@ def test_workbook_and_csv_hold_the_result(geared: Meshed, result: EfficiencyResu
     assert {"pressure_hertz [Pa]", "temperature_bulk_1 [K]", "film_central [m]"} < set(table[0])
     at = table[0].index("force [N]")
     np.testing.assert_allclose([float(row[at]) for row in table[1:]], result.points.force, rtol=1e-14)
-    assert {path.stem for path in (tmp_path / "csv").iterdir()} == {"result", "remarks", "positions", "points"}
+    assert {path.stem for path in (tmp_path / "csv").iterdir()} == {"result", "uncertainty", "remarks", "positions", "points"}
     assert len(list((tmp_path / "figures").glob("*.png"))) == 14
 
 
