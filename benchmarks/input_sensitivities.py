@@ -1,7 +1,8 @@
 """What boundary film, lay and bulk temperature do to friction: the inputs a friction formula does not hold.
 
 Contacts spread over what gears see are solved with each input lowered and raised by what the 90 % interval of its
-default spread spans, with the same roughness, so that the difference is the input's alone. The slopes of ln mu are
+default spread spans, with the same roughness, so that
+the difference is the input's alone. The slopes of ln mu are
 averaged over ln lambda and written to `data/sensitivities.csv`, which the input uncertainty of formulas reads.
 
     python benchmarks/input_sensitivities.py --contacts 24 --rows rows.csv
@@ -22,9 +23,6 @@ from scipy.stats import qmc
 import ehl
 from ehl.fluid.oil import Oil
 from ehl.io.data import data_path
-from ehl.surface.roughness import boundary_film
-from ehl.uncertainty.spread import BOUNDARY_FILM, PEKLENIK_NUMBER, TEMPERATURE_BULK
-from ehl.uncertainty.result import LEVEL, score_of
 from ehl.uncertainty.stated import FILM_RATIOS
 from regression.friction.conditions import conditions_of, contact_points
 
@@ -39,12 +37,11 @@ RANGES = {
     "film_ratio": (0.06, 5.0),
 }
 SPEEDS = (0.3, 30.0)
-Z = score_of(LEVEL)
-LAY = 1.5
+FILM_FACTORS, LAYS, WARMER = (1.0 / 3.0, 2.0), (0.5, 5.0), 16.0
 # of the mean over ln lambda
 WIDTH = 0.5
 # ends of what a contact file may say
-FILMS = (5e-9, 100e-9)
+FILMS = (5e-9, 300e-9)
 COLUMNS = ("film_ratio", "input", "step_below", "step_above", "below", "above", "friction_coefficient", "status")
 
 
@@ -82,22 +79,18 @@ def rows(count: int, path: Path, oil: str) -> None:
             each = state["roughness_rms"] / math.sqrt(2.0)
             rough = {"roughness_rms_1": each, "roughness_rms_2": each}
             given = {name: value for name, value in state.items() if name != "roughness_rms"}
-            contact = ehl.Contact(oil=oil, **given, **rough, peklenik_number=LAY, seed=number + 1, accuracy="fast")
+            contact = ehl.Contact(oil=oil, **given, **rough, seed=number + 1, accuracy="fast")
             base = contact.solve()
             if base.status == "failed":
                 continue
-            film, bulk = boundary_film(state["roughness_rms"]).thickness, state["temperature_oil"]
-            films = [float(np.clip(film * f, *FILMS)) for f in ends(BOUNDARY_FILM.sd)]
-            shift = Z * TEMPERATURE_BULK.sd
+            film, bulk = contact.surface.generated_boundary_film, state["temperature_oil"]
+            films = [float(np.clip(film * f, *FILMS)) for f in FILM_FACTORS]
             steps: dict[str, tuple[list[float], list[dict[str, object]]]] = {
                 "boundary_film": ([math.log(f / film) for f in films], [{"boundary_film": f} for f in films]),
-                "peklenik_number": (
-                    [-Z * PEKLENIK_NUMBER.sd, Z * PEKLENIK_NUMBER.sd],
-                    [{"peklenik_number": LAY * f} for f in ends(PEKLENIK_NUMBER.sd)],
-                ),
+                "peklenik_number": ([math.log(lay) for lay in LAYS], [{"peklenik_number": lay} for lay in LAYS]),
                 "temperature_bulk": (
-                    [-shift, shift],
-                    [{f"temperature_bulk_{body}": bulk + sign * shift for body in "12"} for sign in (-1.0, 1.0)],
+                    [-WARMER, WARMER],
+                    [{f"temperature_bulk_{body}": bulk + by for body in "12"} for by in (-WARMER, WARMER)],
                 ),
             }
             for name, (spans, changes) in steps.items():
@@ -109,11 +102,6 @@ def rows(count: int, path: Path, oil: str) -> None:
             )
 
 
-def ends(sd: float) -> tuple[float, float]:
-    """Factors at both ends of the 90 % interval."""
-    return math.exp(-Z * sd), math.exp(Z * sd)
-
-
 def table(path: Path, target: Path) -> None:
     """Mean slopes near each film ratio, and how far single contacts are from them."""
     with path.open() as file:
@@ -122,7 +110,10 @@ def table(path: Path, target: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["input", "film_ratio", "slope_below", "slope_above", "scatter"])
         for name in ("boundary_film", "peklenik_number", "temperature_bulk"):
-            mine = [row for row in found if row["input"] == name]
+            # a film that is at its limit already does not move
+            mine = [
+                row for row in found if row["input"] == name and float(row["step_below"]) * float(row["step_above"])
+            ]
             ratio = np.log([float(row["film_ratio"]) for row in mine])
             slopes = np.array([[float(row[s]) / float(row[f"step_{s}"]) for s in ("below", "above")] for row in mine])
             for node in FILM_RATIOS:

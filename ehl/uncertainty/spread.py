@@ -1,15 +1,20 @@
-"""How well the inputs of a contact are known: default spreads, and those of the user."""
+"""How well the inputs of a contact are known: by oil card, finish and additives, or as the user says."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import PrivateAttr
 
 from ehl.fluid.oil import Oil
+from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
+from ehl.surface.finish import HALF_RANGE, Figure, surface_uncertainty
 
 Kind = Literal["relative", "absolute"]
 
@@ -26,6 +31,8 @@ class Spread:
     kind : {"relative", "absolute"}
     source : str
         Where it comes from.
+    sd_below : float, optional
+        To lower values, where that differs.
 
     Raises
     ------
@@ -41,28 +48,39 @@ class Spread:
     sd: float
     kind: Kind = "relative"
     source: str = "given"
+    sd_below: float | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.sd) and self.sd >= 0.0):
-            raise InputError("spread", self.sd, "a finite standard deviation of at least 0")
+        for sd in (self.sd, self.below):
+            if not (math.isfinite(sd) and sd >= 0.0):
+                raise InputError("spread", sd, "a finite standard deviation of at least 0")
 
     @classmethod
-    def of_range(cls, low: float, high: float, source: str = "given") -> Spread:
-        """All values from `low` to `high` equally likely in their logarithm: ln(high/low)/sqrt(12)."""
-        if not high >= low > 0.0:
-            raise InputError("range", [low, high], "two positive numbers, the lower end first")
-        return cls(math.log(high / low) / math.sqrt(12.0), "relative", source)
+    def of_figure(cls, figure: Figure) -> Spread:
+        """Of a positive figure with its central 90 % range."""
+        up, down = (math.log(end) / HALF_RANGE for end in (figure.high / figure.value, figure.value / figure.low))
+        return cls(up, "relative", figure.source, down)
 
-    def at(self, value: float, score: float) -> float:
+    @property
+    def below(self) -> float:
+        """Standard deviation to lower values."""
+        return self.sd if self.sd_below is None else self.sd_below
+
+    @property
+    def known(self) -> bool:
+        """Whether the number is known exactly."""
+        return self.sd == 0.0 and self.below == 0.0
+
+    def shift(self, score: float) -> float:
+        """Change of the logarithm, or of the number, so many standard deviations away."""
+        return score * (self.sd if score > 0.0 else self.below)
+
+    def at(self, value: Any, score: float) -> Any:
         """The value so many standard deviations away."""
-        return value * math.exp(score * self.sd) if self.kind == "relative" else value + score * self.sd
+        return value * math.exp(self.shift(score)) if self.kind == "relative" else value + self.shift(score)
 
 
-BOUNDARY_FILM = Spread.of_range(20e-9, 150e-9, "20 to 150 nm, tribofilms of gear oils in print")
-BOUNDARY_FRICTION = Spread.of_range(0.065, 0.13, "0.065 to 0.13 in print")
-ROUGHNESS_RMS = Spread(0.15, source="ours")
-CORRELATION_LENGTH = Spread.of_range(15e-6, 60e-6, "ours: a factor of 2 either way")
-PEKLENIK_NUMBER = Spread.of_range(0.5, 2.0, "ours: a factor of 2 either way")
+# the teeth are rarely as warm as the oil or a heat balance says
 TEMPERATURE_BULK = Spread(10.0, "absolute", "ours")
 
 Relative = Annotated[
@@ -70,25 +88,10 @@ Relative = Annotated[
 ]
 Kelvins = Annotated[float, ValueRange("K", ge=0.0, le=100.0, hint="One standard deviation.")]
 
-# of oils whose card states none: ours, after the spread of cards of one family
-OIL_SPREADS = {
-    "pressure_viscosity": Spread(0.12, source="ours: cards state none"),
-    "viscosity": Spread(0.05, source="ours: cards state none"),
-    "eyring_stress": Spread(0.25, source="ours: cards state none"),
-    "limiting_shear": Spread(0.15, source="ours: cards state none"),
-    "thermal_conductivity": Spread(0.1, source="ours: cards state none"),
-}
-SURFACE_SPREADS = {
-    "roughness_rms": ROUGHNESS_RMS,
-    "correlation_length": CORRELATION_LENGTH,
-    "peklenik_number": PEKLENIK_NUMBER,
-    "boundary_film": BOUNDARY_FILM,
-    "boundary_friction": BOUNDARY_FRICTION,
-    "temperature_bulk": TEMPERATURE_BULK,
-}
+SURFACE = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_film", "boundary_friction")
 # what has one cause is shown as one
 GROUPS = {
-    **dict.fromkeys(OIL_SPREADS, "oil"),
+    **dict.fromkeys(VARIABLES, "oil"),
     "roughness_rms": "roughness",
     "correlation_length": "roughness",
     "peklenik_number": "roughness",
@@ -115,8 +118,8 @@ class UncertaintyInput(InputModel):
         Relative [-].
     temperature_bulk : float, optional
         Of both bodies [K].
-    same_surface : bool
-        Both surfaces come from one finish, so that the Rq of both is wrong the same way.
+    same_surface : bool, optional
+        Both surfaces were made alike, so that the Rq of both is wrong the same way; by default where a finish is named.
 
     Examples
     --------
@@ -135,23 +138,40 @@ class UncertaintyInput(InputModel):
     boundary_film: Relative | None = None
     boundary_friction: Relative | None = None
     temperature_bulk: Kelvins | None = None
-    same_surface: bool = False
+    same_surface: bool | None = None
+    _figures: Mapping[str, Figure] = PrivateAttr(default_factory=dict)
+    _finish: str | None = PrivateAttr(default=None)
 
     @classmethod
     def none(cls, **given: float) -> UncertaintyInput:
         """All inputs known exactly, but for those given."""
         return cls(**(dict.fromkeys(GROUPS, 0.0) | given))
 
+    def of_surface(self, **surface: Any) -> Self:
+        """The same with the ranges of a surface; keywords as of `ehl.surface.finish.surface_uncertainty`."""
+        found = self.model_copy()
+        found._figures, found._finish = surface_uncertainty(**surface), surface.get("finish")
+        return found
+
+    @property
+    def one_finish(self) -> bool:
+        """Whether Rq of both surfaces and their correlation length have one cause."""
+        return self._finish is not None and self.same_surface is not False
+
     def spread(self, name: str, oil: Oil | None = None) -> Spread:
-        """How well an input is known: as given here, by the oil card, or the default."""
+        """How well an input is known: as given here, by oil card, finish and additives, or the default."""
         given = getattr(self, name)
-        if name in SURFACE_SPREADS:
-            default = SURFACE_SPREADS[name]
-            return default if given is None else Spread(given, default.kind)
+        if name == "temperature_bulk":
+            return TEMPERATURE_BULK if given is None else Spread(given, "absolute")
         if given is not None:
             return Spread(given)
-        card = getattr(oil, "uncertainty", None)
-        return OIL_SPREADS[name] if card is None else Spread(getattr(card, name), source="oil card")
+        if name in SURFACE:
+            return Spread.of_figure((self._figures or _UNNAMED)[name])
+        if oil is None:
+            raise InputError("oil", None, "an oil, whose card says how well its figures are known")
+        return Spread(getattr(oil.uncertainty, name), source=f"oil card: {oil.uncertainty.source}")
 
 
+# figures do not matter where only their ratios are asked for
+_UNNAMED = surface_uncertainty(roughness_rms=1e-6)
 DEFAULT = UncertaintyInput()

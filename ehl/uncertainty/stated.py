@@ -44,5 +44,6 @@ def stated_change(name: str, spread: Spread, film_ratio: Array, score: float) ->
         return None
     nodes, below, above = _slopes()[name]
     place = np.log(np.clip(film_ratio, 1e-6, 1e6))
-    step = np.where(np.isfinite(film_ratio) | (name == "temperature_bulk"), score * spread.sd, 0.0)
-    return -step * np.interp(place, nodes, below), step * np.interp(place, nodes, above)
+    felt = np.where(np.isfinite(film_ratio) | (name == "temperature_bulk"), 1.0, 0.0)
+    down, up = spread.shift(-score), spread.shift(score)
+    return felt * down * np.interp(place, nodes, below), felt * up * np.interp(place, nodes, above)

@@ -14,11 +14,11 @@ from typing import Any, cast
 import numpy as np
 
 from ehl.fluid.oil import Oil
+from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
-from ehl.surface.roughness import MAX_BOUNDARY_FILM, boundary_film
-from ehl.uncertainty.oil_at import varied_oil
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
-from ehl.uncertainty.spread import DEFAULT, GROUPS, OIL_SPREADS, Spread, UncertaintyInput
+from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
 from ehl.uncertainty.stated import stated_change
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.models import ConstantFriction, FrictionModel
@@ -31,6 +31,8 @@ TWO_SIGMA = math.erf(math.sqrt(2.0))
 _NOTHING = 1e-9
 # film ratio from which roughness leaves no trace, and what goes with it
 THICK = 3.0
+# what a contact file may say of the boundary film [m]
+FILMS = (5e-9, 300e-9)
 ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
 
 
@@ -111,26 +113,45 @@ def moved_inputs(
     def of_oil(name: str) -> Callable[[Spread, float], Case]:
         return lambda spread, z: (model, state, varied_oil(oil, name, spread.sd, z))
 
-    def of_model(field: str, value: float, most: float) -> Callable[[Spread, float], Case]:
-        return lambda spread, z: (_with(model, field, min(spread.at(value, z), most)), state, oil)
+    def of_model(field: str, value: float, least: float, most: float) -> Callable[[Spread, float], Case]:
+        return lambda spread, z: (_with(model, field, min(max(spread.at(value, z), least), most)), state, oil)
 
     rms = ("roughness_rms_1", "roughness_rms_2")
     both = [("roughness_rms", rms)] if spreads.same_surface else [(name, (name,)) for name in rms]
+    textures: tuple[str, ...] = ("correlation_length", "peklenik_number")
+    if spreads.one_finish:
+        both, textures = [], ("peklenik_number",)
     bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
-    found = [moved(name, name, of_oil(name)) for name in OIL_SPREADS]
+    found = [moved(name, name, of_oil(name)) for name in VARIABLES]
     found += [moved(name, "roughness_rms", of_state(*fields)) for name, fields in both]
-    found += [moved(name, name, of_state(name)) for name in ("correlation_length", "peklenik_number")]
+    found += [moved(name, name, of_state(name)) for name in textures]
+    if spreads.one_finish:
+        length = spreads.spread("correlation_length")
+
+        def made(spread: Spread, z: float) -> Case:
+            changed = {field: np.asarray(spread.at(getattr(state, field), z)) for field in rms}
+            changed["correlation_length"] = np.asarray(length.at(state.correlation_length, z))
+            return model, replace(state, **changed), oil
+
+        found.append(moved("finish", "roughness_rms", made))
     mu_b = boundary_friction_of(model)
     if np.isfinite(mu_b):
-        found.append(moved("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 1.0)))
+        found.append(moved("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
     if hasattr(model, "boundary_film"):
-        typical = boundary_film(float(np.max(state.roughness_rms))).thickness
-        value = typical if model.boundary_film is None else model.boundary_film
-        found.append(moved("boundary_film", "boundary_film", of_model("boundary_film", value, MAX_BOUNDARY_FILM)))
+        rms_1, rms_2 = float(np.max(state.roughness_rms_1)), float(np.max(state.roughness_rms_2))
+        surface = SurfaceInput(roughness_rms_1=rms_1, roughness_rms_2=rms_2, boundary_film=model.boundary_film)
+        film = of_model("boundary_film", surface.generated_boundary_film, *FILMS)
+        found.append(moved("boundary_film", "boundary_film", film))
     else:
         found.append(moved("boundary_film", "boundary_film", lambda spread, z: (model, state, oil)))
     found.append(moved("temperature_bulk", "temperature_bulk", of_state(*bulk)))
-    return [entry for entry in found if entry.spread.sd > 0.0]
+    return [entry for entry in found if not entry.spread.known]
+
+
+def varied_oil(oil: Oil, name: str, sd: float, score: float) -> Oil:
+    """The oil with one figure so many standard deviations of its logarithm away."""
+    known = oil.uncertainty.model_copy(update={name: sd})
+    return oil.model_copy(update={"uncertainty": known}).varied(**{name: score})
 
 
 def friction_changes(

@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
+from ehl.surface.finish import Additive, Finish
 from ehl.uncertainty.result import Change, InputUncertainty, combined, score_of
-from ehl.uncertainty.spread import BOUNDARY_FRICTION, GROUPS, Spread, UncertaintyInput
+from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
 from ehl.uncertainty.stated import FILM_RATIOS, stated_change
 
 
@@ -65,21 +67,43 @@ def test_the_plot_shows_the_widest_bar_first() -> None:
 def test_spreads() -> None:
     assert Spread(0.1).at(2.0, -1.0) == pytest.approx(2.0 * math.exp(-0.1))
     assert Spread(10.0, "absolute").at(350.0, 2.0) == 370.0
-    assert Spread.of_range(1.0, math.e).sd == pytest.approx(1.0 / math.sqrt(12.0))
-    assert BOUNDARY_FRICTION.sd == pytest.approx(math.log(2.0) / math.sqrt(12.0))
-    for wrong in (lambda: Spread(-1.0), lambda: Spread(math.nan), lambda: Spread.of_range(2.0, 1.0)):
+    for wrong in (-1.0, math.nan):
         with pytest.raises(InputError):
-            wrong()
+            Spread(wrong)
     with pytest.raises(InputError, match="level"):
         score_of(0.0)
 
 
+def test_a_range_has_its_own_ends() -> None:
+    """The ends of a range are those of its 90 % interval, to either side of the figure."""
+    figure = Additive.load("EP").boundary_film
+    spread, z = Spread.of_figure(figure), score_of(0.9)
+    assert spread.at(figure.value, z) == pytest.approx(figure.high, rel=1e-9)
+    assert spread.at(figure.value, -z) == pytest.approx(figure.low, rel=1e-9)
+    # where nothing is said of the lay, it is not below isotropic
+    assert DEFAULT.spread("peklenik_number").at(1.0, -z) == 1.0
+    assert DEFAULT.spread("peklenik_number").at(1.0, z) == pytest.approx(5.0)
+
+
 def test_own_spreads_take_the_place_of_defaults() -> None:
     given = UncertaintyInput(viscosity=0.02, temperature_bulk=3.0)
-    assert given.spread("viscosity").sd == 0.02
+    oil = Oil.load("75w90")
+    assert given.spread("viscosity", oil).sd == 0.02
+    assert given.spread("eyring_stress", oil).sd == oil.uncertainty.eyring_stress
     assert (given.spread("temperature_bulk").sd, given.spread("temperature_bulk").kind) == (3.0, "absolute")
-    assert given.spread("roughness_rms") == UncertaintyInput().spread("roughness_rms")
-    assert all(UncertaintyInput.none().spread(name).sd == 0.0 for name in GROUPS)
+    assert given.spread("roughness_rms") == DEFAULT.spread("roughness_rms")
+    assert all(UncertaintyInput.none().spread(name).known for name in GROUPS)
+    with pytest.raises(InputError, match="oil"):
+        given.spread("eyring_stress")
+
+
+def test_a_finish_brings_its_ranges_and_is_one_cause() -> None:
+    ground = DEFAULT.of_surface(finish="ground", finish_state="new")
+    assert ground.one_finish
+    assert not DEFAULT.one_finish
+    rms = Finish.load("ground", "new").roughness_rms
+    assert ground.spread("roughness_rms").at(rms.value, score_of(0.9)) == pytest.approx(rms.high)
+    assert not UncertaintyInput(same_surface=False).of_surface(finish="ground").one_finish
 
 
 def test_stated_slopes_follow_the_film_ratio() -> None:
