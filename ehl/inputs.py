@@ -154,10 +154,10 @@ class SurfaceInput(InputModel):
         length, gamma = lay_seen(finish.correlation_length.value, finish.lay_ratio.value, self.lay_angle)
         return values | {
             "spectrum": "self_affine",
-            "correlation_length": length,
+            "correlation_length": float(length),
             "skewness": skewness,
             "kurtosis": 3.0 + 1.5 * skewness**2,  # of heights cut off above, below the lognormal's
-            "peklenik_number": max(gamma, 1.0 / 3.0),
+            "peklenik_number": max(float(gamma), 1.0 / 3.0),
         }
 
     @property

@@ -115,8 +115,8 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
-        correlation_length=operation.texture_length,
-        peklenik_number=operation.peklenik_number,
+        correlation_length=float(np.median(fine.state.correlation_length)),
+        peklenik_number=float(np.median(fine.state.peklenik_number)),
         efficiency=efficiency,
         efficiency_lower=spread.low,
         efficiency_upper=spread.high,
@@ -218,7 +218,7 @@ def _notes(
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
         how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "left out"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
-    if operation.peklenik_number != 1.0 and not getattr(model, "uses_texture", False):
+    if np.any(points.state.peklenik_number != 1.0) and not getattr(model, "uses_texture", False):
         notes += (f"friction model {name} takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes
 

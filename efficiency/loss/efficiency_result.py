@@ -159,7 +159,7 @@ class EfficiencyResult(Presented):
     roughness_rms_1, roughness_rms_2 : float
         Rq of pinion and gear flanks [m].
     correlation_length, peklenik_number : float
-        Of the roughness of either flank [m], [-].
+        Of the roughness across the contact line [m], [-]; the median of the points.
     efficiency : float
         power_output/power_input, friction of sliding alone [-].
     efficiency_lower, efficiency_upper : float

@@ -275,7 +275,12 @@ class LoadDistribution:
                 ]
             )
             for name in (*_OF_LOAD, *_OF_POSITION)
-        }
+        } | {name: self._lay(name, where) for name in ("lay_pinion", "lay_gear")}
+
+    def _lay(self, name: str, where: Sequence[IntArray]) -> FloatArray:
+        angles = [getattr(p.position, name) for p in self.positions]
+        found = [np.zeros(at.size) if lay is None else lay[at] for lay, at in zip(angles, where, strict=True)]
+        return np.concatenate(found)
 
     @cached_property
     def loaded_position(self) -> IntArray:

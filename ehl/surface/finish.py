@@ -241,7 +241,7 @@ def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> Floa
     return np.asarray(np.clip(LENGTH_PER_RMS * each, SHORTEST_LENGTH, LONGEST_LENGTH))
 
 
-def lay_seen(correlation_length: float, lay_ratio: float, angle: float) -> tuple[float, float]:
+def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Correlation length along x and Peklenik number of marks at an angle to the contact line.
 
     The autocorrelation is an ellipse with the axes lc across the marks and r lc along them, so that
@@ -254,24 +254,25 @@ def lay_seen(correlation_length: float, lay_ratio: float, angle: float) -> tuple
         lc across the marks [m].
     lay_ratio : float
         r, correlation length along the marks over that across them [-].
-    angle : float
+    angle : float or array
         Between marks and contact line [rad]; 0 for marks across the motion.
 
     Returns
     -------
-    correlation_length, peklenik_number : float
+    correlation_length, peklenik_number : float or array
         l_x [m] and gamma [-].
 
     Examples
     --------
     >>> from ehl.surface.finish import lay_seen
-    >>> lay_seen(20e-6, 5.0, 0.0)
+    >>> length, gamma = lay_seen(20e-6, 5.0, 0.0)
+    >>> float(length), float(gamma)
     (2e-05, 5.0)
     """
-    across, along = math.cos(angle) ** 2, math.sin(angle) ** 2
+    across, along = np.cos(np.asarray(angle)) ** 2, np.sin(np.asarray(angle)) ** 2
     x = across + along / lay_ratio**2
     y = along + across / lay_ratio**2
-    return correlation_length / math.sqrt(x), math.sqrt(x / y)
+    return correlation_length / np.sqrt(x), np.sqrt(x / y)
 
 
 def _given(name: str, value: float) -> Figure:
