@@ -440,6 +440,34 @@ def max_shear_stress(result: ContactResult) -> float:
     return float(result.film.shear_stress.max())
 
 
+BULK_NOTED = 1.0  # difference of bulk and oil that makes a note [K]
+FILM_EXPONENT = 0.67  # of the inlet viscosity in the film thickness
+
+
+def bulk_note(lubricant: Lubricant, bulk: tuple[float, float]) -> tuple[str, ...]:
+    """What bodies warmer or colder than the oil do to the film, by the viscosity of the oil between them.
+
+    Parameters
+    ----------
+    lubricant : Lubricant
+        At its inlet temperature.
+    bulk : tuple of float
+        Bulk temperatures of both bodies [K].
+    """
+    mean = 0.5 * (bulk[0] + bulk[1])
+    difference = mean - lubricant.temperature
+    if abs(difference) < BULK_NOTED:
+        return ()
+    warm, oil = np.array([mean]), np.array([lubricant.temperature])
+    ambient = np.zeros(1)
+    ratio = math.exp(float((lubricant.log_viscosity(ambient, warm) - lubricant.log_viscosity(ambient, oil))[0]))
+    word = "warmer" if difference > 0.0 else "colder"
+    return (
+        f"bodies {abs(difference):.0f} K {word} than the oil: it enters at their temperature, {ratio:.2f} times as "
+        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film",
+    )
+
+
 def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
     """Limits of the model that a result touches."""
     notes = []

@@ -13,6 +13,7 @@ import numpy as np
 
 from ehl.contact_result import (
     ContactResult,
+    bulk_note,
     friction_above_limit_temperature,
     limit_notes,
     mesh_error_too_large,
@@ -162,7 +163,8 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         return _failed(reason, result.iterations)
     result = _accepted(result, model.friction_tolerance or TOLERANCE[model.accuracy])
     hardness = min(body.hardness for body in bodies)
-    notes = tuple(dict.fromkeys((*result.notes, *limit_notes(result, contact, lubricant, hardness))))
+    warmth = bulk_note(lubricant, bulk) if model.thermal != "off" else ()
+    notes = tuple(dict.fromkeys((*result.notes, *limit_notes(result, contact, lubricant, hardness), *warmth)))
     return replace(result, notes=notes, skipped=tuple(skipped))
 
 

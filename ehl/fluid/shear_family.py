@@ -1,7 +1,7 @@
 """Shear of oils that have no figures of their own, by base oil: Eyring stress, limiting stress, shear modulus.
 
 A figure on the card goes before these; their uncertainties stand in `ehl.fluid.oil_uncertainty`. Why Ree-Eyring with
-these stresses is the default stands in docs/ehl.md.
+these stresses is the default stands in docs/shear.md.
 """
 
 from __future__ import annotations
