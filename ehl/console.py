@@ -26,8 +26,12 @@ FIGURE = (".png", ".svg", ".pdf")
 
 # keyword or quantity of the Python interface -> option, where they are not the same word
 _OPTIONS = {
+    "density_15": "density",
     "folder": "output",
     "friction model": "friction",
+    "iso_vg": "vg",
+    "nu_100": "nu100",
+    "nu_40": "nu40",
     "parameters": "fit",
     "path": "output",
     "pressure_hertz": "pressure",
@@ -38,6 +42,7 @@ _OPTIONS = {
     "store": "output",
     "tasks": "slurm",
     "temperature_oil": "temperature",
+    "temperatures": "temperature",
 }
 
 

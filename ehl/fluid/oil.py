@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +21,11 @@ from pydantic import (
     model_validator,
 )
 
-from ehl.fluid import oil_alpha
+from ehl.fluid import oil_alpha, oil_sheet
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil_family import generic_card, generic_name
+from ehl.fluid.oil_family import check_viscosities, generic_card, generic_name
+from ehl.fluid.oil_file import write_card
 from ehl.fluid.oil_laws import (
     NO_DEFINITION,
     TEMPERATURE_RANGE,
@@ -45,6 +48,10 @@ from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
 from ehl.io.units import KELVIN, ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 Array = NDArray[np.float64]
 Values = TypeVar("Values", float, Array)
@@ -406,6 +413,40 @@ class Oil(InputModel):
             **density_figures(self.density_pressure, law, temperature),
         )
 
+    def to_dict(self, temperatures: str | Sequence[float | str] | None = None) -> dict[str, Any]:
+        """The card with all figures at temperatures such as "40, 100 degC" (the default), SI."""
+        return oil_sheet.sheet(self, _temperatures(temperatures))
+
+    def to_frame(self, temperatures: str | Sequence[float | str] | None = None) -> DataFrame:
+        """One row per temperature: viscosity, the four alphas, shear and heat figures, SI; as of `to_dict`."""
+        import pandas as pd
+
+        return pd.DataFrame(self.to_dict(temperatures)["states"])
+
+    def plot(
+        self, path: str | PathLike[str] | None = None, temperatures: str | Sequence[float | str] | None = None
+    ) -> Figure:
+        """Viscosity over pressure, one standard deviation, and what the card's source says.
+
+        Parameters
+        ----------
+        path : path, optional
+            Written there too (PNG, SVG, PDF).
+        temperatures : str or sequence, optional
+            As of `to_dict`.
+        """
+        figure = oil_sheet.plot_oil(self, _temperatures(temperatures))
+        if path is not None:
+            oil_sheet.save_plot(figure, Path(path))
+        return figure
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the card as TOML, numbers in SI; `InputError` where the path does not end in .toml."""
+        write_card(self, Path(path), "Oil card written by mixed-ehl")
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().T.to_html(header=False, float_format="{:.4g}".format))
+
     @model_serializer(mode="wrap")
     def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         # the hash of a card is that of its text: cards without this key keep theirs
@@ -414,12 +455,8 @@ class Oil(InputModel):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        if self.viscosity_kinematic_100 >= self.viscosity_kinematic_40:
-            raise InputError(
-                "viscosity_kinematic_100",
-                f"{1e6 * self.viscosity_kinematic_100:.6g} cSt",
-                f"below viscosity_kinematic_40, {1e6 * self.viscosity_kinematic_40:.6g} cSt",
-            )
+        names = ("viscosity_kinematic_40", "viscosity_kinematic_100")
+        check_viscosities(self.viscosity_kinematic_40, self.viscosity_kinematic_100, *names)
         by_constants = isinstance(self.pressure_viscosity, ModulusAlpha)
         if by_constants == isinstance(self.viscosity, WaltherViscosity):
             allowed = "'table' or 'gold'" if by_constants else "'constants': its coefficient follows from its constants"
@@ -427,6 +464,11 @@ class Oil(InputModel):
                 "pressure_viscosity.law", self.pressure_viscosity.law, f"{allowed}, with law = '{self.viscosity.law}'"
             )
         return self
+
+
+def _temperatures(given: str | Sequence[float | str] | None) -> tuple[float, ...]:
+    low, high = TEMPERATURE_RANGE
+    return oil_sheet.temperatures_of(given, ValueRange("K", ge=low, le=high))
 
 
 class _GenericInput(InputModel):
