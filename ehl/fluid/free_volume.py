@@ -14,7 +14,7 @@ from ehl.fluid.viscosity import vogel_1921, vogel_slope
 Array = NDArray[np.float64]
 
 LAST_OCCUPIED = 0.93  # occupied share of the volume: from there on along the tangent
-LAST_SHARE = 0.8  # of the diverging pressure: from there on along the tangent
+LAST_SHARE = 0.9  # of the diverging pressure: from there on along the tangent
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class McEwenPaluch:
     """eta = K exp(B/(T + C)) (1 + a0 p/q)^q exp(CF p/(pinf - p)), T in degC (hybrid of Bair; form from memory).
 
     pinf grows linearly with temperature, pinf = pinf40 + dpinf (T - 40), and a0 falls with it as
-    a0 = a40 exp(-beta_a (T - 40)): both ours, for one law over temperature. Beyond 0.8 pinf the exponent goes on along
+    a0 = a40 exp(-beta_a (T - 40)): both ours, for one law over temperature. Beyond 0.9 pinf the exponent goes on along
     its tangent in p/pinf (ours).
 
     Parameters

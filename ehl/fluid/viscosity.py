@@ -24,7 +24,7 @@ ROELANDS_PRESSURE = 1.96e8  # p0 [Pa]
 ROELANDS_LOG_VISCOSITY = 9.67  # -ln of the viscosity all curves meet at, 6.31e-5 Pa s
 ROELANDS_TEMPERATURE = 138.0  # [K]
 
-_LAST_BEFORE_POLE = 0.7  # of the pressure of a modulus law's pole: from there on along the tangent
+_LAST_BEFORE_POLE = 0.9  # of the pressure of a modulus law's pole: from there on along the tangent
 
 # (s, t) of Gold's formula by base oil; nu in cSt, alpha in 1/GPa
 GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
@@ -190,7 +190,7 @@ class RoelandsLaw:
 class ModulusLaw:
     """L = p/(a1 + a2 T + (b1 + b2 T) p) + ln(eta0(T)/eta0), T in degC (FVA 400; Arana, Larranaga & Ulacia 2019).
 
-    Where b1 + b2 T is negative L has a pole at p = -(a1 + a2 T)/(b1 + b2 T); from 0.7 of that pressure on it follows
+    Where b1 + b2 T is negative L has a pole at p = -(a1 + a2 T)/(b1 + b2 T); from 0.9 of that pressure on it follows
     its tangent (ours).
 
     Parameters

@@ -15,6 +15,7 @@ from ehl.io.units import KELVIN
 Array = NDArray[np.float64]
 
 LAST_DEPTH = 0.5  # of the way from the glass transition to the pole: from there on along the tangent
+_REST = 2e-13  # slope where the original form would fall: no viscosity is the same at two pressures [1/Pa]
 _GRID = np.linspace(0.0, 6e9, 301)  # where the original form's largest viscosity is looked for [Pa]
 _TEMPERATURES = np.linspace(200.0, 700.0, 4001)  # [K]
 
@@ -24,8 +25,8 @@ class Yasutomi:
     """log10 eta = log10 etaG - C1 X/(C2 + X), X = (T - Tg) F, Tg = Tg0 + A1 ln(1 + A2 p), T and Tg in degC.
 
     Improved: F = (1 + b1 p)^b2. Original: F = 1 - b1 ln(1 + b2 p), which turns negative at high pressure; from the
-    pressure where its viscosity would start to fall, it stays (ours). Nearer than C2/2 to the pole X = -C2, where
-    eta is above etaG 10^C1, log10 eta goes on along its tangent in X (ours).
+    pressure where its viscosity would start to fall, it stays but for 2e-4 of ln eta per GPa (ours). Nearer than C2/2
+    to the pole X = -C2, where eta is above etaG 10^C1, log10 eta goes on along its tangent in X (ours).
 
     Parameters
     ----------
@@ -55,9 +56,10 @@ class Yasutomi:
 
     def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
-        pressure = self._held(pressure, temperature)
-        growth, _ = pole_growth(-self._distance(pressure, temperature) / self.c2, LAST_DEPTH)
-        return np.asarray(np.log(self.viscosity_glass) + math.log(10.0) * self.c1 * growth)
+        held = self._held(pressure, temperature)
+        growth, _ = pole_growth(-self._distance(held, temperature) / self.c2, LAST_DEPTH)
+        rest = _REST * (pressure - held)
+        return np.asarray(np.log(self.viscosity_glass) + math.log(10.0) * self.c1 * growth + rest)
 
     def by_pressure(self, pressure: Array, temperature: Array) -> Array:
         """d ln eta/dp [1/Pa]."""
@@ -66,7 +68,7 @@ class Yasutomi:
         glass_p = self.rise * self.rise_rate / (1.0 + self.rise_rate * held)
         distance_p = self._above_glass(held, temperature) * factor_p - glass_p * factor
         slope = self._by_distance(held, temperature) * distance_p
-        return np.where(pressure > held, 0.0, slope) if self.original else np.asarray(slope)
+        return np.where(pressure > held, _REST, slope) if self.original else np.asarray(slope)
 
     def by_temperature(self, pressure: Array, temperature: Array) -> Array:
         """d ln eta/dT [1/K]."""
