@@ -473,6 +473,13 @@ def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubrican
     notes = []
     if lubricant.extrapolated:
         notes.append("oil temperature outside the measured range of the oil card")
+    if contact.pressure_hertz > lubricant.pressure_valid:
+        difference = lubricant.continuation_difference(contact.pressure_hertz)
+        notes.append(
+            f"pressure of {contact.pressure_hertz / 1e9:.3g} GPa above the {lubricant.pressure_valid / 1e9:.3g} GPa up "
+            "to which the oil is known: its law goes on; along its tangent from there ln(eta/eta0) would differ by "
+            f"{difference:+.0%}"
+        )
     if result.film_min < MOLECULAR_FILM:
         notes.append(f"minimum film {result.film_min * 1e9:.2g} nm: thinner than a few oil molecules")
     if max(result.temperature_film_max, result.temperature_flash) > LIMIT_TEMPERATURE:

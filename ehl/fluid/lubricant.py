@@ -142,6 +142,17 @@ class Lubricant:
         """alpha_film, the coefficient that Newtonian film formulas ask for [1/Pa] (`ehl.fluid.pressure_viscosity`)."""
         return alpha_of(self.pressure_law, "film") if self._alpha_film is None else self._alpha_film
 
+    def continuation_difference(self, pressure: float) -> float:
+        """ln(eta/eta0) along the tangent at `pressure_valid` over that of the law, less 1 [-].
+
+        How far the law may go astray at a higher pressure [Pa]; 0 up to `pressure_valid`.
+        """
+        if not pressure > self.pressure_valid:
+            return 0.0
+        law, end = self.pressure_law, np.array([self.pressure_valid])
+        tangent = law.log_ratio(end) + law.by_pressure(end) * (pressure - end)
+        return float((tangent / law.log_ratio(np.array([pressure])))[0]) - 1.0
+
     @property
     def alpha(self) -> float:
         """d ln eta/dp at p = 0 [1/Pa], with `pressure_rise_factor`."""

@@ -25,6 +25,7 @@ from ehl.fluid.oil_laws import (
     DoolittleViscosity,
     Temperature,
     ViscosityByConstants,
+    check_rising,
     density_figures,
     figures_by_constants,
     scale_of_law,
@@ -140,6 +141,8 @@ class DirectLubricant(ShearInput):
     def _complete(self) -> Self:
         if self.rheology == "eyring" and self.eyring_stress_law == "pressure" and self.eyring_stress_pressure is None:
             raise InputError("eyring_stress_pressure", None, RISING_TABLE, "eyring_stress_law is 'pressure'.")
+        if self.viscosity is not None:
+            check_rising(self.viscosity, (self.temperature_oil,), self.pressure_valid)
         limit_keys = self.limiting_shear == "smooth" or self.limiting_shear_ambient is not None
         if limit_keys and self.limiting_shear_coefficient is None:
             raise InputError("limiting_shear_coefficient", None, "Lambda of tau_L = tau_L0 + Lambda p, above 0 to 1")

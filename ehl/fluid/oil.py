@@ -36,6 +36,7 @@ from ehl.fluid.oil_laws import (
     Temperature,
     ViscosityInput,
     WaltherViscosity,
+    check_rising,
     density_figures,
     figures_by_constants,
 )
@@ -457,6 +458,8 @@ class Oil(InputModel):
     def _possible(self) -> Self:
         names = ("viscosity_kinematic_40", "viscosity_kinematic_100")
         check_viscosities(self.viscosity_kinematic_40, self.viscosity_kinematic_100, *names)
+        if not isinstance(self.viscosity, WaltherViscosity):
+            check_rising(self.viscosity, self.temperature_valid, self.pressure_valid)
         by_constants = isinstance(self.pressure_viscosity, ModulusAlpha)
         if by_constants == isinstance(self.viscosity, WaltherViscosity):
             allowed = "'table' or 'gold'" if by_constants else "'constants': its coefficient follows from its constants"

@@ -267,6 +267,35 @@ def law_by_constants(law: ViscosityByConstants, temperature: Any) -> ModulusLaw 
     return RelativeLaw(law.absolute(), temperature)
 
 
+KNOWN_PRESSURE = 0.5e9  # up to here at least a law must hold where the card does not say [Pa]
+_LEAST_SLOPE = 1e-10  # [1/Pa]
+
+
+def check_rising(law: ViscosityByConstants, temperatures: tuple[float, ...], pressure: float | None) -> None:
+    """Refuse constants with which the viscosity falls with pressure, stays, or has a pole up to a pressure [Pa].
+
+    Raises
+    ------
+    InputError
+        Naming temperature and pressure.
+    """
+    pressures = np.linspace(0.0, pressure or KNOWN_PRESSURE, 101)
+    for temperature in temperatures:
+        slope = law_by_constants(law, temperature).by_pressure(pressures)
+        wrong = ~(slope > _LEAST_SLOPE)
+        if isinstance(law, ModulusViscosity):
+            low, bend = law.a1 + law.a2 * (temperature - KELVIN), law.b1 + law.b2 * (temperature - KELVIN)
+            wrong |= low + bend * pressures <= 0.0
+        if wrong.any():
+            raise InputError(
+                "viscosity.law",
+                law.law,
+                f"constants with which the viscosity rises with pressure up to {pressures[-1] / 1e9:.3g} GPa; at "
+                f"{temperature - KELVIN:.4g} degC it does not at {pressures[wrong][0] / 1e9:.3g} GPa",
+                "Correct the constants, or state the pressure they hold to as pressure_valid.",
+            )
+
+
 def scale_of_law(
     law: ViscosityByConstants, temperature: float, alpha: float | None, definition: AlphaDefinition
 ) -> float:
