@@ -373,7 +373,8 @@ class Oil(InputModel):
             )
         outside = bool(np.any((values < self.temperature_valid[0]) | (values > self.temperature_valid[1])))
         found = self.without_film(temperature)
-        numbers = {name: float(value) for name, value in vars(found).items() if isinstance(value, np.floating)}
+        single = {name: value for name, value in vars(found).items() if isinstance(value, np.floating | np.ndarray)}
+        numbers = {name: float(value) for name, value in single.items() if value.ndim == 0}
         plain = replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]
         film = oil_alpha.film(self, temperature, found.pressure_viscosity)
         return plain.with_alpha_film(float(film) if isinstance(film, np.floating) else film)
