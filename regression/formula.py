@@ -17,7 +17,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.state import ContactState
 from ehl.view.table import Column, Table
-from regression.friction.conditions import UNITS, Conditions, conditions_of, contact_points
+from regression.friction.conditions import UNITS, Array, Conditions, conditions_of, contact_points
 from regression.friction.families import FAMILIES, family_named
 from regression.friction.formula import FittedFormula, load_formula
 from regression.friction.models import (
@@ -165,7 +165,18 @@ class Formula(PointFriction):
         InputError
             With `refuse`: a point is outside the range or extrapolated.
         """
-        conditions = conditions_of(state, oil)
+        return self.at_conditions(conditions_of(state, oil), oil)
+
+    def at_conditions(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        """`evaluate` where the conditions are known.
+
+        Parameters
+        ----------
+        conditions : mapping
+            `regression.friction.conditions.conditions_of` the contact points.
+        oil : Oil
+            Oil card.
+        """
         value = self.formula.evaluate(conditions, self.boundary_friction)
         if self.refuse and np.any(value.outside | (value.extrapolation > 0)):
             raise self._refused(conditions, value.outside, value.extrapolation > 0)
@@ -176,6 +187,18 @@ class Formula(PointFriction):
             width = self.formula.interval.largest
             lower, upper = np.minimum(lower, value.mu * np.exp(-width)), np.maximum(upper, value.mu * np.exp(width))
         return FrictionEstimate(value.mu, lower, upper, np.asarray(flag).astype(np.int8))
+
+    def coefficient(self, state: ContactState, oil: Oil) -> Array:
+        """Friction coefficients alone, without interval and flag: half the time of `evaluate` [-].
+
+        Parameters
+        ----------
+        state : ContactState
+            Contact points.
+        oil : Oil
+            Oil card.
+        """
+        return self.formula.coefficient(conditions_of(state, oil), self.boundary_friction)[0]
 
     def default_oil(self) -> str:
         """Name of the oil it was fitted to.

@@ -29,11 +29,15 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+LoadBalance = Literal["frictional", "frictionless"]
+"""What carries the pinion torque: normal and friction forces together, or the normal forces alone."""
 Reason = Literal[
     "",
     "load_newton_limit",
     "load_active_set_limit",
     "pressure_above_hardness",
+    "self_locking",
+    "load_balance_limit",
     "friction_not_converged",
     "friction_undefined",
 ]
@@ -55,7 +59,7 @@ class ResultSource(Protocol):
     """The loaded mesh a result comes from, which answers further questions about the same operating point."""
 
     def solve(
-        self, model: FrictionModel, operation: Operation, oil: Oil, friction_in_equilibrium: bool = False
+        self, model: FrictionModel, operation: Operation, oil: Oil, load_balance: LoadBalance | None = None
     ) -> EfficiencyResult:
         """The same at another operation or with another friction model."""
 
@@ -144,8 +148,8 @@ class EfficiencyResult(Presented):
     ----------
     design, side, friction_model : str
         What was computed.
-    friction_in_equilibrium : bool
-        Whether the friction forces take part in carrying the torque.
+    load_balance : {"frictional", "frictionless"}
+        What carries the pinion torque: normal and friction forces together, or the normal forces alone.
     driver : {"pinion", "gear"}
         Member the power comes from.
     oil : str
@@ -168,11 +172,14 @@ class EfficiencyResult(Presented):
     efficiency_with_rolling : float
         With the rolling loss in it too [-].
     efficiency_error : float
-        Estimate of the error of the solution: sum of the next three.
+        Estimate of the error of the solution: sum of the next four.
     efficiency_error_positions, efficiency_error_points : float
         Twice the change when the positions, and when the points per contact line, are halved [-].
     efficiency_error_contacts : float
         By the error of the mean friction of solved contacts; 0 where a formula gave it [-].
+    efficiency_error_balance : float
+        Of the shortcut to the forces that carry the torque together with friction
+        (`efficiency.loss.friction_equilibrium.balance_error`) [-].
     power_loss : float
         Sliding friction, mean over the mesh cycle [W].
     power_loss_rolling : float
@@ -246,7 +253,7 @@ class EfficiencyResult(Presented):
     design: str
     side: str
     friction_model: str
-    friction_in_equilibrium: bool
+    load_balance: LoadBalance
     driver: Driver
     oil: str
     torque_pinion: float
@@ -267,6 +274,7 @@ class EfficiencyResult(Presented):
     efficiency_error_positions: float
     efficiency_error_points: float
     efficiency_error_contacts: float
+    efficiency_error_balance: float
     power_loss: float
     power_loss_rolling: float
     power_input: float

@@ -39,7 +39,7 @@ from efficiency.ltca.load_distribution import (
     LoadDistribution,
     PositionLoad,
     TeethElasticity,
-    loaded_position,
+    loads_of_forces,
     require_torque,
 )
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids
@@ -307,5 +307,8 @@ def _load(position: MeshPosition, teeth: TeethElasticity, force: FloatArray, off
     size = position.pair.size
     rounding = np.ones(size) if position.edge is None else teeth.rounding(position.edge)
     elastic = ElasticPosition(position, np.zeros((size, size)), teeth.local([position])[0], np.zeros(size), rounding)
-    given = Equilibrium(force, math.nan, math.nan, math.nan, abs(off), 0, 0, 0, "converged", "")
-    return loaded_position(elastic, force, math.nan, math.nan, given)
+    given = Equilibrium(
+        force, math.nan, math.nan, np.full(size, math.nan), math.nan, abs(off), 0, 0, 0, "converged", ""
+    )
+    unknown = np.full(1, math.nan)
+    return loads_of_forces([elastic], elastic.approach, force, unknown, unknown, [given])[0]

@@ -7,7 +7,7 @@ unloaded gap. Equilibrium: the normal forces carry the pinion torque. Both are s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -195,6 +195,15 @@ class PositionLoad:
     transmission_error: float
     equilibrium: Equilibrium
 
+    @cached_property
+    def torque(self) -> float:
+        """What the normal forces carry [N m]."""
+        return float(self.position.lever_pinion @ self.force)
+
+    def forces_at(self, torque: float) -> FloatArray:
+        """Forces by their tangent at another torque of the normal forces [N m]."""
+        return np.maximum(self.force + (torque - self.torque) * self.equilibrium.rate, 0.0)
+
     @property
     def share(self) -> dict[int, float]:
         """Share of the torque carried by each tooth pair."""
@@ -227,6 +236,11 @@ class LoadDistribution:
     status: Literal["converged", "failed"]
     reason: str
     tooth_outline: FloatArray
+
+    @property
+    def cycle(self) -> tuple[MeshPosition, ...]:
+        """Points of each position."""
+        return tuple(p.position for p in self.positions)
 
     @property
     def pressure_max(self) -> float:
@@ -320,6 +334,7 @@ def distribute_load(
     teeth: TeethElasticity,
     torque_pinion: float,
     normal_torques: FloatArray | None = None,
+    near: LoadDistribution | None = None,
 ) -> LoadDistribution:
     """Solve compatibility and equilibrium at each position of a mesh cycle.
 
@@ -333,6 +348,8 @@ def distribute_load(
         Torque on the pinion in its driving direction [N m].
     normal_torques : (positions,) array, optional
         Torque carried by the normal forces at each position, where friction carries the rest [N m].
+    near : LoadDistribution, optional
+        Solution of the same cycle at torques near by, from which to start.
 
     Returns
     -------
@@ -347,16 +364,19 @@ def distribute_load(
     require_torque(torque_pinion)
     torques = [torque_pinion] * len(cycle) if normal_torques is None else list(normal_torques)
     elastic = [p if isinstance(p, ElasticPosition) else ElasticPosition.of(p, teeth) for p in cycle]
+    starts: list[FloatArray | None] = [None] * len(cycle)
+    if near is not None:
+        starts = [p.forces_at(float(torque)) for p, torque in zip(near.positions, torques, strict=True)]
     problems = [
-        ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque))
-        for e, torque in zip(elastic, torques, strict=True)
+        ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque), start)
+        for e, torque, start in zip(elastic, torques, starts, strict=True)
     ]
     law = LocalApproach.joined([e.approach for e in elastic])
     solutions = solve_equilibria(problems, law)
-    contact = _contact(law, np.concatenate([solution.force for solution in solutions]))
-    ends = np.cumsum([e.position.pair.size for e in elastic])[:-1]
-    parts = zip(*(np.split(values, ends) for values in contact), strict=True)
-    loads = tuple(_solved(*of) for of in zip(elastic, solutions, parts, strict=True))
+    angles = np.array([solution.angle for solution in solutions])
+    ratios = np.array([float(np.mean(e.position.lever_pinion / e.position.lever_gear)) for e in elastic])
+    errors = np.array([e.position.transmission_error for e in elastic]) - angles * ratios
+    loads = loads_of_forces(elastic, law, np.concatenate([s.force for s in solutions]), angles, errors, solutions)
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
     return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())
@@ -389,19 +409,39 @@ def _contact(law: LocalApproach, force: FloatArray) -> _Contact:
     return load, hertz, pressure, half_width, at_edge
 
 
-def _solved(elastic: ElasticPosition, solution: Equilibrium, contact: _Contact) -> PositionLoad:
-    position = elastic.position
-    ratio = float(np.mean(position.lever_pinion / position.lever_gear))
-    error = position.transmission_error - solution.angle * ratio
-    return PositionLoad(position, solution.force, *contact, solution.angle, error, solution)
+def loads_of_forces(
+    cycle: Sequence[ElasticPosition],
+    law: LocalApproach,
+    force: FloatArray,
+    approach: FloatArray,
+    transmission_error: FloatArray,
+    equilibria: Sequence[Equilibrium],
+) -> tuple[PositionLoad, ...]:
+    """Load per length, pressure and width of the contacts from the normal forces at the points of all positions.
 
-
-def loaded_position(
-    elastic: ElasticPosition, force: FloatArray, approach: float, transmission_error: float, equilibrium: Equilibrium
-) -> PositionLoad:
-    """Load per length, pressure and width of the contact from the normal forces at the points of a position."""
-    contact = _contact(elastic.approach, force)
-    return PositionLoad(elastic.position, force, *contact, approach, transmission_error, equilibrium)
+    Parameters
+    ----------
+    cycle : sequence of ElasticPosition
+        Positions.
+    law : LocalApproach
+        Of all their points, one position after the other.
+    force : (n,) array
+        At these points [N].
+    approach, transmission_error : (positions,) arrays
+        Approach of the pinion [rad], loaded transmission error [rad of the gear].
+    equilibria : sequence of Equilibrium
+        Of each position.
+    """
+    ends = np.cumsum([e.position.pair.size for e in cycle])[:-1]
+    load, hertz, pressure, half_width, at_edge = _contact(law, force)
+    parts = (np.split(values, ends) for values in (force, load, hertz, pressure, half_width))
+    flags, turns, errors = np.split(at_edge, ends), approach.tolist(), transmission_error.tolist()
+    return tuple(
+        PositionLoad(e.position, f, w, p, most, b, flag, turn, error, own)
+        for e, f, w, p, most, b, flag, turn, error, own in zip(
+            cycle, *parts, flags, turns, errors, equilibria, strict=True
+        )
+    )
 
 
 # the radius of an edge is seldom known better than by this factor
@@ -429,6 +469,17 @@ class EdgeLoad:
     position, point : int
         Its mesh position and point.
     """
+
+    def towards(self, other: EdgeLoad, share: float) -> EdgeLoad:
+        """Between two loads near each other: linear in the share of the way; the place is that of the nearer one."""
+        near = other if share > 0.5 else self
+        names = ("share", "share_extended", "pressure", "pressure_lower", "pressure_upper")
+        values = {name: (1.0 - share) * getattr(self, name) + share * getattr(other, name) for name in names}
+        edges = dict.fromkeys((*self.shares, *other.shares))
+        shares = {
+            edge: (1.0 - share) * self.shares.get(edge, 0.0) + share * other.shares.get(edge, 0.0) for edge in edges
+        }
+        return replace(near, shares=shares, **values)
 
     share: float = 0.0
     share_extended: float = 0.0

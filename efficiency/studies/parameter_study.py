@@ -26,7 +26,7 @@ import numpy as np
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
-from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.grid import count_reasons, solve_points
 from efficiency.pair import POINTS_PER_LINE, POSITIONS, Friction, GearPair, axis_values, resolve_friction
@@ -358,6 +358,8 @@ class StudyTask:
         Torque, speed, temperature, roughness of each point.
     grid : (int, int)
         Positions and points per line.
+    load_balance : {"frictional", "frictionless"}
+        What carries the torque.
     """
 
     design: Design
@@ -367,6 +369,7 @@ class StudyTask:
     friction: FrictionModel
     states: tuple[State, ...]
     grid: tuple[int, int]
+    load_balance: LoadBalance
 
     @property
     def key(self) -> str:
@@ -375,7 +378,8 @@ class StudyTask:
         if isinstance(model, Formula):
             model = model.formula.model_dump_json()
         design = self.design.model_dump_json()
-        content = (__version__, design, self.side, self.oil, model, self.states, self.grid, asdict(self.blank))
+        run = (self.states, self.grid, self.load_balance)
+        content = (__version__, design, self.side, self.oil, model, *run, asdict(self.blank))
         return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
@@ -391,6 +395,7 @@ def run_study(
     jobs: int | None = 1,
     store: Path | None = None,
     report: Callable[[int, int], None] | None = None,
+    load_balance: LoadBalance = "frictional",
     **values: Any,
 ) -> Study:
     """Efficiency of designs over torque, speed, temperature, roughness and misalignment.
@@ -416,6 +421,8 @@ def run_study(
         File of the finished tasks, read and continued.
     report : callable, optional
         Called with the number of points done and of all points.
+    load_balance : {"frictional", "frictionless"}
+        What carries the torque: normal and friction forces together, or the normal forces alone.
     **values : sequence
         Of `torque`, `speed`, `temperature`, `roughness_rms`, `E`, `P`, `G`, `alpha` in place of the default levels, as
         in `GearPair.over`.
@@ -457,7 +464,7 @@ def run_study(
     tasks: list[StudyTask] = []
     for pair in pairs:
         own = resolve_friction(friction, pair) if isinstance(friction, str) else model
-        tasks += _tasks(pair, own, chosen, reference, side, card, (positions, points_per_line), costly)
+        tasks += _tasks(pair, own, chosen, reference, side, card, (positions, points_per_line), costly, load_balance)
     known = _read(store) if store is not None else {}
     waiting = [task for task in tasks if task.key not in known]
     total = sum(len(task.states) for task in tasks)
@@ -510,6 +517,7 @@ def _tasks(
     oil: str,
     grid: tuple[int, int],
     costly: bool,
+    load_balance: LoadBalance,
 ) -> Iterator[StudyTask]:
     """States of the aligned design, a task for each torque, and each misalignment at the reference.
 
@@ -532,7 +540,7 @@ def _tasks(
             temperature_oil=0.0,
             roughness_rms=0.0,
         )
-        task = StudyTask(design.with_misalignment(**moved), blank, side, oil, friction, (), grid)
+        task = StudyTask(design.with_misalignment(**moved), blank, side, oil, friction, (), grid, load_balance)
         states = (middle,) if shift else every
         for _, part in groupby(states, key=None if costly else itemgetter(0)):
             yield replace(task, states=tuple(part))
@@ -559,6 +567,7 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
     notes: Counter[str] = Counter()
     pair = _pair(task.design.with_misalignment().model_dump_json())
     fixed = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
+    fixed |= {"load_balance": task.load_balance}
     fixed |= task.design.assembly.misalignment.model_dump()
     names = ("torque", "speed", "temperature", "roughness_rms")
     for torque, speed, temperature, roughness in task.states:

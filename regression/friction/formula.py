@@ -207,8 +207,22 @@ class FittedFormula(InputModel):
         FormulaValue
         """
         outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
+        mu, deviation = self.coefficient(conditions, boundary_friction)
+        undefined = np.isnan(mu)
+        near, far = extrapolation >= Extrapolation.NEAR, extrapolation == Extrapolation.FAR
+        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, near, far)
+        return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
+
+    def coefficient(self, conditions: Conditions, boundary_friction: float | None = None) -> tuple[Array, Array | None]:
+        """mu and the residual's deviation as in `evaluate`, without its interval and the guard of its range.
+
+        Parameters
+        ----------
+        conditions, boundary_friction
+            As in `evaluate`.
+        """
         table, ramp = self.with_minimum_sliding(conditions)
-        shape = np.shape(outside)
+        shape = np.shape(ramp)
         flat = {name: np.ravel(values) for name, values in table.items()}
         mu_b = self.boundary_friction if boundary_friction is None else boundary_friction
         mu, deviation = self.friction(flat, mu_b)
@@ -216,10 +230,7 @@ class FittedFormula(InputModel):
         # 0 is an exponential that fell below the range of numbers
         undefined = ~(np.isfinite(mu) & (mu > 0.0))
         mu = np.where(undefined, np.nan, mu * ramp)
-        deviation = None if deviation is None else deviation.reshape(shape)
-        near, far = extrapolation >= Extrapolation.NEAR, extrapolation == Extrapolation.FAR
-        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, near, far)
-        return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
+        return mu, None if deviation is None else deviation.reshape(shape)
 
     def friction(self, table: Conditions, boundary_friction: float | Array) -> tuple[Array, Array | None]:
         """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual).

@@ -14,7 +14,7 @@ from ehl.fluid.oil import Oil
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
 from ehl.state import ContactState
-from regression.friction.conditions import Array, conditions_of, contact_points
+from regression.friction.conditions import Array, Conditions, conditions_of, contact_points
 from regression.friction.published_registry import PublishedFormula, evaluate_published
 
 if TYPE_CHECKING:
@@ -223,7 +223,19 @@ class PublishedFriction(PointFriction):
 
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         """Friction with the formula's own range as flag; no interval, the authors state none."""
-        mu, outside, undefined = evaluate_published(self.formula, conditions_of(state, oil), oil.base)
+        return self.at_conditions(conditions_of(state, oil), oil)
+
+    def at_conditions(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        """`evaluate` where the conditions are known.
+
+        Parameters
+        ----------
+        conditions : mapping
+            `regression.friction.conditions.conditions_of` the contact points.
+        oil : Oil
+            Oil card.
+        """
+        mu, outside, undefined = evaluate_published(self.formula, conditions, oil.base)
         flag = np.where(outside, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK)
         flag = np.where(undefined, FrictionFlag.UNDEFINED, flag)
         unknown = np.full_like(mu, np.nan)
