@@ -270,7 +270,12 @@ class GearPair:
         return GearPair(self.design.with_misalignment(**(own | given)))
 
     def at(
-        self, friction: Friction = CONSTANT, grid: tuple[int, int] | None = None, **condition: Any
+        self,
+        friction: Friction = CONSTANT,
+        grid: tuple[int, int] | None = None,
+        *,
+        many: bool = False,
+        **condition: Any,
     ) -> EfficiencyResult:
         """Efficiency at one condition by the names of `efficiency.loss.grid.AXES`; `design` is the pair itself.
 
@@ -280,6 +285,8 @@ class GearPair:
             Friction model or its name.
         grid : (int, int), optional
             Mesh positions and points per contact line.
+        many : bool
+            One of many points: faster, with a larger stated error of the torque balance.
         **condition : float or str
             `side`, `torque`, misalignments, and as in `LoadedMesh.efficiency`, `load_balance` among them.
         """
@@ -288,7 +295,8 @@ class GearPair:
         # a wrong name is told before anything is computed
         friction = resolve_friction(friction, self.design)
         mesh = self.mesh(placed.pop("side", "drive"), *(grid or ()), **placed)
-        return mesh.load(condition.pop("torque", None)).at(friction, **condition)
+        loaded = mesh.load(condition.pop("torque", None))
+        return loaded.at(friction, **condition) if many else loaded.efficiency(friction, **condition)
 
     def over(
         self,
@@ -336,7 +344,7 @@ class GearPair:
             pair: GearPair = here.pop("design", self)
             if pair.name not in models:
                 models[pair.name] = resolve_friction(friction, pair.design)
-            return pair.at(models[pair.name], grid, **here)
+            return pair.at(models[pair.name], grid, many=True, **here)
 
         return solve_grid(chosen, solve, report, GearOutput(self.design))
 
@@ -371,7 +379,7 @@ class GearPair:
         model, card = resolve_friction(friction, self.design), oil or self.design.operation.oil
 
         def solve(condition: Condition) -> EfficiencyResult:
-            return self.at(model, grid, oil=card, load_balance=load_balance, **condition)
+            return self.at(model, grid, many=True, oil=card, load_balance=load_balance, **condition)
 
         points = solve_points([row.condition for row in rows], solve, report)
         return duty_cycle(rows, points, self.name, model.name, card, GearOutput(self.design))

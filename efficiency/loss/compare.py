@@ -144,9 +144,9 @@ def compare_models(
 ) -> Comparison:
     """Efficiency of a loaded mesh with each friction model, a constant fitted to the best of them, and closed forms.
 
-    The fitted constant has the loss of the reference at this operating point (its `friction_coefficient_mean`); what a
-    constant misses shows along the mesh and at other operating points. The closed forms, given where ``pitch`` is, take
-    Coleman's constant 0.05 and the fitted one.
+    The fitted constant is the `friction_coefficient_mean` of the reference at this operating point: without friction in
+    the balance it has the same loss, with it nearly so. What a constant misses shows along the mesh and at other
+    operating points. The closed forms, given where ``pitch`` is, take Coleman's constant 0.05 and the fitted one.
 
     Parameters
     ----------

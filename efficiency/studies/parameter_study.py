@@ -573,7 +573,7 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
     for torque, speed, temperature, roughness in task.states:
         clock = time.perf_counter()
         condition = dict(zip(names, (torque, speed, temperature, roughness), strict=True))
-        [found] = solve_points([condition], lambda c: pair.at(task.friction, task.grid, **fixed, **c))
+        [found] = solve_points([condition], lambda c: pair.at(task.friction, task.grid, many=True, **fixed, **c))
         point = replace(task.blank, torque=torque, speed=speed, temperature_oil=temperature, roughness_rms=roughness)
         if found.result is None:
             points.append(replace(point, reason=found.reason))

@@ -280,7 +280,10 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert comparison.reference == "xu_kahraman_2007"
     fitted = comparison.rows[1]
     assert fitted.name.endswith("fitted to xu_kahraman_2007")
-    assert fitted.power_loss == pytest.approx(result.power_loss, rel=1e-12)
+    # the same mean mu, spread otherwise over the flank: the forces that balance it are not quite the same
+    assert fitted.power_loss == pytest.approx(result.power_loss, rel=2e-3)
+    plain = PAIR.compare(("xu_kahraman_2007",), grid=COARSE, load_balance="frictionless")
+    assert plain.rows[1].power_loss == pytest.approx(plain.rows[0].power_loss, rel=1e-12)
     # Coleman's constant and the fitted one in both closed forms
     assert [row.kind for row in comparison.rows] == ["mesh"] * 2 + ["closed form"] * 4
     regions = np.array(comparison.rows[0].loss_regions)
@@ -289,7 +292,7 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert regions.min() >= 0.0
     map_ = PAIR.mesh("drive", *COARSE).map("xu_kahraman_2007", [300.0, 100.0], None, [333.15, 363.15])
     assert map_.shape == (2, 1, 2)
-    assert map_.values()[0, 0, 1] == result.efficiency
+    assert map_.values()[0, 0, 1] == pytest.approx(result.efficiency, abs=map_.results[1].efficiency_error_balance)
     assert json.dumps(map_.to_dict())
 
     sharing = plot_load_sharing(result).axes[0].lines[0].get_ydata()
