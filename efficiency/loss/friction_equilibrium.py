@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import Operation, loaded_points
+from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids
 from efficiency.ltca.tangent_load import MANY, ONE, TangentLoad
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError
 from ehl.state import ContactState
-from regression.formula import Formula, friction_model, shipped_formulas
+from regression.formula import Formula
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
 
 FloatArray = NDArray[np.float64]
@@ -65,7 +66,7 @@ def balance_friction(
     ConvergenceError
         ``self_locking`` where friction takes the whole torque, ``load_balance_limit`` where the torques do not settle.
     """
-    model = _stand_in(oil) if getattr(friction, "solves_contacts", False) else friction
+    model = stand_in(friction, oil)[0] if getattr(friction, "solves_contacts", False) else friction
     torque, modulus = loaded.coarse.torque_pinion, loaded.mesh.teeth.effective_modulus
     # where the gear drives, everything slides the other way
     way = 1.0 if operation.driver == "pinion" else -1.0
@@ -135,9 +136,3 @@ def balance_error(loss: float, moved: float, distance: float) -> float:
         Way of the tangents, as a share of the torque.
     """
     return loss * (BOUND * moved + TANGENT * distance**2)
-
-
-def _stand_in(oil: Oil) -> FrictionModel:
-    """A formula for the oil in place of contacts that are too costly to solve twice."""
-    shipped = shipped_formulas(oil.name)
-    return friction_model(shipped[0] if shipped else "xu_kahraman_2007")

@@ -27,7 +27,9 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 _PLACE = ("face", "height")
 _OF_LOAD = ("force", "pressure_hertz", "at_edge")
-_OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
+# angles of the lay, which not every mesh knows
+LAYS = ("lay_pinion", "lay_gear")
+OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
 
 
 @dataclass(frozen=True)
@@ -288,13 +290,13 @@ class LoadDistribution:
                     for p, at in zip(self.positions, where, strict=True)
                 ]
             )
-            for name in (*_OF_LOAD, *_OF_POSITION)
-        } | {name: self._lay(name, where) for name in ("lay_pinion", "lay_gear")}
+            for name in (*_OF_LOAD, *OF_POSITION)
+        } | {name: lay_of(self.cycle, name)[self._at] for name in LAYS}
 
-    def _lay(self, name: str, where: Sequence[IntArray]) -> FloatArray:
-        angles = [getattr(p.position, name) for p in self.positions]
-        found = [np.zeros(at.size) if lay is None else lay[at] for lay, at in zip(angles, where, strict=True)]
-        return np.concatenate(found)
+    @property
+    def _at(self) -> IntArray:
+        """Numbers of the points that carry load among those of all positions."""
+        return np.flatnonzero(np.concatenate([p.force for p in self.positions]) > 0.0)
 
     @cached_property
     def loaded_position(self) -> IntArray:
@@ -316,6 +318,12 @@ class LoadDistribution:
         )
         roll, share = np.array(points).T
         return roll, share
+
+
+def lay_of(cycle: Sequence[MeshPosition], name: str) -> FloatArray:
+    """Angle of the lay at the points of all positions [rad]; 0 where it is not known."""
+    angles = [(p.pair.size, getattr(p, name)) for p in cycle]
+    return np.concatenate([np.zeros(size) if lay is None else lay for size, lay in angles])
 
 
 def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.ltca.equilibrium import Equilibrium
 from efficiency.ltca.load_distribution import (
+    LAYS,
+    OF_POSITION,
     EdgeLoad,
     ElasticPosition,
     LoadDistribution,
@@ -23,6 +25,7 @@ from efficiency.ltca.load_distribution import (
     TeethElasticity,
     distribute_load,
     edge_load,
+    lay_of,
     loads_of_forces,
 )
 from efficiency.ltca.local_compliance import LocalApproach
@@ -35,7 +38,6 @@ FRICTION, FRICTION_STEP, TORQUE_STEP = 0.06, 0.08, 0.10
 # longest way of a tangent, as a share of the torque: for one point, and for many points of which each counts less
 ONE, MANY = 0.01, 0.06
 _KEPT = 8
-_OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
 
 
 class TangentLoads:
@@ -84,7 +86,8 @@ class TangentLoads:
         self.starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
         self.number = np.repeat(np.arange(len(sizes)), sizes)
         self.index = np.arange(self.number.size) - self.starts[self.number]
-        self.fields = {name: np.concatenate([getattr(p, name) for p in self.positions]) for name in _OF_POSITION}
+        self.fields = {name: np.concatenate([getattr(p, name) for p in self.positions]) for name in OF_POSITION}
+        self.fields |= {name: lay_of(self.positions, name) for name in LAYS}
         self.lever = np.concatenate([p.lever_pinion for p in self.positions])
         self.arm = np.concatenate(list(arms))
         self.law = LocalApproach.joined([elastic.approach for elastic in self.cycle])
