@@ -17,16 +17,22 @@ def solve(
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
     animate: Annotated[Path | None, typer.Option(help="Write the moving roughness as a film (GIF, HTML).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
+    uncertainty: Annotated[
+        bool, typer.Option("--uncertainty", help="What uncertain inputs leave open of mu: some twenty solutions.")
+    ] = False,
 ) -> None:
     """Solve one lubricated contact."""
     contact = ehl.Contact.from_file(case_file)
     if animate is not None:
         contact.check_animation(animate)
     result = contact.solve()
+    spread = contact.uncertainty() if uncertainty and result.status != "failed" else None
     if json_output:
-        print_json(result.to_dict())
+        print_json(result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
         result.table().print()
+        if spread is not None:
+            spread.table().print()
     if report is not None:
         result.report(report)
     if result.status != "failed":

@@ -29,6 +29,8 @@ from ehl.material import Material, effective_modulus
 
 if TYPE_CHECKING:
     from ehl.contact_result import ContactResult
+    from ehl.uncertainty.result import InputUncertainty
+    from ehl.uncertainty.spread import UncertaintyInput
 
 # keyword -> (table, key) of the input file
 KEYWORDS: dict[str, tuple[str, str]] = {
@@ -268,6 +270,46 @@ class Contact(InputModel):
         result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
         return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs(), *self.lubricant.remarks()))
 
+    def uncertainty(
+        self, spreads: UncertaintyInput | None = None, level: float = 0.90, jobs: int | None = None
+    ) -> InputUncertainty:
+        """Interval of the friction coefficient by what is not known of the inputs; the solver's error is not in it.
+
+        The contact is solved with each input at both ends of its own interval, with the same roughness: about twenty
+        solutions.
+
+        Parameters
+        ----------
+        spreads : UncertaintyInput, optional
+            How well inputs are known; by default as oil card, finish and additives say.
+        level : float
+            Share of cases the interval is to hold [-].
+        jobs : int, optional
+            Worker processes; one per core if not given.
+
+        Returns
+        -------
+        InputUncertainty
+
+        Raises
+        ------
+        InputError
+            The level is no share between 0 and 1.
+        """
+        from ehl.fluid.oil import Oil
+        from ehl.uncertainty.contact_design import contact_uncertainty
+        from ehl.uncertainty.spread import UncertaintyInput
+
+        given, surface = spreads or UncertaintyInput(), self.surface
+        if surface.finish is not None:
+            made = {"finish": surface.finish, "finish_state": surface.finish_state}
+            own = [rms for rms in (surface.roughness_rms_1, surface.roughness_rms_2) if rms > 0.0]
+            given = given.of_surface(**made, roughness_rms=own[0] if own else None, additive=surface.additive)
+        else:
+            given = given.of_surface(roughness_rms=1e-6, additive=surface.additive)
+        oil = Oil.load(self.lubricant.oil) if isinstance(self.lubricant, OilLubricant) else None
+        return contact_uncertainty(self.problem(), _friction_of, given, oil, level, jobs)
+
     def check_animation(self, path: str | Path) -> None:
         """Check before solving that `ContactResult.animate` can write this file for this contact.
 
@@ -410,6 +452,14 @@ class Contact(InputModel):
                 "Load sharing uses Rq alone.",
             )
         return self
+
+
+def _friction_of(p: ContactProblem) -> tuple[float, float, float]:
+    """Friction coefficient, its relative error and the film ratio of a problem."""
+    from ehl.solve import solve_contact
+
+    found = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk)
+    return found.friction_coefficient, found.friction_error, found.film_ratio
 
 
 def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

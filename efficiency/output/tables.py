@@ -304,12 +304,12 @@ def duty_table(cycle: DutyCycle) -> Table:
     rolling = quantity("energy_loss_rolling").text(cycle.total("energy_loss_rolling"))
     summary = (
         f"efficiency of the cycle {percent(cycle.efficiency)} +- {percent(cycle.efficiency_error, 4)} % "
-        f"(discretisation); rolling loss apart {rolling}; "
+        f"(error of the solution); rolling loss apart {rolling}; "
         f"{percent(outside, 1)} % of the loss outside the range of the friction model"
     )
     return Table.from_records(
         [*rows, total],
         title=f"{cycle.design}, {cycle.oil}, friction {cycle.friction_model}",
-        notes=(summary, *(f"note     {note}" for note in cycle.notes)),
+        notes=(inputs_note(cycle.inputs), summary, *(f"note     {note}" for note in cycle.notes)),
         name="duty",
     )

@@ -169,7 +169,7 @@ class UncertaintyInput(InputModel):
             return Spread.of_figure((self._figures or _UNNAMED)[name])
         if oil is None:
             raise InputError("oil", None, "an oil, whose card says how well its figures are known")
-        return Spread(getattr(oil.uncertainty, name), source=f"oil card: {oil.uncertainty.source}")
+        return Spread(getattr(oil.uncertainty, name), source="oil card")
 
 
 # figures do not matter where only their ratios are asked for

@@ -96,10 +96,13 @@ def mu(
         content["certainty"] = friction.certainty
     if hull and isinstance(friction, regression.Formula):
         content["in_convex_hull"] = bool(friction.in_convex_hull(hull, oil=name, **point))
+    spread = None if content["friction_coefficient"] is None else friction.uncertainty(oil=name, **point)
     if json_output:
-        print_json(content)
+        print_json(content | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
         _print_friction(content)
+        if spread is not None and spread.low < spread.high:
+            typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     if content["flag"] != "ok":
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
     if content["friction_coefficient"] is None:
@@ -111,7 +114,7 @@ def _print_friction(content: dict[str, Any]) -> None:
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.5f}"
     if content["friction_lower"] is not None:
-        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
+        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f} by the formula's own error)"
     if "in_convex_hull" in content:
         line += f"  {'in' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
     mark = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
