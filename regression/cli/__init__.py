@@ -114,7 +114,7 @@ def _print_friction(content: dict[str, Any]) -> None:
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.5f}"
     if content["friction_lower"] is not None:
-        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f} by the formula's own error)"
+        line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
     if "in_convex_hull" in content:
         line += f"  {'in' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
     mark = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
