@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from measured import BALL_RADIUS, Row, film_alpha, hamrock_dowson_1977, main, markdown, measured, write
+from measured import BALL_RADIUS, Row, hamrock_dowson_1977, main, markdown, measured, write
 
 from ehl.fluid.lubricant import Lubricant
 
@@ -33,9 +33,11 @@ def test_film_on_glass_within_a_quarter(rows: dict[str, Row]) -> None:
     assert abs(row.deviation) < 0.25
 
 
-def test_alpha_film_of_barus_is_alpha() -> None:
-    oil = Lubricant(viscosity_inlet=0.05, pressure_viscosity=20e-9, viscosity_law="barus")
-    assert film_alpha(oil) == pytest.approx(20e-9, rel=1e-4)
+def test_friction_rises_with_slip_in_shape(rows: dict[str, Row]) -> None:
+    row = rows["mu at 1 % over mu at 20 % slip, gear contact"]
+    assert 0.2 < row.measured_low < 0.45
+    # of a gear contact of a synthetic oil; the ball at 3.5 GPa is not reproduced, see the page
+    assert 0.2 < row.computed_low < 0.45
 
 
 def test_point_film_of_hamrock_and_dowson_by_hand() -> None:
