@@ -206,7 +206,7 @@ def bearing_oils(quick: bool) -> tuple[list[Row], dict[str, Any]]:
     rows = [
         Row("oil family", f"{oil}/minr, roller thrust bearing", "", given["roller"][oil], given["roller"][oil],
             *spread(found[oil] / found["minr"]), given["mark"],
-            f"mean {np.mean(found[oil] / found['minr']):.2f}; {len(states)} states in 0.6-1 GPa, 60-80 degC, slip 3-12 %")
+            f"mean {np.mean(found[oil] / found['minr']):.2f}; {len(states)} states, 0.6-1 GPa, 60-80 degC, slip 3-12 %")
         for oil in oils[1:]
     ]  # fmt: skip
     ratios = {oil: found[oil] / found["minr"] for oil in oils[1:]}
