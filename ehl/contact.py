@@ -99,12 +99,21 @@ class Contact(InputModel):
         Composite Rq [m], shared evenly by both surfaces; or `roughness_rms_1` and `roughness_rms_2`.
     profile_1, profile_2 : str
         Files of measured profiles instead, kept between `cutoff_short` and `cutoff_long` [m].
+    finish, finish_state : str
+        How the surfaces were made (`ehl.shipped("finishes")`), and whether they are "run_in" (default) or "new"; gives
+        Rq, correlation length, skewness, lay and a self-affine spectrum, each where it is not given.
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
-        Shape of generated roughness.
+        Shape of generated roughness; the correlation length [m] is 100 Rq when not given.
+    spectrum, hurst_exponent : {"gaussian", "self_affine"}, float
+        One correlation length, or waves of all lengths below it.
+    lay_angle : float or str
+        Between the marks of the finish and the contact line [rad]; 0 when not given, across the motion.
+    additive : {"EP", "base", "ZDDP"}
+        Additives of the oil: film and friction of the asperities where not given.
     boundary_film : float or str
-        Gap at which asperities touch [m]; from the roughness when not given.
+        Gap at which asperities touch [m]; from additive and roughness when not given.
     boundary_friction : float
-        Friction coefficient of asperity contact [-]; 0.1 when not given.
+        Friction coefficient of asperity contact [-]; that of the additive when not given.
     thermal : {"auto", "off", "on"}
         Heat balance.
     roughness : {"deterministic", "load_sharing"}
@@ -386,8 +395,13 @@ class Contact(InputModel):
             law = {"load_sharing", "load_sharing_scale"} & self.model.model_fields_set
             unused += [(f"model.{name}", "the roughness is deterministic") for name in sorted(law)]
         if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
-            shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
+            waves = ("correlation_length", "spectrum", "hurst_exponent", "lay_angle")
+            shape = (*waves, "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
             unused += [(f"surface.{name}", "load sharing uses Rq alone") for name in shape if name in given]
+        elif "hurst_exponent" in given and self.surface.spectrum == "gaussian":
+            unused.append(("surface.hurst_exponent", "the spectrum is gaussian"))
+        if "lay_angle" in given and self.surface.finish is None:
+            unused.append(("surface.lay_angle", "no finish is named"))
         return tuple(f"{name} has no effect: {why}" for name, why in unused)
 
     def __repr__(self) -> str:

@@ -117,7 +117,8 @@ class SurfaceInput(InputModel):
     kurtosis: Annotated[float, ValueRange("", ge=1.5, le=20.0)] = 3.0
     lay_angle: Annotated[float, ValueRange("rad", ge=-1.571, le=1.571)] = 0.0
     peklenik_number: PeklenikNumber = 1.0
-    boundary_film: Annotated[float, ValueRange("m", ge=5e-9, le=3e-7)] | None = None
+    # half and twice every film of an additive or of the default rule must be allowed: that is how its effect is studied
+    boundary_film: Annotated[float, ValueRange("m", ge=1e-9, le=1e-6)] | None = None
     boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
     seed: Annotated[int, Field(ge=0)] = 1
 

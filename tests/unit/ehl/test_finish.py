@@ -124,3 +124,77 @@ def test_self_affine_profile_has_stated_rq_and_correlation_length(hurst):
     coarse = generate_profile(0.4e-6, 20e-6, 40e-3, 1e-6, 3, cutoff=10e-6, hurst=hurst)
     ratio = np.fft.rfft(profile.heights)[1:500] / np.fft.rfft(coarse.heights)[1:500]
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
+
+
+LINE = {
+    "viscosity_inlet": 0.02,
+    "pressure_viscosity": "15 1/GPa",
+    "pressure_hertz": "1 GPa",
+    "radius_equivalent": "10 mm",
+    "speed_entrainment": "1 m/s",
+    "slide_to_roll": 0.3,
+}
+
+
+def test_finish_in_a_contact_and_what_overrides_it():
+    ground = Finish.load("ground")
+    surface = ehl.Contact(**LINE, finish="ground").surface
+    assert surface.roughness_rms_1 == ground.roughness_rms.value
+    assert surface.correlation_length == pytest.approx(ground.correlation_length.value)
+    assert (surface.peklenik_number, surface.spectrum) == (pytest.approx(5.0), "self_affine")
+    assert surface.skewness == ground.skewness.value
+    own = ehl.Contact(**LINE, finish="ground", roughness_rms="0.3 um", skewness=0.0, peklenik_number=2.0).surface
+    # half the Rq of the finish per surface by the composite 0.3 um: waves in proportion
+    assert own.correlation_length == pytest.approx(25e-6 * 0.3 / 2.0**0.5 / 0.4)
+    assert (own.skewness, own.peklenik_number) == (0.0, 2.0)
+    turned = ehl.Contact(**LINE, finish="ground", lay_angle="30 deg").surface
+    assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(25e-6, 5.0, math.pi / 6.0))
+    with pytest.raises(InputError, match="lapped"):
+        ehl.Contact(**LINE, finish="polished")
+    with pytest.raises(InputError, match="ZDDP"):
+        ehl.Contact(**LINE, additive="moly")
+
+
+def test_a_changed_rq_takes_the_default_length_along():
+    contact = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
+    assert contact.surface.correlation_length == pytest.approx(30e-6)
+    rougher = contact.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
+    assert rougher.surface.correlation_length == pytest.approx(60e-6)
+    assert "correlation_length" not in contact.to_dict()["surface"]
+    assert ehl.Contact.from_dict(contact.to_dict()) == contact
+
+
+def test_boundary_film_and_friction_of_additives():
+    for name in ehl.shipped("additives"):
+        additive = Additive.load(name)
+        surface = ehl.Contact(**LINE, additive=name, roughness_rms="0.4 um").surface
+        assert surface.boundary_friction == additive.boundary_friction.value
+        assert surface.generated_boundary_film == pytest.approx(
+            additive.boundary_film.value + math.sqrt(2.1e-9 * 0.4e-6)
+        )
+        fine = ehl.Contact(**LINE, additive=name, roughness_rms="0.4 um", spectrum="self_affine").surface
+        assert fine.generated_boundary_film == pytest.approx(additive.boundary_film.value)
+    assert ehl.Contact(**LINE, boundary_friction=0.08).surface.boundary_friction == 0.08
+
+
+@pytest.mark.parametrize("additive", ["base", "EP", "ZDDP"])
+@pytest.mark.parametrize("rms", ["0.05 um", "1.2 um"])
+def test_half_and_twice_every_film_can_be_studied(additive, rms):
+    contact = ehl.Contact(**LINE, additive=additive, roughness_rms=rms)
+    for factor in (0.5, 2.0):
+        film = factor * contact.surface.generated_boundary_film
+        assert contact.replace(boundary_film=film).surface.boundary_film == film
+
+
+def test_a_thicker_film_of_the_additives_rubs_more():
+    contact = ehl.Contact(
+        **LINE, roughness_rms="0.4 um", accuracy="fast", thermal="off", additive="ZDDP", shortcuts="off"
+    )
+    film = contact.surface.generated_boundary_film
+    shares = [contact.replace(boundary_film=f * film).solve().asperity_load_share for f in (0.5, 1.0, 2.0)]
+    assert np.all(np.diff(shares) > 0.0)
+
+
+def test_inputs_without_effect_are_named():
+    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6)
+    assert [note.split(" ")[0] for note in plain.unused_inputs()] == ["surface.hurst_exponent", "surface.lay_angle"]
