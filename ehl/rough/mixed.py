@@ -23,7 +23,9 @@ from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, g
 
 FloatArray = NDArray[np.float64]
 
-SELF_AFFINE_CUTOFF = 1.0 / 3.0  # shortest wave of a self-affine profile over lc: mu within 5 % of that with finer ones
+SELF_AFFINE_CUTOFF = (
+    1.0 / 3.0
+)  # shortest wave of a self-affine profile over lc: finer ones add 3 to 22 % (docs/roughness.md)
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 MIN_CORRELATION_LENGTHS = 60  # correlation lengths a generated profile holds at least
 # relative change of mu by roughness at a film ratio of 2.8, and how fast it falls with the film ratio: the largest of
