@@ -23,7 +23,6 @@ from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loa
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
-from efficiency.loss.uncertainty import efficiency_uncertainty
 from efficiency.ltca.limits import points_above_hardness
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
@@ -48,7 +47,7 @@ FRICTIONLESS = "friction in the torque balance"
 SAFETY = 2.0
 # what a pair that locks has not
 _UNKNOWN = (
-    *("efficiency", "efficiency_lower", "efficiency_upper", "efficiency_with_rolling", "efficiency_error"),
+    *("efficiency", "efficiency_with_rolling", "efficiency_error"),
     *("efficiency_error_positions", "efficiency_error_points", "power_loss", "power_loss_rolling"),
     *("power_input", "power_output", "friction_coefficient_mean"),
 )
@@ -119,7 +118,6 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     power_loss = float(losses.mean())
     distance = load.distance if isinstance(load, TangentLoad) else 0.0
     error_balance = balance_error(power_loss / (torque * speed), moved, distance)
-    spread = efficiency_uncertainty(friction, fine, estimate, oil, operation, power_loss, torque)
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
     edges = loaded.edges
@@ -141,8 +139,6 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         correlation_length=float(np.median(fine.state.correlation_length)),
         peklenik_number=float(np.median(fine.state.peklenik_number)),
         efficiency=efficiency,
-        efficiency_lower=spread.low,
-        efficiency_upper=spread.high,
         efficiency_with_rolling=efficiency_at(losses + rolling),
         efficiency_error=error_positions + error_points + error_contacts + error_balance,
         efficiency_error_positions=error_positions,
@@ -189,7 +185,6 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         model=friction,
         operation=operation,
         card=oil,
-        inputs=spread,
     )
 
 

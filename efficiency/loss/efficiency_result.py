@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -51,7 +52,7 @@ _ARRAYS_KEPT_OUT = (
     "card",
     "source",
     "output",
-    "inputs",
+    "asked",
 )
 
 
@@ -166,9 +167,6 @@ class EfficiencyResult(Presented):
         Of the roughness across the contact line [m], [-]; the median of the points.
     efficiency : float
         power_output/power_input, friction of sliding alone [-].
-    efficiency_lower, efficiency_upper : float
-        90 % interval by what is not known of the inputs: oil, roughness, boundary film and friction, bulk temperature,
-        and the error of a fitted formula. The next three are not in it.
     efficiency_with_rolling : float
         With the rolling loss in it too [-].
     efficiency_error : float
@@ -234,12 +232,12 @@ class EfficiencyResult(Presented):
         Operating point.
     card : Oil
         Oil card.
-    inputs : InputUncertainty
-        What each uncertain input makes of the interval; `uncertainty` with other spreads.
     source : ResultSource, optional
         The loaded mesh it comes from; not in `to_dict`.
     output : Output, optional
         Draws, prints and writes it; not in `to_dict`.
+    asked : InputUncertainty, optional
+        In place of the interval by the formula and the usual spreads; see `with_inputs`.
 
     Examples
     --------
@@ -267,8 +265,6 @@ class EfficiencyResult(Presented):
     correlation_length: float
     peklenik_number: float
     efficiency: float
-    efficiency_lower: float
-    efficiency_upper: float
     efficiency_with_rolling: float
     efficiency_error: float
     efficiency_error_positions: float
@@ -315,9 +311,26 @@ class EfficiencyResult(Presented):
     model: FrictionModel = field(repr=False, compare=False)
     operation: Operation = field(repr=False, compare=False)
     card: Oil = field(repr=False, compare=False)
-    inputs: InputUncertainty = field(repr=False, compare=False)
     source: ResultSource | None = field(default=None, repr=False, compare=False)
     output: Output | None = field(default=None, repr=False, compare=False)
+    asked: InputUncertainty | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def inputs(self) -> InputUncertainty:
+        """What each uncertain input makes of the interval, computed when asked for; see also `uncertainty`."""
+        if not math.isfinite(self.efficiency):
+            return InputUncertainty.of("efficiency", math.nan, (), lambda ln: math.nan)
+        return self.asked or self.uncertainty()
+
+    @property
+    def efficiency_lower(self) -> float:
+        """Lower end of the 90 % interval by uncertain inputs [-]; the error of the solution is not in it."""
+        return self.inputs.low
+
+    @property
+    def efficiency_upper(self) -> float:
+        """Upper end of the same interval [-]."""
+        return self.inputs.high
 
     def uncertainty(
         self, spreads: UncertaintyInput | None = None, level: float = 0.90, *, solved: bool = False
@@ -352,7 +365,7 @@ class EfficiencyResult(Presented):
 
     def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
         """The same with another input uncertainty, as of `uncertainty`."""
-        return replace(self, inputs=inputs, efficiency_lower=inputs.low, efficiency_upper=inputs.high)
+        return replace(self, asked=inputs)
 
     def heat_balance(self, cooling: CoolingInput | None = None) -> HeatBalance:
         """Bulk temperatures at which friction heat and cooling of the teeth agree, and the efficiency there.
@@ -375,20 +388,20 @@ class EfficiencyResult(Presented):
         return self._source("heat_balance").balance(self, cooling)
 
     def scalars(self) -> dict[str, Any]:
-        """The single values by their names, SI units."""
+        """The single values by their names, SI units, without the interval by uncertain inputs (the cells of a map)."""
         kept = (str, bool, int, float)
         return {name: value for name in self._names() if isinstance(value := getattr(self, name), kept)}
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
         plain = {name: _plain(getattr(self, name)) for name in self._names()}
-        return plain | {"uncertainty": self.inputs.to_dict()}
+        return plain | _plain(self._interval()) | {"uncertainty": self.inputs.to_dict()}
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the single values by their names, SI units."""
         import pandas
 
-        return pandas.DataFrame([self.scalars() | {"notes": "; ".join(self.notes)}])
+        return pandas.DataFrame([self.scalars() | self._interval() | {"notes": "; ".join(self.notes)}])
 
     def __repr__(self) -> str:
         values = (
@@ -407,6 +420,9 @@ class EfficiencyResult(Presented):
         more = ("friction_coefficient_mean", "pressure_max", "outside_range_share", "status", "reason")
         frame = self.to_frame()[[*names, *more]].T
         return str(frame.to_html(header=False)) + "".join(f"<p>{escape(note)}</p>" for note in self.notes)
+
+    def _interval(self) -> dict[str, float]:
+        return {"efficiency_lower": self.efficiency_lower, "efficiency_upper": self.efficiency_upper}
 
     def _names(self) -> list[str]:
         return [name for name in self.__dataclass_fields__ if name not in _ARRAYS_KEPT_OUT]

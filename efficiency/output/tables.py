@@ -164,6 +164,7 @@ def result_tables(result: EfficiencyResult) -> list[Table]:
 def result_table(result: EfficiencyResult) -> Table:
     """Single values, ranges of the local conditions and counts of the friction model's flags, one a line."""
     columns: dict[Any, Any] = dict(scalars(result))
+    columns |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
     for name, (low, high) in result.ranges.items():
         columns |= {Column(f"{name} (minimum)", of=name): low, Column(f"{name} (maximum)", of=name): high}
     columns |= {f"points flagged {name}": count for name, count in result.flags.items()}

@@ -194,7 +194,8 @@ class StudyPoint:
 
 def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
     """A point with what was computed for it."""
-    names = {f.name for f in fields(StudyPoint)} & set(result.__dataclass_fields__)
+    given = {*result.__dataclass_fields__, "efficiency_lower", "efficiency_upper"}
+    names = {f.name for f in fields(StudyPoint)} & given
     names -= {"design", "temperature_oil"}
     weight = result.points.force * result.points.speed_sliding
     ratio = np.where(np.isfinite(result.lubrication.film_ratio), result.lubrication.film_ratio, np.nan)
