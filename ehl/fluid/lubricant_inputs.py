@@ -21,11 +21,13 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil, RisingStressInput
 from ehl.fluid.oil_laws import (
     NO_DEFINITION,
+    ConductivityInput,
     DensityInput,
     DoolittleViscosity,
     Temperature,
     ViscosityByConstants,
     check_rising,
+    conductivity_figures,
     density_figures,
     figures_by_constants,
     scale_of_law,
@@ -123,6 +125,7 @@ class DirectLubricant(ShearInput):
     temperature_viscosity: Annotated[float, ValueRange("1/K", ge=0.0, le=0.2)] = 0.03
     density: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)] = 850.0
     thermal_conductivity: Conductivity = 0.14
+    conductivity_pressure: ConductivityInput | None = None
     heat_capacity: HeatCapacity = 2000.0
 
     @model_validator(mode="before")
@@ -163,6 +166,7 @@ class DirectLubricant(ShearInput):
             thermal_conductivity=self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
             **(density | density_figures(self.density_pressure, self.viscosity, self.temperature_oil)),
+            **conductivity_figures(self.conductivity_pressure),
         )
         return replace(plain, **self.shear_figures())
 
@@ -214,7 +218,7 @@ class DirectLubricant(ShearInput):
     def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         # the key of a case is the hash of its text: cases without these keys keep theirs
         content: dict[str, Any] = handler(self)
-        for name in ("alpha_definition", "viscosity", "pressure_valid", "density_pressure"):
+        for name in ("alpha_definition", "viscosity", "pressure_valid", "density_pressure", "conductivity_pressure"):
             if content.get(name) is None:
                 content.pop(name, None)
         if self.pressure_rise_factor == 1.0:

@@ -30,6 +30,7 @@ from ehl.fluid.oil_laws import (
     NO_DEFINITION,
     TEMPERATURE_RANGE,
     AlphaInput,
+    ConductivityInput,
     DensityInput,
     GoldAlpha,
     ModulusAlpha,
@@ -37,6 +38,7 @@ from ehl.fluid.oil_laws import (
     ViscosityInput,
     WaltherViscosity,
     check_rising,
+    conductivity_figures,
     density_figures,
     figures_by_constants,
 )
@@ -142,6 +144,7 @@ class Oil(InputModel):
     # left out of the card's hash: formulas fitted with the constant stress stay valid
     eyring_stress_pressure: RisingStressInput | None = Field(default=None, exclude=True)
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
+    conductivity_pressure: ConductivityInput | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
     # where figures come from, and how far, does not change them
@@ -413,6 +416,7 @@ class Oil(InputModel):
             heat_capacity=self.heat_capacity,
             **figures,
             **density_figures(self.density_pressure, law, temperature),
+            **conductivity_figures(self.conductivity_pressure),
         )
 
     def to_dict(self, temperatures: str | Sequence[float | str] | None = None) -> dict[str, Any]:
@@ -451,9 +455,10 @@ class Oil(InputModel):
 
     @model_serializer(mode="wrap")
     def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # the hash of a card is that of its text: cards without this key keep theirs
+        # the hash of a card is that of its text: cards without these keys keep theirs
         content: dict[str, Any] = handler(self)
-        return {name: value for name, value in content.items() if name != "density_pressure" or value is not None}
+        later = ("density_pressure", "conductivity_pressure")
+        return {name: value for name, value in content.items() if name not in later or value is not None}
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from ehl.fluid.conductivity import CONDUCTIVITY_FAMILIES, FilmConductivity
 from ehl.fluid.density import Murnaghan, Tait
 from ehl.fluid.free_volume import Doolittle, McEwenPaluch
 from ehl.fluid.pressure_viscosity import AlphaDefinition, solve_constant
@@ -171,6 +172,32 @@ AbsoluteViscosity = ImprovedYasutomi | OriginalYasutomi | DoolittleViscosity | M
 ViscosityByConstants = ModulusViscosity | AbsoluteViscosity
 ViscosityInput = Annotated[ViscosityByConstants | WaltherViscosity, Field(discriminator="law")]
 DensityInput = Annotated[StateEquation | DowsonHigginsonDensity | IncompressibleDensity, Field(discriminator="law")]
+
+
+class ConductivityInput(InputModel):
+    """`FilmConductivity` by its constants, or by the name of a family of oils."""
+
+    c1: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
+    c2: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_family(cls, values: Any) -> Any:
+        if not isinstance(values, str):
+            return values
+        if values not in CONDUCTIVITY_FAMILIES:
+            allowed = "one of " + ", ".join(CONDUCTIVITY_FAMILIES) + "; or a table with c1 and c2"
+            raise InputError("conductivity_pressure", values, allowed)
+        return vars(CONDUCTIVITY_FAMILIES[values])
+
+    def law(self) -> FilmConductivity:
+        """k/k0 over pressure."""
+        return FilmConductivity(self.c1, self.c2)
+
+
+def conductivity_figures(given: ConductivityInput | None) -> dict[str, Any]:
+    """The field of `Lubricant` for the growth of the conductivity, where it is given."""
+    return {} if given is None else {"film_conductivity": given.law()}
 
 
 class StatedAlpha(InputModel):
