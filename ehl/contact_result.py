@@ -352,11 +352,11 @@ class ContactResult:
                 f"h_min = {self.film_min * 1e9:.1f} nm"
             )
         errors = f"mesh ±{100.0 * self.mesh_error:.2g} %, 90 % interval ±{100.0 * self.statistical_error:.2g} %"
-        first = f"$\\mu$ = {self.friction_coefficient:.4f} ({errors})"
+        first = f"μ = {self.friction_coefficient:.4f} ({errors})"
         if math.isfinite(self.friction_boundary_half):
             half, double = self.friction_boundary_half, self.friction_boundary_double
             first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
-        second = f"$\\lambda$ = {self.film_ratio:.2g},  asperities carry {100.0 * self.asperity_load_share:.2g} %"
+        second = f"λ = {self.film_ratio:.2g},  asperities carry {100.0 * self.asperity_load_share:.2g} %"
         if math.isfinite(self.roughness_load_share):
             second += f", {100.0 * self.roughness_load_share:.2g} % above the macroscopic pressure"
         return f"{first}\n{second},  {self.status} {self.reason}".rstrip()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
@@ -115,7 +116,7 @@ class Formula(PointFriction):
             content, shown = load_formula(data_path("formulas", f"{name}.json")), str(name)
         else:
             path = Path(name)
-            if path.suffix != ".json" and not path.is_file():
+            if path.suffix != ".json" and not os.path.isfile(path):
                 raise InputError("friction model", str(name), friction_model_choices(), "Check the name or the path.")
             content, shown = load_formula(path), path.name
         return cls(content, shown).with_options(boundary_friction, refuse=refuse)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -195,7 +196,7 @@ def study(
     values = {"torque": torque, "speed": speed, "temperature": temperature, "roughness_rms": roughness}
     values |= {"E": e, "P": p, "G": g, "alpha": alpha}
     store = output / "points.jsonl"
-    if fresh and store.exists():
+    if fresh and os.path.exists(store):
         store.unlink()
     try:
         output.mkdir(parents=True, exist_ok=True)

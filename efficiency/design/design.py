@@ -25,7 +25,7 @@ from ehl.inputs import PeklenikNumber
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
+from ehl.io.validation import InputModel, Name, read_toml, validate
 from ehl.material import Material
 from ehl.surface.finish import Finish, State
 from ehl.uncertainty.spread import UncertaintyInput
@@ -384,7 +384,7 @@ class Design(InputModel):
     0.0001
     """
 
-    name: str
+    name: Name
     source: str = ""
     assembly: AssemblyInput
     pinion: MemberInput

@@ -44,6 +44,7 @@ from efficiency.ltca.load_distribution import (
 )
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids
 from ehl.io.errors import InputError
+from ehl.io.files import read_text, split_row
 from ehl.io.units import parse_quantity
 
 FloatArray = NDArray[np.float64]
@@ -169,10 +170,7 @@ def _carried(load: LoadDistribution) -> float:
 
 def _table(path: Path) -> tuple[float, dict[str, FloatArray], list[int]]:
     """Torque stated [N m], columns in SI units, and the line of the file each row stands in."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), "not readable", "a CSV file with a load distribution", str(error)) from None
+    lines = read_text(path, "load_from", "a CSV file with a load distribution").splitlines()
     torque: float | None = None
     header: list[str] | None = None
     rows: list[int] = []
@@ -186,7 +184,7 @@ def _table(path: Path) -> tuple[float, dict[str, FloatArray], list[int]]:
             if name.strip() == "torque":
                 torque = parse_quantity(value.strip(), "N*m", field=f"{path.name} line {number}: torque", bare=False)
             continue
-        entries = [entry.strip() for entry in next(csv.reader([line]))]
+        entries = [entry.strip() for entry in split_row(line, f"{path.name} line {number}")]
         if header is None:
             header, factors = _header(path, number, entries)
             continue

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -37,7 +38,7 @@ from ehl.io.numbers import finite_or_none
 from ehl.quantities import Quantity, quantities
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
-from regression.plan.cost import available_jobs
+from regression.plan.cost import checked_jobs
 
 if TYPE_CHECKING:
     import pandas
@@ -449,7 +450,7 @@ def run_study(
     2
     """
     clock = time.perf_counter()
-    jobs = jobs or available_jobs()
+    jobs = checked_jobs(jobs)
     pairs = [(design if isinstance(design, GearPair) else GearPair(design)).design for design in designs]
     names = [pair.name for pair in pairs]
     if not pairs or len(set(names)) < len(names):
@@ -605,7 +606,7 @@ def _append(store: Path, key: str, found: Found) -> None:
 def _read(store: Path) -> dict[str, Found]:
     """Finished tasks of an earlier run; a line that was cut off when it was killed counts as not computed."""
     found: dict[str, Found] = {}
-    if not store.is_file():
+    if not os.path.isfile(store):
         return found
     for line in store.read_text(encoding="utf-8").splitlines():
         try:

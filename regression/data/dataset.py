@@ -21,6 +21,7 @@ from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
 from ehl.io.data import data_names, named_file
 from ehl.io.errors import InputError
+from ehl.io.table_files import harmless
 from ehl.view.table import Column, Table
 from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
 from regression.data.store import LIBVER, merge, one_row_per_case, read_file, read_run, run_files
@@ -135,7 +136,10 @@ class Dataset:
         try:
             with target.open("w", encoding="utf-8", newline="") as file:
                 file.write(",".join(map(str, self.frame.columns)) + "\n" + ",".join(units) + "\n")
-                self.frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
+                frame = self.frame.copy()
+                for name in frame.select_dtypes(exclude=["number", "bool"]):
+                    frame[name] = frame[name].map(harmless)
+                frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
         except OSError as error:
             raise InputError("target", str(target), "a writable path", f"{error.strerror}.") from None
 
@@ -241,7 +245,7 @@ def results_path(run: Source) -> Path:
         Neither exists; the message lists the names there are.
     """
     path = Path(run)
-    if path.exists():
+    if os.path.exists(path):
         return path
     if str(run) in dataset_names():
         return named_file("run", FOLDER, str(run), SUFFIX)
@@ -500,7 +504,7 @@ def merge_compressed(run: Path, target: Path) -> int:
     """
     plain = target.with_name(target.name + ".plain")
     plain.unlink(missing_ok=True)
-    if target.exists():
+    if os.path.exists(target):
         raise InputError("target", str(target), "a file that does not exist yet")
     try:
         count = merge(run, plain)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ehl.io.errors import InputError
-from ehl.io.files import write_file
+from ehl.io.files import parse_json, read_text, write_file
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, validate
 from regression.friction.conditions import UNITS, Array, Conditions
@@ -25,7 +25,7 @@ from regression.friction.error_tables import Band, Finite, Interval, NoiseFloor,
 from regression.friction.families import Family, family_named
 from regression.friction.gaussian_process import GpResidual
 
-_ALLOWED = "a formula file written by `mixed-ehl fit`"
+_ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
 FORMULA_SCHEMA = 2
 # ranges are met by numbers that went through unit conversion and roots
 RANGE_TOLERANCE = 1e-6
@@ -316,27 +316,14 @@ def load_formula(path: str | Path) -> FittedFormula:
         The file does not exist, is no formula file, was damaged or edited, or was written with a newer schema.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError("formula file", str(path), _ALLOWED, "The file does not exist.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("formula file", str(path), _ALLOWED, _unreadable(path, error)) from None
-    return _read(str(path), text)
-
-
-def _unreadable(path: Path, error: Exception) -> str:
-    return f"It could not be read: {error}. Fit it again with `mixed-ehl fit RUN -o {path.name}`."
+    return _read(str(path), read_text(path, "formula file", _ALLOWED))
 
 
 @lru_cache(maxsize=8)
 def _read(name: str, text: str) -> FittedFormula:
     """Formula of a file's text; kept, since checks and checksum cost more than an evaluation."""
     path = Path(name)
-    try:
-        content = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise InputError("formula file", name, _ALLOWED, _unreadable(path, error)) from None
+    content = parse_json(text, "formula file", name, _ALLOWED)
     if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
         raise InputError("formula file", name, _ALLOWED, "It holds no schema number.")
     schema = content["schema"]
