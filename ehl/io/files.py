@@ -45,8 +45,8 @@ def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_
     try:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):
-            kind = "folder" if stat.S_ISDIR(status.st_mode) else "pipe or device: write its content to a file first"
-            raise InputError(field, name, allowed, f"It is a {kind}.")
+            kind = "folder" if stat.S_ISDIR(status.st_mode) else "pipe or device"
+            raise InputError(field, name, allowed, f"It is a {kind}, and no readable file.")
         if status.st_size > max_bytes:
             raise InputError(field, name, allowed, f"It has {status.st_size} bytes; at most {max_bytes} are read.")
         with open(path, "rb") as file:
@@ -64,7 +64,7 @@ def read_text(path: str | Path, field: str, allowed: str) -> str:
     try:
         return read_bytes(path, field, allowed).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(field, str(path), allowed, f"It is no text in UTF-8: {error}.") from None
+        raise InputError(field, str(path), allowed, f"It could not be read: no text in UTF-8 ({error}).") from None
 
 
 def parse_toml(text: str, field: str, name: str, allowed: str = "valid TOML") -> dict[str, Any]:

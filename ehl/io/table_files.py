@@ -170,7 +170,7 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
 
 def _read_cells(path: Path) -> pd.DataFrame:
     """The cells of a file as they are, in rows numbered as in the file from 1; rows without content left out."""
-    allowed = "a CSV file, or XLSX"
+    allowed = "an existing CSV or XLSX file"
     if path.suffix.lower() in (".xlsx", ".xlsm"):
         return _read_xlsx(path, read_bytes(path, "file", allowed))
     return _read_csv(path, read_text(path, "file", allowed))

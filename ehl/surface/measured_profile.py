@@ -54,7 +54,7 @@ def read_profile(
     """
     path = Path(path)
     name = str(path)
-    text = read_text(path, "profile", "a text file with two columns")
+    text = read_text(path, "profile", "an existing file of text with two columns")
     rows, units = _parse(text, name)
     if len(rows) < MIN_POINTS:
         raise InputError("profile", name, f"at least {MIN_POINTS} points", f"The file has {len(rows)}.")

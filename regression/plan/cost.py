@@ -66,7 +66,7 @@ class CostEstimate:
         """The estimate in words, with the wall time for so many workers; for all processors by default."""
         jobs = available_jobs() if jobs is None else jobs
         if not 1 <= jobs <= MAX_JOBS:
-            raise InputError("jobs", jobs, f"1 to {MAX_JOBS}")
+            raise InputError("jobs", jobs, f"at least 1, at most {MAX_JOBS}")
         rough = f", {self.rough} of them transient rough contacts" if self.rough else ""
         lines = [f"{self.plan}: {self.cases} cases ({self.model}){rough}"]
         for name, share in sorted(self.rejected.items(), key=lambda item: -item[1]):
@@ -101,7 +101,9 @@ def checked_jobs(jobs: int | None) -> int:
     available = available_jobs()
     most = max(MIN_MOST_JOBS, 4 * available)
     if jobs is not None and not 1 <= jobs <= most:
-        raise InputError("jobs", jobs, f"1 to {most} worker processes", f"This machine has {available} for you.")
+        raise InputError(
+            "jobs", jobs, f"at least 1, at most {most} worker processes", f"This machine has {available} for you."
+        )
     return available if jobs is None else jobs
 
 

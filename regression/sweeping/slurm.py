@@ -46,6 +46,6 @@ def array_script(plan: str, run: str, shards: int, options: Sequence[str] = (), 
     """
     for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", shards, MAX_TASKS)):
         if not 1 <= value <= most:
-            raise InputError(name, value, f"1 to {most}")
+            raise InputError(name, value, f"at least 1, at most {most}")
     command = shlex.join(["mixed-ehl", "sweep", plan, *options, "-o", run])
     return _SCRIPT.format(shards=shards, jobs=jobs, command=command)

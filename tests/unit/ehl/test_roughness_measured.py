@@ -98,7 +98,7 @@ def test_what_is_refused_and_how(tmp_path, lines, says):
 
 
 def test_missing_and_binary_files(tmp_path):
-    with pytest.raises(InputError, match="does not exist"):
+    with pytest.raises(InputError, match="existing file"):
         read_profile(tmp_path / "none.csv")
     (tmp_path / "b.csv").write_bytes(bytes(range(256)))
     with pytest.raises(InputError, match="could not be read"):

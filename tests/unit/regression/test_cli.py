@@ -190,7 +190,7 @@ def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
         (("sweep", plan, "-o", run, "--shard", "first"), "1 <= i <= n"),
         (("sweep", plan, "-o", run, "--with", "magic"), "xu_kahraman_2007"),
         (("sweep", plan, "-o", run, "--time-cap", "30"), "ambiguous"),
-        (("sweep", plan, "-o", run, "--jobs", "0"), "1 to"),
+        (("sweep", plan, "-o", run, "--jobs", "0"), "at least 1"),
         (("sweep", plan, "-o", run, "--retries", "-1"), "at least 0"),
         (("sweep", plan), "-o RUN"),
         (("sweep", plan, "-o", run, "--set", "sampling.size"), "KEY=VALUE"),
