@@ -71,7 +71,7 @@ class Formula(PointFriction):
     >>> formula = regression.Formula.load("75w90")
     >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
     >>> formula.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
-    mu = 0.01118 (0.009458 to 0.01323), ok
+    mu = 0.01966 (0.0169 to 0.02288), ok
     """
 
     formula: FittedFormula

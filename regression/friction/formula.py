@@ -27,8 +27,8 @@ from regression.friction.gaussian_process import GpResidual
 
 _ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
 FORMULA_SCHEMA = 2
-# ranges are met by numbers that went through unit conversion and roots
-RANGE_TOLERANCE = 1e-6
+# of either end: the cases of a plan end a little inside of its box
+RANGE_TOLERANCE = 1e-3
 
 Friction = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
 
@@ -156,8 +156,8 @@ class FittedFormula(InputModel):
         # here and below ufuncs only: `regression.export` records them
         result = np.zeros_like(conditions["pressure_hertz"], dtype=bool)
         for name, (low, high) in self.ranges.items():
-            slack = RANGE_TOLERANCE * max(abs(low), abs(high))
-            result = result | (conditions[name] < low - slack) | (conditions[name] > high + slack)
+            below, above = low - RANGE_TOLERANCE * abs(low), high + RANGE_TOLERANCE * abs(high)
+            result = result | (conditions[name] < below) | (conditions[name] > above)
         return result
 
     def with_minimum_sliding(self, conditions: Conditions) -> tuple[Conditions, Array]:
