@@ -395,7 +395,8 @@ class EfficiencyResult(Presented):
     def to_dict(self) -> dict[str, Any]:
         """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
         plain = {name: _plain(getattr(self, name)) for name in self._names()}
-        return plain | _plain(self._interval()) | {"uncertainty": self.inputs.to_dict()}
+        interval = {name: _plain(value) for name, value in self._interval().items()}
+        return plain | interval | {"uncertainty": self.inputs.to_dict()}
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the single values by their names, SI units."""
