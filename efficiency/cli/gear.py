@@ -21,7 +21,6 @@ from efficiency.cli.options import (
     GOption,
     JobsOption,
     JsonOption,
-    LoadBalanceOption,
     OilOption,
     POption,
     ReportOption,
@@ -32,7 +31,6 @@ from efficiency.cli.options import (
     UnitsOption,
     XlsxOption,
     check_files,
-    load_balance_of,
     one_side,
     present,
     unit_system,
@@ -44,6 +42,12 @@ LOSS = "Friction and loss"
 
 DriverOption = Annotated[
     str | None, typer.Option(help="Member the power comes from: pinion or gear.", rich_help_panel=LOSS)
+]
+EquilibriumOption = Annotated[
+    bool,
+    typer.Option(
+        "--friction-in-equilibrium", help="Let friction forces help to carry the torque.", rich_help_panel=LOSS
+    ),
 ]
 BulkOption = Annotated[
     bool,
@@ -57,7 +61,7 @@ UncertaintyOption = Annotated[
     bool,
     typer.Option(
         "--uncertainty",
-        help="What each input makes of the interval; for ehl by solving contacts at both ends (minutes).",
+        help="Interval of the efficiency from formula, boundary friction and roughness.",
         rich_help_panel=LOSS,
     ),
 ]
@@ -104,7 +108,7 @@ def gear(
     g: GOption = None,
     alpha: AlphaOption = None,
     driver: DriverOption = None,
-    load_balance: LoadBalanceOption = None,
+    friction_in_equilibrium: EquilibriumOption = False,
     bulk_temperature: BulkOption = False,
     uncertainty: UncertaintyOption = False,
     duty: DutyOption = None,
@@ -135,6 +139,7 @@ def gear(
     """
     point: dict[str, object] = {"torque": torque, "speed": speed, "temperature": temperature, "driver": driver}
     options: dict[str, object] = {
+        "friction_in_equilibrium": friction_in_equilibrium,
         "bulk_temperature": bulk_temperature,
         "uncertainty": uncertainty,
         "load_from": load_from,
@@ -146,7 +151,7 @@ def gear(
     if geometry:
         refuse(
             "--geometry, which takes no load and no oil",
-            point | options | {"load_balance": load_balance, "duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
+            point | options | {"duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
         )
         shape = pair.geometry(side or "both", marking)
         shape.write(units=system, plot=plot, report=report)
@@ -157,7 +162,6 @@ def gear(
         return
     if marking is not None:
         raise InputError("marking", marking, "only together with --geometry")
-    balance_of = load_balance_of(load_balance)
     axes = given({"torque": torque, "speed": speed, "temperature": temperature})
     fixed = given({"oil": oil, "driver": driver})
     [model] = pair.check([friction], **axes, **fixed)
@@ -165,13 +169,13 @@ def gear(
     if duty is not None:
         refuse("--duty", point | options | {"side": side, "plot": plot, "report": report})
         with progress("rows of the duty cycle") as move:
-            cycle = pair.duty(duty, model, oil=oil, report=move, load_balance=balance_of)
+            cycle = pair.duty(duty, model, oil=oil, report=move)
         present(cycle, json_output, xlsx=xlsx, csv=csv)
         return
     if any(is_list(text) for text in axes.values()):
         refuse("lists of operating points", options)
         with progress("operating points") as move:
-            grid = pair.mesh(flanks).map(model, fixed=fixed | given({"load_balance": balance_of}), report=move, **axes)
+            grid = pair.mesh(flanks).map(model, fixed=fixed, report=move, **axes)
         present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
         return
     if load_from is not None:
@@ -181,16 +185,13 @@ def gear(
     loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
     conditions, balance = axes | fixed, None
     if bulk_temperature:
-        balance = loaded.heat_balance(model, load_balance=balance_of, **conditions)
+        balance = loaded.heat_balance(model, friction_in_equilibrium=friction_in_equilibrium, **conditions)
         result = balance.result
     else:
-        result = loaded.efficiency(model, load_balance=balance_of, **conditions)
+        result = loaded.efficiency(model, friction_in_equilibrium=friction_in_equilibrium, **conditions)
     if save_load is not None:
         loaded.write_load(save_load)
-    spread = None
-    if uncertainty and result.status == "converged":
-        result = result.with_inputs(result.uncertainty(solved=True))
-        spread = result.inputs
+    spread = result.uncertainty() if uncertainty and result.status == "converged" else None
     more = given({"balance": balance, "uncertainty": spread})
     present(result, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
 
@@ -206,7 +207,6 @@ def compare(
     oil: OilOption = None,
     side: SideOption = "drive",
     driver: DriverOption = None,
-    load_balance: LoadBalanceOption = None,
     load_from: LoadFromOption = None,
     json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).", rich_help_panel=OUTPUT)] = None,
@@ -224,7 +224,7 @@ def compare(
     models = pair.check(friction or (), **axes, **fixed) or None
     mesh, at = pair.mesh(one_side(side)), axes.pop("torque", None)
     loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-    comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **axes, **fixed)
+    comparison = loaded.compare(models, **axes, **fixed)
     present(comparison, json_output, plot=plot, report=report, xlsx=xlsx, csv=csv)
 
 

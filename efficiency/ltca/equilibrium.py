@@ -42,8 +42,6 @@ class Equilibrium:
         Approach angle about the axis of the levers [rad].
     stiffness : float
         Derivative of the torque by the angle, all points that carry staying in contact [N m/rad].
-    rate : (n,) array
-        Derivative of the forces by the torque, in the same way [1/m].
     residual : float
         Maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-].
     torque_residual : float
@@ -60,7 +58,6 @@ class Equilibrium:
     force: FloatArray
     angle: float
     stiffness: float
-    rate: FloatArray
     residual: float
     torque_residual: float
     iterations: int
@@ -72,16 +69,12 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """One contact problem but for its local compliance; attributes as the arguments of `solve_equilibrium`.
-
-    `start` is a guess of the forces, such as those of a torque near by.
-    """
+    """One contact problem but for its local compliance; attributes as the arguments of `solve_equilibrium`."""
 
     compliance: FloatArray
     gap: FloatArray
     lever: FloatArray
     torque: float
-    start: FloatArray | None = None
 
 
 def solve_equilibrium(
@@ -142,19 +135,15 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
     """Newton's method on one problem; asks for the local deflection and its derivative at the forces it yields."""
     compliance, gap, lever, torque = problem.compliance, problem.gap, problem.lever, problem.torque
     typical = torque / float(lever.sum())
+    force = np.full(gap.size, typical)
     floor = _FLOOR * typical
     exchanges = fallbacks = 0
     residual, angle, stiffness = np.inf, 0.0, 0.0
     reason: Reason = "newton_limit"
     iterations = 0
-    start = problem.start
-    point = force = np.full(gap.size, typical) if start is None else np.maximum(start, floor)
-    rate = np.zeros(gap.size)
+    point = force
     deflection, slope = yield point
-    if start is None or not (start > 0.0).any():
-        active = _touching(compliance @ force + deflection, typical, gap, lever, torque)
-    else:
-        active = start > 0.0
+    active = _touching(compliance @ force + deflection, typical, gap, lever, torque)
     for _ in range(NEWTON_LIMIT):
         iterations += 1
         matrix = compliance.copy()
@@ -167,7 +156,7 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
         if solution is None:
             reason = "active_set_limit"
             break
-        force, angle, stiffness, active, count, rate = solution
+        force, angle, stiffness, active, count = solution
         exchanges += count
         point = np.maximum(force, floor)
         deflection, slope = yield point
@@ -179,7 +168,6 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
         force=force,
         angle=angle,
         stiffness=stiffness,
-        rate=rate,
         residual=residual,
         torque_residual=abs(float(lever @ force) / torque - 1.0),
         iterations=iterations,
@@ -214,13 +202,13 @@ def _violation(
     return float(wrong.max() / (angle * lever.max()))
 
 
-_Solution = tuple[FloatArray, float, float, BoolArray, int, FloatArray]
+_Solution = tuple[FloatArray, float, float, BoolArray, int]
 
 
 def _linear(
     matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
-) -> tuple[FloatArray, float, float, FloatArray]:
-    """Forces on the active points (zero elsewhere), the angle, dT/d(angle) and dF/dT, all of them in contact."""
+) -> tuple[FloatArray, float, float]:
+    """Forces on the active points (zero elsewhere), the angle and dT/d(angle), all of them in contact."""
     at = active.nonzero()[0]
     sides = np.empty((at.size, 2), order="F")
     sides[:, 0], sides[:, 1] = lever[at], offset[at]
@@ -232,10 +220,9 @@ def _linear(
         inverse = np.linalg.lstsq(matrix[at[:, None], at], sides, rcond=None)[0]
     stiffness = float(lever[at] @ inverse[:, 0])
     angle = (torque + float(lever[at] @ inverse[:, 1])) / stiffness
-    force, rate = np.zeros((2, offset.size))
+    force = np.zeros(offset.size)
     force[at] = angle * inverse[:, 0] - inverse[:, 1]
-    rate[at] = inverse[:, 0] / stiffness
-    return force, angle, stiffness, rate
+    return force, angle, stiffness
 
 
 def _primal_dual(
@@ -248,13 +235,13 @@ def _primal_dual(
 ) -> _Solution | None:
     """All points that pull leave and all that penetrate enter at once; None if it does not settle."""
     for count in range(1, limit + 1):
-        force, angle, stiffness, rate = _linear(matrix, offset, lever, torque, active)
+        force, angle, stiffness = _linear(matrix, offset, lever, torque, active)
         entering = ~active & (matrix @ force + offset - lever * angle < 0.0)
         following = (active & (force > 0.0)) | entering
         if not following.any():
             return None
         if np.array_equal(following, active):
-            return force, angle, stiffness, active, count, rate
+            return force, angle, stiffness, active, count
         active = following
     return None
 
@@ -264,7 +251,7 @@ def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torqu
     active = np.ones(offset.size, bool)
     force = np.full(offset.size, torque / float(lever.sum()))
     for count in range(1, 20 * offset.size + 1):
-        target, angle, stiffness, rate = _linear(matrix, offset, lever, torque, active)
+        target, angle, stiffness = _linear(matrix, offset, lever, torque, active)
         pulling = active & (target <= 0.0)
         if pulling.any():
             share = np.full(offset.size, np.inf)
@@ -277,6 +264,6 @@ def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torqu
         separation = np.where(active, 0.0, matrix @ force + offset - lever * angle)
         deepest = int(np.argmin(separation))
         if separation[deepest] >= -1e-15 * angle * float(lever.max()):
-            return force, angle, stiffness, active, count, rate
+            return force, angle, stiffness, active, count
         active[deepest] = True
     return None

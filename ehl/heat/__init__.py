@@ -5,6 +5,7 @@ from ehl.heat.estimate import THERMAL_THRESHOLD, ThermalEstimate, estimate_therm
 from ehl.heat.film import (
     CarriedShearHeat,
     CouetteFilm,
+    FilmConductivity,
     InletFactor,
     carried_shear_heat,
     couette_film,
@@ -21,6 +22,7 @@ __all__ = [
     "THERMAL_THRESHOLD",
     "CarriedShearHeat",
     "CouetteFilm",
+    "FilmConductivity",
     "FilmProfile",
     "InletFactor",
     "ThermalEstimate",

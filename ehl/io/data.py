@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from ehl.io.errors import InputError
@@ -33,8 +32,7 @@ def shipped(kind: str) -> tuple[str, ...]:
 
     Parameters
     ----------
-    kind : str
-        "oils", "materials", "finishes", "additives", "designs", "blanks", "targets", "plans", "formulas" or "datasets".
+    kind : {"oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets"}
 
     Returns
     -------
@@ -52,8 +50,7 @@ def shipped(kind: str) -> tuple[str, ...]:
     True
     """
     suffixes = {"formulas": ".json", "datasets": ".h5"}
-    surfaces = ("materials", "finishes", "additives")
-    kinds = ("oils", *surfaces, "designs", "blanks", "targets", "plans", "formulas", "datasets")
+    kinds = ("oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets")
     if kind not in kinds:
         raise InputError("kind", kind, "one of " + ", ".join(kinds))
     return data_names(kind, suffixes.get(kind, ".toml"))
@@ -62,7 +59,7 @@ def shipped(kind: str) -> tuple[str, ...]:
 def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
     """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
     path = Path(name)
-    if path.suffix or os.path.exists(path):  # and not Path.exists, which raises where the name is too long
+    if path.suffix or path.exists():
         return path
     names = data_names(folder, suffix)
     if str(name) not in names:
