@@ -27,7 +27,7 @@ SHIPPED = (
     "fh_hypoid_9x34_offset_10",
     "fh_spiral_bevel_12x37",
 )
-POINTS = 20  # of each mesh at each operating point
+POINTS = 10  # of each mesh at each operating point
 COLUMNS = {
     "pressure_hertz": "pressure_hertz [GPa]",
     "radius_equivalent": "radius_equivalent [mm]",

@@ -21,7 +21,7 @@ from mixed_scenes import (
     write_csv,
 )
 
-from ehl.heat import FilmConductivity
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.line_contact import LineContact
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE

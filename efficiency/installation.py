@@ -61,7 +61,11 @@ def _dependencies() -> list[Check]:
     from packaging.requirements import Requirement
 
     checks = []
-    for line in importlib.metadata.requires("mixed-ehl") or []:
+    try:
+        lines = importlib.metadata.requires("mixed-ehl") or []
+    except importlib.metadata.PackageNotFoundError:
+        return [Check("dependencies", False, "mixed-ehl is not installed, its files alone are here: pip install it")]
+    for line in lines:
         requirement = Requirement(line)
         if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
             continue

@@ -26,9 +26,8 @@ from efficiency.design.design import Design, MemberInput, Misalignment, load_des
 from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyCycle, DutyRow, duty_cycle, read_duty
-from efficiency.loss.efficiency import mesh_efficiency
-from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.friction_equilibrium import load_grids_with_friction
+from efficiency.loss.efficiency import solve_balanced
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
 from efficiency.loss.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
 from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
@@ -271,7 +270,12 @@ class GearPair:
         return GearPair(self.design.with_misalignment(**(own | given)))
 
     def at(
-        self, friction: Friction = CONSTANT, grid: tuple[int, int] | None = None, **condition: Any
+        self,
+        friction: Friction = CONSTANT,
+        grid: tuple[int, int] | None = None,
+        *,
+        many: bool = False,
+        **condition: Any,
     ) -> EfficiencyResult:
         """Efficiency at one condition by the names of `efficiency.loss.grid.AXES`; `design` is the pair itself.
 
@@ -281,15 +285,18 @@ class GearPair:
             Friction model or its name.
         grid : (int, int), optional
             Mesh positions and points per contact line.
+        many : bool
+            One of many points: faster, with a larger stated error of the torque balance.
         **condition : float or str
-            `side`, `torque`, misalignments, and as in `LoadedMesh.efficiency`.
+            `side`, `torque`, misalignments, and as in `LoadedMesh.efficiency`, `load_balance` among them.
         """
         names = ("side", *_MISALIGNMENTS)
         placed = {name: condition.pop(name) for name in names if name in condition}
         # a wrong name is told before anything is computed
         friction = resolve_friction(friction, self.design)
         mesh = self.mesh(placed.pop("side", "drive"), *(grid or ()), **placed)
-        return mesh.load(condition.pop("torque", None)).efficiency(friction, **condition)
+        loaded = mesh.load(condition.pop("torque", None))
+        return loaded.at(friction, **condition) if many else loaded.efficiency(friction, **condition)
 
     def over(
         self,
@@ -337,7 +344,7 @@ class GearPair:
             pair: GearPair = here.pop("design", self)
             if pair.name not in models:
                 models[pair.name] = resolve_friction(friction, pair.design)
-            return pair.at(models[pair.name], grid, **here)
+            return pair.at(models[pair.name], grid, many=True, **here)
 
         return solve_grid(chosen, solve, report, GearOutput(self.design))
 
@@ -349,6 +356,7 @@ class GearPair:
         oil: str | None = None,
         grid: tuple[int, int] | None = None,
         report: Report | None = None,
+        load_balance: LoadBalance | None = None,
     ) -> DutyCycle:
         """Efficiency at every operating point of a duty cycle, and the energies of all.
 
@@ -364,12 +372,14 @@ class GearPair:
             Mesh positions and points per contact line.
         report : callable, optional
             Called with the number of rows done and of all rows.
+        load_balance : {"frictional", "frictionless"}, optional
+            As in `LoadedMesh.efficiency`.
         """
         rows = read_duty(file) if isinstance(file, Path | str) else tuple(file)
         model, card = resolve_friction(friction, self.design), oil or self.design.operation.oil
 
         def solve(condition: Condition) -> EfficiencyResult:
-            return self.at(model, grid, oil=card, **condition)
+            return self.at(model, grid, many=True, oil=card, load_balance=load_balance, **condition)
 
         points = solve_points([row.condition for row in rows], solve, report)
         return duty_cycle(rows, points, self.name, model.name, card, GearOutput(self.design))
@@ -409,10 +419,12 @@ class GearPair:
         *,
         side: Side = "drive",
         grid: tuple[int, int] | None = None,
+        load_balance: LoadBalance | None = None,
         **conditions: Unpack[Conditions],
     ) -> Comparison:
         """Several friction models and the closed forms at one operating point; see `LoadedMesh.compare`."""
-        return self.mesh(side, *(grid or ())).load(torque).compare(frictions, **conditions)
+        loaded = self.mesh(side, *(grid or ())).load(torque)
+        return loaded.compare(frictions, load_balance=load_balance, **conditions)
 
     @_one_thread
     def geometry(self, side: str = "both", marking: Value | None = None) -> PairGeometry:
@@ -734,7 +746,7 @@ class Mesh:
 
         def solve(condition: Condition) -> EfficiencyResult:
             here: dict[str, Any] = {**(fixed or {}), **condition}
-            return self.load(here.pop("torque", None)).efficiency(model, **here)
+            return self.load(here.pop("torque", None)).at(model, **here)
 
         chosen = {name: axis_values(name, values) for name, values in axes.items()}
         return solve_grid(chosen, solve, report, GearOutput(self.design))
@@ -810,7 +822,11 @@ class LoadedMesh:
         return replace(operation, **values), oil if isinstance(oil, Oil) else Oil.load(oil or point.oil)
 
     def efficiency(
-        self, friction: Friction = CONSTANT, *, friction_in_equilibrium: bool = False, **conditions: Unpack[Conditions]
+        self,
+        friction: Friction = CONSTANT,
+        *,
+        load_balance: LoadBalance | None = None,
+        **conditions: Unpack[Conditions],
     ) -> EfficiencyResult:
         """Friction, power loss and efficiency at one operating point.
 
@@ -818,8 +834,9 @@ class LoadedMesh:
         ----------
         friction : FrictionModel or str
             Friction model or its name: formula file, ``constant:0.05``, a published formula, ``ehl``...
-        friction_in_equilibrium : bool
-            Let the friction forces take part in carrying the torque.
+        load_balance : {"frictional", "frictionless"}, optional
+            Whether friction helps to carry the torque (default), or the normal forces carry it alone, as in the paper.
+            Forces of a file are taken as they are.
         **conditions : float or str
             What differs from the design: `speed` of the pinion [rad/s], oil `temperature` [K], `oil` (name of a card
             or `Oil`), `driver` ("pinion" or "gear"), `roughness_rms` of both flanks or `roughness_rms_pinion` and
@@ -833,18 +850,24 @@ class LoadedMesh:
         ------
         InputError
             A value that cannot be used.
-        ConvergenceError
-            Friction takes the whole torque, or has no value in the equilibrium.
         """
         operation, oil = self.operation(**conditions)
-        return self.solve(resolve_friction(friction, self.mesh.design), operation, oil, friction_in_equilibrium)
+        return self.solve(resolve_friction(friction, self.mesh.design), operation, oil, load_balance)
+
+    def at(
+        self, friction: Friction, *, load_balance: LoadBalance | None = None, **conditions: Unpack[Conditions]
+    ) -> EfficiencyResult:
+        """As `efficiency`, for one of many points: faster, with a larger stated error of the torque balance."""
+        operation, oil = self.operation(**conditions)
+        model = resolve_friction(friction, self.mesh.design)
+        return self.solve(model, operation, oil, load_balance, many=True)
 
     def heat_balance(
         self,
         friction: Friction = CONSTANT,
         cooling: CoolingInput | None = None,
         *,
-        friction_in_equilibrium: bool = False,
+        load_balance: LoadBalance | None = None,
         **conditions: Unpack[Conditions],
     ) -> HeatBalance:
         """Bulk temperatures at which friction heat and cooling of the teeth agree; else as `efficiency`.
@@ -855,22 +878,31 @@ class LoadedMesh:
             Friction model or its name.
         cooling : CoolingInput, optional
             In place of the design's.
-        friction_in_equilibrium : bool
-            Let the friction forces take part in carrying the torque.
+        load_balance : {"frictional", "frictionless"}, optional
+            Whether friction helps to carry the torque (default), or the normal forces carry it alone, as in the paper.
+            Forces of a file are taken as they are.
         **conditions : float or str
             As in `efficiency`.
         """
         operation, oil = self.operation(**conditions)
         model = resolve_friction(friction, self.mesh.design)
-        return self._balance(model, operation, oil, cooling, friction_in_equilibrium)
+        return self._balance(model, operation, oil, cooling, load_balance)
 
-    def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[Conditions]) -> Comparison:
+    def compare(
+        self,
+        frictions: Iterable[Friction] | None = None,
+        *,
+        load_balance: LoadBalance | None = None,
+        **conditions: Unpack[Conditions],
+    ) -> Comparison:
         """Several friction models, a constant fitted to the best of them, and the closed forms.
 
         Parameters
         ----------
         frictions : iterable of FrictionModel or str, optional
             By default the formulas shipped for the oil and `DEFAULT_MODELS`.
+        load_balance : {"frictional", "frictionless"}, optional
+            As in `efficiency`.
         **conditions : float or str
             As in `efficiency`.
 
@@ -881,7 +913,8 @@ class LoadedMesh:
         operation, oil = self.operation(**conditions)
         chosen = (*shipped_formulas(oil.name), *DEFAULT_MODELS) if frictions is None else frictions
         models = [resolve_friction(friction, self.mesh.design) for friction in chosen]
-        return _compare(self.grids, models, oil, operation, self.mesh.pitch, GearOutput(self.mesh.design))
+        balance = self._balance_of(load_balance)
+        return _compare(self.grids, models, oil, operation, self.mesh.pitch, GearOutput(self.mesh.design), balance)
 
     def write_load(self, path: Path | str) -> None:
         """Write the load distribution as CSV, as `Mesh.load_from` reads it."""
@@ -889,21 +922,30 @@ class LoadedMesh:
 
     @_one_thread
     def solve(
-        self, model: FrictionModel, operation: Operation, oil: Oil, friction_in_equilibrium: bool = False
+        self,
+        model: FrictionModel,
+        operation: Operation,
+        oil: Oil,
+        load_balance: LoadBalance | None = None,
+        *,
+        many: bool = False,
     ) -> EfficiencyResult:
-        """As `efficiency`, of a model at an operation."""
-        grids = self.grids
-        if friction_in_equilibrium:
-            if self.external_load is not None:
-                allowed = "no file where friction takes part in carrying the torque"
-                raise InputError("load_from", str(self.external_load), allowed)
-            grids = load_grids_with_friction(self.mesh.grids, self.torque, model, oil, operation, grids)
-        result = mesh_efficiency(grids, model, oil, operation)
+        """As `efficiency`, of a model at an operation; `many` as in `efficiency.loss.efficiency.solve_balanced`."""
+        result = solve_balanced(self.grids, model, oil, operation, self._balance_of(load_balance), many=many)
         return replace(result, source=self, output=GearOutput(self.mesh.design))
+
+    def _balance_of(self, load_balance: LoadBalance | None) -> LoadBalance:
+        if load_balance not in (None, "frictional", "frictionless"):
+            raise InputError("load_balance", load_balance, "frictional or frictionless")
+        if self.external_load is None:
+            return load_balance or "frictional"
+        if load_balance == "frictional":
+            raise InputError("load_balance", load_balance, "frictionless: forces of a file are taken as they are")
+        return "frictionless"
 
     def balance(self, result: EfficiencyResult, cooling: CoolingInput | None) -> HeatBalance:
         """Bulk temperatures of the teeth at the operating point of a result."""
-        return self._balance(result.model, result.operation, result.card, cooling, result.friction_in_equilibrium)
+        return self._balance(result.model, result.operation, result.card, cooling, result.load_balance)
 
     def _balance(
         self,
@@ -911,7 +953,7 @@ class LoadedMesh:
         operation: Operation,
         oil: Oil,
         cooling: CoolingInput | None,
-        friction_in_equilibrium: bool,
+        load_balance: LoadBalance | None,
     ) -> HeatBalance:
         design, pitch = self.mesh.design, self.mesh.pitch
         chosen = design.cooling if cooling is None else cooling
@@ -924,7 +966,7 @@ class LoadedMesh:
             ),
         )
         return balance_heat(
-            lambda operation: self.solve(model, operation, oil, friction_in_equilibrium),
+            lambda operation: self.solve(model, operation, oil, load_balance),
             operation,
             resistances,
             (design.pinion.elastic_material(), design.gear.elastic_material()),

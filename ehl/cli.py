@@ -1,14 +1,14 @@
-"""Commands of one contact: `solve`."""
+"""Commands of one contact and of its oil: `solve`, `oil`."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 import ehl
-from ehl.console import App, print_json
+from ehl.console import App, check_outputs, given, print_json
 
 
 def solve(
@@ -17,16 +17,22 @@ def solve(
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
     animate: Annotated[Path | None, typer.Option(help="Write the moving roughness as a film (GIF, HTML).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
+    uncertainty: Annotated[
+        bool, typer.Option("--uncertainty", help="What uncertain inputs leave open of mu: some twenty solutions.")
+    ] = False,
 ) -> None:
     """Solve one lubricated contact."""
     contact = ehl.Contact.from_file(case_file)
     if animate is not None:
         contact.check_animation(animate)
     result = contact.solve()
+    spread = contact.uncertainty() if uncertainty and result.status != "failed" else None
     if json_output:
-        print_json(result.to_dict())
+        print_json(result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
         result.table().print()
+        if spread is not None:
+            spread.table().print()
     if report is not None:
         result.report(report)
     if result.status != "failed":
@@ -39,6 +45,98 @@ def solve(
         raise typer.Exit(1)
 
 
+_ALPHAS = ("slope", "secant_200", "star", "film")
+_STATE = (
+    "viscosity_kinematic", "viscosity_inlet", "density", *(f"pressure_viscosity_{name}" for name in _ALPHAS),
+    "eyring_stress", "limiting_shear_ambient", "limiting_shear_coefficient", "shear_modulus",
+    "thermal_conductivity", "heat_capacity",
+)  # fmt: skip
+
+
+def _oil_tables(card: ehl.Oil, temperatures: str | None) -> list[ehl.Table]:
+    """What `mixed-ehl oil NAME` prints."""
+    content: dict[str, Any] = card.to_dict(temperatures)
+    heads = [ehl.quantity("temperature_oil").text(state["temperature_oil"]) for state in content["states"]]
+    rows = [[head, *(state[name] for name in _STATE)] for head, state in zip(heads, content["states"], strict=True)]
+    known = content["uncertainty"]
+    low, high = content["temperature_valid"]
+    reach = ehl.quantity("temperature_valid").span(low, high)
+    if content["pressure_valid"] is not None:
+        reach += f" and to {ehl.quantity('pressure_valid').text(content['pressure_valid'])}"
+    title = f"{card.name}: {card.description}; base {card.base}, law {content['viscosity_law']}, valid {reach}"
+    columns = [ehl.quantity("pressure").text(pressure, 2) for pressure in content["pressures"]]
+    over = [[head, *values] for head, values in zip(heads, content["log_viscosity_ratio"], strict=True)]
+    spread = [[name, f"{100.0 * value:.3g} %"] for name, value in known.items() if name != "source"]
+    remarks = [f"note: {text}" for text in content["remarks"]]
+    remarks.append(f"figures {card.certainty}; {card.source}.")
+    return [
+        ehl.Table(["state", *_STATE], rows, title=title, vertical=True),
+        ehl.Table(["ln(eta/eta0) at", *columns], over, title="rise of viscosity under pressure"),
+        ehl.Table(["input", "one standard deviation"], spread, title="uncertainty", notes=[*remarks, known["source"]]),
+    ]
+
+
+def _oil_list() -> ehl.Table:
+    """The shipped oils."""
+    cards = [ehl.Oil.load(name) for name in ehl.shipped("oils")]
+    names = ("viscosity_kinematic_40", "viscosity_kinematic_100")
+    rows = [
+        [card.name, card.base, *(getattr(card, name) for name in names), card.at(373.15).alpha,
+         f"{100.0 * card.uncertainty.pressure_viscosity:.3g} %", card.description]
+        for card in cards
+    ]  # fmt: skip
+    alpha = ehl.quantity("pressure_viscosity_slope")
+    heads = ["oil", "base", *names, alpha.name, "ln(eta/eta0) +-", "description"]
+    note = (
+        "alpha at 100 degC. Any other oil: base and cSt at 40/100 degC, such as 'pao 97.5/13.3', or 'mineral vg 220'."
+    )
+    return ehl.Table(heads, rows, title="Oils", notes=[note])
+
+
+def oil(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="Shipped oil, card.toml, 'pao 97.5/13.3' or 'mineral vg 220'.")
+    ] = None,
+    temperature: Annotated[
+        str | None, typer.Option("--temperature", "-T", help="Temperatures, e.g. '40, 80, 120 degC'.")
+    ] = None,
+    base: Annotated[
+        str | None, typer.Option(help="Generic oil: mineral, hydrocracked, pao, ester or polyglycol.")
+    ] = None,
+    nu40: Annotated[str | None, typer.Option(help="Its viscosity at 40 degC, e.g. '97.5 cSt'.")] = None,
+    nu100: Annotated[str | None, typer.Option(help="Its viscosity at 100 degC.")] = None,
+    vg: Annotated[int | None, typer.Option(help="Its ISO VG, in place of both.")] = None,
+    density: Annotated[str | None, typer.Option(help="Its density at 15 degC.")] = None,
+    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure of viscosity over pressure.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the card as a TOML file.")] = None,
+) -> None:
+    """Show an oil: viscosity under pressure, all four alphas, shear, heat, how certain; without NAME list them."""
+    check_outputs({"plot": plot, "output": output})
+    generic: dict[str, Any] = given({"nu_40": nu40, "nu_100": nu100, "iso_vg": vg, "density_15": density})
+    if base is not None or generic:
+        if base is None or name is not None:
+            hint = "Give NAME, or --base with --nu40 and --nu100 or --vg."
+            raise ehl.InputError("base", base, "mineral, hydrocracked, pao, ester or polyglycol, without NAME", hint)
+        card = ehl.Oil.generic(base, **generic, name=None if output is None else output.stem)
+    elif name is None:
+        table = _oil_list()
+        print_json({"oils": table.records()}) if json_output else table.print()
+        return
+    else:
+        card = ehl.Oil.load(name)
+    if plot is not None:
+        card.plot(plot, temperature)
+    if output is not None:
+        card.save(output)
+    if json_output:
+        print_json(card.to_dict(temperature))
+        return
+    for table in _oil_tables(card, temperature):
+        table.print()
+
+
 def register(app: App) -> None:
     """Add the commands of this package to the application."""
     app.command()(solve)
+    app.command()(oil)

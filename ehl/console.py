@@ -5,17 +5,24 @@ The one module beside the public names that a command line imports.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
 import os
+import platform
+import sys
+import tempfile
+import time
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import typer
 import typer.core
 
-from ehl import InputError
+from ehl import InputError, MixedEhlError, __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,8 +33,12 @@ FIGURE = (".png", ".svg", ".pdf")
 
 # keyword or quantity of the Python interface -> option, where they are not the same word
 _OPTIONS = {
+    "density_15": "density",
     "folder": "output",
     "friction model": "friction",
+    "iso_vg": "vg",
+    "nu_100": "nu100",
+    "nu_40": "nu40",
     "parameters": "fit",
     "path": "output",
     "pressure_hertz": "pressure",
@@ -38,6 +49,7 @@ _OPTIONS = {
     "store": "output",
     "tasks": "slurm",
     "temperature_oil": "temperature",
+    "temperatures": "temperature",
 }
 
 
@@ -70,6 +82,91 @@ class App(typer.Typer):
     def command(self, name: str | None = None, **settings: Any) -> Callable[[_Function], _Function]:
         """As of `typer.Typer`."""
         return super().command(name, cls=Command, **settings)
+
+
+SOFTWARE_FAULT = 70  # exit code of a fault of the program, EX_SOFTWARE of sysexits.h
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE)
+OUTPUT_FAULT = 74  # exit code where standard output takes no more, EX_IOERR
+
+
+def run(command: Callable[[], object]) -> None:
+    """Run a command to its exit code: whatever goes wrong becomes one sentence.
+
+    Parameters
+    ----------
+    command : callable
+        Parses the command line and runs it.
+
+    Raises
+    ------
+    SystemExit
+        0; 1 where a solution failed; 2 for an input that cannot be used; 70 for a fault of the program, which a log
+        file describes; 74 where standard output takes no more; 130 where the user stopped it.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a terminal without Greek letters shows question marks
+            stream.reconfigure(errors="replace")
+    try:
+        try:
+            command()
+        finally:
+            _flush()
+    except MixedEhlError as error:
+        print(f"mixed-ehl: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("mixed-ehl: stopped", file=sys.stderr)
+        sys.exit(130)
+    except OSError as error:
+        if error.errno not in _FULL or error.filename is not None:
+            _last_resort(error)
+        _stop_output(error)
+    except Exception as error:
+        _last_resort(error)
+
+
+def _flush() -> None:
+    """Put on standard output what waits for it; a full disk shows here."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        _stop_output(error)
+
+
+def _stop_output(error: OSError) -> NoReturn:
+    """Leave standard output as it is, say why, and exit."""
+    with contextlib.suppress(OSError, ValueError):
+        # the interpreter would try again when it ends, and complain
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if isinstance(error, BrokenPipeError):  # `| head` has seen enough
+        sys.exit(1)
+    print(f"mixed-ehl: standard output cannot be written: {error.strerror}.", file=sys.stderr)
+    sys.exit(OUTPUT_FAULT)
+
+
+def _last_resort(error: Exception) -> NoReturn:
+    """One sentence, and a log file with the rest."""
+    where = _write_log()
+    print(f"mixed-ehl: fault of the program ({_in_a_line(error)}). {where}", file=sys.stderr)
+    sys.exit(SOFTWARE_FAULT)
+
+
+def _in_a_line(error: Exception) -> str:
+    text = " ".join(f"{type(error).__name__}: {error}".split())
+    return text if len(text) <= 200 else text[:200] + "..."
+
+
+def _write_log() -> str:
+    """Write what is known of the fault at hand into a file; the sentence that names it."""
+    lines = [f"mixed-ehl {__version__}, Python {platform.python_version()}, {platform.platform()}"]
+    lines += [f"arguments: {sys.argv[1:]!r}", f"folder: {os.getcwd()}", "", traceback.format_exc()]
+    name = f"mixed-ehl-fault-{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.log"
+    for folder in (tempfile.gettempdir, os.getcwd):
+        with contextlib.suppress(OSError):
+            path = Path(folder(), name)
+            path.write_text("\n".join(lines), encoding="utf-8", errors="backslashreplace")
+            return f"What is known of it is in {path}: please send it with your input."
+    return "No log could be written."
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -114,12 +211,14 @@ def check_outputs(outputs: Mapping[str, Path | None]) -> None:
     """
     files = given(outputs)
     for field, path in files.items():
-        if path.is_dir():
+        if os.path.isdir(path):  # and not Path.is_dir, which raises where the name is too long
             raise InputError(field, str(path), "a file", "This is a folder.")
         folder = path.parent
-        if not folder.is_dir():
+        if not os.path.isdir(folder):
             raise InputError(field, str(path), "a file in a folder that exists", f"There is no folder {folder}.")
-        if not os.access(path if path.exists() else folder, os.W_OK):
+        if len(os.fsencode(path.name)) > 255:
+            raise InputError(field, str(path), "a file name of at most 255 bytes")
+        if not os.access(path if os.path.exists(path) else folder, os.W_OK):
             raise InputError(field, str(path), "a file that can be written", "Check its permissions.")
     resolved = [path.resolve() for path in files.values()]
     for field, path in files.items():
@@ -162,7 +261,7 @@ def progress(*steps: str) -> Iterator[Callable[..., None]]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=len(steps) == 1) as bars:
         tasks = {step: bars.add_task(step, total=None) for step in steps}
 

@@ -29,6 +29,8 @@ from ehl.material import Material, effective_modulus
 
 if TYPE_CHECKING:
     from ehl.contact_result import ContactResult
+    from ehl.uncertainty.result import InputUncertainty
+    from ehl.uncertainty.spread import UncertaintyInput
 
 # keyword -> (table, key) of the input file
 KEYWORDS: dict[str, tuple[str, str]] = {
@@ -97,12 +99,21 @@ class Contact(InputModel):
         Composite Rq [m], shared evenly by both surfaces; or `roughness_rms_1` and `roughness_rms_2`.
     profile_1, profile_2 : str
         Files of measured profiles instead, kept between `cutoff_short` and `cutoff_long` [m].
+    finish, finish_state : str
+        How the surfaces were made (`ehl.shipped("finishes")`), and whether they are "run_in" (default) or "new"; gives
+        Rq, correlation length, skewness, lay and a self-affine spectrum, each where it is not given.
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
-        Shape of generated roughness.
+        Shape of generated roughness; the correlation length [m] is 100 Rq when not given.
+    spectrum, hurst_exponent : {"gaussian", "self_affine"}, float
+        One correlation length, or waves of all lengths below it.
+    lay_angle : float or str
+        Between the marks of the finish and the contact line [rad]; 0 when not given, across the motion.
+    additive : {"EP", "base", "ZDDP"}
+        Additives of the oil: film and friction of the asperities where not given.
     boundary_film : float or str
-        Gap at which asperities touch [m]; from the roughness when not given.
+        Gap at which asperities touch [m]; from additive and roughness when not given.
     boundary_friction : float
-        Friction coefficient of asperity contact [-]; 0.1 when not given.
+        Friction coefficient of asperity contact [-]; that of the additive when not given.
     thermal : {"auto", "off", "on"}
         Heat balance.
     roughness : {"deterministic", "load_sharing"}
@@ -266,7 +277,47 @@ class Contact(InputModel):
 
         p = self.problem()
         result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
-        return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs()))
+        return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs(), *self.lubricant.remarks()))
+
+    def uncertainty(
+        self, spreads: UncertaintyInput | None = None, level: float = 0.90, jobs: int | None = None
+    ) -> InputUncertainty:
+        """Interval of the friction coefficient by what is not known of the inputs; the solver's error is not in it.
+
+        The contact is solved with each input at both ends of its own interval, with the same roughness: about twenty
+        solutions.
+
+        Parameters
+        ----------
+        spreads : UncertaintyInput, optional
+            How well inputs are known; by default as oil card, finish and additives say.
+        level : float
+            Share of cases the interval is to hold [-].
+        jobs : int, optional
+            Worker processes; one per core if not given.
+
+        Returns
+        -------
+        InputUncertainty
+
+        Raises
+        ------
+        InputError
+            The level is no share between 0 and 1.
+        """
+        from ehl.fluid.oil import Oil
+        from ehl.uncertainty.contact_design import contact_uncertainty
+        from ehl.uncertainty.spread import UncertaintyInput
+
+        given, surface = spreads or UncertaintyInput(), self.surface
+        if surface.finish is not None:
+            made = {"finish": surface.finish, "finish_state": surface.finish_state}
+            own = [rms for rms in (surface.roughness_rms_1, surface.roughness_rms_2) if rms > 0.0]
+            given = given.of_surface(**made, roughness_rms=own[0] if own else None, additive=surface.additive)
+        else:
+            given = given.of_surface(roughness_rms=1e-6, additive=surface.additive)
+        oil = Oil.load(self.lubricant.oil) if isinstance(self.lubricant, OilLubricant) else None
+        return contact_uncertainty(self.problem(), _friction_of, given, oil, level, jobs)
 
     def check_animation(self, path: str | Path) -> None:
         """Check before solving that `ContactResult.animate` can write this file for this contact.
@@ -334,9 +385,6 @@ class Contact(InputModel):
         unused: list[tuple[str, str]] = []
         given, oil = self.surface.model_fields_set, self.lubricant
         unused += [(f"lubricant.{name}", why) for name, why in oil.unused_inputs()]
-        incompressible = isinstance(oil, DirectLubricant) and oil.density_law == "incompressible"
-        if incompressible and "density_coefficients" in oil.model_fields_set:
-            unused.append(("lubricant.density_coefficients", "density_law is incompressible"))
         if self.model.thermal == "off":
             for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
                 if solid.temperature_bulk is not None:
@@ -347,8 +395,13 @@ class Contact(InputModel):
             law = {"load_sharing", "load_sharing_scale"} & self.model.model_fields_set
             unused += [(f"model.{name}", "the roughness is deterministic") for name in sorted(law)]
         if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
-            shape = ("correlation_length", "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
+            waves = ("correlation_length", "spectrum", "hurst_exponent", "lay_angle")
+            shape = (*waves, "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
             unused += [(f"surface.{name}", "load sharing uses Rq alone") for name in shape if name in given]
+        elif "hurst_exponent" in given and self.surface.spectrum == "gaussian":
+            unused.append(("surface.hurst_exponent", "the spectrum is gaussian"))
+        if "lay_angle" in given and self.surface.finish is None:
+            unused.append(("surface.lay_angle", "no finish is named"))
         return tuple(f"{name} has no effect: {why}" for name, why in unused)
 
     def __repr__(self) -> str:
@@ -413,6 +466,14 @@ class Contact(InputModel):
                 "Load sharing uses Rq alone.",
             )
         return self
+
+
+def _friction_of(p: ContactProblem) -> tuple[float, float, float]:
+    """Friction coefficient, its relative error and the film ratio of a problem."""
+    from ehl.solve import solve_contact
+
+    found = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk)
+    return found.friction_coefficient, found.friction_error, found.film_ratio
 
 
 def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -352,11 +352,11 @@ class ContactResult:
                 f"h_min = {self.film_min * 1e9:.1f} nm"
             )
         errors = f"mesh ±{100.0 * self.mesh_error:.2g} %, 90 % interval ±{100.0 * self.statistical_error:.2g} %"
-        first = f"$\\mu$ = {self.friction_coefficient:.4f} ({errors})"
+        first = f"μ = {self.friction_coefficient:.4f} ({errors})"
         if math.isfinite(self.friction_boundary_half):
             half, double = self.friction_boundary_half, self.friction_boundary_double
             first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
-        second = f"$\\lambda$ = {self.film_ratio:.2g},  asperities carry {100.0 * self.asperity_load_share:.2g} %"
+        second = f"λ = {self.film_ratio:.2g},  asperities carry {100.0 * self.asperity_load_share:.2g} %"
         if math.isfinite(self.roughness_load_share):
             second += f", {100.0 * self.roughness_load_share:.2g} % above the macroscopic pressure"
         return f"{first}\n{second},  {self.status} {self.reason}".rstrip()
@@ -440,11 +440,46 @@ def max_shear_stress(result: ContactResult) -> float:
     return float(result.film.shear_stress.max())
 
 
+BULK_NOTED = 1.0  # difference of bulk and oil that makes a note [K]
+FILM_EXPONENT = 0.67  # of the inlet viscosity in the film thickness
+
+
+def bulk_note(lubricant: Lubricant, bulk: tuple[float, float]) -> tuple[str, ...]:
+    """What bodies warmer or colder than the oil do to the film, by the viscosity of the oil between them.
+
+    Parameters
+    ----------
+    lubricant : Lubricant
+        At its inlet temperature.
+    bulk : tuple of float
+        Bulk temperatures of both bodies [K].
+    """
+    mean = 0.5 * (bulk[0] + bulk[1])
+    difference = mean - lubricant.temperature
+    if abs(difference) < BULK_NOTED:
+        return ()
+    warm, oil = np.array([mean]), np.array([lubricant.temperature])
+    ambient = np.zeros(1)
+    ratio = math.exp(float((lubricant.log_viscosity(ambient, warm) - lubricant.log_viscosity(ambient, oil))[0]))
+    word = "warmer" if difference > 0.0 else "colder"
+    return (
+        f"bodies {abs(difference):.0f} K {word} than the oil: it enters at their temperature, {ratio:.2f} times as "
+        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film",
+    )
+
+
 def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
     """Limits of the model that a result touches."""
     notes = []
     if lubricant.extrapolated:
         notes.append("oil temperature outside the measured range of the oil card")
+    if contact.pressure_hertz > lubricant.pressure_valid:
+        difference = lubricant.continuation_difference(contact.pressure_hertz)
+        notes.append(
+            f"pressure of {contact.pressure_hertz / 1e9:.3g} GPa above the {lubricant.pressure_valid / 1e9:.3g} GPa up "
+            "to which the oil is known: its law goes on; along its tangent from there ln(eta/eta0) would differ by "
+            f"{difference:+.0%}"
+        )
     if result.film_min < MOLECULAR_FILM:
         notes.append(f"minimum film {result.film_min * 1e9:.2g} nm: thinner than a few oil molecules")
     if max(result.temperature_film_max, result.temperature_flash) > LIMIT_TEMPERATURE:

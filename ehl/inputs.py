@@ -9,12 +9,22 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import Temperature
+from ehl.fluid.oil_laws import Temperature
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 from ehl.line_contact import LineContact
 from ehl.material import Material
+from ehl.surface.finish import (
+    DEFAULT_ADDITIVE,
+    SHORTEST_LENGTH,
+    Additive,
+    Finish,
+    State,
+    default_correlation_length,
+    lay_seen,
+)
+from ehl.surface.roughness import boundary_film
 
 Radius = Annotated[float, ValueRange("m", ge=1e-4, le=10.0)]
 Modulus = Annotated[float, ValueRange("Pa", ge=1e9, le=2e12)]
@@ -97,11 +107,18 @@ class SurfaceInput(InputModel):
     profile_2: str | None = None
     cutoff_short: Length = 2.5e-6
     cutoff_long: Annotated[float, ValueRange("m", ge=1e-5, le=0.1)] | None = 8e-4
-    correlation_length: Length = 30e-6
+    finish: str | None = None
+    finish_state: State = "run_in"
+    additive: str = DEFAULT_ADDITIVE
+    spectrum: Literal["gaussian", "self_affine"] = "gaussian"
+    hurst_exponent: Annotated[float, ValueRange("", ge=0.1, le=0.95)] = 0.8
+    correlation_length: Length = SHORTEST_LENGTH
     skewness: Annotated[float, ValueRange("", ge=-3.0, le=3.0)] = 0.0
     kurtosis: Annotated[float, ValueRange("", ge=1.5, le=20.0)] = 3.0
+    lay_angle: Annotated[float, ValueRange("rad", ge=-1.571, le=1.571)] = 0.0
     peklenik_number: PeklenikNumber = 1.0
-    boundary_film: Annotated[float, ValueRange("m", ge=5e-9, le=1e-7)] | None = None
+    # half and twice every film of an additive or of the default rule must be allowed: that is how its effect is studied
+    boundary_film: Annotated[float, ValueRange("m", ge=1e-9, le=1e-6)] | None = None
     boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
     seed: Annotated[int, Field(ge=0)] = 1
 
@@ -111,6 +128,56 @@ class SurfaceInput(InputModel):
             if path is not None and getattr(self, rms) > 0.0:
                 raise InputError(rms, getattr(self, rms), "either a measured profile or its Rq, not both")
         return self
+
+    @model_validator(mode="after")
+    def _fill(self) -> Self:
+        # what was not given, without marking it as given: a changed Rq takes the correlation length along
+        for name, value in self._unsaid().items():
+            if name not in self.model_fields_set:
+                self.__dict__[name] = value
+        return self
+
+    def _unsaid(self) -> dict[str, Any]:
+        """Figures that follow from finish, additive and Rq where they are not given."""
+        values: dict[str, Any] = {"boundary_friction": Additive.load(self.additive).boundary_friction.value}
+        if self.finish is None:
+            return values | {
+                "correlation_length": float(default_correlation_length(self.roughness_rms_1, self.roughness_rms_2))
+            }
+        finish = Finish.load(self.finish, self.finish_state)
+        for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
+            if rms not in self.model_fields_set and path is None:
+                self.__dict__[rms] = values[rms] = finish.roughness_rms.value
+        given = [rms for rms in (self.roughness_rms_1, self.roughness_rms_2) if rms > 0.0]
+        if given:
+            finish = finish.with_rms(math.sqrt(sum(rms**2 for rms in given) / len(given)))
+        skewness = finish.skewness.value
+        length, gamma = lay_seen(finish.correlation_length.value, finish.lay_ratio.value, self.lay_angle)
+        return values | {
+            "spectrum": "self_affine",
+            "correlation_length": float(length),
+            "skewness": skewness,
+            "kurtosis": 3.0 + 1.5 * skewness**2,  # of heights cut off above, below the lognormal's
+            "peklenik_number": max(float(gamma), 1.0 / 3.0),
+        }
+
+    @property
+    def hurst(self) -> float | None:
+        """Hurst exponent of generated profiles; None for the Gaussian autocorrelation."""
+        return self.hurst_exponent if self.spectrum == "self_affine" else None
+
+    @property
+    def reaction_film(self) -> float:
+        """Film of the additives, or the boundary film that was given [m]."""
+        return self.boundary_film or Additive.load(self.additive).boundary_film.value
+
+    @property
+    def generated_boundary_film(self) -> float:
+        """h_boundary of generated surfaces: as given, or the reaction film and what the profiles do not show [m]."""
+        if self.boundary_film is not None:
+            return self.boundary_film
+        below = 0.0 if self.spectrum == "self_affine" else None
+        return boundary_film(self.roughness_rms, below, film=self.reaction_film).thickness
 
     @property
     def measured(self) -> bool:
@@ -199,7 +266,7 @@ class ContactProblem:
             "temperature_bulk_1": self.temperature_bulk[0],
             "temperature_bulk_2": self.temperature_bulk[1],
             "viscosity_inlet": self.lubricant.viscosity_inlet,
-            "pressure_viscosity": self.lubricant.pressure_viscosity,
+            "pressure_viscosity": self.lubricant.alpha,
             "roughness_rms_1": self.surface.roughness_rms_1,
             "roughness_rms_2": self.surface.roughness_rms_2,
         }

@@ -142,12 +142,12 @@ class LineContact:
         return abs(self.slide_to_roll * self.speed_entrainment) / speed if speed > 0.0 else 1.0
 
     def dowson_groups(self, lubricant: Lubricant) -> tuple[float, float, float]:
-        """Dowson-Higginson groups (U, W, G): eta0 u_r/(E'R), w'/(E'R), alpha E' [-]."""
+        """Dowson-Higginson groups (U, W, G): eta0 u_r/(E'R), w'/(E'R), alpha_film E' [-]."""
         scale = self.effective_modulus * self.radius_equivalent
         return (
             lubricant.viscosity_inlet * self.speed_entrainment / scale,
             self.load_per_length / scale,
-            lubricant.pressure_viscosity * self.effective_modulus,
+            lubricant.pressure_viscosity_film * self.effective_modulus,
         )
 
     def moes_groups(self, lubricant: Lubricant) -> tuple[float, float]:
@@ -164,6 +164,6 @@ class LineContact:
                 self.load_per_length,
                 self.radius_equivalent,
                 self.effective_modulus,
-                lubricant.pressure_viscosity,
+                lubricant.pressure_viscosity_film,
             )
         )

@@ -13,11 +13,13 @@ import numpy as np
 
 from ehl.contact_result import (
     ContactResult,
+    bulk_note,
     friction_above_limit_temperature,
     limit_notes,
     mesh_error_too_large,
     rejection_reason,
 )
+from ehl.elastic_shear import elastic_shear
 from ehl.fluid.load_sharing import load_sharing
 from ehl.fluid.lubricant import Lubricant
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
@@ -38,6 +40,7 @@ from ehl.rough.mixed import (
 from ehl.smooth.thermal import ThermalSteadyResult, isothermal_fallback, smooth_film
 
 NO_INLET_HEAT = "heat of the pressure-driven flow neglected: no thermal solution of the smooth contact"
+ELASTIC_REPORTED = 1e-3  # of mu
 
 
 def _failed(reason: str, iterations: int) -> ContactResult:
@@ -102,14 +105,24 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
     if smooth.status != "converged":
         return _failed(smooth.reason, smooth.iterations)
     film, skipped = smooth.film, _without_repeats(smooth.skipped)
+    elastic = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, contact, lubricant)
+    if elastic.left_out > ELASTIC_REPORTED:
+        skipped.append(f"elastic shear: estimated change of friction below {100.0 * elastic.left_out:.2g} %")
+    friction = smooth.friction_fluid * elastic.ratio
+    film = replace(film, shear_stress=elastic.stress, friction_fluid=film.friction_fluid * elastic.ratio)
+    # the heat was struck with the stress without the elastic part
+    cooled = 0.0
+    if elastic.ratio != 1.0 and smooth.isothermal.friction_fluid > 0.0:
+        cooling = max(1.0 - smooth.friction_fluid / smooth.isothermal.friction_fluid, 0.0)
+        cooled = abs(1.0 - elastic.ratio) * cooling
     # what an estimate left out is part of the error
     left_out = smooth.estimate if isinstance(smooth, ThermalSteadyResult) and smooth.heat is None else None
 
     result = ContactResult(
         status="converged",
         reason="",
-        friction_coefficient=smooth.friction_fluid,
-        friction_fluid=smooth.friction_fluid,
+        friction_coefficient=friction,
+        friction_fluid=friction,
         friction_asperity=0.0,
         film_central=film.film_central,
         film_min=film.film_min,
@@ -121,11 +134,14 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         temperature_film_max=smooth.temperature_film_max,
         temperature_flash=smooth.temperature_flash,
         film_error=smooth.film_error + (left_out.film_change if left_out else 0.0),
-        friction_error=smooth.friction_error + (left_out.friction_change if left_out else 0.0),
+        friction_error=smooth.friction_error
+        + (left_out.friction_change if left_out else 0.0)
+        + elastic.left_out
+        + cooled,
         mesh_error=smooth.friction_error,
         statistical_error=0.0,
         realisation_error=0.0,
-        notes=smooth.notes,
+        notes=(*smooth.notes, *elastic.notes()),
         iterations=smooth.iterations,
         film=film,
         isothermal=smooth.isothermal,
@@ -147,7 +163,8 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         return _failed(reason, result.iterations)
     result = _accepted(result, model.friction_tolerance or TOLERANCE[model.accuracy])
     hardness = min(body.hardness for body in bodies)
-    notes = tuple(dict.fromkeys((*result.notes, *limit_notes(result, contact, lubricant, hardness))))
+    warmth = bulk_note(lubricant, bulk) if model.thermal != "off" else ()
+    notes = tuple(dict.fromkeys((*result.notes, *limit_notes(result, contact, lubricant, hardness), *warmth)))
     return replace(result, notes=notes, skipped=tuple(skipped))
 
 

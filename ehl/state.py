@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ehl.line_contact import half_width_of_pressure, hertz_load
+from ehl.surface.finish import default_correlation_length
 
 Array = NDArray[np.float64]
 
@@ -68,7 +69,7 @@ class ContactState:
         """A state from scalars and arrays, broadcast to one shape.
 
         Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil, the
-        correlation length to 30 um and the Peklenik number to 1 as in a contact file.
+        correlation length to 100 Rq and the Peklenik number to 1 as in a contact file.
 
         Parameters
         ----------
@@ -97,10 +98,13 @@ class ContactState:
             "temperature_oil": 353.15,
             "roughness_rms_1": 0.0,
             "roughness_rms_2": 0.0,
-            "correlation_length": 30e-6,
             "peklenik_number": 1.0,
             **values,
         }
+        if "correlation_length" not in values:
+            values["correlation_length"] = default_correlation_length(
+                values["roughness_rms_1"], values["roughness_rms_2"]
+            )
         names = [field.name for field in fields(cls)]
         arrays = np.broadcast_arrays(*(np.asarray(values[name], dtype=np.float64) for name in names))
         return cls(**{name: np.array(array) for name, array in zip(names, arrays, strict=True)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
@@ -17,7 +18,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.state import ContactState
 from ehl.view.table import Column, Table
-from regression.friction.conditions import UNITS, Conditions, conditions_of, contact_points
+from regression.friction.conditions import UNITS, Array, Conditions, conditions_of, contact_points
 from regression.friction.families import FAMILIES, family_named
 from regression.friction.formula import FittedFormula, load_formula
 from regression.friction.models import (
@@ -70,7 +71,7 @@ class Formula(PointFriction):
     >>> formula = regression.Formula.load("75w90")
     >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
     >>> formula.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
-    mu = 0.01118 (0.009458 to 0.01323), ok
+    mu = 0.01966 (0.0169 to 0.02288), ok
     """
 
     formula: FittedFormula
@@ -115,7 +116,7 @@ class Formula(PointFriction):
             content, shown = load_formula(data_path("formulas", f"{name}.json")), str(name)
         else:
             path = Path(name)
-            if path.suffix != ".json" and not path.is_file():
+            if path.suffix != ".json" and not os.path.isfile(path):
                 raise InputError("friction model", str(name), friction_model_choices(), "Check the name or the path.")
             content, shown = load_formula(path), path.name
         return cls(content, shown).with_options(boundary_friction, refuse=refuse)
@@ -165,7 +166,18 @@ class Formula(PointFriction):
         InputError
             With `refuse`: a point is outside the range or extrapolated.
         """
-        conditions = conditions_of(state, oil)
+        return self.at_conditions(conditions_of(state, oil), oil)
+
+    def at_conditions(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        """`evaluate` where the conditions are known.
+
+        Parameters
+        ----------
+        conditions : mapping
+            `regression.friction.conditions.conditions_of` the contact points.
+        oil : Oil
+            Oil card.
+        """
         value = self.formula.evaluate(conditions, self.boundary_friction)
         if self.refuse and np.any(value.outside | (value.extrapolation > 0)):
             raise self._refused(conditions, value.outside, value.extrapolation > 0)
@@ -176,6 +188,18 @@ class Formula(PointFriction):
             width = self.formula.interval.largest
             lower, upper = np.minimum(lower, value.mu * np.exp(-width)), np.maximum(upper, value.mu * np.exp(width))
         return FrictionEstimate(value.mu, lower, upper, np.asarray(flag).astype(np.int8))
+
+    def coefficient(self, state: ContactState, oil: Oil) -> Array:
+        """Friction coefficients alone, without interval and flag: half the time of `evaluate` [-].
+
+        Parameters
+        ----------
+        state : ContactState
+            Contact points.
+        oil : Oil
+            Oil card.
+        """
+        return self.formula.coefficient(conditions_of(state, oil), self.boundary_friction)[0]
 
     def default_oil(self) -> str:
         """Name of the oil it was fitted to.

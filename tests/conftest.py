@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -46,6 +48,8 @@ def mixed_ehl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else int(end.code is not None)
         captured = capsys.readouterr()
+        if code == 70 and (log := re.search(r" is in (\S+\.log)", captured.err)):
+            raise AssertionError(Path(log[1]).read_text(encoding="utf-8"))  # no command may need its last resort
         return Outcome(code, captured.out, captured.err)
 
     return call

@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
+from ehl.io.validation import InputModel, Name, read_toml, validate
 
 Hand = Literal["left", "right"]
 Process = Literal["face_milling", "face_hobbing"]
@@ -106,7 +106,7 @@ class PairBlankInput(InputModel):
     exactly; "tangent" to the tolerance of the standard, then exact contact of the cones; "standard" as printed there.
     """
 
-    name: str
+    name: Name
     source: str = ""
     method: Literal[0, 1, 2, 3]
     process: Process

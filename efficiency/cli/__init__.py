@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
@@ -12,8 +11,8 @@ import ehl.cli
 import regression.cli
 import regression.cli.calibration
 from efficiency.cli import design, gear
-from ehl import MixedEhlError, __version__
-from ehl.console import App
+from ehl import __version__
+from ehl.console import App, run
 
 app = App(
     name="mixed-ehl",
@@ -53,23 +52,25 @@ for commands_of in (
 def doctor() -> None:
     """Check the installation, and one solution against its reference value."""
     from rich.console import Console
+    from rich.text import Text
 
-    console = Console()
+    console = Console(markup=False, highlight=False)
     checks = efficiency.doctor()
     for check in checks:
-        console.print(f"{'[green]ok   [/]' if check.passed else '[red]FAULT[/]'} {check.name}: {check.detail}")
+        mark = Text("ok   ", "green") if check.passed else Text("FAULT", "red")
+        console.print(mark, f"{check.name}: {check.detail}")
     if not all(check.passed for check in checks):
         raise typer.Exit(1)
 
 
 def main() -> None:
-    """Entry point: errors of ours become one sentence and their exit code."""
-    try:
-        efficiency.doctor(installation_only=True)
-        app()
-    except MixedEhlError as error:
-        print(f"mixed-ehl: {error}", file=sys.stderr)
-        sys.exit(error.exit_code)
+    """Entry point: whatever goes wrong becomes one sentence and an exit code."""
+    run(_command)
+
+
+def _command() -> None:
+    efficiency.doctor(installation_only=True)
+    app()
 
 
 if __name__ == "__main__":

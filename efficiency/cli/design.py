@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,9 +17,11 @@ from efficiency.cli.options import (
     DesignArgument,
     JobsOption,
     JsonOption,
+    LoadBalanceOption,
     OilOption,
     SideOption,
     UnitsOption,
+    load_balance_of,
     one_side,
     present,
     unit_system,
@@ -181,6 +184,7 @@ def study(
     alpha: Annotated[
         str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT)
     ] = None,
+    load_balance: LoadBalanceOption = None,
     jobs: JobsOption = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
     json_output: JsonOption = False,
@@ -192,13 +196,14 @@ def study(
     values = {"torque": torque, "speed": speed, "temperature": temperature, "roughness_rms": roughness}
     values |= {"E": e, "P": p, "G": g, "alpha": alpha}
     store = output / "points.jsonl"
-    if fresh and store.exists():
+    if fresh and os.path.exists(store):
         store.unlink()
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError("output", str(output), "a folder that can be written", f"{error}.") from None
     chosen = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
+    chosen |= given({"load_balance": load_balance_of(load_balance)})
     with progress("points") as move:
         result = efficiency.study(designs or PAIRS, report=move, **chosen, **given(values))
     written = result.write(folder=output)

@@ -21,6 +21,7 @@ from efficiency.cli.options import (
     GOption,
     JobsOption,
     JsonOption,
+    LoadBalanceOption,
     OilOption,
     POption,
     ReportOption,
@@ -31,6 +32,7 @@ from efficiency.cli.options import (
     UnitsOption,
     XlsxOption,
     check_files,
+    load_balance_of,
     one_side,
     present,
     unit_system,
@@ -42,12 +44,6 @@ LOSS = "Friction and loss"
 
 DriverOption = Annotated[
     str | None, typer.Option(help="Member the power comes from: pinion or gear.", rich_help_panel=LOSS)
-]
-EquilibriumOption = Annotated[
-    bool,
-    typer.Option(
-        "--friction-in-equilibrium", help="Let friction forces help to carry the torque.", rich_help_panel=LOSS
-    ),
 ]
 BulkOption = Annotated[
     bool,
@@ -61,7 +57,7 @@ UncertaintyOption = Annotated[
     bool,
     typer.Option(
         "--uncertainty",
-        help="Interval of the efficiency from formula, boundary friction and roughness.",
+        help="What each input makes of the interval; for ehl by solving contacts at both ends (minutes).",
         rich_help_panel=LOSS,
     ),
 ]
@@ -108,7 +104,7 @@ def gear(
     g: GOption = None,
     alpha: AlphaOption = None,
     driver: DriverOption = None,
-    friction_in_equilibrium: EquilibriumOption = False,
+    load_balance: LoadBalanceOption = None,
     bulk_temperature: BulkOption = False,
     uncertainty: UncertaintyOption = False,
     duty: DutyOption = None,
@@ -139,7 +135,6 @@ def gear(
     """
     point: dict[str, object] = {"torque": torque, "speed": speed, "temperature": temperature, "driver": driver}
     options: dict[str, object] = {
-        "friction_in_equilibrium": friction_in_equilibrium,
         "bulk_temperature": bulk_temperature,
         "uncertainty": uncertainty,
         "load_from": load_from,
@@ -151,7 +146,7 @@ def gear(
     if geometry:
         refuse(
             "--geometry, which takes no load and no oil",
-            point | options | {"duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
+            point | options | {"load_balance": load_balance, "duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
         )
         shape = pair.geometry(side or "both", marking)
         shape.write(units=system, plot=plot, report=report)
@@ -162,6 +157,7 @@ def gear(
         return
     if marking is not None:
         raise InputError("marking", marking, "only together with --geometry")
+    balance_of = load_balance_of(load_balance)
     axes = given({"torque": torque, "speed": speed, "temperature": temperature})
     fixed = given({"oil": oil, "driver": driver})
     [model] = pair.check([friction], **axes, **fixed)
@@ -169,13 +165,13 @@ def gear(
     if duty is not None:
         refuse("--duty", point | options | {"side": side, "plot": plot, "report": report})
         with progress("rows of the duty cycle") as move:
-            cycle = pair.duty(duty, model, oil=oil, report=move)
+            cycle = pair.duty(duty, model, oil=oil, report=move, load_balance=balance_of)
         present(cycle, json_output, xlsx=xlsx, csv=csv)
         return
     if any(is_list(text) for text in axes.values()):
         refuse("lists of operating points", options)
         with progress("operating points") as move:
-            grid = pair.mesh(flanks).map(model, fixed=fixed, report=move, **axes)
+            grid = pair.mesh(flanks).map(model, fixed=fixed | given({"load_balance": balance_of}), report=move, **axes)
         present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
         return
     if load_from is not None:
@@ -185,13 +181,16 @@ def gear(
     loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
     conditions, balance = axes | fixed, None
     if bulk_temperature:
-        balance = loaded.heat_balance(model, friction_in_equilibrium=friction_in_equilibrium, **conditions)
+        balance = loaded.heat_balance(model, load_balance=balance_of, **conditions)
         result = balance.result
     else:
-        result = loaded.efficiency(model, friction_in_equilibrium=friction_in_equilibrium, **conditions)
+        result = loaded.efficiency(model, load_balance=balance_of, **conditions)
     if save_load is not None:
         loaded.write_load(save_load)
-    spread = result.uncertainty() if uncertainty and result.status == "converged" else None
+    spread = None
+    if uncertainty and result.status == "converged":
+        result = result.with_inputs(result.uncertainty(solved=True))
+        spread = result.inputs
     more = given({"balance": balance, "uncertainty": spread})
     present(result, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
 
@@ -207,6 +206,7 @@ def compare(
     oil: OilOption = None,
     side: SideOption = "drive",
     driver: DriverOption = None,
+    load_balance: LoadBalanceOption = None,
     load_from: LoadFromOption = None,
     json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).", rich_help_panel=OUTPUT)] = None,
@@ -224,7 +224,7 @@ def compare(
     models = pair.check(friction or (), **axes, **fixed) or None
     mesh, at = pair.mesh(one_side(side)), axes.pop("torque", None)
     loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-    comparison = loaded.compare(models, **axes, **fixed)
+    comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **axes, **fixed)
     present(comparison, json_output, plot=plot, report=report, xlsx=xlsx, csv=csv)
 
 

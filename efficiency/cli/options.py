@@ -35,6 +35,13 @@ GOption = Annotated[
 AlphaOption = Annotated[
     str | None, typer.Option("--alpha", help="Of the shaft angle: '2 arcmin'.", rich_help_panel=MISALIGNMENT)
 ]
+LoadBalanceOption = Annotated[
+    str | None,
+    typer.Option(
+        help="What carries the torque: frictional (default, normal and friction forces), or frictionless.",
+        rich_help_panel="Friction and loss",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.", rich_help_panel=OUTPUT)]
 ReportOption = Annotated[Path | None, typer.Option(help="Write one HTML page, for print too.", rich_help_panel=OUTPUT)]
 XlsxOption = Annotated[
@@ -66,12 +73,18 @@ def one_side(side: str) -> Literal["drive", "coast"]:
     return cast('Literal["drive", "coast"]', side)
 
 
+def load_balance_of(text: str | None) -> Literal["frictional", "frictionless"] | None:
+    """What carries the torque; None leaves it to the default."""
+    if text not in (None, "frictional", "frictionless"):
+        raise InputError("load-balance", text, "frictional or frictionless")
+    return cast('Literal["frictional", "frictionless"] | None', text)
+
+
 def present(result: Any, json_output: bool, **files: Any) -> None:
     """Print and write a result; exit code 1 where it failed."""
     parts = {name: files[name] for name in ("balance", "uncertainty") if name in files}
     if json_output:
         more = {"heat_balance": parts["balance"].to_dict()} if "balance" in parts else {}
-        more |= {"uncertainty": parts["uncertainty"].to_dict()} if "uncertainty" in parts else {}
         print_json(result.to_dict() | more)
     else:
         result.show(**parts)

@@ -31,6 +31,7 @@ from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import dot, spin, turn
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.files import read_text
 
 FloatArray = NDArray[np.float64]
 EaseOff = Callable[[FloatArray, FloatArray], FloatArray]
@@ -262,10 +263,7 @@ def read_ease_off_map(path: Path) -> EaseOffMap:
     InputError
         Naming the line that cannot be used.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("ease_off.map", str(path), "a readable CSV file", f"{error}.") from None
+    lines = read_text(path, "ease_off.map", "a readable CSV file").splitlines()
     rows = [(k + 1, line.strip()) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     if not rows or rows[0][1].replace(" ", "") != COLUMNS:
         raise InputError(f"{path}, first line", rows[0][1][:60] if rows else "nothing", COLUMNS)

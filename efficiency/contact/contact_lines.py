@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.edge_lines import EdgePiece, edge_pieces, edge_points, nearest_edge
+from efficiency.contact.lay import tangent_angle, undirected
 from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface, line_frame
 from efficiency.cutting.rotation import cross, dot, turn
 from ehl.io.errors import ConvergenceError, InputError
@@ -263,6 +264,8 @@ class MeshPosition:
         when it lags behind the design point.
     edge : EdgeProximity, optional
         The edges next to the points; None where edges are left out.
+    lay_pinion, lay_gear : (n,) arrays, optional
+        Angle between the marks of the cutter on each flank and the contact line [rad]; 0 where not given.
     """
 
     pinion_angle: float
@@ -285,6 +288,8 @@ class MeshPosition:
     face_pinion: FloatArray
     transmission_error: float
     edge: EdgeProximity | None = field(default=None, compare=False)
+    lay_pinion: FloatArray | None = None
+    lay_gear: FloatArray | None = None
 
     @property
     def line_number(self) -> IntArray:
@@ -503,6 +508,8 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
     curvature = np.maximum(curvature, 1.0 / MAX_RADIUS)
     u1, h1 = p(u, v, ("u1", "h1"))
     gear, pinion = surface.gear.blank, surface.pinion.blank
+    mark_gear, mark_pinion = surface.marks(u, v, ("gear", "pinion"))
+    gear_axis = np.array([[0.0], [0.0], [1.0]])
     return {
         "position": position.T,
         "normal": normal.T,
@@ -520,4 +527,6 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
         "height_pinion": h1 - pinion.root(u1),
         "face_gear": u + 0.5 * gear.face_width,
         "face_pinion": u1 + 0.5 * pinion.face_width,
+        "lay_pinion": undirected(mark_pinion - tangent_angle(assembly.pinion_axis, normal, along)),
+        "lay_gear": undirected(mark_gear - tangent_angle(gear_axis, -normal, along)),
     }

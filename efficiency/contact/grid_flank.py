@@ -13,7 +13,6 @@ them by is the error of the flank.
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -28,6 +27,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.cutting.newton import Array
 from ehl.io.errors import InputError
+from ehl.io.files import read_text, split_row
 
 FloatArray = NDArray[np.float64]
 Hand = Literal["left", "right"]
@@ -167,10 +167,7 @@ def read_point_grid(path: Path) -> PointGrid:
     InputError
         Naming the line, or row and column, that cannot be used.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("grid", str(path), "a readable CSV file", f"{error}.") from None
+    lines = read_text(path, "grid", "a readable CSV file").splitlines()
     notes = [line.lstrip("# ") for line in lines if line.startswith("#")]
     said = dict(part.strip().split("=", 1) for note in notes[:1] for part in note.split(";") if "=" in part)
     unit = said.get("units", "mm")
@@ -184,7 +181,8 @@ def read_point_grid(path: Path) -> PointGrid:
         allowed = f"{','.join(_PLACE)} with or without {','.join(_NORMAL)}"
         raise InputError(f"{path}, line {rows[0][0]}", rows[0][1][:60], allowed)
     table = []
-    for number, values in zip((n for n, _ in rows[1:]), csv.reader(line for _, line in rows[1:]), strict=True):
+    for number, line in rows[1:]:
+        values = split_row(line, f"{path}, line {number}")
         if len(values) != len(names):
             raise InputError(f"{path}, line {number}", f"{len(values)} values", f"{len(names)} values")
         for name, text in zip(names, values, strict=True):

@@ -114,6 +114,13 @@ class Flank(ABC):
         position, normal, _ = self.sweep(x)
         return FlankPoints(x, np.real(position), np.real(normal))
 
+    def marks(self, points: FlankPoints) -> FloatArray:
+        """Tangents (3, n) along the marks of manufacture; along the trace of the tooth where no cutter is known."""
+        c, s = np.cos(points.azimuth), np.sin(points.azimuth)
+        sine, cosine = np.sin(self.blank.pitch_angle), np.cos(self.blank.pitch_angle)
+        cone = np.stack([c * cosine, s * cosine, np.full_like(c, -sine)])
+        return np.asarray(cross(points.normal, cone))
+
     def solve(self, u: FloatArray, h: FloatArray) -> tuple[FlankPoints, NDArray[np.bool_]]:
         """Flank points at blank coordinates (u, h), and which of them exist.
 
@@ -281,6 +288,11 @@ class CutFlank(Flank):
         if not self.machine.generated:
             jacobian[:, 2], jacobian[6], jacobian[6, 2], condition = 0.0, 0.0, 1.0, phi
         return np.concatenate([position, facing, condition[None]]), jacobian.transpose(2, 0, 1)
+
+    def marks(self, points: FlankPoints) -> FloatArray:
+        """Tangents (3, n) along the path of the blade over the flank: the cutter turns, the roll is slow beside it."""
+        _, slope = self.linearise(points.parameters)
+        return np.asarray(slope[:, :3, 1].T)
 
     def _indexed(self, th: Array) -> Array:
         """Rotation of the work by continuous indexing [rad]."""

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from ehl.io.errors import InputError
+from ehl.io.files import read_text
 from ehl.io.units import parse_quantity
 
 # label: (table, key, unit); keys in capitals are turned into others at the end
@@ -161,11 +162,7 @@ def read_summary(path: str | Path) -> Summary:
     InputError
         The file cannot be read, or a line that names its line number, value and what is allowed.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("summary", str(path), "a readable UTF-8 text file", f"{error}.") from None
-    return parse_summary(text)
+    return parse_summary(read_text(path, "summary", "a readable UTF-8 text file"))
 
 
 def parse_summary(text: str) -> Summary:

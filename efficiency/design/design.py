@@ -25,8 +25,10 @@ from ehl.inputs import PeklenikNumber
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
+from ehl.io.validation import InputModel, Name, read_toml, validate
 from ehl.material import Material
+from ehl.surface.finish import Finish, State
+from ehl.uncertainty.spread import UncertaintyInput
 
 Surface = Literal["base", "toe", "heel"]
 Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
@@ -85,14 +87,15 @@ class FlankSurfaceInput(InputModel):
 
     Attributes
     ----------
-    correlation_length : float
-        Across the contact line [m].
-    peklenik_number : float
-        Correlation length along the contact line over that across it [-].
+    correlation_length : float, optional
+        Across the contact line [m]; of the finishes of the members, else 100 Rq, where not given.
+    peklenik_number : float, optional
+        Correlation length along the contact line over that across it [-]; from the angle between marks and contact
+        line where a finish is named, else 1.
     """
 
-    correlation_length: TextureLength = 30e-6
-    peklenik_number: PeklenikNumber = 1.0
+    correlation_length: TextureLength | None = None
+    peklenik_number: PeklenikNumber | None = None
 
 
 Error = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
@@ -179,8 +182,12 @@ class MemberInput(InputModel):
         Flanks: by cutter and machine settings, by points, or (pinion only) by an ease-off.
     material : str
         Name of a material card.
+    finish : str, optional
+        How the flanks were made: ground, lapped, honed, superfinished, milled.
+    finish_state : {"run_in", "new"}
+        State of that finish.
     roughness_rms : float
-        Rq of the flanks [m].
+        Rq of the flanks [m]; that of the finish where not given, without one 0.
     edge_rounding : float, optional
         Radius of the tip, toe and heel edges [m]; by default 0.05 of the mean transverse module.
     body : BodyInput
@@ -191,6 +198,8 @@ class MemberInput(InputModel):
     concave: FlankInput
     convex: FlankInput
     material: str = "steel"
+    finish: str | None = None
+    finish_state: State = "run_in"
     roughness_rms: Rms = 0.0
     edge_rounding: EdgeRounding | None = None
     body: BodyInput = BodyInput()
@@ -213,6 +222,17 @@ class MemberInput(InputModel):
                     continue
                 own[side] = flank | {part: shared | flank.get(part, {})}
         return own
+
+    @model_validator(mode="after")
+    def _finished(self) -> Self:
+        finish = self.surface_finish()
+        if finish is not None and "roughness_rms" not in self.model_fields_set:
+            self.__dict__["roughness_rms"] = finish.roughness_rms.value
+        return self
+
+    def surface_finish(self) -> Finish | None:
+        """Finish of the flanks, where one is named."""
+        return None if self.finish is None else Finish.load(self.finish, self.finish_state)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -352,6 +372,8 @@ class Design(InputModel):
         Heat from the teeth to the oil.
     surface : FlankSurfaceInput
         Texture of the flanks.
+    uncertainty : UncertaintyInput
+        How well inputs are known, in place of oil card and defaults.
 
     Examples
     --------
@@ -362,7 +384,7 @@ class Design(InputModel):
     0.0001
     """
 
-    name: str
+    name: Name
     source: str = ""
     assembly: AssemblyInput
     pinion: MemberInput
@@ -370,6 +392,7 @@ class Design(InputModel):
     operation: OperatingPoint
     cooling: CoolingInput = CoolingInput()
     surface: FlankSurfaceInput = FlankSurfaceInput()
+    uncertainty: UncertaintyInput = UncertaintyInput()
 
     @model_validator(mode="after")
     def _pair(self) -> Self:
@@ -447,6 +470,9 @@ class Design(InputModel):
             driver,
             correlation_length=self.surface.correlation_length,
             peklenik_number=self.surface.peklenik_number,
+            uncertainty=self.uncertainty,
+            finish_pinion=self.pinion.surface_finish(),
+            finish_gear=self.gear.surface_finish(),
         )
 
     def tooth_bodies(self) -> Bodies:

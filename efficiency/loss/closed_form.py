@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 from efficiency.blanks.cones import Blank
+from efficiency.loss.kinematics import Driver
 from ehl.io.errors import InputError
 
 
@@ -103,11 +103,12 @@ def _check_friction(friction_coefficient: float) -> None:
         raise InputError("friction_coefficient", friction_coefficient, "0 to below 1")
 
 
-def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> float:
+def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency by averaged sliding, "Coleman-type, our derivation" [-].
 
     ``eta = 1 - mu S/(cos a_n + mu C tan b1)`` with S the mean sliding and C the mean lengthwise share: the
-    normal force follows from the pinion's torque balance with the lengthwise friction in it.
+    normal force follows from the pinion's torque balance with the lengthwise friction in it. With the gear driving
+    friction pulls the other way: ``eta = 1/(1 + mu S/(cos a_n - mu C tan b1))``.
 
     Parameters
     ----------
@@ -116,19 +117,22 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> flo
     friction_coefficient : float
         Constant friction coefficient; 0.05 is the value of Coleman (as cited by Kolivand, Li & Kahraman
         2010).
+    driver : {"pinion", "gear"}
+        Member the power comes from.
     """
     _check_friction(friction_coefficient)
-    mu = friction_coefficient
-    wedge = math.cos(pair.pressure_angle) + mu * pair.mean_lengthwise_share * math.tan(pair.spiral_angle_pinion)
-    return 1.0 - mu * pair.mean_sliding / wedge
+    mu, way = friction_coefficient, 1.0 if driver == "pinion" else -1.0
+    wedge = math.cos(pair.pressure_angle) + way * mu * pair.mean_lengthwise_share * math.tan(pair.spiral_angle_pinion)
+    loss = mu * pair.mean_sliding / wedge
+    return 1.0 - loss if driver == "pinion" else 1.0 / (1.0 + loss)
 
 
-def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> float:
+def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency as worm-like loss plus bevel loss, "Buckingham-type, our derivation" [-].
 
     ``eta = (cos a_n + mu tan b2)/(cos a_n + mu tan b1) - mu k/(2 cos a_n)``. The first term is exact at the
     pitch point for a pinion with the larger spiral angle; the second is the profile sliding of the spiral
-    bevel pair.
+    bevel pair. With the gear driving the first becomes ``(cos a_n - mu tan b1)/(cos a_n - mu tan b2)``.
 
     Parameters
     ----------
@@ -136,10 +140,16 @@ def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05) -> 
         Pitch-point data of the pair.
     friction_coefficient : float
         Constant friction coefficient.
+    driver : {"pinion", "gear"}
+        Member the power comes from.
     """
     _check_friction(friction_coefficient)
     mu, cos_n = friction_coefficient, math.cos(pair.pressure_angle)
-    worm = (cos_n + mu * math.tan(pair.spiral_angle_gear)) / (cos_n + mu * math.tan(pair.spiral_angle_pinion))
+    tan_1, tan_2 = math.tan(pair.spiral_angle_pinion), math.tan(pair.spiral_angle_gear)
+    if driver == "pinion":
+        worm = (cos_n + mu * tan_2) / (cos_n + mu * tan_1)
+    else:
+        worm = (cos_n - mu * tan_1) / (cos_n - mu * tan_2)
     return worm - mu * pair.profile_measure / (2.0 * cos_n)
 
 
@@ -148,7 +158,7 @@ def lengthwise_sliding(
     friction_coefficient: float = 0.05,
     *,
     friction_in_equilibrium: bool = False,
-    driver: Literal["pinion", "gear"] = "pinion",
+    driver: Driver = "pinion",
 ) -> float:
     """Mesh efficiency of the sliding along the teeth alone, exact at the pitch point [-].
 

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
-from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
-from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
+from efficiency.loss.efficiency import LoadedGrids, solve_balanced
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
 from ehl.fluid.oil import Oil
@@ -140,12 +140,13 @@ def compare_models(
     operation: Operation,
     pitch: PitchGeometry | None = None,
     output: Output | None = None,
+    load_balance: LoadBalance = "frictional",
 ) -> Comparison:
     """Efficiency of a loaded mesh with each friction model, a constant fitted to the best of them, and closed forms.
 
-    The fitted constant has the loss of the reference at this operating point (its `friction_coefficient_mean`); what a
-    constant misses shows along the mesh and at other operating points. The closed forms, given where ``pitch`` is, take
-    Coleman's constant 0.05 and the fitted one.
+    The fitted constant is the `friction_coefficient_mean` of the reference at this operating point: without friction in
+    the balance it has the same loss, with it nearly so. What a constant misses shows along the mesh and at other
+    operating points. The closed forms, given where ``pitch`` is, take Coleman's constant 0.05 and the fitted one.
 
     Parameters
     ----------
@@ -162,12 +163,12 @@ def compare_models(
     output : Output, optional
         Draws, prints and writes the comparison.
     """
-    results = [mesh_efficiency(loaded, model, oil, operation) for model in models]
+    results = [solve_balanced(loaded, model, oil, operation, load_balance) for model in models]
     names = [result.friction_model for result in results]
     reference = _reference(results)
     if reference is not None:
         fitted = ConstantFriction(reference.friction_coefficient_mean)
-        results.append(mesh_efficiency(loaded, fitted, oil, operation))
+        results.append(solve_balanced(loaded, fitted, oil, operation, load_balance))
         names.append(f"{fitted.name}, fitted to {reference.friction_model}")
     rows = [_mesh_row(name, result) for name, result in zip(names, results, strict=True)]
     if pitch is not None:
@@ -176,7 +177,7 @@ def compare_models(
         for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
             for mu in constants:
                 name = f"{label} (our derivation)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
-                rows.append(_closed_row(name, mu, form(pitch, mu), power))
+                rows.append(_closed_row(name, mu, form(pitch, mu, operation.driver), operation, power))
     return Comparison(
         loaded.mesh.design,
         loaded.mesh.side,
@@ -227,7 +228,8 @@ def _mesh_row(name: str, result: EfficiencyResult) -> ComparisonRow:
     )
 
 
-def _closed_row(name: str, mu: float, efficiency: float, power: float) -> ComparisonRow:
+def _closed_row(name: str, mu: float, efficiency: float, operation: Operation, power: float) -> ComparisonRow:
+    loss = (1.0 - efficiency) * (power if operation.driver == "pinion" else power / efficiency)
     return ComparisonRow(
         name=name,
         kind="closed form",
@@ -235,7 +237,7 @@ def _closed_row(name: str, mu: float, efficiency: float, power: float) -> Compar
         efficiency_lower=math.nan,
         efficiency_upper=math.nan,
         efficiency_error=math.nan,
-        power_loss=(1.0 - efficiency) * power,
+        power_loss=loss,
         friction_coefficient_mean=mu,
         outside_range_share=0.0,
         status="converged",

@@ -16,6 +16,7 @@ from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.table_files import read_table
 from ehl.io.units import ValueRange
+from ehl.uncertainty.result import LEVEL, Change, InputUncertainty
 
 if TYPE_CHECKING:
     import pandas
@@ -177,8 +178,13 @@ class DutyCycle(Presented):
         return self.total("energy_output") / self.total("energy_input")
 
     @property
+    def inputs(self) -> InputUncertainty:
+        """Interval of that efficiency by uncertain inputs: each is wrong the same way in all rows."""
+        return cycle_uncertainty(self.rows, [point.result for point in self.points], self.efficiency)
+
+    @property
     def efficiency_error(self) -> float:
-        """Discretisation error of the efficiency, all rows off the same way [-]."""
+        """Error of the solution of the efficiency, all rows off the same way [-]."""
         return math.fsum(row.efficiency_error * row.energy_input for row in self.rows) / self.total("energy_input")
 
     @property
@@ -216,7 +222,9 @@ class DutyCycle(Presented):
         """Rows and totals, for JSON; not-a-number becomes None."""
         names = ("hours", "energy_input", "energy_output", "energy_loss", "energy_loss_rolling")
         total = {name: self.total(name) for name in names}
+        inputs = self.inputs
         total |= {"efficiency": self.efficiency, "efficiency_error": self.efficiency_error}
+        total |= {"efficiency_lower": inputs.low, "efficiency_upper": inputs.high}
         return {
             "design": self.design,
             "friction_model": self.friction_model,
@@ -224,9 +232,47 @@ class DutyCycle(Presented):
             "status": self.status,
             "reason": self.reason,
             "total": finite_or_none(total),
+            "uncertainty": inputs.to_dict(),
             "rows": finite_or_none(self.rows),
             "notes": list(self.notes),
         }
+
+
+def cycle_uncertainty(
+    rows: Sequence[DutyEnergy], results: Sequence[EfficiencyResult | None], efficiency: float
+) -> InputUncertainty:
+    """Interval of the efficiency of all rows together, each input moved in all of them at once.
+
+    Parameters
+    ----------
+    rows, results
+        Energies and results of the rows.
+    efficiency : float
+        Energy out over energy in [-].
+    """
+    known = [result for result in results if result is not None and not result.reason]
+    if len(known) < len(rows) or not 0.0 < efficiency < 1.0:
+        return InputUncertainty("efficiency", efficiency, math.nan, math.nan, LEVEL, ())
+    sources = {source.name: source for result in known for source in result.inputs.sources}
+
+    def change(name: str, end: str) -> float:
+        put_in = given_out = 0.0
+        for row, result in zip(rows, known, strict=True):
+            moved = {source.name: getattr(source, end) for source in result.inputs.sources}
+            eta = moved.get(name, result.efficiency)
+            # the power of the pinion is given
+            put_in += row.energy_input if row.driver == "pinion" else row.energy_output / eta
+            given_out += eta * row.energy_input if row.driver == "pinion" else row.energy_output
+        return math.log((1.0 - given_out / put_in) / (1.0 - efficiency))
+
+    changes = [
+        Change(name, source.group, source.sd, change(name, "below"), change(name, "above"), source.note)
+        for name, source in sources.items()
+    ]
+    notes = tuple(dict.fromkeys(note for result in known for note in result.inputs.notes))
+    return InputUncertainty.of(
+        "efficiency", efficiency, changes, lambda ln: 1.0 - (1.0 - efficiency) * math.exp(ln), LEVEL, notes
+    )
 
 
 def duty_cycle(

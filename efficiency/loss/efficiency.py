@@ -2,19 +2,23 @@
 
 geometry  ->  mesh cycle  ->  load distribution  ->  local conditions  ->  friction  ->  power loss  ->  efficiency
 
-The load comes from frictionless equilibrium: it is solved once per torque and serves every friction model, speed and
-temperature, and the loss is linear in a constant friction coefficient.
+Normal and friction forces carry the torque together (`efficiency.loss.friction_equilibrium`): few solutions of the load
+per torque serve every friction model, speed and temperature. Without friction in the balance one load serves all, and
+the loss is linear in a constant friction coefficient.
 """
 
 from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.efficiency_result import EfficiencyResult, Reason
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Reason
+from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loaded_points
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
@@ -24,9 +28,12 @@ from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
 from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
 from efficiency.ltca.mesh_grids import load_grids as load_grids
+from efficiency.ltca.tangent_load import TangentLoad
 from ehl.fluid.oil import Oil
-from regression.friction.conditions import conditions_of
-from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
+from ehl.io.errors import ConvergenceError
+from regression.formula import Formula
+from regression.friction.conditions import Conditions, conditions_of
+from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED
 
 FloatArray = NDArray[np.float64]
@@ -35,9 +42,15 @@ SKIPPED = (
     "shafts, bearings and the body beyond its held surfaces",
     "churning, windage and bearing losses",
 )
-FRICTIONLESS = "friction in the load equilibrium"
+FRICTIONLESS = "friction in the torque balance"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded part move past points
 SAFETY = 2.0
+# what a pair that locks has not
+_UNKNOWN = (
+    *("efficiency", "efficiency_with_rolling", "efficiency_error"),
+    *("efficiency_error_positions", "efficiency_error_points", "power_loss", "power_loss_rolling"),
+    *("power_input", "power_output", "friction_coefficient_mean"),
+)
 RANGES = (
     "pressure_hertz",
     "radius_equivalent",
@@ -57,9 +70,9 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     Parameters
     ----------
     loaded : LoadedGrids
-        From `load_grids`.
+        From `load_grids`, or from `balance_friction` for the same friction and operation.
     friction : FrictionModel
-        Asked once, for the points of both grids together; solved contacts of the fine grid serve the coarse one.
+        A model of contacts that are solved is asked once: those of the fine grid serve the coarse one.
     oil : Oil
         Oil card.
     operation : Operation
@@ -76,8 +89,14 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     modulus = mesh.teeth.effective_modulus
     fine = loaded_points(loaded.fine, modulus, operation)
     coarse = loaded_points(loaded.coarse, modulus, operation)
-    estimate, estimate_coarse = _friction(friction, loaded, fine, coarse, oil)
     table = conditions_of(fine.state, oil)
+    estimate, estimate_coarse = _friction(friction, loaded, fine, coarse, oil, table)
+    load, moved, moved_coarse = loaded.fine, 0.0, 0.0
+    if loaded.balance is not None and isinstance(load, TangentLoad) and isinstance(loaded.coarse, TangentLoad):
+        load, moved = closed(load, estimate.mu, loaded.balance.way)
+        other, moved_coarse = closed(loaded.coarse, estimate_coarse.mu, loaded.balance.way)
+        fine, coarse = (replace(p, force=own.loaded["force"]) for p, own in ((fine, load), (coarse, other)))
+        loaded = LoadedGrids(mesh, load, other, loaded.balance)
     lubrication = local_lubrication(fine, estimate, table, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
     solved = estimate if isinstance(estimate, SolvedFriction) else None
 
@@ -89,12 +108,16 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     losses = position_losses(fine, estimate.mu, count)
     rolling = rolling_losses(fine, lubrication.rolling_traction, count)
     efficiency = efficiency_at(losses)
-    least, most = _loss_interval(fine, estimate, losses)
     others = efficiency_at(losses[::2]), efficiency_at(position_losses(coarse, estimate_coarse.mu, count))
     error_positions, error_points = (SAFETY * abs(efficiency - other) for other in others)
+    error_contacts = abs(efficiency_at(losses * (1.0 + solved.mean_error)) - efficiency) if solved else 0.0
     reason = _reason(loaded, estimate, estimate_coarse)
+    if not reason and not math.isfinite(moved + moved_coarse):
+        reason = "self_locking"
     sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
     power_loss = float(losses.mean())
+    distance = load.distance if isinstance(load, TangentLoad) else 0.0
+    error_balance = balance_error(power_loss / (torque * speed), moved, distance)
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
     edges = loaded.edges
@@ -102,7 +125,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         design=mesh.design,
         side=mesh.side,
         friction_model=friction.name,
-        friction_in_equilibrium=loaded.friction_in_equilibrium,
+        load_balance="frictionless" if loaded.balance is None else "frictional",
         driver=operation.driver,
         oil=oil.name,
         torque_pinion=torque,
@@ -113,15 +136,15 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
-        correlation_length=operation.correlation_length,
-        peklenik_number=operation.peklenik_number,
+        correlation_length=float(np.median(fine.state.correlation_length)),
+        peklenik_number=float(np.median(fine.state.peklenik_number)),
         efficiency=efficiency,
-        efficiency_lower=efficiency_at(most),
-        efficiency_upper=efficiency_at(least),
         efficiency_with_rolling=efficiency_at(losses + rolling),
-        efficiency_error=error_positions + error_points,
+        efficiency_error=error_positions + error_points + error_contacts + error_balance,
         efficiency_error_positions=error_positions,
         efficiency_error_points=error_points,
+        efficiency_error_contacts=error_contacts,
+        efficiency_error_balance=error_balance,
         power_loss=power_loss,
         power_loss_rolling=float(rolling.mean()),
         power_input=power_input,
@@ -148,7 +171,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         points_loaded=fine.force.size,
         status="failed" if reason else "converged",
         reason=reason,
-        skipped=SKIPPED if loaded.friction_in_equilibrium else (*SKIPPED, FRICTIONLESS),
+        skipped=(*SKIPPED, FRICTIONLESS) if loaded.balance is None else SKIPPED,
         notes=_notes(loaded, friction, estimate, fine, operation),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
@@ -165,16 +188,73 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     )
 
 
+def solve_balanced(
+    loaded: LoadedGrids,
+    friction: FrictionModel,
+    oil: Oil,
+    operation: Operation,
+    load_balance: LoadBalance = "frictional",
+    *,
+    many: bool = False,
+) -> EfficiencyResult:
+    """Efficiency of a mesh whose normal and friction forces carry the torque together, or its normal forces alone.
+
+    Parameters
+    ----------
+    loaded : LoadedGrids
+        From `load_grids`.
+    friction, oil, operation
+        As in `mesh_efficiency`.
+    load_balance : {"frictional", "frictionless"}
+        What carries the torque.
+    many : bool
+        One of many points, such as of a map: faster, with a larger stated error of the balance.
+
+    Returns
+    -------
+    EfficiencyResult
+        Status ``failed``, ``self_locking``, and an efficiency of nan where friction takes the whole torque.
+    """
+    if load_balance == "frictionless" or loaded.coarse.reason:
+        return mesh_efficiency(loaded, friction, oil, operation)
+    try:
+        balanced = balance_friction(loaded, friction, oil, operation, many=many)
+    except ConvergenceError as error:
+        reason = cast("Reason", error.reason)
+        without = mesh_efficiency(loaded, ConstantFriction(0.0), oil, operation)
+        unknown: dict[str, Any] = dict.fromkeys(_UNKNOWN, math.nan)
+        note = f"{error.detail}: there is no state of uniform motion in which this torque is carried"
+        return replace(
+            without,
+            friction_model=friction.name,
+            load_balance=load_balance,
+            status="failed",
+            reason=reason,
+            notes=(*without.notes, note),
+            model=friction,
+            **unknown,
+        )
+    return mesh_efficiency(balanced, friction, oil, operation)
+
+
 def _friction(
-    model: FrictionModel, loaded: LoadedGrids, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil
+    model: FrictionModel, loaded: LoadedGrids, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil, table: Conditions
 ) -> tuple[FrictionEstimate, FrictionEstimate]:
-    """Friction on both grids; where contacts are solved, those of the fine grid serve the coarse one."""
+    """Friction on both grids; where contacts are solved, those of the fine grid serve the coarse one.
+
+    The coarse grid, which is for the error alone, needs no interval and no guard of the range.
+    """
     if getattr(model, "solves_contacts", False):
         estimate = model.evaluate(fine.state, oil)
         grids = (loaded.fine, fine), (loaded.coarse, coarse)
         mu = values_on_lines(estimate.mu, *grids)
         flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
         return estimate, FrictionEstimate(mu, mu, mu, flag)
+    if isinstance(model, Formula):
+        mu = model.coefficient(coarse.state, oil)
+        unknown = np.full_like(mu, np.nan)
+        flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.UNDEFINED).astype(np.int8)
+        return model.at_conditions(table, oil), FrictionEstimate(mu, unknown, unknown, flag)
     both = model.evaluate(join_states(fine.state, coarse.state), oil)
 
     def part(at: slice) -> FrictionEstimate:
@@ -214,23 +294,9 @@ def _notes(
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
         how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "left out"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
-    if operation.peklenik_number != 1.0 and not getattr(model, "uses_texture", False):
+    if np.any(points.state.peklenik_number != 1.0) and not getattr(model, "uses_texture", False):
         notes += (f"friction model {name} takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes
-
-
-def _loss_interval(
-    points: LoadedPoints, friction: FrictionEstimate, losses: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest loss at each position [W].
-
-    A formula may be wrong the same way everywhere, so its interval is taken at all points at once; solved contacts know
-    the error of their mean.
-    """
-    if isinstance(friction, SolvedFriction):
-        return losses * max(1.0 - friction.mean_error, 0.0), losses * (1.0 + friction.mean_error)
-    count = losses.size
-    return position_losses(points, friction.lower, count), position_losses(points, friction.upper, count)
 
 
 def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, float]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -15,6 +16,7 @@ from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
+from ehl.uncertainty.result import InputUncertainty
 from regression.friction.models import FrictionEstimate, FrictionModel
 
 if TYPE_CHECKING:
@@ -24,26 +26,41 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.loss.heat_balance import CoolingInput, HeatBalance
-    from efficiency.loss.uncertainty import EfficiencyUncertainty, UncertainInputs
+    from ehl.uncertainty.spread import UncertaintyInput
 
 FloatArray = NDArray[np.float64]
 
+LoadBalance = Literal["frictional", "frictionless"]
+"""What carries the pinion torque: normal and friction forces together, or the normal forces alone."""
 Reason = Literal[
     "",
     "load_newton_limit",
     "load_active_set_limit",
     "pressure_above_hardness",
+    "self_locking",
+    "load_balance_limit",
     "friction_not_converged",
     "friction_undefined",
 ]
-_ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication", "model", "operation", "card", "source", "output")
+_ARRAYS_KEPT_OUT = (
+    "load",
+    "points",
+    "friction",
+    "lubrication",
+    "model",
+    "operation",
+    "card",
+    "source",
+    "output",
+    "asked",
+)
 
 
 class ResultSource(Protocol):
     """The loaded mesh a result comes from, which answers further questions about the same operating point."""
 
     def solve(
-        self, model: FrictionModel, operation: Operation, oil: Oil, friction_in_equilibrium: bool = False
+        self, model: FrictionModel, operation: Operation, oil: Oil, load_balance: LoadBalance | None = None
     ) -> EfficiencyResult:
         """The same at another operation or with another friction model."""
 
@@ -132,8 +149,8 @@ class EfficiencyResult(Presented):
     ----------
     design, side, friction_model : str
         What was computed.
-    friction_in_equilibrium : bool
-        Whether the friction forces take part in carrying the torque.
+    load_balance : {"frictional", "frictionless"}
+        What carries the pinion torque: normal and friction forces together, or the normal forces alone.
     driver : {"pinion", "gear"}
         Member the power comes from.
     oil : str
@@ -147,18 +164,20 @@ class EfficiencyResult(Presented):
     roughness_rms_1, roughness_rms_2 : float
         Rq of pinion and gear flanks [m].
     correlation_length, peklenik_number : float
-        Of the roughness of either flank [m], [-].
+        Of the roughness across the contact line [m], [-]; the median of the points.
     efficiency : float
         power_output/power_input, friction of sliding alone [-].
-    efficiency_lower, efficiency_upper : float
-        With the friction model's own interval at every point at once; nan where it states none. Of solved contacts
-        with the error of their mean friction.
     efficiency_with_rolling : float
         With the rolling loss in it too [-].
     efficiency_error : float
-        Estimate of the discretisation error of the efficiency: sum of the next two.
+        Estimate of the error of the solution: sum of the next four.
     efficiency_error_positions, efficiency_error_points : float
         Twice the change when the positions, and when the points per contact line, are halved [-].
+    efficiency_error_contacts : float
+        By the error of the mean friction of solved contacts; 0 where a formula gave it [-].
+    efficiency_error_balance : float
+        Of the shortcut to the forces that carry the torque together with friction
+        (`efficiency.loss.friction_equilibrium.balance_error`) [-].
     power_loss : float
         Sliding friction, mean over the mesh cycle [W].
     power_loss_rolling : float
@@ -217,6 +236,8 @@ class EfficiencyResult(Presented):
         The loaded mesh it comes from; not in `to_dict`.
     output : Output, optional
         Draws, prints and writes it; not in `to_dict`.
+    asked : InputUncertainty, optional
+        In place of the interval by the formula and the usual spreads; see `with_inputs`.
 
     Examples
     --------
@@ -230,7 +251,7 @@ class EfficiencyResult(Presented):
     design: str
     side: str
     friction_model: str
-    friction_in_equilibrium: bool
+    load_balance: LoadBalance
     driver: Driver
     oil: str
     torque_pinion: float
@@ -244,12 +265,12 @@ class EfficiencyResult(Presented):
     correlation_length: float
     peklenik_number: float
     efficiency: float
-    efficiency_lower: float
-    efficiency_upper: float
     efficiency_with_rolling: float
     efficiency_error: float
     efficiency_error_positions: float
     efficiency_error_points: float
+    efficiency_error_contacts: float
+    efficiency_error_balance: float
     power_loss: float
     power_loss_rolling: float
     power_input: float
@@ -292,34 +313,59 @@ class EfficiencyResult(Presented):
     card: Oil = field(repr=False, compare=False)
     source: ResultSource | None = field(default=None, repr=False, compare=False)
     output: Output | None = field(default=None, repr=False, compare=False)
+    asked: InputUncertainty | None = field(default=None, repr=False, compare=False)
 
-    def uncertainty(self, inputs: UncertainInputs | None = None, level: float = 0.90) -> EfficiencyUncertainty:
-        """Interval of the efficiency from those of friction formula, boundary friction and roughness.
+    @cached_property
+    def inputs(self) -> InputUncertainty:
+        """What each uncertain input makes of the interval, computed when asked for; see also `uncertainty`."""
+        if not math.isfinite(self.efficiency):
+            return InputUncertainty.of("efficiency", math.nan, (), lambda ln: math.nan)
+        return self.asked or self.uncertainty()
+
+    @property
+    def efficiency_lower(self) -> float:
+        """Lower end of the 90 % interval by uncertain inputs [-]; the error of the solution is not in it."""
+        return self.inputs.low
+
+    @property
+    def efficiency_upper(self) -> float:
+        """Upper end of the same interval [-]."""
+        return self.inputs.high
+
+    def uncertainty(
+        self, spreads: UncertaintyInput | None = None, level: float = 0.90, *, solved: bool = False
+    ) -> InputUncertainty:
+        """Interval of the efficiency by what is not known of the inputs, with other spreads or another level.
 
         Parameters
         ----------
-        inputs : UncertainInputs, optional
-            Spreads of the inputs in place of the default ones.
+        spreads : UncertaintyInput, optional
+            In place of those of the design file, the oil card and the defaults.
         level : float
-            Probability of the interval [-].
+            Share of cases the interval is to hold [-].
+        solved : bool
+            Where contacts were solved for the friction: solve some anew at both ends of every input (minutes), in
+            place of asking a formula of the oil.
 
         Returns
         -------
-        EfficiencyUncertainty
+        InputUncertainty
 
         Raises
         ------
         InputError
-            The level is no probability.
+            The level is no share between 0 and 1.
         """
-        from efficiency.loss.uncertainty import UncertainInputs, efficiency_uncertainty
+        from efficiency.loss.uncertainty import efficiency_uncertainty
 
-        source = self._source("uncertainty")
+        at = self.points, self.friction, self.card, self.operation
+        return efficiency_uncertainty(
+            self.model, *at, self.power_loss, self.torque_pinion, spreads, level, solved=solved
+        )
 
-        def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:
-            return source.solve(model, operation, self.card, self.friction_in_equilibrium)
-
-        return efficiency_uncertainty(self, solve, inputs or UncertainInputs(), level)
+    def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
+        """The same with another input uncertainty, as of `uncertainty`."""
+        return replace(self, asked=inputs)
 
     def heat_balance(self, cooling: CoolingInput | None = None) -> HeatBalance:
         """Bulk temperatures at which friction heat and cooling of the teeth agree, and the efficiency there.
@@ -342,19 +388,21 @@ class EfficiencyResult(Presented):
         return self._source("heat_balance").balance(self, cooling)
 
     def scalars(self) -> dict[str, Any]:
-        """The single values by their names, SI units."""
+        """The single values by their names, SI units, without the interval by uncertain inputs (the cells of a map)."""
         kept = (str, bool, int, float)
         return {name: value for name in self._names() if isinstance(value := getattr(self, name), kept)}
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
-        return {name: _plain(getattr(self, name)) for name in self._names()}
+        plain = {name: _plain(getattr(self, name)) for name in self._names()}
+        interval = {name: _plain(value) for name, value in self._interval().items()}
+        return plain | interval | {"uncertainty": self.inputs.to_dict()}
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the single values by their names, SI units."""
         import pandas
 
-        return pandas.DataFrame([self.scalars() | {"notes": "; ".join(self.notes)}])
+        return pandas.DataFrame([self.scalars() | self._interval() | {"notes": "; ".join(self.notes)}])
 
     def __repr__(self) -> str:
         values = (
@@ -373,6 +421,9 @@ class EfficiencyResult(Presented):
         more = ("friction_coefficient_mean", "pressure_max", "outside_range_share", "status", "reason")
         frame = self.to_frame()[[*names, *more]].T
         return str(frame.to_html(header=False)) + "".join(f"<p>{escape(note)}</p>" for note in self.notes)
+
+    def _interval(self) -> dict[str, float]:
+        return {"efficiency_lower": self.efficiency_lower, "efficiency_upper": self.efficiency_upper}
 
     def _names(self) -> list[str]:
         return [name for name in self.__dataclass_fields__ if name not in _ARRAYS_KEPT_OUT]

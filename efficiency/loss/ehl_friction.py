@@ -82,6 +82,8 @@ class EhlFriction:
         Physics and accuracy of each contact.
     boundary_friction : float
         mu_b of asperity contacts [-].
+    boundary_film : float, optional
+        Gap at which asperities touch [m]; from the roughness where not given.
     seed : int
         Of the roughness of the first contact; the next ones count on. Each contact meets its own stretch of the flanks,
         so that what one profile does by chance averages out over a mesh.
@@ -94,6 +96,7 @@ class EhlFriction:
     bodies: tuple[Material, Material] = field(default_factory=lambda: (Material.load("steel"),) * 2)
     model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
     boundary_friction: float = 0.10
+    boundary_film: float | None = None
     seed: int = 1
 
     @property
@@ -150,6 +153,7 @@ class EhlFriction:
             roughness_rms_2=rms[1],
             correlation_length=float(state.correlation_length[at]),
             peklenik_number=float(state.peklenik_number[at]),
+            boundary_film=self.boundary_film,
             boundary_friction=self.boundary_friction,
             seed=seed,
         )

@@ -23,7 +23,7 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.fluid.oil_laws import TEMPERATURE_RANGE
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import KELVIN, ValueRange
 from ehl.io.validation import InputModel

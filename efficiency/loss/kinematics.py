@@ -12,12 +12,15 @@ from pydantic import model_validator
 
 from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
-from ehl.fluid.oil import TEMPERATURE_RANGE, Oil, Temperature
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import TEMPERATURE_RANGE, Temperature
 from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, value_range_of
 from ehl.state import ContactState
+from ehl.surface.finish import Finish, default_correlation_length, lay_seen
+from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -81,10 +84,16 @@ class Operation:
         Bulk temperatures of the teeth [K]; the oil's where not given.
     temperature_inlet : float, optional
         Temperature of the oil as it enters the contacts [K], where the teeth have warmed it.
-    correlation_length : float
-        Of the roughness of either flank, across the contact line [m].
-    peklenik_number : float
-        Correlation length along the contact line over that across it [-].
+    correlation_length : float, optional
+        Of the roughness of either flank, across the contact line [m]; of the finishes, else 100 Rq,
+        where not given.
+    peklenik_number : float, optional
+        Correlation length along the contact line over that across it [-]; where not given that of the finishes and
+        of the angle between their marks and the contact line at every point, 1 without a finish.
+    finish_pinion, finish_gear : Finish, optional
+        How the flanks were made.
+    uncertainty : UncertaintyInput
+        How well inputs are known.
 
     Raises
     ------
@@ -101,8 +110,11 @@ class Operation:
     temperature_bulk_pinion: float | None = None
     temperature_bulk_gear: float | None = None
     temperature_inlet: float | None = None
-    correlation_length: float = 30e-6
-    peklenik_number: float = 1.0
+    correlation_length: float | None = None
+    peklenik_number: float | None = None
+    finish_pinion: Finish | None = None
+    finish_gear: Finish | None = None
+    uncertainty: UncertaintyInput = DEFAULT
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed_pinion) and self.speed_pinion > 0.0):
@@ -124,7 +136,42 @@ class Operation:
             if not (math.isfinite(value) and 0.0 <= value <= 2e-5):
                 raise InputError(name, value, "0 to 20 um (2e-5 m), as in the design file")
         for name, quantity in TEXTURE.items():
-            quantity.check(getattr(self, name), name)
+            if getattr(self, name) is not None:
+                quantity.check(getattr(self, name), name)
+
+    def texture(self, lay_pinion: FloatArray, lay_gear: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Correlation length across the contact line [m] and Peklenik number of both flanks together.
+
+        Waves of each flank in both directions by `ehl.surface.finish.lay_seen`; 1/l^2 of the flanks is averaged with
+        the squares of their Rq, as their slopes add.
+
+        Parameters
+        ----------
+        lay_pinion, lay_gear : array
+            Angle between the marks of each flank and the contact line [rad].
+        """
+        flanks = (
+            (self.roughness_rms_pinion, self.finish_pinion, lay_pinion),
+            (self.roughness_rms_gear, self.finish_gear, lay_gear),
+        )
+        across, along, weight = np.zeros_like(lay_pinion), np.zeros_like(lay_pinion), 0.0
+        for rms, finish, angle in flanks:
+            if rms == 0.0:
+                continue
+            own, ratio = float(default_correlation_length(rms)), 1.0
+            if finish is not None:
+                own, ratio = finish.with_rms(rms).correlation_length.value, finish.lay_ratio.value
+            seen, ratio_seen = lay_seen(own, ratio, angle)
+            across, along = across + (rms / seen) ** 2, along + (rms / (ratio_seen * seen)) ** 2
+            weight += rms**2
+        if weight == 0.0:
+            across, along, weight = np.full_like(lay_pinion, 1.0), np.full_like(lay_pinion, 1.0), 1e-10
+        length = np.sqrt(weight / across)
+        gamma = np.maximum(np.sqrt(across / along), 1.0 / 3.0)
+        return (
+            length if self.correlation_length is None else np.full_like(length, self.correlation_length),
+            gamma if self.peklenik_number is None else np.full_like(gamma, self.peklenik_number),
+        )
 
     @property
     def inlet(self) -> float:
@@ -185,6 +232,7 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
     """
     at = load.loaded
     omega = operation.speed_pinion
+    correlation_length, peklenik_number = operation.texture(at["lay_pinion"], at["lay_gear"])
     state = ContactState.of(
         pressure_hertz=at["pressure_hertz"],
         radius_equivalent=at["radius_equivalent"],
@@ -197,8 +245,8 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
         temperature_bulk_2=operation.bulk[1],
         roughness_rms_1=operation.roughness_rms_pinion,
         roughness_rms_2=operation.roughness_rms_gear,
-        correlation_length=operation.correlation_length,
-        peklenik_number=operation.peklenik_number,
+        correlation_length=correlation_length,
+        peklenik_number=peklenik_number,
     )
     sliding = np.hypot(at["sliding_across"], at["sliding_along"]) * omega
     return LoadedPoints(state, at["force"], sliding, load.loaded_position, load.loaded_index)

@@ -59,8 +59,8 @@ def _lines(load: LoadDistribution, points: LoadedPoints) -> tuple[IntArray, Floa
     """Number of the line (or edge) and place in the mesh frame of each loaded point."""
     line = np.empty(points.force.size, np.int64)
     place = np.empty((points.force.size, 3))
-    for number, position in enumerate(load.positions):
+    for number, position in enumerate(load.cycle):
         at = points.position == number
-        line[at] = position.position.line_number[points.index[at]]
-        place[at] = position.position.position[points.index[at]]
+        line[at] = position.line_number[points.index[at]]
+        place[at] = position.position[points.index[at]]
     return line, place

@@ -1,268 +1,219 @@
-"""What the efficiency inherits from friction formula, boundary friction and roughness: an interval and its shares.
+"""What uncertain inputs leave open of an efficiency: oil, roughness, boundary film and friction, bulk, formula.
 
-Each source shifts the efficiency by its standard deviation times the slope (a central difference over plus and minus
-one standard deviation); the sources are independent of each other and add as squares. Boundary friction and roughness
-are one number for the whole flank. The error of a friction formula is not: its lack of fit is shared by neighbouring
-points, its scatter is not. Both limits are given; the interval uses the first, all points wrong the same way, which is
-never too narrow.
+Each input is one number for the whole flank, moved to both ends of its interval by itself; the loss is summed anew with
+the friction there. Load and sliding stay as they are. What the solver leaves open (mesh, number of contacts) is the
+`efficiency_error` of the result and not in the interval.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from statistics import NormalDist
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
+from numpy.typing import NDArray
 
-from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.kinematics import Operation
-from efficiency.loss.lubrication import SolvedFriction
-from ehl.io.errors import InputError
-from ehl.io.numbers import finite_or_none
-from ehl.view.table import Column, Table
-from regression.formula import Formula
-from regression.friction.models import FrictionModel
+from efficiency.loss.contact_sample import coordinates, nearest, spread, worth_solving
+from efficiency.loss.kinematics import LoadedPoints, Operation
+from efficiency.loss.power_loss import efficiency_of
+from ehl.fluid.oil import Oil
+from ehl.state import ContactState
+from ehl.uncertainty.result import LEVEL, Change, InputUncertainty
+from ehl.uncertainty.spread import UncertaintyInput
+from regression.formula import Formula, shipped_formulas
+from regression.friction.models import FrictionEstimate, FrictionModel
+from regression.friction.uncertainty import FORMULA, Case, core_of, friction_changes, missing
 
-Solve = Callable[[FrictionModel, Operation], EfficiencyResult]
+FloatArray = NDArray[np.float64]
 
-LEVEL = 0.90
-# two standard deviations, the interval of solved contacts and of models that do not tell
-_LEVEL_EHL = math.erf(math.sqrt(2.0))
+# contact points that answer for all of a mesh
+POINTS = 400
+# contacts of a mesh that are solved at both ends of every input
+CONTACTS = 8
+# in place of a formula of the oil where none is shipped
+ANY_OIL = "75w90"
 
 
 @dataclass(frozen=True)
-class Spread:
-    """How well a number is known: one standard deviation.
+class LossSample:
+    """Points of a mesh that stand for all of them.
 
-    Parameters
+    Attributes
     ----------
-    sigma : float
-        In the unit of the number, or over the number where `relative`.
-    relative : bool
-        Whether it is a share of the number.
+    state : ContactState
+    friction : FrictionEstimate
+    power : (n,) array
+        F |v_s| [W].
     """
 
-    sigma: float
-    relative: bool = False
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.sigma) and self.sigma >= 0.0):
-            raise InputError("sigma", self.sigma, "a finite number of at least 0")
+    state: ContactState
+    friction: FrictionEstimate
+    power: FloatArray
 
     @classmethod
-    def of_range(cls, low: float, high: float) -> Spread:
-        """All values from `low` to `high` equally likely: (high - low)/sqrt(12)."""
-        if not high >= low:
-            raise InputError("range", [low, high], "the lower end first")
-        return cls((high - low) / math.sqrt(12.0))
+    def of(cls, points: LoadedPoints, friction: FrictionEstimate, most: int = POINTS) -> LossSample:
+        """Every so manieth point, so that there are at most as many."""
+        at = slice(None, None, max(1, math.ceil(points.force.size / most)))
+        state = ContactState(**{f.name: getattr(points.state, f.name)[at] for f in fields(ContactState)})
+        estimate = FrictionEstimate(friction.mu[at], friction.lower[at], friction.upper[at], friction.flag[at])
+        return cls(state, estimate, (points.force * points.speed_sliding)[at])
 
-    def around(self, value: float) -> float:
-        """Standard deviation of a value."""
-        return self.sigma * abs(value) if self.relative else self.sigma
+    def mean(self, change: Change) -> Change:
+        """Change of ln(loss) from that of ln mu at each point."""
+        loss = np.where(np.isfinite(self.friction.mu), self.friction.mu, 0.0) * self.power
+        total = float(loss.sum())
+        below, above = (
+            math.log(float(np.sum(loss * np.exp(end))) / total) if total > 0.0 else 0.0
+            for end in (change.below, change.above)
+        )
+        return replace(change, below=below, above=above)
 
 
-@dataclass(frozen=True)
-class UncertainInputs:
-    """Spreads of the inputs.
+def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
+    """The formula that says how friction of solved contacts answers, and what is to be said of it."""
+    names = shipped_formulas(oil.name) or shipped_formulas(ANY_OIL)
+    sharing = [name for name in names if name.endswith("_load_share")]
+    plain = [name for name in names if name not in sharing]
+    name = (sharing or plain)[0] if "load_sharing" in model.name else (plain or sharing)[0]
+    found: Any = Formula.load(name)
+    friction = getattr(model, "boundary_friction", None)
+    if friction is not None:
+        found = replace(found, boundary_friction=friction)
+    other = "" if shipped_formulas(oil.name) else ", of another oil"
+    return found, f"by the formula {name}{other}"
+
+
+def loss_changes(
+    model: FrictionModel,
+    sample: LossSample,
+    oil: Oil,
+    spreads: UncertaintyInput,
+    level: float = LEVEL,
+    *,
+    warm_inlet: bool = False,
+) -> list[Change]:
+    """Change of ln(loss) with each input at the ends of its interval."""
+    state = sample.state
+    if not getattr(model, "solves_contacts", False):
+        found = friction_changes(model, state, oil, spreads, level, warm_inlet=warm_inlet)
+        return [sample.mean(change) for change in found]
+    formula, note = stand_in(model, oil)
+    if getattr(model, "smooth", False):
+        nothing = np.zeros_like(state.roughness_rms_1)
+        state = replace(state, roughness_rms_1=nothing, roughness_rms_2=nothing)
+    found = friction_changes(core_of(formula), state, oil, spreads, level, warm_inlet=warm_inlet)
+    return [
+        replace(moved, note=f"{moved.note}; {note}")
+        for change in found
+        if change.name != FORMULA
+        if (moved := sample.mean(change)).below != 0.0 or moved.above != 0.0
+    ]
+
+
+def solved_changes(
+    model: FrictionModel,
+    points: LoadedPoints,
+    oil: Oil,
+    spreads: UncertaintyInput,
+    level: float = LEVEL,
+    *,
+    warm_inlet: bool = False,
+    contacts: int = CONTACTS,
+) -> list[Change]:
+    """The same by solving contacts at both ends of every input: where the mesh loses most, with the same roughness.
 
     Parameters
     ----------
-    boundary_friction : Spread
-        Of mu_b [-]. Default: all of 0.065 to 0.13, equally likely, as
-        met in the literature (after Arana, Larranaga & Ulacia 2019).
-    roughness_pinion, roughness_gear : Spread
-        Of Rq [m]; 15 % by default, ours.
+    model : EhlFriction
+        Solves the contacts.
+    contacts : int
+        How many stand for the mesh, each for the loss of the points next to it.
     """
+    changed: Any = model
+    place, power = coordinates(points.state), points.force * points.speed_sliding
+    able = worth_solving(points.state, power)
+    chosen = able[spread(place[able], power[able], contacts)]
+    state = ContactState(**{f.name: getattr(points.state, f.name)[chosen] for f in fields(ContactState)})
+    shares = np.bincount(nearest(place, place[chosen]), weights=power, minlength=chosen.size).astype(np.float64)
+    alone = replace(changed, points=None, jobs=1)
+    start: list[FloatArray] = []
 
-    boundary_friction: Spread = Spread((0.13 - 0.065) / math.sqrt(12.0))
-    roughness_pinion: Spread = Spread(0.15, relative=True)
-    roughness_gear: Spread = Spread(0.15, relative=True)
+    def evaluate(cases: list[Case]) -> list[FloatArray]:
+        from joblib import Parallel, delayed, parallel_config
 
+        jobs = changed.jobs or -1
+        with parallel_config(backend="loky", inner_max_num_threads=1):
+            found = Parallel(n_jobs=jobs)(delayed(_friction)(*case) for case in cases)
+        start.append(found[0])
+        return list(found)
 
-@dataclass(frozen=True)
-class UncertaintySource:
-    """One source.
-
-    Attributes
-    ----------
-    name : str
-        What is uncertain.
-    sigma_input : float
-        Its standard deviation, nan where it is a function of place.
-    sigma_efficiency : float
-        Standard deviation of the efficiency by it [-].
-    variance_share : float
-        Share of the variance of the efficiency [-].
-    note : str
-        What it takes for granted, or why it is left out.
-    """
-
-    name: str
-    sigma_input: float
-    sigma_efficiency: float
-    variance_share: float
-    note: str
+    found = friction_changes(alone, state, oil, spreads, level, warm_inlet=warm_inlet, evaluate=evaluate)
+    mu = start[0]
+    sample = LossSample(state, FrictionEstimate(mu, mu, mu, np.zeros(mu.shape, np.int8)), shares)
+    note = f"{chosen.size} contacts solved at both ends"
+    return [replace(sample.mean(change), note=f"{change.note}; {note}") for change in found]
 
 
-@dataclass(frozen=True, repr=False)
-class EfficiencyUncertainty:
-    """Interval of the efficiency.
-
-    Attributes
-    ----------
-    efficiency, sigma_efficiency : float
-        [-].
-    level : float
-        Probability the interval holds, for normal errors.
-    efficiency_lower, efficiency_upper : float
-        With all points of the friction formula wrong the same way [-].
-    sigma_efficiency_independent : float
-        With the points of the formula independent of each other [-].
-    sources : tuple of UncertaintySource
-    """
-
-    efficiency: float
-    sigma_efficiency: float
-    level: float
-    efficiency_lower: float
-    efficiency_upper: float
-    sigma_efficiency_independent: float
-    sources: tuple[UncertaintySource, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
-        content: dict[str, Any] = finite_or_none(self)
-        return content
-
-    def __repr__(self) -> str:
-        return f"EfficiencyUncertainty({self._interval()})"
-
-    def _interval(self) -> str:
-        """The interval in words."""
-        low, middle, high = (
-            f"{100.0 * value:.3f}" for value in (self.efficiency_lower, self.efficiency, self.efficiency_upper)
-        )
-        return f"efficiency {middle} %, {100.0 * self.level:.0f} % interval {low} to {high} %"
-
-    def table(self) -> Table:
-        """Where the uncertainty comes from."""
-        columns = (
-            "source",
-            Column("sigma_efficiency", of="efficiency_error", label="sigma of the efficiency"),
-            Column("variance_share", of="share", label="share of the variance", digits=3),
-            Column("sigma_input", label="sigma of the source, SI", digits=3),
-            "note",
-        )
-        rows = [(s.name, s.sigma_efficiency, s.variance_share, s.sigma_input, s.note) for s in self.sources]
-        return Table(columns, rows, title=f"Uncertainty: {self._interval()}.", name="uncertainty")
-
-    def to_frame(self) -> pd.DataFrame:
-        """The same, one row for each source."""
-        return self.table().to_frame()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
-
-
-def with_boundary_friction(model: FrictionModel, value: float) -> FrictionModel | None:
-    """The same model with another mu_b; None where mu_b is no input of it."""
-    if isinstance(model, Formula):
-        return replace(model, formula=model.formula.model_copy(update={"boundary_friction": value}))
-    if hasattr(model, "boundary_friction"):
-        return replace(model, boundary_friction=value)  # type: ignore[type-var]
-    return None
-
-
-def boundary_friction_of(model: FrictionModel) -> float:
-    """mu_b of a friction model; nan where it has none."""
-    holder = model.formula if isinstance(model, Formula) else model
-    return float(getattr(holder, "boundary_friction", math.nan))
+def _friction(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:
+    return model.evaluate(state, oil).mu
 
 
 def efficiency_uncertainty(
-    result: EfficiencyResult, solve: Solve, inputs: UncertainInputs = UncertainInputs(), level: float = LEVEL
-) -> EfficiencyUncertainty:
-    """Carry the uncertainty of friction formula, boundary friction and roughness to the efficiency.
+    model: FrictionModel,
+    points: LoadedPoints,
+    friction: FrictionEstimate,
+    oil: Oil,
+    operation: Operation,
+    power_loss: float,
+    torque_pinion: float,
+    spreads: UncertaintyInput | None = None,
+    level: float = LEVEL,
+    *,
+    solved: bool = False,
+) -> InputUncertainty:
+    """Interval of the efficiency by what is not known of the inputs.
 
     Parameters
     ----------
-    result : EfficiencyResult
-        With its friction model and operating point.
-    solve : callable
-        Efficiency with a friction model at an operation; asked six times.
-    inputs : UncertainInputs
-        Spreads of the inputs.
+    model, points, friction, oil, operation
+        Friction model, loaded points and their friction, oil card, how the pair runs.
+    power_loss, torque_pinion : float
+        [W], [N m].
+    spreads : UncertaintyInput, optional
+        In place of those of the operation.
     level : float
-        Probability of the interval.
+        Share of cases the interval is to hold [-].
+    solved : bool
+        Of a model that solves contacts: solve some at both ends of every input, in place of asking a formula.
 
     Raises
     ------
     InputError
-        The level is no probability.
+        The level is no share.
     """
-    if not 0.0 < level < 1.0:
-        raise InputError("level", level, "between 0 and 1")
-    friction, operation = result.model, result.operation
-    same, independent, formula_note = _formula_error(result, friction)
-    found: list[tuple[str, float, float, str]] = [("friction formula", math.nan, same, formula_note)]
-
-    mu_b = boundary_friction_of(friction)
-    sigma = inputs.boundary_friction.around(mu_b)
-    if math.isfinite(mu_b):
-        models = [with_boundary_friction(friction, min(max(mu_b + s, 0.0), 1.0)) for s in (-sigma, sigma)]
-        changes = [solve(model, operation).efficiency for model in models if model is not None]
-        found.append(("boundary friction", sigma, 0.5 * abs(changes[1] - changes[0]), f"mu_b {mu_b:g} of the model"))
+    warm, spreads = operation.temperature_inlet is not None, spreads or operation.uncertainty
+    if solved and getattr(model, "solves_contacts", False):
+        changes = solved_changes(model, points, oil, spreads, level, warm_inlet=warm)
     else:
-        found.append(("boundary friction", sigma, 0.0, "mu_b is no input of this friction model"))
-    for name, spread in (("pinion", inputs.roughness_pinion), ("gear", inputs.roughness_gear)):
-        field = f"roughness_rms_{name}"
-        rms = getattr(operation, field)
-        sigma = spread.around(rms)
-        ends = [max(rms + s, 0.0) for s in (-sigma, sigma)]
-        low, high = (solve(friction, replace(operation, **{field: end})).efficiency for end in ends)
-        note = "one number for all flanks of the member"
-        if ends[1] - ends[0] < 2.0 * sigma:
-            note += "; Rq ends at 0"
-        found.append((f"roughness of the {name}", sigma, 0.5 * abs(high - low), note))
-    numerical = result.efficiency_error / math.sqrt(3.0)
-    found.append(("discretisation", math.nan, numerical, "the stated error as the ends of an even distribution"))
-
-    variance = sum(row[2] ** 2 for row in found if math.isfinite(row[2]))
-    sources = tuple(
-        UncertaintySource(name, given, moved, moved**2 / variance if variance > 0.0 else 0.0, note)
-        for name, given, moved, note in found
-    )
-    total = math.sqrt(variance)
-    apart = math.sqrt(max(variance - (same**2 - independent**2 if math.isfinite(same) else 0.0), 0.0))
-    reach = NormalDist().inv_cdf(0.5 + 0.5 * level) * total
-    return EfficiencyUncertainty(
-        result.efficiency,
-        total,
-        level,
-        result.efficiency - reach,
-        min(result.efficiency + reach, 1.0),
-        apart,
-        sources,
-    )
+        changes = loss_changes(model, LossSample.of(points, friction), oil, spreads, level, warm_inlet=warm)
+    return of_changes(changes, model, operation, power_loss, torque_pinion, level)
 
 
-def _formula_error(result: EfficiencyResult, friction: FrictionModel) -> tuple[float, float, str]:
-    """Standard deviations of the efficiency by the friction model's own interval: all points alike, and independent."""
-    estimate, points = result.friction, result.points
-    if isinstance(estimate, SolvedFriction):
-        known = 0.5 * (result.efficiency_upper - result.efficiency_lower) / NormalDist().inv_cdf(0.5 + 0.5 * _LEVEL_EHL)
-        return known, known, "error of the mean over the solved contacts"
-    half = 0.5 * (estimate.upper - estimate.lower)
-    if not np.all(np.isfinite(half)):
-        return math.nan, math.nan, "the model states no interval: its error is not in the result"
-    level = friction.formula.interval.level if isinstance(friction, Formula) else _LEVEL_EHL
-    sigma = half / NormalDist().inv_cdf(0.5 + 0.5 * level)
-    # d efficiency / d loss
-    slope = result.power_output / result.power_input**2 if result.driver == "gear" else 1.0 / result.power_input
-    each = sigma * points.force * points.speed_sliding / result.positions
-    same, independent = slope * float(each.sum()), slope * float(np.sqrt(np.sum(each**2)))
-    return same, independent, f"all points wrong the same way; independent of each other they give {independent:.2g}"
+def of_changes(
+    changes: Sequence[Change],
+    model: FrictionModel,
+    operation: Operation,
+    power_loss: float,
+    torque_pinion: float,
+    level: float,
+) -> InputUncertainty:
+    """Interval of the efficiency from changes of ln(loss)."""
+
+    def figure(ln: float) -> float:
+        loss = power_loss * math.exp(ln)
+        return efficiency_of(loss, torque_pinion, operation.speed_pinion, operation.driver)
+
+    notes = missing(model)
+    return InputUncertainty.of("efficiency", figure(0.0), changes, figure, level, notes)

@@ -42,6 +42,8 @@ class Equilibrium:
         Approach angle about the axis of the levers [rad].
     stiffness : float
         Derivative of the torque by the angle, all points that carry staying in contact [N m/rad].
+    rate : (n,) array
+        Derivative of the forces by the torque, in the same way [1/m].
     residual : float
         Maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-].
     torque_residual : float
@@ -58,6 +60,7 @@ class Equilibrium:
     force: FloatArray
     angle: float
     stiffness: float
+    rate: FloatArray
     residual: float
     torque_residual: float
     iterations: int
@@ -69,12 +72,16 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """One contact problem but for its local compliance; attributes as the arguments of `solve_equilibrium`."""
+    """One contact problem but for its local compliance; attributes as the arguments of `solve_equilibrium`.
+
+    `start` is a guess of the forces, such as those of a torque near by.
+    """
 
     compliance: FloatArray
     gap: FloatArray
     lever: FloatArray
     torque: float
+    start: FloatArray | None = None
 
 
 def solve_equilibrium(
@@ -135,15 +142,19 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
     """Newton's method on one problem; asks for the local deflection and its derivative at the forces it yields."""
     compliance, gap, lever, torque = problem.compliance, problem.gap, problem.lever, problem.torque
     typical = torque / float(lever.sum())
-    force = np.full(gap.size, typical)
     floor = _FLOOR * typical
     exchanges = fallbacks = 0
     residual, angle, stiffness = np.inf, 0.0, 0.0
     reason: Reason = "newton_limit"
     iterations = 0
-    point = force
+    start = problem.start
+    point = force = np.full(gap.size, typical) if start is None else np.maximum(start, floor)
+    rate = np.zeros(gap.size)
     deflection, slope = yield point
-    active = _touching(compliance @ force + deflection, typical, gap, lever, torque)
+    if start is None or not (start > 0.0).any():
+        active = _touching(compliance @ force + deflection, typical, gap, lever, torque)
+    else:
+        active = start > 0.0
     for _ in range(NEWTON_LIMIT):
         iterations += 1
         matrix = compliance.copy()
@@ -156,7 +167,7 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
         if solution is None:
             reason = "active_set_limit"
             break
-        force, angle, stiffness, active, count = solution
+        force, angle, stiffness, active, count, rate = solution
         exchanges += count
         point = np.maximum(force, floor)
         deflection, slope = yield point
@@ -168,6 +179,7 @@ def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, 
         force=force,
         angle=angle,
         stiffness=stiffness,
+        rate=rate,
         residual=residual,
         torque_residual=abs(float(lever @ force) / torque - 1.0),
         iterations=iterations,
@@ -202,13 +214,13 @@ def _violation(
     return float(wrong.max() / (angle * lever.max()))
 
 
-_Solution = tuple[FloatArray, float, float, BoolArray, int]
+_Solution = tuple[FloatArray, float, float, BoolArray, int, FloatArray]
 
 
 def _linear(
     matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
-) -> tuple[FloatArray, float, float]:
-    """Forces on the active points (zero elsewhere), the angle and dT/d(angle), all of them in contact."""
+) -> tuple[FloatArray, float, float, FloatArray]:
+    """Forces on the active points (zero elsewhere), the angle, dT/d(angle) and dF/dT, all of them in contact."""
     at = active.nonzero()[0]
     sides = np.empty((at.size, 2), order="F")
     sides[:, 0], sides[:, 1] = lever[at], offset[at]
@@ -220,9 +232,10 @@ def _linear(
         inverse = np.linalg.lstsq(matrix[at[:, None], at], sides, rcond=None)[0]
     stiffness = float(lever[at] @ inverse[:, 0])
     angle = (torque + float(lever[at] @ inverse[:, 1])) / stiffness
-    force = np.zeros(offset.size)
+    force, rate = np.zeros((2, offset.size))
     force[at] = angle * inverse[:, 0] - inverse[:, 1]
-    return force, angle, stiffness
+    rate[at] = inverse[:, 0] / stiffness
+    return force, angle, stiffness, rate
 
 
 def _primal_dual(
@@ -235,13 +248,13 @@ def _primal_dual(
 ) -> _Solution | None:
     """All points that pull leave and all that penetrate enter at once; None if it does not settle."""
     for count in range(1, limit + 1):
-        force, angle, stiffness = _linear(matrix, offset, lever, torque, active)
+        force, angle, stiffness, rate = _linear(matrix, offset, lever, torque, active)
         entering = ~active & (matrix @ force + offset - lever * angle < 0.0)
         following = (active & (force > 0.0)) | entering
         if not following.any():
             return None
         if np.array_equal(following, active):
-            return force, angle, stiffness, active, count
+            return force, angle, stiffness, active, count, rate
         active = following
     return None
 
@@ -251,7 +264,7 @@ def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torqu
     active = np.ones(offset.size, bool)
     force = np.full(offset.size, torque / float(lever.sum()))
     for count in range(1, 20 * offset.size + 1):
-        target, angle, stiffness = _linear(matrix, offset, lever, torque, active)
+        target, angle, stiffness, rate = _linear(matrix, offset, lever, torque, active)
         pulling = active & (target <= 0.0)
         if pulling.any():
             share = np.full(offset.size, np.inf)
@@ -264,6 +277,6 @@ def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torqu
         separation = np.where(active, 0.0, matrix @ force + offset - lever * angle)
         deepest = int(np.argmin(separation))
         if separation[deepest] >= -1e-15 * angle * float(lever.max()):
-            return force, angle, stiffness, active, count
+            return force, angle, stiffness, active, count, rate
         active[deepest] = True
     return None

@@ -39,11 +39,12 @@ from efficiency.ltca.load_distribution import (
     LoadDistribution,
     PositionLoad,
     TeethElasticity,
-    loaded_position,
+    loads_of_forces,
     require_torque,
 )
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids
 from ehl.io.errors import InputError
+from ehl.io.files import read_text, split_row
 from ehl.io.units import parse_quantity
 
 FloatArray = NDArray[np.float64]
@@ -169,10 +170,7 @@ def _carried(load: LoadDistribution) -> float:
 
 def _table(path: Path) -> tuple[float, dict[str, FloatArray], list[int]]:
     """Torque stated [N m], columns in SI units, and the line of the file each row stands in."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), "not readable", "a CSV file with a load distribution", str(error)) from None
+    lines = read_text(path, "load_from", "a CSV file with a load distribution").splitlines()
     torque: float | None = None
     header: list[str] | None = None
     rows: list[int] = []
@@ -186,7 +184,7 @@ def _table(path: Path) -> tuple[float, dict[str, FloatArray], list[int]]:
             if name.strip() == "torque":
                 torque = parse_quantity(value.strip(), "N*m", field=f"{path.name} line {number}: torque", bare=False)
             continue
-        entries = [entry.strip() for entry in next(csv.reader([line]))]
+        entries = [entry.strip() for entry in split_row(line, f"{path.name} line {number}")]
         if header is None:
             header, factors = _header(path, number, entries)
             continue
@@ -307,5 +305,8 @@ def _load(position: MeshPosition, teeth: TeethElasticity, force: FloatArray, off
     size = position.pair.size
     rounding = np.ones(size) if position.edge is None else teeth.rounding(position.edge)
     elastic = ElasticPosition(position, np.zeros((size, size)), teeth.local([position])[0], np.zeros(size), rounding)
-    given = Equilibrium(force, math.nan, math.nan, math.nan, abs(off), 0, 0, 0, "converged", "")
-    return loaded_position(elastic, force, math.nan, math.nan, given)
+    given = Equilibrium(
+        force, math.nan, math.nan, np.full(size, math.nan), math.nan, abs(off), 0, 0, 0, "converged", ""
+    )
+    unknown = np.full(1, math.nan)
+    return loads_of_forces([elastic], elastic.approach, force, unknown, unknown, [given])[0]

@@ -48,8 +48,8 @@ def hardness(teeth: TeethElasticity) -> float:
 
 def points_above_hardness(load: LoadDistribution, teeth: TeethElasticity) -> tuple[int, int]:
     """Number of points with a Hertz pressure above the hardness of the softer member, and of loaded points."""
-    pressure = np.concatenate([p.pressure_hertz for p in load.positions])
-    return int(np.count_nonzero(pressure > hardness(teeth))), int(np.count_nonzero(pressure > 0.0))
+    pressure = load.loaded["pressure_hertz"]
+    return int(np.count_nonzero(pressure > hardness(teeth))), pressure.size
 
 
 def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
@@ -63,13 +63,13 @@ def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
 
 
 def _place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: int) -> str:
-    position = load.positions[number].position
+    position = load.cycle[number]
     face, height = float(position.face_gear[point]), float(position.height_gear[point])
     width, depth = _extent(teeth.gear, face)
     return (
         f"{_side(face / width, 'toe', 'heel')}, {_side(height / depth, 'root', 'tip')} of the gear flank "
         f"({face * 1e3:.2f} of {width * 1e3:.2f} mm from the toe, {height * 1e3:.2f} of {depth * 1e3:.2f} mm over the "
-        f"root, position {number + 1} of {len(load.positions)})"
+        f"root, position {number + 1} of {len(load.cycle)})"
     )
 
 

@@ -7,7 +7,7 @@ unloaded gap. Equilibrium: the normal forces carry the pinion torque. Both are s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -27,7 +27,9 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 _PLACE = ("face", "height")
 _OF_LOAD = ("force", "pressure_hertz", "at_edge")
-_OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
+# angles of the lay, which not every mesh knows
+LAYS = ("lay_pinion", "lay_gear")
+OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
 
 
 @dataclass(frozen=True)
@@ -195,6 +197,15 @@ class PositionLoad:
     transmission_error: float
     equilibrium: Equilibrium
 
+    @cached_property
+    def torque(self) -> float:
+        """What the normal forces carry [N m]."""
+        return float(self.position.lever_pinion @ self.force)
+
+    def forces_at(self, torque: float) -> FloatArray:
+        """Forces by their tangent at another torque of the normal forces [N m]."""
+        return np.maximum(self.force + (torque - self.torque) * self.equilibrium.rate, 0.0)
+
     @property
     def share(self) -> dict[int, float]:
         """Share of the torque carried by each tooth pair."""
@@ -227,6 +238,11 @@ class LoadDistribution:
     status: Literal["converged", "failed"]
     reason: str
     tooth_outline: FloatArray
+
+    @property
+    def cycle(self) -> tuple[MeshPosition, ...]:
+        """Points of each position."""
+        return tuple(p.position for p in self.positions)
 
     @property
     def pressure_max(self) -> float:
@@ -274,8 +290,13 @@ class LoadDistribution:
                     for p, at in zip(self.positions, where, strict=True)
                 ]
             )
-            for name in (*_OF_LOAD, *_OF_POSITION)
-        }
+            for name in (*_OF_LOAD, *OF_POSITION)
+        } | {name: lay_of(self.cycle, name)[self._at] for name in LAYS}
+
+    @property
+    def _at(self) -> IntArray:
+        """Numbers of the points that carry load among those of all positions."""
+        return np.flatnonzero(np.concatenate([p.force for p in self.positions]) > 0.0)
 
     @cached_property
     def loaded_position(self) -> IntArray:
@@ -299,6 +320,12 @@ class LoadDistribution:
         return roll, share
 
 
+def lay_of(cycle: Sequence[MeshPosition], name: str) -> FloatArray:
+    """Angle of the lay at the points of all positions [rad]; 0 where it is not known."""
+    angles = [(p.pair.size, getattr(p, name)) for p in cycle]
+    return np.concatenate([np.zeros(size) if lay is None else lay for size, lay in angles])
+
+
 def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:
     """What the load distribution needs of a mesh cycle at any torque; computed once, it serves all of them."""
     found = []
@@ -315,6 +342,7 @@ def distribute_load(
     teeth: TeethElasticity,
     torque_pinion: float,
     normal_torques: FloatArray | None = None,
+    near: LoadDistribution | None = None,
 ) -> LoadDistribution:
     """Solve compatibility and equilibrium at each position of a mesh cycle.
 
@@ -328,6 +356,8 @@ def distribute_load(
         Torque on the pinion in its driving direction [N m].
     normal_torques : (positions,) array, optional
         Torque carried by the normal forces at each position, where friction carries the rest [N m].
+    near : LoadDistribution, optional
+        Solution of the same cycle at torques near by, from which to start.
 
     Returns
     -------
@@ -342,16 +372,19 @@ def distribute_load(
     require_torque(torque_pinion)
     torques = [torque_pinion] * len(cycle) if normal_torques is None else list(normal_torques)
     elastic = [p if isinstance(p, ElasticPosition) else ElasticPosition.of(p, teeth) for p in cycle]
+    starts: list[FloatArray | None] = [None] * len(cycle)
+    if near is not None:
+        starts = [p.forces_at(float(torque)) for p, torque in zip(near.positions, torques, strict=True)]
     problems = [
-        ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque))
-        for e, torque in zip(elastic, torques, strict=True)
+        ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque), start)
+        for e, torque, start in zip(elastic, torques, starts, strict=True)
     ]
     law = LocalApproach.joined([e.approach for e in elastic])
     solutions = solve_equilibria(problems, law)
-    contact = _contact(law, np.concatenate([solution.force for solution in solutions]))
-    ends = np.cumsum([e.position.pair.size for e in elastic])[:-1]
-    parts = zip(*(np.split(values, ends) for values in contact), strict=True)
-    loads = tuple(_solved(*of) for of in zip(elastic, solutions, parts, strict=True))
+    angles = np.array([solution.angle for solution in solutions])
+    ratios = np.array([float(np.mean(e.position.lever_pinion / e.position.lever_gear)) for e in elastic])
+    errors = np.array([e.position.transmission_error for e in elastic]) - angles * ratios
+    loads = loads_of_forces(elastic, law, np.concatenate([s.force for s in solutions]), angles, errors, solutions)
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
     return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())
@@ -384,19 +417,39 @@ def _contact(law: LocalApproach, force: FloatArray) -> _Contact:
     return load, hertz, pressure, half_width, at_edge
 
 
-def _solved(elastic: ElasticPosition, solution: Equilibrium, contact: _Contact) -> PositionLoad:
-    position = elastic.position
-    ratio = float(np.mean(position.lever_pinion / position.lever_gear))
-    error = position.transmission_error - solution.angle * ratio
-    return PositionLoad(position, solution.force, *contact, solution.angle, error, solution)
+def loads_of_forces(
+    cycle: Sequence[ElasticPosition],
+    law: LocalApproach,
+    force: FloatArray,
+    approach: FloatArray,
+    transmission_error: FloatArray,
+    equilibria: Sequence[Equilibrium],
+) -> tuple[PositionLoad, ...]:
+    """Load per length, pressure and width of the contacts from the normal forces at the points of all positions.
 
-
-def loaded_position(
-    elastic: ElasticPosition, force: FloatArray, approach: float, transmission_error: float, equilibrium: Equilibrium
-) -> PositionLoad:
-    """Load per length, pressure and width of the contact from the normal forces at the points of a position."""
-    contact = _contact(elastic.approach, force)
-    return PositionLoad(elastic.position, force, *contact, approach, transmission_error, equilibrium)
+    Parameters
+    ----------
+    cycle : sequence of ElasticPosition
+        Positions.
+    law : LocalApproach
+        Of all their points, one position after the other.
+    force : (n,) array
+        At these points [N].
+    approach, transmission_error : (positions,) arrays
+        Approach of the pinion [rad], loaded transmission error [rad of the gear].
+    equilibria : sequence of Equilibrium
+        Of each position.
+    """
+    ends = np.cumsum([e.position.pair.size for e in cycle])[:-1]
+    load, hertz, pressure, half_width, at_edge = _contact(law, force)
+    parts = (np.split(values, ends) for values in (force, load, hertz, pressure, half_width))
+    flags, turns, errors = np.split(at_edge, ends), approach.tolist(), transmission_error.tolist()
+    return tuple(
+        PositionLoad(e.position, f, w, p, most, b, flag, turn, error, own)
+        for e, f, w, p, most, b, flag, turn, error, own in zip(
+            cycle, *parts, flags, turns, errors, equilibria, strict=True
+        )
+    )
 
 
 # the radius of an edge is seldom known better than by this factor
@@ -424,6 +477,17 @@ class EdgeLoad:
     position, point : int
         Its mesh position and point.
     """
+
+    def towards(self, other: EdgeLoad, share: float) -> EdgeLoad:
+        """Between two loads near each other: linear in the share of the way; the place is that of the nearer one."""
+        near = other if share > 0.5 else self
+        names = ("share", "share_extended", "pressure", "pressure_lower", "pressure_upper")
+        values = {name: (1.0 - share) * getattr(self, name) + share * getattr(other, name) for name in names}
+        edges = dict.fromkeys((*self.shares, *other.shares))
+        shares = {
+            edge: (1.0 - share) * self.shares.get(edge, 0.0) + share * other.shares.get(edge, 0.0) for edge in edges
+        }
+        return replace(near, shares=shares, **values)
 
     share: float = 0.0
     share_extended: float = 0.0

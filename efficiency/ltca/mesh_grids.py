@@ -14,9 +14,11 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Axis
 from efficiency.contact.contact_lines import MeshPosition
+from efficiency.ltca.friction_arm import friction_arm
 from efficiency.ltca.limits import limit_notes
 from efficiency.ltca.load_distribution import (
     EdgeLoad,
@@ -28,7 +30,10 @@ from efficiency.ltca.load_distribution import (
     elastic_cycle,
     require_torque,
 )
+from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
 from ehl.io.errors import InputError
+
+FloatArray = NDArray[np.float64]
 
 # below this share of loaded points on the line that carries most, the lines are cut down
 _MIN_LOADED_SHARE = 0.4
@@ -58,7 +63,7 @@ class MeshGrids:
     points_per_line : int
         Of the fine grid.
     axes : tuple of Axis, optional
-        Of pinion and gear; only friction in the equilibrium needs them.
+        Of pinion and gear, for the arms of the friction forces.
     notes : tuple of str
         What is to be known of the geometry.
     transmission_error : float
@@ -137,6 +142,14 @@ class MeshGrids:
         """The coarse grid with its compliance."""
         return elastic_cycle(self.coarse, self.teeth)
 
+    @cached_property
+    def friction_arms(self) -> tuple[list[FloatArray], list[FloatArray]]:
+        """Arms of the unit friction force about the pinion axis at the points of both grids [m]."""
+        if self.axes is None:
+            raise InputError("mesh.axes", None, "the axes of both members, for the arms of the friction forces")
+        fine, coarse = ([friction_arm(p, self.axes[0]) for p in cycle] for cycle in (self.fine, self.coarse))
+        return fine, coarse
+
     def fitted(self, load: LoadDistribution) -> MeshGrids:
         """The mesh with lines and edges as long as a load needs them, known from its solution on one of the grids."""
         if self.make_cycle is None:
@@ -166,18 +179,70 @@ def loaded_share(load: LoadDistribution) -> float:
 
 
 @dataclass(frozen=True)
-class LoadedGrids:
-    """A mesh under one torque: the load on both of its grids."""
+class FrictionBalance:
+    """How friction takes part in carrying the torque.
 
-    mesh: MeshGrids
-    fine: LoadDistribution
-    coarse: LoadDistribution
-    friction_in_equilibrium: bool = False
+    Attributes
+    ----------
+    way : float
+        1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives.
+    rounds : int
+        Corrections of the forces.
+    """
+
+    way: float
+    rounds: int
+
+
+class LoadedGrids:
+    """A mesh under one torque: the load on both of its grids.
+
+    Parameters
+    ----------
+    mesh : MeshGrids
+        That carries: deflected, and with lines as long as the load needs them.
+    fine : LoadDistribution or None
+        On the fine grid; None leaves it to be solved without friction when somebody looks at it.
+    coarse : LoadDistribution
+        On the coarse one.
+    balance : FrictionBalance, optional
+        None where the normal forces alone carry the torque.
+    """
+
+    def __init__(
+        self,
+        mesh: MeshGrids,
+        fine: LoadDistribution | None,
+        coarse: LoadDistribution,
+        balance: FrictionBalance | None = None,
+    ) -> None:
+        self.mesh, self.coarse, self.balance = mesh, coarse, balance
+        self._fine, self._tangents = fine, dict[float, tuple[TangentLoads, TangentLoads]]()
+
+    @cached_property
+    def fine(self) -> LoadDistribution:
+        """Load on the fine grid."""
+        if self._fine is not None:
+            return self._fine
+        return distribute_load(self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque_pinion)
+
+    def tangents(self, way: float) -> tuple[TangentLoads, TangentLoads]:
+        """Loads of fine and coarse grid where friction carries a part of the torque; -1 where the gear drives."""
+        if way not in self._tangents:
+            mesh, torque, (arms, arms_coarse) = self.mesh, self.coarse.torque_pinion, self.mesh.friction_arms
+            loads = zip(self.coarse.positions, arms_coarse, strict=True)
+            ratio = np.array([float(p.force @ arm) / p.torque for p, arm in loads])
+            self._tangents[way] = (
+                TangentLoads(mesh.elastic_fine, mesh.teeth, torque, arms, ratio, way, self._fine),
+                TangentLoads(mesh.elastic_coarse, mesh.teeth, torque, arms_coarse, ratio, way, self.coarse),
+            )
+        return self._tangents[way]
 
     @cached_property
     def edges(self) -> EdgeLoad:
         """Load and pressure at the edges."""
-        return edge_load(self.fine, self.mesh.teeth)
+        fine = self.fine
+        return fine.loads.edges(fine) if isinstance(fine, TangentLoad) else edge_load(fine, self.mesh.teeth)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -197,4 +262,4 @@ def load_grids(mesh: MeshGrids, torque_pinion: float) -> LoadedGrids:
     fitted = mesh.fitted(coarse)
     if fitted is not mesh:
         coarse = distribute_load(fitted.elastic_coarse, mesh.teeth, torque_pinion)
-    return LoadedGrids(fitted, distribute_load(fitted.elastic_fine, mesh.teeth, torque_pinion), coarse)
+    return LoadedGrids(fitted, None, coarse)

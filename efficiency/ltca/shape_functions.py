@@ -16,7 +16,8 @@ Pair = tuple[FloatArray, FloatArray]
 @lru_cache(maxsize=32)
 def lobatto_nodes(count: int) -> FloatArray:
     """Gauss-Lobatto points of [0, 1], at least two, both ends among them."""
-    inner = legendre.legroots(legendre.legder(np.eye(count)[count - 1]))
+    # all of them are real, whatever the type: NumPy 2.5 states complex numbers
+    inner = legendre.legroots(legendre.legder(np.eye(count)[count - 1])).real
     nodes = np.asarray(0.5 * (1.0 + np.concatenate([[-1.0], np.sort(inner), [1.0]])))
     nodes.setflags(write=False)
     return nodes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,7 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
         return summary.toml(), notes
     load_design(like)
     path = Path(like)
-    shipped = not path.suffix and not path.exists()
+    shipped = not path.suffix and not os.path.exists(path)
     content = read_toml(data_path("designs", f"{like}.toml") if shipped else path)
     content |= {"name": sheet.stem, "source": f"machine summary {sheet.name}; the rest as {content['name']}"}
     for member, tables in summary.tables.items():

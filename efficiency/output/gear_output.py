@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from efficiency.design.design import Design
     from efficiency.loss.heat_balance import HeatBalance
-    from efficiency.loss.uncertainty import EfficiencyUncertainty
     from efficiency.output.machine_summary import Units
+    from ehl.uncertainty.result import InputUncertainty
     from ehl.view.table import Table
 
 _SUFFIXES = {"report": (".html", ".htm"), "xlsx": (".xlsx",)}
@@ -129,10 +129,11 @@ class GearOutput:
         from efficiency.output import geometry_report, misalignment_table, plots_misalignment
         from ehl.view.plots import save_figures
 
-        balance, uncertainty = files.pop("balance", None), files.pop("uncertainty", None)
+        balance = files.pop("balance", None)
+        files.pop("uncertainty", None)  # always written
         where = OutputFiles.of(files)
         if isinstance(result, EfficiencyResult):
-            write_result(self.design, result, where, units, balance, uncertainty)
+            write_result(self.design, result, where, units, balance)
         elif isinstance(result, Grid):
             write_map(self.design, result, where, units)
         elif isinstance(result, Comparison):
@@ -159,14 +160,13 @@ def write_result(
     files: OutputFiles,
     units: Units = "metric",
     balance: HeatBalance | None = None,
-    uncertainty: EfficiencyUncertainty | None = None,
 ) -> None:
     """Figures, page and tables of one operating point."""
     from efficiency.output.gear_report import gear_figures, write_gear_report
     from efficiency.output.tables import operating_point, result_tables
     from ehl.view.plots import save_figures
 
-    more = _added(balance, uncertainty)
+    more = _added(balance)
     if files.plot is not None:
         save_figures(gear_figures(design, result), files.plot)
     if files.report is not None:
@@ -175,7 +175,7 @@ def write_result(
     files.write_tables([*result_tables(result), *more], title)
 
 
-def _added(balance: HeatBalance | None, uncertainty: EfficiencyUncertainty | None) -> list[Table]:
+def _added(balance: HeatBalance | None, uncertainty: InputUncertainty | None = None) -> list[Table]:
     """Tables of what was computed with a result."""
     found = [] if balance is None else [balance.table()]
     return found if uncertainty is None else [*found, uncertainty.table()]

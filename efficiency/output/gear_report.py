@@ -3,6 +3,7 @@ efficiency over several."""
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -30,13 +31,14 @@ from efficiency.output.tables import (
 )
 from ehl import __version__
 from ehl.io.errors import InputError
+from ehl.surface.finish import default_correlation_length
 from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from efficiency.design.design import Design
+    from efficiency.design.design import Design, FlankSurfaceInput, MemberInput
     from efficiency.loss.efficiency_result import EfficiencyResult
     from efficiency.loss.grid import Grid
 
@@ -131,6 +133,7 @@ def write_gear_report(
     ]
     parts += [
         ("Result", [efficiency_table(result), *more]),
+        *([("What is not known of the inputs", _input_blocks(result))] if result.inputs.sources else []),
         *(on_tooth if flank.drawable else ()),
         ("Over the mesh", [_pictures(mesh_figures(result)), position_table(result)]),
         ("Design", _design_blocks(design, units)),
@@ -168,7 +171,9 @@ def _headline(result: EfficiencyResult) -> Section:
     figures = [(f"{percent(result.efficiency, 2)} %", "mesh efficiency")]
     if result.efficiency_lower < result.efficiency_upper:
         interval = f"{percent(result.efficiency_lower, 1)}–{percent(result.efficiency_upper, 1)} %"
-        figures.append((interval, "interval of the friction model"))
+        figures.append((interval, "90 % interval by uncertain inputs"))
+    if math.isfinite(result.efficiency_error):
+        figures.append((f"±\N{NO-BREAK SPACE}{percent(result.efficiency_error, 3)} %", "error of the solution"))
     figures += [
         (f"{result.power_loss:.4g} W", f"friction loss of {result.power_input / 1e3:.4g} kW"),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
@@ -195,8 +200,27 @@ def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:
     return blocks
 
 
+def _input_blocks(result: EfficiencyResult) -> list[Block]:
+    return [
+        Picture(result.inputs.plot(), "What each input alone does to the efficiency; the error of the solution apart."),
+        result.inputs.table(),
+    ]
+
+
 def _pictures(figures: Iterator[Named]) -> Pictures:
     return Pictures([Picture(figure, caption) for _, figure, caption in figures])
+
+
+def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
+    """Finish, Rq, and what the design or the finish says of the waves."""
+    finish, rms = member.surface_finish(), member.roughness_rms
+    length, ratio = float(default_correlation_length(rms)), 1.0
+    if finish is not None and rms > 0.0:
+        length, ratio = finish.with_rms(rms).correlation_length.value, finish.lay_ratio.value
+    how = "-" if finish is None else f"{finish.name}, {finish.state.replace('_', ' ')}"
+    length = length if texture.correlation_length is None else texture.correlation_length
+    ratio = ratio if texture.peklenik_number is None else texture.peklenik_number
+    return how, f"{rms * 1e6:.3g}", f"{length * 1e6:.3g}", f"{ratio:.3g}"
 
 
 def _design_blocks(design: Design, units: Units) -> list[Block]:
@@ -205,12 +229,12 @@ def _design_blocks(design: Design, units: Units) -> list[Block]:
         Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are not listed.")
         for part, lines in setting_tables(rows).items()
     )
-    lay = f"{design.surface.correlation_length * 1e6:.3g}", f"{design.surface.peklenik_number:.3g}"
     surface = [
-        (name, member.material, f"{member.roughness_rms * 1e6:.3g}", *lay)
+        (name, member.material, *_finish(member, design.surface))
         for name, member in (("pinion", design.pinion), ("gear", design.gear))
     ]
-    heads = ("member", "material", "roughness Rq [µm]", "correlation length [µm]", "Peklenik number")
+    waves = ("correlation length [µm]", "its ratio along the marks to across")
+    heads = ("member", "material", "finish", "roughness Rq [µm]", *waves)
     return [
         Picture(blank_figure(design), "Axial section of both members in the plane of the axes."),
         Table(("quantity", "unit", "pinion", "gear"), blank_table(rows)),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid
 from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.files import write_file
+from ehl.io.files import read_bytes, write_file
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -282,10 +282,7 @@ def read_stl(path: Path) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64
     InputError
         The file is no binary STL.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError("file", str(path), "a readable STL file", f"{error}.") from None
+    content = read_bytes(path, "file", "a readable STL file")
     if len(content) < 84 or len(content) != 84 + _RECORD.itemsize * int(np.frombuffer(content[80:84], "<u4")[0]):
         raise InputError("file", str(path), "a binary STL file", "Its length does not fit its number of triangles.")
     return np.asarray(np.frombuffer(content[84:], _RECORD)["corners"], dtype=np.float64)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from efficiency.loss.duty import DutyCycle
     from efficiency.loss.efficiency_result import EfficiencyResult
     from efficiency.loss.grid import Grid
+    from ehl.uncertainty.result import InputUncertainty
 
 _SUMMARY = (
     "efficiency",
@@ -100,7 +101,7 @@ def scalars(result: Any) -> dict[str, Cell]:
 def efficiency_table(result: EfficiencyResult) -> Table:
     """The figures of one operating point a reader looks for first."""
     values = {name: getattr(result, name) for name in _SUMMARY}
-    if not values["efficiency_lower"] < values["efficiency_upper"]:
+    if not values["efficiency_lower"] < values["efficiency_upper"]:  # nothing uncertain, or failed
         del values["efficiency_lower"], values["efficiency_upper"]
     columns: dict[Any, Any] = dict(values)
     if result.edge_load_share > 0.0:
@@ -121,12 +122,20 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         [tuple(columns.values())],
         title=f"{operating_point(result)}, friction {result.friction_model}",
         notes=(
+            *(() if result.reason else (inputs_note(result.inputs),)),
             f"{status}, {result.points_loaded} points, {result.driver} driving",
             *(f"note     {note}" for note in result.notes),
             *(f"skipped  {note}" for note in result.skipped),
         ),
         vertical=True,
     )
+
+
+def inputs_note(inputs: InputUncertainty) -> str:
+    """What the inputs leave open of the efficiency, in one line; the error of the solution is not in it."""
+    if not inputs.low < inputs.high:
+        return f"inputs   {'; '.join(inputs.notes) or 'no input of this friction model is uncertain'}"
+    return "; ".join((f"inputs   {inputs.headline()}, {100.0 * inputs.level:.0f} % interval", *inputs.notes))
 
 
 def _finite(values: Any) -> Any:
@@ -148,12 +157,14 @@ def range_table(result: EfficiencyResult) -> Table:
 
 def result_tables(result: EfficiencyResult) -> list[Table]:
     """One operating point: the result, its remarks, the mesh positions, every point that carries load."""
-    return [result_table(result), remarks_table([result]), position_table(result), point_table(result)]
+    inputs = [result.inputs.table()] if result.inputs.sources else []
+    return [result_table(result), *inputs, remarks_table([result]), position_table(result), point_table(result)]
 
 
 def result_table(result: EfficiencyResult) -> Table:
     """Single values, ranges of the local conditions and counts of the friction model's flags, one a line."""
     columns: dict[Any, Any] = dict(scalars(result))
+    columns |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
     for name, (low, high) in result.ranges.items():
         columns |= {Column(f"{name} (minimum)", of=name): low, Column(f"{name} (maximum)", of=name): high}
     columns |= {f"points flagged {name}": count for name, count in result.flags.items()}
@@ -294,12 +305,12 @@ def duty_table(cycle: DutyCycle) -> Table:
     rolling = quantity("energy_loss_rolling").text(cycle.total("energy_loss_rolling"))
     summary = (
         f"efficiency of the cycle {percent(cycle.efficiency)} +- {percent(cycle.efficiency_error, 4)} % "
-        f"(discretisation); rolling loss apart {rolling}; "
+        f"(error of the solution); rolling loss apart {rolling}; "
         f"{percent(outside, 1)} % of the loss outside the range of the friction model"
     )
     return Table.from_records(
         [*rows, total],
         title=f"{cycle.design}, {cycle.oil}, friction {cycle.friction_model}",
-        notes=(summary, *(f"note     {note}" for note in cycle.notes)),
+        notes=(inputs_note(cycle.inputs), summary, *(f"note     {note}" for note in cycle.notes)),
         name="duty",
     )

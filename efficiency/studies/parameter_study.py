@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +27,7 @@ import numpy as np
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
-from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.grid import count_reasons, solve_points
 from efficiency.pair import POINTS_PER_LINE, POSITIONS, Friction, GearPair, axis_values, resolve_friction
@@ -37,7 +38,7 @@ from ehl.io.numbers import finite_or_none
 from ehl.quantities import Quantity, quantities
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
-from regression.plan.cost import available_jobs
+from regression.plan.cost import checked_jobs
 
 if TYPE_CHECKING:
     import pandas
@@ -194,7 +195,8 @@ class StudyPoint:
 
 def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
     """A point with what was computed for it."""
-    names = {f.name for f in fields(StudyPoint)} & set(result.__dataclass_fields__)
+    given = {*result.__dataclass_fields__, "efficiency_lower", "efficiency_upper"}
+    names = {f.name for f in fields(StudyPoint)} & given
     names -= {"design", "temperature_oil"}
     weight = result.points.force * result.points.speed_sliding
     ratio = np.where(np.isfinite(result.lubrication.film_ratio), result.lubrication.film_ratio, np.nan)
@@ -358,6 +360,8 @@ class StudyTask:
         Torque, speed, temperature, roughness of each point.
     grid : (int, int)
         Positions and points per line.
+    load_balance : {"frictional", "frictionless"}
+        What carries the torque.
     """
 
     design: Design
@@ -367,6 +371,7 @@ class StudyTask:
     friction: FrictionModel
     states: tuple[State, ...]
     grid: tuple[int, int]
+    load_balance: LoadBalance
 
     @property
     def key(self) -> str:
@@ -375,7 +380,8 @@ class StudyTask:
         if isinstance(model, Formula):
             model = model.formula.model_dump_json()
         design = self.design.model_dump_json()
-        content = (__version__, design, self.side, self.oil, model, self.states, self.grid, asdict(self.blank))
+        run = (self.states, self.grid, self.load_balance)
+        content = (__version__, design, self.side, self.oil, model, *run, asdict(self.blank))
         return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
@@ -391,6 +397,7 @@ def run_study(
     jobs: int | None = 1,
     store: Path | None = None,
     report: Callable[[int, int], None] | None = None,
+    load_balance: LoadBalance = "frictional",
     **values: Any,
 ) -> Study:
     """Efficiency of designs over torque, speed, temperature, roughness and misalignment.
@@ -416,6 +423,8 @@ def run_study(
         File of the finished tasks, read and continued.
     report : callable, optional
         Called with the number of points done and of all points.
+    load_balance : {"frictional", "frictionless"}
+        What carries the torque: normal and friction forces together, or the normal forces alone.
     **values : sequence
         Of `torque`, `speed`, `temperature`, `roughness_rms`, `E`, `P`, `G`, `alpha` in place of the default levels, as
         in `GearPair.over`.
@@ -441,7 +450,7 @@ def run_study(
     2
     """
     clock = time.perf_counter()
-    jobs = jobs or available_jobs()
+    jobs = checked_jobs(jobs)
     pairs = [(design if isinstance(design, GearPair) else GearPair(design)).design for design in designs]
     names = [pair.name for pair in pairs]
     if not pairs or len(set(names)) < len(names):
@@ -457,7 +466,7 @@ def run_study(
     tasks: list[StudyTask] = []
     for pair in pairs:
         own = resolve_friction(friction, pair) if isinstance(friction, str) else model
-        tasks += _tasks(pair, own, chosen, reference, side, card, (positions, points_per_line), costly)
+        tasks += _tasks(pair, own, chosen, reference, side, card, (positions, points_per_line), costly, load_balance)
     known = _read(store) if store is not None else {}
     waiting = [task for task in tasks if task.key not in known]
     total = sum(len(task.states) for task in tasks)
@@ -510,6 +519,7 @@ def _tasks(
     oil: str,
     grid: tuple[int, int],
     costly: bool,
+    load_balance: LoadBalance,
 ) -> Iterator[StudyTask]:
     """States of the aligned design, a task for each torque, and each misalignment at the reference.
 
@@ -532,7 +542,7 @@ def _tasks(
             temperature_oil=0.0,
             roughness_rms=0.0,
         )
-        task = StudyTask(design.with_misalignment(**moved), blank, side, oil, friction, (), grid)
+        task = StudyTask(design.with_misalignment(**moved), blank, side, oil, friction, (), grid, load_balance)
         states = (middle,) if shift else every
         for _, part in groupby(states, key=None if costly else itemgetter(0)):
             yield replace(task, states=tuple(part))
@@ -559,12 +569,13 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
     notes: Counter[str] = Counter()
     pair = _pair(task.design.with_misalignment().model_dump_json())
     fixed = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
+    fixed |= {"load_balance": task.load_balance}
     fixed |= task.design.assembly.misalignment.model_dump()
     names = ("torque", "speed", "temperature", "roughness_rms")
     for torque, speed, temperature, roughness in task.states:
         clock = time.perf_counter()
         condition = dict(zip(names, (torque, speed, temperature, roughness), strict=True))
-        [found] = solve_points([condition], lambda c: pair.at(task.friction, task.grid, **fixed, **c))
+        [found] = solve_points([condition], lambda c: pair.at(task.friction, task.grid, many=True, **fixed, **c))
         point = replace(task.blank, torque=torque, speed=speed, temperature_oil=temperature, roughness_rms=roughness)
         if found.result is None:
             points.append(replace(point, reason=found.reason))
@@ -595,7 +606,7 @@ def _append(store: Path, key: str, found: Found) -> None:
 def _read(store: Path) -> dict[str, Found]:
     """Finished tasks of an earlier run; a line that was cut off when it was killed counts as not computed."""
     found: dict[str, Found] = {}
-    if not store.is_file():
+    if not os.path.isfile(store):
         return found
     for line in store.read_text(encoding="utf-8").splitlines():
         try:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 # compiled loops that lie on disk look for the record of numbers here
@@ -14,6 +15,7 @@ from ehl.fluid.lookup import LawTable  # noqa: F401
 from ehl.fluid.rheology import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers  # noqa: F401
 
 LOG_TWO = math.log(2.0)
+STIFF = 300.0  # of a stress over tau0: beyond it the law is a limit
 
 
 @njit(cache=True, error_model="numpy")
@@ -89,22 +91,18 @@ def fluidity_along(log_x, law):
 def limited_stress(log_viscous, p, law):
     """ln of the shear stress over the reference, with d/d ln eta and d/dp at fixed eta, film and speed.
 
-    ``log_viscous`` is ln of eta |v_s|/h over the reference.  A smooth limit is that of Bair and Winer (1979),
-    tau = tau_L (1 - exp(-tau_free/tau_L)).
+    ``log_viscous`` is ln of eta |v_s|/h over the reference.  The limit is the smooth one of Bair and Winer (1979),
+    tau = tau_L (1 - exp(-tau_free/tau_L)); one that cuts the traction off is the caller's.
     """
     scale, scale_p = stress_scale(p, law)
     log_free, curve = flow_curve(log_viscous - math.log(scale), law)
     log_free += math.log(scale)
     free_p = scale_p * (1.0 - curve)
-    if math.isinf(law.ambient):
+    if not law.smooth:
         return log_free, curve, free_p
     limit = law.ambient + law.slope * max(p, 0.0)
     log_limit = math.log(max(limit, 1e-300))
     limit_p = law.slope / limit if limit > 0.0 else 0.0
-    if not law.smooth:
-        if log_free > log_limit:
-            return log_limit, 0.0, limit_p
-        return log_free, curve, free_p
     ratio = math.exp(min(log_free - log_limit, 5.0))  # exp(-148) is nothing
     rest = -math.expm1(-ratio)
     weight = ratio * math.exp(-ratio) / rest
@@ -168,3 +166,38 @@ def log_mobility(log_eta, sliding, h, p, along, law):
         first * value_h + second * across_h,
         first * value_p + second * across_p,
     )
+
+
+@njit(cache=True, error_model="numpy")
+def stress_after(upstream, final, scale, gain):
+    """Stress after a piece of way on which a rigid law would add ``gain``, exactly for constant coefficients.
+
+    d tau/ds = gain (1 - sinh(tau/scale)/sinh(final/scale)), s from 0 to 1: with y = exp(tau/scale) a Riccati equation.
+    ``scale`` infinite is the Newtonian film: tau relaxes towards ``final`` exponentially.
+    """
+    if not final > 0.0:
+        return 0.0
+    end = final / scale
+    if end < 1e-4:
+        return final + (upstream - final) * math.exp(-gain / final)
+    if end > STIFF:
+        return min(upstream + gain, final)
+    decay = gain / (scale * math.tanh(end))
+    if decay > 700.0:
+        return final
+    small = math.exp(-2.0 * end)
+    ratio = math.exp(min((upstream - final) / scale, 700.0))  # y over its final value
+    # (y - y+)/(y - y-) decays; written so that neither end cancels
+    keep = math.exp(-decay)
+    rest = -math.expm1(-decay) + keep * (1.0 + small) / (ratio + small)
+    left = keep * (ratio - 1.0) / (ratio + small)
+    return max(final + scale * (math.log1p(left * small) - math.log(rest)), 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def march_stress(final, scale, limit, gain):
+    """`stress_after` from node to node along the motion; the stress enters at zero and never exceeds its limit."""
+    stress = np.zeros_like(final)
+    for i in range(1, final.size):
+        stress[i] = min(stress_after(stress[i - 1], final[i], scale[i], gain[i]), limit[i])
+    return stress

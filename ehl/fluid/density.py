@@ -1,8 +1,13 @@
-"""Density over temperature and pressure: every law once, as functions of arrays with their derivatives."""
+"""Density over temperature and pressure: every law once, as functions of arrays with their derivatives.
+
+A law under pressure is an object with `ratio` and `slope`: the solvers read their tables of it, and a new law is one
+more class here.
+"""
 
 from __future__ import annotations
 
-from typing import TypeVar
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,3 +36,127 @@ def dowson_higginson_1966(pressure: Array, a: float = DOWSON_HIGGINSON[0], b: fl
 def dowson_higginson_slope(pressure: Array, a: float = DOWSON_HIGGINSON[0], b: float = DOWSON_HIGGINSON[1]) -> Array:
     """d(rho/rho0)/dp of `dowson_higginson_1966` [1/Pa]."""
     return np.asarray(a / (1.0 + b * pressure) ** 2)
+
+
+class Compression(Protocol):
+    """rho/rho0 over pressure at one temperature."""
+
+    def __hash__(self) -> int: ...
+
+    def ratio(self, pressure: Array) -> Array:
+        """rho/rho0 at pressures [Pa]."""
+
+    def slope(self, pressure: Array) -> Array:
+        """d(rho/rho0)/dp [1/Pa]."""
+
+
+@dataclass(frozen=True)
+class DowsonHigginson:
+    """`dowson_higginson_1966`; zeros are an incompressible fluid.
+
+    Parameters
+    ----------
+    a, b : float
+        [1/Pa].
+    """
+
+    a: float = DOWSON_HIGGINSON[0]
+    b: float = DOWSON_HIGGINSON[1]
+
+    def ratio(self, pressure: Array) -> Array:
+        """rho/rho0 at pressures [Pa]."""
+        return dowson_higginson_1966(pressure, self.a, self.b)
+
+    def slope(self, pressure: Array) -> Array:
+        """d(rho/rho0)/dp [1/Pa]."""
+        return dowson_higginson_slope(pressure, self.a, self.b)
+
+
+@dataclass(frozen=True)
+class TaitCompression:
+    """rho0/rho = 1 - ln(1 + (1 + K0') p/K0)/(1 + K0') (Tait).
+
+    Parameters
+    ----------
+    modulus : float or ndarray
+        K0 at the temperature [Pa].
+    rate : float
+        K0' [-].
+    """
+
+    modulus: float
+    rate: float
+
+    def ratio(self, pressure: Array) -> Array:
+        """rho/rho0 at pressures [Pa]."""
+        return np.asarray(1.0 / (1.0 - np.log(1.0 + (1.0 + self.rate) * pressure / self.modulus) / (1.0 + self.rate)))
+
+    def slope(self, pressure: Array) -> Array:
+        """d(rho/rho0)/dp [1/Pa]."""
+        return np.asarray(self.ratio(pressure) ** 2 / (self.modulus + (1.0 + self.rate) * pressure))
+
+
+@dataclass(frozen=True)
+class MurnaghanCompression:
+    """rho/rho0 = (1 + K0' p/K0)^(1/K0') (Murnaghan 1944).
+
+    Parameters
+    ----------
+    modulus : float or ndarray
+        K0 at the temperature [Pa].
+    rate : float
+        K0' [-].
+    """
+
+    modulus: float
+    rate: float
+
+    def ratio(self, pressure: Array) -> Array:
+        """rho/rho0 at pressures [Pa]."""
+        return np.asarray((1.0 + self.rate * pressure / self.modulus) ** (1.0 / self.rate))
+
+    def slope(self, pressure: Array) -> Array:
+        """d(rho/rho0)/dp [1/Pa]."""
+        return np.asarray(self.ratio(pressure) / (self.modulus + self.rate * pressure))
+
+
+@dataclass(frozen=True)
+class _State:
+    """Bulk modulus K0 = K00 exp(-betaK T), T in K (Fakhreddine & Zoller; Bair).
+
+    Parameters
+    ----------
+    modulus_cold : float
+        K00 [Pa].
+    softening : float
+        betaK [1/K].
+    rate : float
+        K0' [-].
+    """
+
+    modulus_cold: float
+    softening: float
+    rate: float
+
+    def modulus(self, temperature: Values) -> Values:
+        """K0 at a temperature in K [Pa]."""
+        value: Values = self.modulus_cold * np.exp(-self.softening * temperature)
+        return value
+
+
+@dataclass(frozen=True)
+class Tait(_State):
+    """Tait's equation over temperature."""
+
+    def at(self, temperature: Values) -> TaitCompression:
+        """The law at a temperature in K."""
+        return TaitCompression(self.modulus(temperature), self.rate)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Murnaghan(_State):
+    """Murnaghan's equation over temperature."""
+
+    def at(self, temperature: Values) -> MurnaghanCompression:
+        """The law at a temperature in K."""
+        return MurnaghanCompression(self.modulus(temperature), self.rate)  # type: ignore[arg-type]

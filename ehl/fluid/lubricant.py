@@ -7,20 +7,38 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.density import DOWSON_HIGGINSON, dowson_higginson_1966, dowson_higginson_slope
+from ehl.fluid.conductivity import PAO, FilmConductivity
+from ehl.fluid.density import (
+    DOWSON_HIGGINSON,
+    Compression,
+    DowsonHigginson,
+    MurnaghanCompression,
+    TaitCompression,
+)
+from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.fluid.rheology import Limit, Rheology, RisingStress, ShearLaw
-from ehl.fluid.viscosity import BarusLaw, ModulusLaw, PressureLaw, RoelandsLaw
+from ehl.fluid.viscosity import (
+    AbsoluteLaw,
+    BarusLaw,
+    ModulusLaw,
+    PressureLaw,
+    RelativeLaw,
+    RoelandsLaw,
+    ScaledRise,
+)
 
 Array = NDArray[np.float64]
 
-ViscosityLaw = Literal["barus", "roelands", "modulus"]
-DensityLaw = Literal["incompressible", "dowson_higginson"]
+ViscosityLaw = Literal[
+    "barus", "roelands", "modulus", "yasutomi_improved", "yasutomi_original", "doolittle", "mcewen_paluch"
+]
+DensityLaw = Literal["incompressible", "dowson_higginson", "tait", "murnaghan"]
 
 
 @dataclass(frozen=True)
@@ -32,16 +50,17 @@ class Lubricant:
     viscosity_inlet : float
         eta0, dynamic viscosity at ambient pressure and inlet temperature [Pa s].
     pressure_viscosity : float
-        alpha = d ln eta/dp at p = 0 [1/Pa].
-    viscosity_law : {"barus", "roelands", "modulus"}
-        Pressure dependence.
+        alpha = d ln eta/dp at p = 0 [1/Pa], before `pressure_rise_factor`.
+    viscosity_law : str
+        Pressure dependence: "barus", "roelands", "modulus", "yasutomi_improved", "yasutomi_original", "doolittle" or
+        "mcewen_paluch".
     modulus_constants : tuple of float
         (a1 [Pa], a2 [Pa/K], b1 [-], b2 [1/K]) of ln(eta/eta0) = p/(a1 + a2 T + (b1 + b2 T) p), T in degC;
         needed by the modulus law only.
-    density_law : {"incompressible", "dowson_higginson"}
+    density_law : {"incompressible", "dowson_higginson", "tait", "murnaghan"}
         Pressure dependence of the density.
     density_coefficients : tuple of float
-        (a, b) of Dowson & Higginson [1/Pa].
+        (a, b) of Dowson & Higginson [1/Pa]; (K0 at the inlet temperature [Pa], K0' [-]) of Tait and Murnaghan.
     rheology : {"newtonian", "eyring", "carreau"}
         Shear law.
     eyring_stress : float or RisingStress
@@ -58,6 +77,8 @@ class Lubricant:
         rho0 at ambient pressure and inlet temperature [kg/m3].
     thermal_conductivity : float
         [W/(m K)] at ambient pressure.
+    film_conductivity : FilmConductivity
+        How `thermal_conductivity` grows with pressure; as in a polyalphaolefin where not given.
     heat_capacity : float
         [J/(kg K)].
     extrapolated : bool
@@ -70,12 +91,21 @@ class Lubricant:
         tau_L0 [Pa].
     limiting_shear : {"cut", "smooth"}
         Whether the limit only cuts off the traction, or is approached smoothly and acts on the pressure flow as well.
+    absolute_law : AbsoluteLaw
+        The law by its constants, needed by those after "modulus".
+    pressure_rise_factor : float
+        Factor on ln(eta(p, T)/eta(0, T)) of any law [-]: its uncertainty is studied with it.
+    pressure_valid : float
+        Highest pressure the law was measured at [Pa]; infinity where it is not known.
+    shear_modulus : float
+        G of the film, for the elastic part of its shear rate [Pa]; infinity switches the elastic part off, that of the
+        bodies too.
 
     Examples
     --------
     >>> oil = Oil.load("75w90").at(373.15)
     >>> f"{1e3 * oil.viscosity_inlet:.2f} mPa s, {1e9 * oil.pressure_viscosity:.2f} 1/GPa"
-    '10.60 mPa s, 9.68 1/GPa'
+    '10.60 mPa s, 12.02 1/GPa'
     """
 
     viscosity_inlet: float
@@ -83,7 +113,7 @@ class Lubricant:
     viscosity_law: ViscosityLaw = "roelands"
     modulus_constants: tuple[float, ...] = ()
     density_law: DensityLaw = "dowson_higginson"
-    density_coefficients: tuple[float, float] = DOWSON_HIGGINSON
+    density_coefficients: tuple[float, ...] = DOWSON_HIGGINSON
     rheology: Rheology = "newtonian"
     eyring_stress: float | RisingStress = 5e6
     limiting_shear_coefficient: float = math.inf
@@ -98,6 +128,39 @@ class Lubricant:
     carreau_exponent: float = math.nan
     limiting_shear_ambient: float = 0.0
     limiting_shear: Limit = "cut"
+    absolute_law: AbsoluteLaw | None = None
+    pressure_rise_factor: float = 1.0
+    pressure_valid: float = math.inf
+    shear_modulus: float = math.inf
+    film_conductivity: FilmConductivity = PAO
+    # known beforehand for a card; gone in what dataclasses.replace makes, whose law may be another
+    _alpha_film: Any = field(init=False, default=None, repr=False, compare=False)
+
+    def with_alpha_film(self, alpha_film: Any) -> Self:
+        """This lubricant, with its coefficient of film formulas known [1/Pa]."""
+        object.__setattr__(self, "_alpha_film", alpha_film)
+        return self
+
+    @property
+    def pressure_viscosity_film(self) -> Any:
+        """alpha_film, the coefficient that Newtonian film formulas ask for [1/Pa] (`ehl.fluid.pressure_viscosity`)."""
+        return alpha_of(self.pressure_law, "film") if self._alpha_film is None else self._alpha_film
+
+    def continuation_difference(self, pressure: float) -> float:
+        """ln(eta/eta0) along the tangent at `pressure_valid` over that of the law, less 1 [-].
+
+        How far the law may go astray at a higher pressure [Pa]; 0 up to `pressure_valid`.
+        """
+        if not pressure > self.pressure_valid:
+            return 0.0
+        law, end = self.pressure_law, np.array([self.pressure_valid])
+        tangent = law.log_ratio(end) + law.by_pressure(end) * (pressure - end)
+        return float((tangent / law.log_ratio(np.array([pressure])))[0]) - 1.0
+
+    @property
+    def alpha(self) -> float:
+        """d ln eta/dp at p = 0 [1/Pa], with `pressure_rise_factor`."""
+        return self.pressure_rise_factor * self.pressure_viscosity
 
     @property
     def shear_law(self) -> ShearLaw:
@@ -115,15 +178,20 @@ class Lubricant:
     @property
     def pressure_law(self) -> PressureLaw:
         """ln(eta(p, T)/eta0), with its derivatives."""
-        if self.viscosity_law == "barus":
-            return BarusLaw(self.pressure_viscosity, self.temperature, self.temperature_viscosity)
-        if self.viscosity_law == "roelands":
-            return RoelandsLaw(
+        law: BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw
+        if self.absolute_law is not None:
+            law = RelativeLaw(self.absolute_law, self.temperature)
+        elif self.viscosity_law == "barus":
+            law = BarusLaw(self.pressure_viscosity, self.temperature, self.temperature_viscosity)
+        elif self.viscosity_law == "roelands":
+            law = RoelandsLaw(
                 self.viscosity_inlet, self.pressure_viscosity, self.temperature, self.temperature_viscosity
             )
-        return ModulusLaw(
-            self.modulus_constants, self.temperature, self.temperature_constants, self.temperature_viscosity
-        )
+        else:
+            law = ModulusLaw(
+                self.modulus_constants, self.temperature, self.temperature_constants, self.temperature_viscosity
+            )
+        return law if self.pressure_rise_factor == 1.0 else ScaledRise(law, self.pressure_rise_factor)
 
     def log_viscosity_ratio(self, pressure: Array) -> Array:
         """ln(eta/eta0) at the inlet temperature, elementwise."""
@@ -147,17 +215,21 @@ class Lubricant:
         return self.pressure_law.by_temperature(pressure, temperature)
 
     @property
-    def density_constants(self) -> tuple[float, float]:
-        """(a, b) of rho/rho0 = 1 + a p/(1 + b p) [1/Pa]; zeros when incompressible."""
-        return self.density_coefficients if self.density_law == "dowson_higginson" else (0.0, 0.0)
+    def compression(self) -> Compression:
+        """rho/rho0 over pressure at the inlet temperature."""
+        if self.density_law == "tait":
+            return TaitCompression(*self.density_coefficients)
+        if self.density_law == "murnaghan":
+            return MurnaghanCompression(*self.density_coefficients)
+        return DowsonHigginson(*(self.density_coefficients if self.density_law == "dowson_higginson" else (0.0, 0.0)))
 
     def density_ratio(self, pressure: Array) -> Array:
         """rho/rho0, elementwise."""
-        return dowson_higginson_1966(pressure, *self.density_constants)
+        return self.compression.ratio(pressure)
 
     def ddensity_ratio_dp(self, pressure: Array) -> Array:
         """d(rho/rho0)/dp [1/Pa], elementwise."""
-        return dowson_higginson_slope(pressure, *self.density_constants)
+        return self.compression.slope(pressure)
 
     def shear_stress(self, pressure: Array, film: Array, speed_sliding: float) -> Array:
         """Shear stress along the sliding vector [Pa] at the inlet temperature, at most the limiting one."""

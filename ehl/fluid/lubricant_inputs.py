@@ -6,12 +6,35 @@ import math
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Tag, model_validator
+import numpy as np
+from pydantic import (
+    Discriminator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Tag,
+    model_serializer,
+    model_validator,
+)
 
 from ehl.fluid.density import DOWSON_HIGGINSON
-from ehl.fluid.lubricant import DensityLaw, Lubricant
-from ehl.fluid.oil import Oil, RisingStressInput, Temperature
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil, RisingStressInput
+from ehl.fluid.oil_laws import (
+    NO_DEFINITION,
+    ConductivityInput,
+    DensityInput,
+    DoolittleViscosity,
+    Temperature,
+    ViscosityByConstants,
+    check_rising,
+    conductivity_figures,
+    density_figures,
+    figures_by_constants,
+    scale_of_law,
+)
+from ehl.fluid.pressure_viscosity import AlphaDefinition, roelands_slope, solve_constant
 from ehl.fluid.rheology import Limit, Rheology
+from ehl.fluid.viscosity import RoelandsLaw
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
@@ -35,6 +58,7 @@ class ShearInput(InputModel):
     carreau_exponent: Annotated[float, ValueRange("", ge=0.1, le=1.0)] | None = None
     limiting_shear: Limit = "cut"
     limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
+    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = None
 
     @model_validator(mode="after")
     def _parameters_of_the_law(self) -> Self:
@@ -54,7 +78,7 @@ class ShearInput(InputModel):
     def shear_figures(self) -> dict[str, Any]:
         """What these keys say of the fields of `Lubricant`."""
         given: dict[str, Any] = {"rheology": self.rheology, "limiting_shear": self.limiting_shear}
-        for name in ("carreau_stress", "carreau_exponent", "limiting_shear_ambient"):
+        for name in ("carreau_stress", "carreau_exponent", "limiting_shear_ambient", "shear_modulus"):
             if getattr(self, name) is not None:
                 given[name] = getattr(self, name)
         if self.eyring_stress_law == "pressure" and self.eyring_stress_pressure is not None:
@@ -79,25 +103,49 @@ class ShearInput(InputModel):
 
 
 class DirectLubricant(ShearInput):
-    """A lubricant given by its numbers at the inlet temperature."""
+    """A lubricant given by its numbers at the inlet temperature.
 
-    viscosity_inlet: Viscosity
-    pressure_viscosity: PressureViscosity
+    Either eta0 and alpha with a law of one constant (Roelands, Barus), or the table `viscosity` of a law by constants,
+    as on a card; eta0 is then that of the law unless it is given, and a stated alpha multiplies its rise by a factor.
+    """
+
+    viscosity_inlet: Viscosity | None = None
+    pressure_viscosity: PressureViscosity | None = None
+    alpha_definition: AlphaDefinition | None = None
     viscosity_law: Literal["roelands", "barus"] = "roelands"
-    density_law: DensityLaw = "dowson_higginson"
+    viscosity: Annotated[ViscosityByConstants, Field(discriminator="law")] | None = None
+    pressure_rise_factor: Annotated[float, ValueRange("", ge=0.2, le=5.0)] = 1.0
+    pressure_valid: Annotated[float, ValueRange("Pa", ge=1e7, le=1e10)] | None = None
+    density_law: Literal["incompressible", "dowson_higginson"] = "dowson_higginson"
     density_coefficients: tuple[float, float] = DOWSON_HIGGINSON
+    density_pressure: DensityInput | None = None
     eyring_stress: Stress = 5e6
     limiting_shear_coefficient: LimitCoefficient | None = None
     temperature_oil: Temperature = 353.15
     temperature_viscosity: Annotated[float, ValueRange("1/K", ge=0.0, le=0.2)] = 0.03
     density: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)] = 850.0
     thermal_conductivity: Conductivity = 0.14
+    conductivity_pressure: ConductivityInput | None = None
     heat_capacity: HeatCapacity = 2000.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _numbers_or_constants(cls, values: Any) -> Any:
+        if isinstance(values, dict) and values.get("viscosity") is None:
+            for name, allowed in (
+                ("viscosity_inlet", "a number in Pa*s or a string with its unit such as '40 mPa s'"),
+                ("pressure_viscosity", "a number in 1/Pa or a string with its unit such as '18 1/GPa'"),
+            ):
+                if values.get(name) is None:
+                    raise InputError(name, None, allowed, "Or a table viscosity with a law by constants.")
+        return values
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
         if self.rheology == "eyring" and self.eyring_stress_law == "pressure" and self.eyring_stress_pressure is None:
             raise InputError("eyring_stress_pressure", None, RISING_TABLE, "eyring_stress_law is 'pressure'.")
+        if self.viscosity is not None:
+            check_rising(self.viscosity, (self.temperature_oil,), self.pressure_valid)
         limit_keys = self.limiting_shear == "smooth" or self.limiting_shear_ambient is not None
         if limit_keys and self.limiting_shear_coefficient is None:
             raise InputError("limiting_shear_coefficient", None, "Lambda of tau_L = tau_L0 + Lambda p, above 0 to 1")
@@ -106,21 +154,76 @@ class DirectLubricant(ShearInput):
     def lubricant(self) -> Lubricant:
         """The numbers the solvers take."""
         limit = self.limiting_shear_coefficient
+        density = {"density_law": self.density_law, "density_coefficients": self.density_coefficients}
         plain = Lubricant(
-            viscosity_inlet=self.viscosity_inlet,
-            pressure_viscosity=self.pressure_viscosity,
-            viscosity_law=self.viscosity_law,
-            density_law=self.density_law,
-            density_coefficients=self.density_coefficients,
+            **self._viscosity_figures(),
+            pressure_rise_factor=self.pressure_rise_factor,
+            pressure_valid=self.pressure_valid or math.inf,
             eyring_stress=self.eyring_stress,
             limiting_shear_coefficient=math.inf if limit is None else limit,
             temperature=self.temperature_oil,
-            temperature_viscosity=self.temperature_viscosity,
             density=self.density,
             thermal_conductivity=self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
+            **(density | density_figures(self.density_pressure, self.viscosity, self.temperature_oil)),
+            **conductivity_figures(self.conductivity_pressure),
         )
         return replace(plain, **self.shear_figures())
+
+    def _viscosity_figures(self) -> dict[str, Any]:
+        law, definition = self.viscosity, self.alpha_definition or "slope"
+        if law is not None:
+            scale = scale_of_law(law, self.temperature_oil, self.pressure_viscosity, definition)
+            figures = figures_by_constants(law, self.temperature_oil, scale)
+            figures = {name: float(v) if isinstance(v, np.generic | np.ndarray) else v for name, v in figures.items()}
+            return figures if self.viscosity_inlet is None else figures | {"viscosity_inlet": self.viscosity_inlet}
+        assert self.viscosity_inlet is not None
+        assert self.pressure_viscosity is not None
+        slope = self.pressure_viscosity
+        if self.viscosity_law == "roelands" and definition == "secant_200":
+            slope = roelands_slope(slope, self.viscosity_inlet)
+        elif self.viscosity_law == "roelands" and definition != "slope":
+            slope = solve_constant(
+                lambda alpha: RoelandsLaw(self.viscosity_inlet, alpha, self.temperature_oil, 0.0),  # type: ignore[arg-type]
+                self.pressure_viscosity,
+                definition,
+                self.pressure_viscosity,
+            )
+        return {
+            "viscosity_inlet": self.viscosity_inlet,
+            "pressure_viscosity": float(slope),
+            "viscosity_law": self.viscosity_law,
+            "temperature_viscosity": self.temperature_viscosity,
+        }
+
+    def unused_inputs(self) -> list[tuple[str, str]]:
+        """Given keys that the chosen laws do not use, and why."""
+        idle = super().unused_inputs()
+        if self.viscosity is not None:
+            own = {"viscosity_law", "temperature_viscosity"} & self.model_fields_set
+            idle += [(name, f"viscosity.law is {self.viscosity.law}") for name in sorted(own)]
+        if self.density_pressure is not None or isinstance(self.viscosity, DoolittleViscosity):
+            own = {"density_law", "density_coefficients"} & self.model_fields_set
+            idle += [(name, "another density law is given") for name in sorted(own)]
+        elif self.density_law == "incompressible" and "density_coefficients" in self.model_fields_set:
+            idle.append(("density_coefficients", "density_law is incompressible"))
+        return idle
+
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of the result must know of these inputs."""
+        silent = self.pressure_viscosity is not None and self.alpha_definition is None and self.viscosity_law != "barus"
+        return (NO_DEFINITION.format(where="lubricant.pressure_viscosity"),) if silent else ()
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # the key of a case is the hash of its text: cases without these keys keep theirs
+        content: dict[str, Any] = handler(self)
+        for name in ("alpha_definition", "viscosity", "pressure_valid", "density_pressure", "conductivity_pressure"):
+            if content.get(name) is None:
+                content.pop(name, None)
+        if self.pressure_rise_factor == 1.0:
+            content.pop("pressure_rise_factor", None)
+        return content
 
 
 class OilLubricant(ShearInput):
@@ -140,6 +243,10 @@ class OilLubricant(ShearInput):
             raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {self.oil} has none.")
         return self
 
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of the result must know of the card."""
+        return Oil.load(self.oil).remarks()
+
     def _rising_stress(self, card: Oil) -> RisingStressInput | None:
         return self.eyring_stress_pressure or card.eyring_stress_pressure
 
@@ -147,11 +254,15 @@ class OilLubricant(ShearInput):
         """The numbers the solvers take."""
         card = Oil.load(self.oil)
         names = ("eyring_stress", "limiting_shear_coefficient", "thermal_conductivity", "heat_capacity")
-        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        given: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        if "limiting_shear_coefficient" in given:
+            given["limiting_shear_ambient"] = 0.0  # that of the card belongs to the card's coefficient
         rising = self._rising_stress(card)
         if self.eyring_stress_law == "pressure" and rising is not None:
             given["eyring_stress"] = rising.law()
-        return replace(card.at(self.temperature_oil), **(given | self.shear_figures()))
+        found = card.at(self.temperature_oil)
+        # the viscosity is that of the card
+        return replace(found, **(given | self.shear_figures())).with_alpha_film(found.pressure_viscosity_film)
 
 
 def _lubricant_kind(value: Any) -> str:

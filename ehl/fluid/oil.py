@@ -2,86 +2,64 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from os import PathLike
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
+from ehl.fluid import oil_alpha, oil_sheet
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.rheology import RisingStress
-from ehl.fluid.viscosity import (
-    GOLD_COEFFICIENTS,
-    gold_2001,
-    vogel_1921,
-    vogel_slope,
-    walther_1931,
-    walther_slope,
+from ehl.fluid.oil_family import check_viscosities, generic_card, generic_name
+from ehl.fluid.oil_file import write_card
+from ehl.fluid.oil_laws import (
+    NO_DEFINITION,
+    TEMPERATURE_RANGE,
+    AlphaInput,
+    ConductivityInput,
+    DensityInput,
+    GoldAlpha,
+    ModulusAlpha,
+    Temperature,
+    ViscosityInput,
+    WaltherViscosity,
+    check_rising,
+    conductivity_figures,
+    density_figures,
+    figures_by_constants,
 )
+from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
+from ehl.fluid.pressure_viscosity import AlphaDefinition
+from ehl.fluid.rheology import RisingStress
+from ehl.fluid.shear_family import FAMILIES, SHEAR_MODULUS
+from ehl.fluid.viscosity import walther_1931, walther_slope
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
 from ehl.io.units import KELVIN, ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
 Array = NDArray[np.float64]
 Values = TypeVar("Values", float, Array)
 
-TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
-
-Temperature = Annotated[
-    float,
-    ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'."),
-]
 KinematicViscosity = Annotated[float, ValueRange("m^2/s", gt=1e-7, le=1.0)]
-PressureViscosity = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=1e-7)]
-
-
-class ModulusViscosity(InputModel):
-    """eta = K exp(B/(T + C)) exp(p/(a1 + a2 T + (b1 + b2 T) p)), T in degC (modulus law)."""
-
-    law: Literal["modulus"]
-    K: Annotated[float, ValueRange("Pa*s", gt=0.0)]
-    B: float
-    C: float
-    a1: Annotated[float, ValueRange("Pa", gt=0.0)]
-    a2: float  # [Pa/K]
-    b1: float
-    b2: float  # [1/K]
-
-
-class WaltherViscosity(InputModel):
-    """Walther in temperature, Roelands (or Barus) in pressure."""
-
-    law: Literal["roelands", "barus"]
-
-
-class TabulatedAlpha(InputModel):
-    """Pressure-viscosity coefficient at given temperatures; ln alpha is linear between them."""
-
-    law: Literal["table"]
-    temperature: tuple[Temperature, ...] = Field(min_length=1)
-    value: tuple[PressureViscosity, ...] = Field(min_length=1)
-
-
-class GoldAlpha(InputModel):
-    """Pressure-viscosity coefficient from the kinematic viscosity (Gold), through one measured point if given."""
-
-    law: Literal["gold"]
-    base: Literal["mineral", "pao", "polyglycol", "ester"]
-    anchor_temperature: Temperature | None = None
-    anchor_value: PressureViscosity | None = None
-
-
-class ModulusAlpha(InputModel):
-    """Pressure-viscosity coefficient as the slope of the modulus law at p = 0."""
-
-    law: Literal["modulus"]
 
 
 class RisingStressInput(InputModel):
@@ -151,29 +129,52 @@ class Oil(InputModel):
     certainty: Literal["found", "mixed", "from memory"]
     viscosity_kinematic_40: KinematicViscosity
     viscosity_kinematic_100: KinematicViscosity
-    base: Literal["mineral", "pao", "polyglycol", "ester"] = "mineral"
+    base: Literal["mineral", "hydrocracked", "pao", "polyglycol", "ester"] = "mineral"
     density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)]
     density_temperature: Annotated[float, ValueRange("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
-    viscosity: Annotated[ModulusViscosity | WaltherViscosity, Field(discriminator="law")]
-    pressure_viscosity: Annotated[TabulatedAlpha | GoldAlpha | ModulusAlpha, Field(discriminator="law")]
-    limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)]
+    viscosity: ViscosityInput
+    pressure_viscosity: AlphaInput
+    density_pressure: DensityInput | None = None
+    # of the base oil where the card has none (`ehl.fluid.shear_family`)
+    limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)] | None = None
+    limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
     eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
+    # without effect on formulas, whose slip is never so small
+    shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = Field(default=None, exclude=True)
     # left out of the card's hash: formulas fitted with the constant stress stay valid
     eyring_stress_pressure: RisingStressInput | None = Field(default=None, exclude=True)
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
+    conductivity_pressure: ConductivityInput | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
-    # where figures come from does not change them
+    # where figures come from, and how far, does not change them
+    pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = Field(default=None, exclude=True)
     calibration: CalibrationRecord | None = Field(default=None, exclude=True)
+    # nor does how well they are known; keys that a card does not give are assumed by its law
+    uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True, exclude=True)
+    # of a card that is `varied`: a formula is then asked about its own oil with other inputs
+    factors: InputFactors = Field(default=InputFactors(), exclude=True)
+
+    @field_validator("uncertainty", mode="before")
+    @classmethod
+    def _complete_uncertainty(cls, given: Any, info: ValidationInfo) -> Any:
+        """Standard deviations of the inputs, the assumed ones where the card gives none."""
+        if not isinstance(given, dict) or not {"viscosity", "pressure_viscosity"} <= info.data.keys():
+            return given
+        viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
+        anchored = isinstance(alpha, GoldAlpha) and alpha.anchor_value is not None
+        base, certainty = info.data.get("base", "mineral"), info.data.get("certainty", "mixed")
+        return standard_uncertainty(viscosity.law, alpha.law, base, anchored, certainty) | given
 
     @classmethod
     def load(cls, name: str) -> Oil:
-        """A shipped oil by name, or a card of the user by its path ending in .toml.
+        """A shipped oil by name, a generic one, or a card of the user by its path ending in .toml.
 
         Parameters
         ----------
         name : str
-            One of `ehl.shipped("oils")`, or a path.
+            One of `ehl.shipped("oils")`; base and viscosities of a generic oil such as ``"pao 97.5/13.3"`` (cSt at 40
+            and 100 degC) or ``"mineral vg 220"`` (`Oil.generic`); or a path.
 
         Returns
         -------
@@ -192,50 +193,156 @@ class Oil(InputModel):
         """
         return _load_card(name, _changed(name))
 
+    @classmethod
+    def generic(
+        cls,
+        base: str,
+        *,
+        nu_40: float | str | None = None,
+        nu_100: float | str | None = None,
+        iso_vg: int | None = None,
+        density_15: float | str | None = None,
+        name: str | None = None,
+    ) -> Oil:
+        """An oil from base and viscosity: ln(eta/eta0) of its family, the family's spread as uncertainty.
+
+        Parameters
+        ----------
+        base : {"mineral", "hydrocracked", "pao", "ester", "polyglycol"}
+        nu_40, nu_100 : float or str, optional
+            Kinematic viscosity at 40 and 100 degC, m2/s or with unit.
+        iso_vg : int, optional
+            In place of both; nu100 is then that of usual oils of the family.
+        density_15 : float or str, optional
+            At 15 degC, kg/m3; typical of the family where not given.
+        name : str, optional
+            Of the card.
+
+        Returns
+        -------
+        Oil
+
+        Raises
+        ------
+        InputError
+            There is no such base or viscosity grade, or the oil does not thin with temperature.
+
+        Examples
+        --------
+        >>> oil = ehl.Oil.generic("pao", nu_40="97.5 cSt", nu_100="13.26 cSt")
+        >>> oil == ehl.Oil.load("pao 97.5/13.26"), oil.uncertainty.pressure_viscosity
+        (True, 0.14)
+        """
+        given = {"nu_40": nu_40, "nu_100": nu_100, "density_15": density_15}
+        known = validate(_GenericInput, {key: value for key, value in given.items() if value is not None})
+        content = generic_card(base, known.nu_40, known.nu_100, iso_vg, known.density_15, name)
+        return validate(cls, content, content["name"])
+
+    def __repr__(self) -> str:
+        nu_40, nu_100 = 1e6 * self.viscosity_kinematic_40, 1e6 * self.viscosity_kinematic_100
+        return (
+            f"Oil({self.name!r}: {self.description or self.base}, {nu_40:.4g} and {nu_100:.4g} cSt at 40 and 100 degC)"
+        )
+
     def density(self, temperature: Values) -> Values:
         """Density at ambient pressure [kg/m3]; `temperature` in K."""
         return density_at(temperature, self.density_15, self.density_temperature)
 
     def viscosity_kinematic(self, temperature: Values) -> Values:
         """Kinematic viscosity at ambient pressure [m2/s]; `temperature` in K."""
-        return walther_1931(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
+        nu = walther_1931(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
+        return self.factors.viscosity * nu
 
     def viscosity_dynamic(self, temperature: Values) -> Values:
         """Dynamic viscosity at ambient pressure [Pa s]; `temperature` in K."""
-        law = self.viscosity
-        if isinstance(law, ModulusViscosity):
-            return vogel_1921(temperature, law.K, law.B, law.C)
-        return self.viscosity_kinematic(temperature) * self.density(temperature)
+        if isinstance(self.viscosity, WaltherViscosity):
+            return self.viscosity_kinematic(temperature) * self.density(temperature)
+        viscosity: Values = (
+            self.factors.viscosity * figures_by_constants(self.viscosity, temperature, 1.0)["viscosity_inlet"]
+        )
+        return viscosity
 
     def temperature_viscosity(self, temperature: Values) -> Values:
         """beta = -d ln(eta)/dT at ambient pressure [1/K]; `temperature` in K."""
-        law = self.viscosity
-        if isinstance(law, ModulusViscosity):
-            return vogel_slope(temperature, law.B, law.C)
+        if not isinstance(self.viscosity, WaltherViscosity):
+            beta: Values = figures_by_constants(self.viscosity, temperature, 1.0)["temperature_viscosity"]
+            return beta
         # eta = nu rho
         thinning = walther_slope(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
         return thinning - self.density_temperature * self.density_15 / self.density(temperature)
 
     def alpha(self, temperature: Values) -> Values:
-        """Pressure-viscosity coefficient [1/Pa]; `temperature` in K."""
+        """Pressure-viscosity coefficient d ln(eta)/dp at p = 0 [1/Pa], whichever the card states; `temperature` in K.
+
+        The other three are `ehl.fluid.pressure_viscosity.alpha_of` of the lubricant's law.
+        """
+        alpha: Values = oil_alpha.slope(self, temperature)
+        return alpha
+
+    @property
+    def alpha_definition(self) -> AlphaDefinition:
+        """Which coefficient the card states; the slope where it does not say."""
+        return self.pressure_viscosity.alpha_definition or "slope"
+
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader of results with this card must know."""
         law = self.pressure_viscosity
-        if isinstance(law, TabulatedAlpha):
-            return _between(law, temperature)
-        if isinstance(law, GoldAlpha):
-            exponent = GOLD_COEFFICIENTS[law.base][1]
-            if law.anchor_temperature is not None and law.anchor_value is not None:
-                ratio = self.viscosity_kinematic(temperature) / self.viscosity_kinematic(law.anchor_temperature)
-                anchored: Values = law.anchor_value * ratio**exponent
-                return anchored
-            return gold_2001(self.viscosity_kinematic(temperature), law.base)
-        assert isinstance(self.viscosity, ModulusViscosity)
-        return 1.0 / (self.viscosity.a1 + self.viscosity.a2 * (temperature - KELVIN))
+        stated = not isinstance(law, ModulusAlpha) and law.alpha_definition is None
+        return (NO_DEFINITION.format(where=f"the card of {self.name}"),) if stated else ()
+
+    @property
+    def limiting_stress(self) -> tuple[float, float]:
+        """tau_L0 [Pa] and Lambda [-] of the card, or of its base oil."""
+        if self.limiting_shear_coefficient is not None:
+            return self.limiting_shear_ambient or 0.0, self.limiting_shear_coefficient
+        family = FAMILIES[self.base]
+        return family.limit_ambient, family.limit_slope
+
+    def varied(self, **deviations: float) -> Oil:
+        """The card with inputs shifted by so many standard deviations of its `uncertainty`.
+
+        An input x becomes x exp(n s), s its relative standard deviation. `pressure_viscosity` multiplies ln(eta/eta0)
+        under pressure at all pressures and temperatures. The Eyring stress does not follow the others.
+
+        Parameters
+        ----------
+        **deviations : float
+            n of `pressure_viscosity`, `viscosity`, `eyring_stress`, `limiting_shear`, `thermal_conductivity`; 0 where
+            not given.
+
+        Returns
+        -------
+        Oil
+
+        Raises
+        ------
+        InputError
+            There is no such input.
+
+        Examples
+        --------
+        >>> oil = ehl.Oil.load("fva3")
+        >>> thick = oil.varied(pressure_viscosity=+1.0)
+        >>> rise = [card.at(353.15).log_viscosity_ratio(0.8e9) for card in (oil, thick)]
+        >>> round(float(rise[1] / rise[0]), 3)
+        1.083
+        """
+        for name in deviations:
+            if name not in VARIABLES:
+                raise InputError(name, deviations[name], "an input out of " + ", ".join(VARIABLES))
+        factor = {name: math.exp(n * getattr(self.uncertainty, name)) for name, n in deviations.items()}
+        factors = {name: getattr(self.factors, name) * value for name, value in factor.items()}
+        changes: dict[str, Any] = {"factors": self.factors.model_copy(update=factors)}
+        rising, scale = self.eyring_stress_pressure, factor.get("eyring_stress", 1.0)
+        if rising is not None and scale != 1.0:
+            scaled = {name: scale * getattr(rising, name) for name in ("stress_low", "stress_slope")}
+            changes["eyring_stress_pressure"] = rising.model_copy(update=scaled)
+        return self.model_copy(update=changes)
 
     def at(self, temperature: float | Array) -> Lubricant:
         """The lubricant at an inlet temperature [K]; its fields are arrays where the temperature is one.
 
-        Without a measured Eyring stress, tau0 = 2 Lambda/alpha closes the model
-        (Arana, Larranaga & Ulacia 2019).
+        Without figures of its own the card takes Eyring stress, limiting stress and shear modulus of its base oil.
 
         Parameters
         ----------
@@ -268,44 +375,117 @@ class Oil(InputModel):
                 "Write degrees Celsius as '80 degC'.",
             )
         outside = bool(np.any((values < self.temperature_valid[0]) | (values > self.temperature_valid[1])))
-        found = self.lubricant(temperature)
-        numbers = {name: float(value) for name, value in vars(found).items() if isinstance(value, np.floating)}
-        return replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]
+        found = self.without_film(temperature)
+        single = {name: value for name, value in vars(found).items() if isinstance(value, np.floating | np.ndarray)}
+        numbers = {name: float(value) for name, value in single.items() if value.ndim == 0}
+        plain = replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]
+        film = oil_alpha.film(self, temperature, found.pressure_viscosity)
+        return plain.with_alpha_film(float(film) if isinstance(film, np.floating) else film)
 
     def lubricant(self, temperature: Any) -> Lubricant:
         """`at` without its checks, for what only computes like a temperature."""
-        law, alpha = self.viscosity, self.alpha(temperature)
+        found = self.without_film(temperature)
+        return found.with_alpha_film(oil_alpha.film(self, temperature, found.pressure_viscosity))
+
+    def without_film(self, temperature: Any) -> Lubricant:
+        """`lubricant` whose alpha_film is not known beforehand."""
+        law, alpha, factors = self.viscosity, self.alpha(temperature), self.factors
+        limit_ambient, limit_slope = self.limiting_stress
+        stress = self.eyring_stress or FAMILIES[self.base].eyring_stress(temperature)
+        if isinstance(law, WaltherViscosity):
+            figures: dict[str, Any] = {
+                "viscosity_law": law.law,
+                "viscosity_inlet": self.viscosity_dynamic(temperature),
+                "pressure_viscosity": alpha,
+                "temperature_viscosity": self.temperature_viscosity(temperature),
+            }
+        else:
+            figures = figures_by_constants(law, temperature, oil_alpha.factor(self))
+            figures |= {"pressure_viscosity": alpha, "viscosity_inlet": self.viscosity_dynamic(temperature)}
         return Lubricant(
-            viscosity_inlet=self.viscosity_dynamic(temperature),
-            pressure_viscosity=alpha,
-            viscosity_law=law.law,
-            modulus_constants=(law.a1, law.a2, law.b1, law.b2) if isinstance(law, ModulusViscosity) else (),
+            pressure_rise_factor=factors.pressure_viscosity,
+            pressure_valid=self.pressure_valid or math.inf,
             rheology="eyring",
-            eyring_stress=self.eyring_stress or 2.0 * self.limiting_shear_coefficient / alpha,
-            limiting_shear_coefficient=self.limiting_shear_coefficient,
+            eyring_stress=factors.eyring_stress * stress,
+            limiting_shear_coefficient=factors.limiting_shear * limit_slope,
+            limiting_shear_ambient=factors.limiting_shear * limit_ambient,
+            shear_modulus=self.shear_modulus or SHEAR_MODULUS,
             temperature=temperature,
-            temperature_viscosity=self.temperature_viscosity(temperature),
-            temperature_constants=(law.B, law.C) if isinstance(law, ModulusViscosity) else (),
             density=self.density(temperature),
-            thermal_conductivity=self.thermal_conductivity,
+            thermal_conductivity=factors.thermal_conductivity * self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
+            **figures,
+            **density_figures(self.density_pressure, law, temperature),
+            **conductivity_figures(self.conductivity_pressure),
         )
 
+    def to_dict(self, temperatures: str | Sequence[float | str] | None = None) -> dict[str, Any]:
+        """The card with all figures at temperatures such as "40, 100 degC" (the default), SI."""
+        return oil_sheet.sheet(self, _temperatures(temperatures))
 
-def _between(law: TabulatedAlpha, temperature: Values) -> Values:
-    """Linear in ln alpha between the temperatures of the table, and beyond them with the slope of its ends."""
-    if len(law.value) == 1:
-        return 0.0 * temperature + law.value[0]
-    points = list(zip(law.temperature, (math.log(value) for value in law.value), strict=True))
-    pieces = [
-        (t1, low + (high - low) / (t1 - t0) * (temperature - t0))
-        for (t0, low), (t1, high) in itertools.pairwise(points)
-    ]
-    log_alpha: Any = pieces[-1][1]
-    for end, piece in reversed(pieces[:-1]):
-        log_alpha = np.where(temperature <= end, piece, log_alpha)
-    alpha: Values = np.exp(log_alpha)
-    return alpha
+    def to_frame(self, temperatures: str | Sequence[float | str] | None = None) -> DataFrame:
+        """One row per temperature: viscosity, the four alphas, shear and heat figures, SI; as of `to_dict`."""
+        import pandas as pd
+
+        return pd.DataFrame(self.to_dict(temperatures)["states"])
+
+    def plot(
+        self, path: str | PathLike[str] | None = None, temperatures: str | Sequence[float | str] | None = None
+    ) -> Figure:
+        """Viscosity over pressure, one standard deviation, and what the card's source says.
+
+        Parameters
+        ----------
+        path : path, optional
+            Written there too (PNG, SVG, PDF).
+        temperatures : str or sequence, optional
+            As of `to_dict`.
+        """
+        figure = oil_sheet.plot_oil(self, _temperatures(temperatures))
+        if path is not None:
+            oil_sheet.save_plot(figure, Path(path))
+        return figure
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the card as TOML, numbers in SI; `InputError` where the path does not end in .toml."""
+        write_card(self, Path(path), "Oil card written by mixed-ehl")
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().T.to_html(header=False, float_format="{:.4g}".format))
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # the hash of a card is that of its text: cards without these keys keep theirs
+        content: dict[str, Any] = handler(self)
+        later = ("density_pressure", "conductivity_pressure")
+        return {name: value for name, value in content.items() if name not in later or value is not None}
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        names = ("viscosity_kinematic_40", "viscosity_kinematic_100")
+        check_viscosities(self.viscosity_kinematic_40, self.viscosity_kinematic_100, *names)
+        if not isinstance(self.viscosity, WaltherViscosity):
+            check_rising(self.viscosity, self.temperature_valid, self.pressure_valid)
+        by_constants = isinstance(self.pressure_viscosity, ModulusAlpha)
+        if by_constants == isinstance(self.viscosity, WaltherViscosity):
+            allowed = "'table' or 'gold'" if by_constants else "'constants': its coefficient follows from its constants"
+            raise InputError(
+                "pressure_viscosity.law", self.pressure_viscosity.law, f"{allowed}, with law = '{self.viscosity.law}'"
+            )
+        return self
+
+
+def _temperatures(given: str | Sequence[float | str] | None) -> tuple[float, ...]:
+    low, high = TEMPERATURE_RANGE
+    return oil_sheet.temperatures_of(given, ValueRange("K", ge=low, le=high))
+
+
+class _GenericInput(InputModel):
+    """Quantities of `Oil.generic`."""
+
+    nu_40: KinematicViscosity | None = None
+    nu_100: KinematicViscosity | None = None
+    density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)] | None = None
 
 
 def _changed(name: str) -> int:
@@ -324,6 +504,10 @@ def _load_card(name: str, changed: int) -> Oil:
     names = data_names("oils")
     if name.endswith(".toml") and Path(name).is_file():
         return validate(Oil, read_toml(name), name)
+    generic = generic_name(name)
+    if generic is not None:
+        return validate(Oil, generic_card(**generic), name)
     if name not in names:
-        raise InputError("oil", name, "one of " + ", ".join(names) + ", or the path of a card ending in .toml")
+        allowed = "one of " + ", ".join(names) + "; a generic oil such as 'pao 97.5/13.3' or 'mineral vg 220'"
+        raise InputError("oil", name, allowed + "; or the path of a card ending in .toml")
     return validate(Oil, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")

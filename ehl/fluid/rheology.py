@@ -38,15 +38,15 @@ class ShearNumbers(NamedTuple):
     """
 
     kind: int  # 0 newtonian, 1 eyring, 2 carreau
-    plain: bool  # constant stress scale and a limit that only cuts off the traction: the solvers' short forms serve
+    plain: bool  # constant stress scale and no limit in the pressure flow: the solvers' short forms serve
     exponent: float  # of Carreau
     low: float  # stress scale: low + rise/2 (1 + tanh(steepness (p/centre - 1)))
     rise: float
     steepness: float
     centre: float
-    ambient: float  # limiting stress: ambient + slope p; infinite without one
+    ambient: float  # limiting stress that takes part in the pressure flow: ambient + slope p; infinite without one
     slope: float
-    smooth: bool  # the limit is approached gradually and takes part in the pressure flow
+    smooth: bool  # whether there is one
     plug: float  # 6 reference stress/(reference gradient times film unit), of the largest pressure flow
 
 
@@ -125,15 +125,15 @@ class ShearLaw:
         return math.isfinite(self.limit_slope)
 
     @property
-    def limit_slope_alone(self) -> bool:
-        """No limit but min(tau, Lambda p), which leaves the pressure flow alone."""
-        return not self.limited or (self.limit == "cut" and self.limit_ambient == 0.0)
+    def limit_in_flow(self) -> bool:
+        """Whether the limit takes part in the pressure flow."""
+        return self.limited and self.limit == "smooth"
 
     @property
     def plain(self) -> bool:
-        """Newtonian or Ree-Eyring with constant tau0, and no limit but Lambda p in the traction."""
+        """Newtonian or Ree-Eyring with constant tau0, and no limit but that of the traction."""
         constant = self.rheology == "newtonian" or (self.rheology == "eyring" and isinstance(self.stress, float))
-        return constant and self.limit_slope_alone
+        return constant and not self.limit_in_flow
 
     def scale(self, pressure: Array) -> Array:
         """Stress scale at a pressure [Pa]; 1 Pa for a Newtonian oil, where it drops out."""
@@ -222,8 +222,8 @@ class ShearLaw:
             rise=rise / reference,
             steepness=steepness,
             centre=centre / pressure_unit,
-            ambient=self.limit_ambient / reference if self.limited else math.inf,
-            slope=self.limit_slope * pressure_unit / reference if self.limited else 0.0,
-            smooth=self.limited and self.limit == "smooth",
+            ambient=self.limit_ambient / reference if self.limit_in_flow else math.inf,
+            slope=self.limit_slope * pressure_unit / reference if self.limit_in_flow else 0.0,
+            smooth=self.limit_in_flow,
             plug=6.0 * reference / (pressure_unit * film_over_length),
         )

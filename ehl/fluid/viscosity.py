@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ Values = TypeVar("Values", float, Array)
 ROELANDS_PRESSURE = 1.96e8  # p0 [Pa]
 ROELANDS_LOG_VISCOSITY = 9.67  # -ln of the viscosity all curves meet at, 6.31e-5 Pa s
 ROELANDS_TEMPERATURE = 138.0  # [K]
+
+_LAST_BEFORE_POLE = 0.9  # of the pressure of a modulus law's pole: from there on along the tangent
 
 # (s, t) of Gold's formula by base oil; nu in cSt, alpha in 1/GPa
 GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
@@ -127,7 +129,7 @@ class BarusLaw:
 
     def by_pressure(self, pressure: Array) -> Array:
         """dL/dp [1/Pa] at the inlet temperature."""
-        return np.full_like(np.asarray(pressure, dtype=float), self.alpha)
+        return np.asarray(self.alpha + 0.0 * pressure)
 
     def by_temperature(self, pressure: Array, temperature: Array) -> Array:
         """dL/dT [1/K]."""
@@ -188,6 +190,9 @@ class RoelandsLaw:
 class ModulusLaw:
     """L = p/(a1 + a2 T + (b1 + b2 T) p) + ln(eta0(T)/eta0), T in degC (FVA 400; Arana, Larranaga & Ulacia 2019).
 
+    Where b1 + b2 T is negative L has a pole at p = -(a1 + a2 T)/(b1 + b2 T); from 0.9 of that pressure on it follows
+    its tangent (ours).
+
     Parameters
     ----------
     constants : tuple of float
@@ -207,21 +212,35 @@ class ModulusLaw:
 
     def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
-        low, stiffening = self._moduli(self.temperature if temperature is None else temperature)
-        rise = pressure / (low + stiffening * pressure)
+        rise, _ = self._rise(pressure, self.temperature if temperature is None else temperature)
         return np.asarray(rise if temperature is None else rise + self._thinning(temperature))
 
     def by_pressure(self, pressure: Array) -> Array:
         """dL/dp [1/Pa] at the inlet temperature."""
-        low, stiffening = self._moduli(self.temperature)
-        return np.asarray(low / (low + stiffening * pressure) ** 2)
+        return np.asarray(self._rise(pressure, self.temperature)[1])
 
     def by_temperature(self, pressure: Array, temperature: Array) -> Array:
         """dL/dT [1/K]."""
         _, a2, _, b2 = self.constants
         low, stiffening = self._moduli(temperature)
-        slope = vogel_slope(temperature, *self.vogel) if self.vogel else self.beta
-        return np.asarray(-slope - pressure * (a2 + b2 * pressure) / (low + stiffening * pressure) ** 2)
+        thinning = vogel_slope(temperature, *self.vogel) if self.vogel else self.beta
+        pole = low / np.maximum(-stiffening, 1e-30)
+        inside = np.minimum(pressure, _LAST_BEFORE_POLE * pole)
+        modulus = low + stiffening * inside
+        within = -inside * (a2 + b2 * inside) / modulus**2
+        # on the tangent L = g(y)/|B| with y = p/pole: g falls with the pole's rise, and 1/|B| changes
+        rise, slope = self._rise(pressure, temperature)
+        bent = np.minimum(stiffening, -1e-30)
+        beyond = slope * pressure * (b2 / bent - a2 / low) - rise * b2 / bent
+        return np.asarray(np.where(pressure > inside, beyond, within) - thinning)
+
+    def _rise(self, pressure: Array, temperature: Array | float) -> tuple[Array, Array]:
+        """p/(A + B p) and its slope."""
+        low, stiffening = self._moduli(temperature)
+        inside = np.minimum(pressure, _LAST_BEFORE_POLE * low / np.maximum(-stiffening, 1e-30))
+        modulus = low + stiffening * inside
+        slope = low / modulus**2
+        return inside / modulus + slope * (pressure - inside), slope
 
     def _moduli(self, temperature: Array | float) -> tuple[Array | float, Array | float]:
         a1, a2, b1, b2 = self.constants
@@ -235,4 +254,107 @@ class ModulusLaw:
         return rise / (temperature - KELVIN + shift) - rise / (self.temperature - KELVIN + shift)
 
 
-PressureLaw = BarusLaw | RoelandsLaw | ModulusLaw
+class AbsoluteLaw(Protocol):
+    """A law that gives eta itself over pressure and temperature, by constants of the oil."""
+
+    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
+        """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
+
+    def by_pressure(self, pressure: Array, temperature: Array) -> Array:
+        """d ln eta/dp [1/Pa]."""
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """d ln eta/dT [1/K]."""
+
+
+@dataclass(frozen=True)
+class ScaledAbsoluteRise:
+    """Another law whose rise of ln eta with pressure is multiplied by a factor.
+
+    Parameters
+    ----------
+    law : AbsoluteLaw
+    factor : float
+        [-].
+    """
+
+    law: AbsoluteLaw
+    factor: float
+
+    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
+        """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
+        ambient = self.law.log_viscosity(0.0 * pressure, temperature)
+        return np.asarray(ambient + self.factor * (self.law.log_viscosity(pressure, temperature) - ambient))
+
+    def by_pressure(self, pressure: Array, temperature: Array) -> Array:
+        """d ln eta/dp [1/Pa]."""
+        return np.asarray(self.factor * self.law.by_pressure(pressure, temperature))
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """d ln eta/dT [1/K]."""
+        ambient = self.law.by_temperature(0.0 * pressure, temperature)
+        return np.asarray(ambient + self.factor * (self.law.by_temperature(pressure, temperature) - ambient))
+
+
+@dataclass(frozen=True)
+class RelativeLaw:
+    """L = ln eta(p, T) - ln eta(0, T0) of an `AbsoluteLaw`.
+
+    Parameters
+    ----------
+    law : AbsoluteLaw
+    temperature : float or ndarray
+        T0 [K].
+    """
+
+    law: AbsoluteLaw
+    temperature: float
+
+    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+        """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
+        warm: Any = self.temperature if temperature is None else temperature
+        at_inlet: Any = self.temperature
+        return np.asarray(self.law.log_viscosity(pressure, warm) - self.law.log_viscosity(0.0 * pressure, at_inlet))
+
+    def by_pressure(self, pressure: Array) -> Array:
+        """dL/dp [1/Pa] at the inlet temperature."""
+        at_inlet: Any = self.temperature
+        return self.law.by_pressure(pressure, at_inlet)
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """dL/dT [1/K]."""
+        return self.law.by_temperature(pressure, temperature)
+
+
+@dataclass(frozen=True)
+class ScaledRise:
+    """Another law with its rise under pressure multiplied: L(0, T) + factor (L(p, T) - L(0, T)).
+
+    Parameters
+    ----------
+    law : BarusLaw, RoelandsLaw, ModulusLaw or RelativeLaw
+    factor : float or ndarray
+        [-].
+    """
+
+    law: BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw
+    factor: float
+
+    def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
+        """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
+        if temperature is None:
+            return np.asarray(self.factor * self.law.log_ratio(pressure))
+        ambient = self.law.log_ratio(0.0 * pressure, temperature)
+        return np.asarray(ambient + self.factor * (self.law.log_ratio(pressure, temperature) - ambient))
+
+    def by_pressure(self, pressure: Array) -> Array:
+        """dL/dp [1/Pa] at the inlet temperature."""
+        return np.asarray(self.factor * self.law.by_pressure(pressure))
+
+    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+        """dL/dT [1/K]."""
+        ambient = self.law.by_temperature(0.0 * pressure, temperature)
+        return np.asarray(ambient + self.factor * (self.law.by_temperature(pressure, temperature) - ambient))
+
+
+PressureLaw = BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw | ScaledRise

@@ -5,7 +5,6 @@ from ehl.heat.estimate import THERMAL_THRESHOLD, ThermalEstimate, estimate_therm
 from ehl.heat.film import (
     CarriedShearHeat,
     CouetteFilm,
-    FilmConductivity,
     InletFactor,
     carried_shear_heat,
     couette_film,
@@ -22,7 +21,6 @@ __all__ = [
     "THERMAL_THRESHOLD",
     "CarriedShearHeat",
     "CouetteFilm",
-    "FilmConductivity",
     "FilmProfile",
     "InletFactor",
     "ThermalEstimate",

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, peclet_number
-from ehl.heat.film import FilmConductivity, inlet_thermal_factors
+from ehl.heat.film import inlet_thermal_factors
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
@@ -72,6 +73,7 @@ def estimate_thermal_effect(
     temperature_bulk : tuple of float, optional
         [K]; the inlet temperature when not given.
     conductivity : FilmConductivity, optional
+        That of the lubricant when not given.
     threshold : float
         On viscosity_change and film_change [-].
     """
@@ -81,7 +83,7 @@ def estimate_thermal_effect(
     film = contact.film_moes(lubricant) if film_central is None else film_central
     pressure = np.array([contact.pressure_hertz])
     temperature = np.array([lubricant.temperature])
-    k_film = float((conductivity or FilmConductivity())(pressure, lubricant.thermal_conductivity)[0])
+    k_film = float((conductivity or lubricant.film_conductivity)(pressure, lubricant.thermal_conductivity)[0])
     stress = float(lubricant.shear_stress(pressure, np.array([film]), speed)[0]) if speed > 0.0 else 0.0
     # d ln tau/d ln eta (1 for a Newtonian film), without the limit: that may hold at the centre only
     law = replace(lubricant.shear_law, limit_slope=math.inf)

@@ -16,29 +16,6 @@ from ehl.line_contact import LineContact
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class FilmConductivity:
-    """Thermal conductivity of the lubricant under pressure, k/k0 = 1 + c1 p/(1 + c2 p).
-
-    Larsson, R., Larsson, P. O., Eriksson, E., Sjöberg, M. & Höglund, E. (2000), Proc. IMechE J 214: the form, and
-    c1 = 1.40, c2 = 0.34 1/GPa for a polyalphaolefin measured up to 1.1 GPa. Read in a public code that cites the
-    paper, not in the paper itself; for mineral oils c1 = 1.72, c2 = 0.54 1/GPa is from memory. Both give 2.0 to 2.1
-    at 1 GPa; above 1.1 GPa the law is extrapolated.
-
-    Parameters
-    ----------
-    c1, c2 : float
-        [1/Pa]; zeros keep the conductivity at its ambient value.
-    """
-
-    c1: float = 1.40e-9
-    c2: float = 0.34e-9
-
-    def __call__(self, pressure: FloatArray, ambient: float) -> FloatArray:
-        """Conductivity [W/(m K)] at pressure [Pa], from its value at ambient pressure."""
-        return np.asarray(ambient * (1.0 + self.c1 * pressure / (1.0 + self.c2 * pressure)))
-
-
 def flux_to_surface_1(
     conductance: FloatArray, matrix_1: FloatArray, matrix_2: FloatArray, bulk_difference: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -218,7 +195,7 @@ def carried_shear_heat(
     film_reduction : float
         That film over the isothermal one [-].
     """
-    k_film = float(FilmConductivity()(np.array([contact.pressure_hertz]), lubricant.thermal_conductivity)[0])
+    k_film = lubricant.film_conductivity(contact.pressure_hertz, lubricant.thermal_conductivity)
     capacity = lubricant.density * lubricant.heat_capacity
     peclet = capacity * contact.speed_entrainment * film**2 / (k_film * contact.half_width)
     loss = max(-math.log(film_reduction), 0.0) ** 1.4

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, Conduction, peclet_number, surface_matrix
-from ehl.heat.film import CouetteFilm, FilmConductivity, couette_film, flux_to_surface_1
+from ehl.heat.film import CouetteFilm, couette_film, flux_to_surface_1
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -150,7 +151,7 @@ def thermal_traction(
     conduction : {"jaeger", "one_dimensional"}
         Exact two-dimensional conduction, or the one-dimensional limit the transient solver uses.
     conductivity : FilmConductivity, optional
-        Film conductivity under pressure.
+        Film conductivity under pressure; that of the lubricant when not given.
     film_profile : {"parabolic", "couette"}
         Temperature across the film: a parabola, whose middle acts on the viscosity (as in the transient solver), or
         the profile of a film that shears most where it is hot (`ehl.heat.couette_film`).
@@ -169,7 +170,7 @@ def thermal_traction(
     """
     _check(x, pressure, film)
     bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
-    law = conductivity or FilmConductivity()
+    law = conductivity or lubricant.film_conductivity
     speed, load = contact.speed_sliding, contact.load_per_length
     wet = pressure > 0.0
     rolling = np.zeros_like(x) if rolling_heat is None else np.where(wet, rolling_heat, 0.0)

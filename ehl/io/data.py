@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from ehl.io.errors import InputError
@@ -32,7 +33,8 @@ def shipped(kind: str) -> tuple[str, ...]:
 
     Parameters
     ----------
-    kind : {"oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets"}
+    kind : str
+        "oils", "materials", "finishes", "additives", "designs", "blanks", "targets", "plans", "formulas" or "datasets".
 
     Returns
     -------
@@ -50,7 +52,8 @@ def shipped(kind: str) -> tuple[str, ...]:
     True
     """
     suffixes = {"formulas": ".json", "datasets": ".h5"}
-    kinds = ("oils", "materials", "designs", "blanks", "targets", "plans", "formulas", "datasets")
+    surfaces = ("materials", "finishes", "additives")
+    kinds = ("oils", *surfaces, "designs", "blanks", "targets", "plans", "formulas", "datasets")
     if kind not in kinds:
         raise InputError("kind", kind, "one of " + ", ".join(kinds))
     return data_names(kind, suffixes.get(kind, ".toml"))
@@ -59,7 +62,7 @@ def shipped(kind: str) -> tuple[str, ...]:
 def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
     """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
     path = Path(name)
-    if path.suffix or path.exists():
+    if path.suffix or os.path.exists(path):  # and not Path.exists, which raises where the name is too long
         return path
     names = data_names(folder, suffix)
     if str(name) not in names:

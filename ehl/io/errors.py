@@ -3,6 +3,20 @@
 from __future__ import annotations
 
 
+def _shown(value: object) -> str:
+    try:
+        return _one_line(repr(value), 300)
+    except (ValueError, RecursionError):  # an integer of 10 000 digits, lists within lists without end
+        return f"a value too long to print ({type(value).__name__})"
+
+
+def _one_line(text: str, longest: int) -> str:
+    """A text a user's file is part of, fit for a terminal: short, and without control characters."""
+    if len(text) > longest:
+        text = f"{text[: longest // 2]}... ({len(text)} characters) ...{text[-longest // 4 :]}"
+    return "".join(sign if sign.isprintable() or sign == "\n" else f"\\x{ord(sign):02x}" for sign in text)
+
+
 class MixedEhlError(Exception):
     """Base of all errors raised on purpose by the three packages."""
 
@@ -31,11 +45,12 @@ class InputError(MixedEhlError, ValueError):
         super().__init__(str(self))
 
     def __str__(self) -> str:
+        field, allowed = _one_line(self.field, 300), _one_line(self.allowed, 2000)
         if self.value is None:
-            sentence = f"{self.field} is missing; needed: {self.allowed}."
+            sentence = f"{field} is missing; needed: {allowed}."
         else:
-            sentence = f"{self.field} = {self.value!r} cannot be used; allowed: {self.allowed}."
-        return f"{sentence} {self.hint}" if self.hint else sentence
+            sentence = f"{field} = {_shown(self.value)} cannot be used; allowed: {allowed}."
+        return f"{sentence} {_one_line(self.hint, 2000)}" if self.hint else sentence
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
         return (type(self), (self.field, self.value, self.allowed, self.hint))

@@ -9,11 +9,14 @@ from __future__ import annotations
 import io
 import math
 import re
+import warnings
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ehl.io.errors import InputError
+from ehl.io.files import read_bytes, read_text
 from ehl.io.units import ValueRange, parse_quantity
 
 if TYPE_CHECKING:
@@ -23,6 +26,12 @@ if TYPE_CHECKING:
 _HEADER = re.compile(r"(?P<name>[^\[(]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?")
 _DECIMAL_COMMA = re.compile(r"^\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*$")
 MAX_ROWS = 1_000_000
+MAX_COLUMNS = 1000
+MAX_CELLS = 10_000_000
+MAX_UNPACKED = 1_000_000_000  # of a workbook [bytes]
+
+# what a spreadsheet takes for the beginning of a formula
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 Cell = float | int | str | None
 Column = tuple[float, ...] | tuple[str, ...]
@@ -81,8 +90,6 @@ def numbered_table(
         body = body.iloc[1:]
     if body.empty:
         raise InputError(path.name, "a header without rows", "at least one row below the header")
-    if len(body) > MAX_ROWS:
-        raise InputError(path.name, f"{len(body)} rows", f"at most {MAX_ROWS} rows")
     columns: dict[str, Column] = {}
     for position, (name, unit) in enumerate(zip(names, units, strict=True)):
         if name.startswith("#"):
@@ -140,6 +147,8 @@ def _are_units(
 
 def _text(cell: Cell, where: str) -> str:
     text = "" if cell is None else str(cell).strip()
+    if text.startswith(tuple(f"'{sign}" for sign in _FORMULA)):
+        text = text[1:]  # as `harmless` wrote it
     if not text:
         raise InputError(where, None, "a text")
     return text
@@ -161,16 +170,19 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
 
 def _read_cells(path: Path) -> pd.DataFrame:
     """The cells of a file as they are, in rows numbered as in the file from 1; rows without content left out."""
+    allowed = "an existing CSV or XLSX file"
     if path.suffix.lower() in (".xlsx", ".xlsm"):
-        return _read_xlsx(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError("file", str(path), "an existing CSV or XLSX file", "Check the path.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        hint = f"It could not be read: {error}."
-        raise InputError("file", str(path), "a readable UTF-8 CSV file, or XLSX", hint) from None
-    return _read_csv(path, text)
+        return _read_xlsx(path, read_bytes(path, "file", allowed))
+    return _read_csv(path, read_text(path, "file", allowed))
+
+
+def _check_size(path: Path, rows: int, columns: int) -> None:
+    """Refuse a table that memory has no room for; `columns` is the width of the widest row."""
+    for found, most, what in ((rows, MAX_ROWS, "rows"), (columns, MAX_COLUMNS, "columns")):
+        if found > most:
+            raise InputError(path.name, f"{found} {what}", f"at most {most} {what}")
+    if rows * columns > MAX_CELLS:
+        raise InputError(path.name, f"{rows} rows of {columns} cells", f"at most {MAX_CELLS} cells")
 
 
 def _read_csv(path: Path, text: str) -> pd.DataFrame:
@@ -179,12 +191,14 @@ def _read_csv(path: Path, text: str) -> pd.DataFrame:
     # a line of notes becomes an empty one, so that rows keep their numbers
     lines = [line if line.strip() and not line.startswith("# ") else "" for line in text.splitlines()]
     separator = max(",;\t", key=next((line for line in lines if line), "").count)
+    width = max((line.count(separator) for line in lines), default=0) + 1
+    _check_size(path, sum(map(bool, lines)), width)
     try:
         frame = pd.read_csv(
             io.StringIO("\n".join(lines)),
             sep=separator,
             header=None,
-            names=range(max((line.count(separator) for line in lines), default=0) + 1),
+            names=range(width),
             index_col=False,
             dtype=str,
             na_filter=False,
@@ -198,29 +212,67 @@ def _read_csv(path: Path, text: str) -> pd.DataFrame:
     # a cell in quotes may hold line breaks
     height = 1 + frame.apply(lambda column: column.str.count("\n")).sum(axis=1)
     frame.index = 1 + height.cumsum() - height
-    frame = frame[[bool(lines[number - 1]) for number in frame.index]]
+    frame = frame[[bool(lines[min(number, len(lines)) - 1]) for number in frame.index]]
     return frame if separator == "," else frame.replace(_DECIMAL_COMMA, r"\1.\2", regex=True)
 
 
-def _read_xlsx(path: Path) -> pd.DataFrame:
+def _read_xlsx(path: Path, content: bytes) -> pd.DataFrame:
     import pandas as pd
 
     try:
-        frame = pd.read_excel(path, header=None, dtype=object, na_filter=False, engine="openpyxl")
+        import openpyxl
     except ImportError:
         hint = 'Install it by pip install "mixed-ehl[excel]", or save the sheet as CSV.'
         raise InputError("file", str(path), "CSV, unless openpyxl is installed", hint) from None
-    except FileNotFoundError:
-        raise InputError("file", str(path), "an existing CSV or XLSX file", "Check the path.") from None
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+        if size > MAX_UNPACKED:
+            hint = f"Unpacked it has {size} bytes; at most {MAX_UNPACKED} are read."
+            raise InputError("file", str(path), "a smaller XLSX file", hint)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of extensions of the format, which hold no cells
+            book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+            rows = _xlsx_rows(path, book.worksheets[0])
+    except InputError:
+        raise
     except Exception as error:  # openpyxl lets errors of zip and XML through
         raise InputError("file", str(path), "a readable XLSX file", f"It could not be read: {error}.") from None
-    frame.index += 1
-    return frame[(frame != "").any(axis=1)].map(_cell)
+    width = max(map(len, rows.values()), default=0)
+    return pd.DataFrame([row + [""] * (width - len(row)) for row in rows.values()], index=list(rows), dtype=object)
+
+
+def _xlsx_rows(path: Path, sheet: Any) -> dict[int, list[Cell]]:
+    """Rows with content by their number; a sheet may state a wrong size, or have its one cell far down."""
+    sheet.reset_dimensions()
+    rows: dict[int, list[Cell]] = {}
+    width = 0
+    for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
+        row = ["" if cell is None else _cell(cell) for cell in cells]
+        while row and row[-1] == "":
+            row.pop()
+        if row:
+            rows[number] = row
+            width = max(width, len(row))
+            _check_size(path, len(rows), width)
+    return rows
 
 
 def _cell(cell: object) -> Cell:
     """Numbers and texts as they are; dates and truth values as text, so that an error shows what stands there."""
     return cell if isinstance(cell, (int, float, str)) and not isinstance(cell, bool) else str(cell)
+
+
+def harmless(value: Cell) -> Cell:
+    """A cell to be written that a spreadsheet does not compute: an apostrophe stands before a text such as ``=1+1``."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str) and value.startswith(_FORMULA):
+        try:
+            float(value)
+        except ValueError:
+            return f"'{value}"
+    return value
 
 
 def read_columns(value: Any, quantities: Mapping[str, ValueRange | None]) -> dict[str, Column]:

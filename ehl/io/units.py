@@ -27,6 +27,9 @@ def _registry() -> Any:
 
 # a unit follows after a space, or at once if it cannot be read as part of the number
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
+# the pattern above takes a time that grows with the square of a text's length, and pint computes any power it finds
+_LONGEST = 200
+_POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d*^])")
 
 KELVIN = 273.15  # zero of the Celsius scale [K]
 ARCSEC = math.pi / (180.0 * 3600.0)  # an arc second [rad]
@@ -114,7 +117,10 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
     if isinstance(value, str):
         number, has_unit = _from_text(value, unit, field)
     else:
-        number, has_unit = float(value), False
+        try:
+            number, has_unit = float(value), False
+        except OverflowError:  # an integer such as 10**400
+            number, has_unit = math.inf, False
     if not math.isfinite(number):
         raise InputError(field, value, f"a finite value ({_expectation(unit)})")
     if unit and not has_unit and not bare:
@@ -128,6 +134,8 @@ def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool
 
 
 def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
+    if len(text) > _LONGEST or _POWER.search(_SMALL_POWER.sub("", text)):
+        raise InputError(field, text, _expectation(unit), "It could not be read.")
     try:
         return float(text), False
     except ValueError:

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-import tomllib
 import types
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Tag, ValidationError
+from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError
 from pydantic.fields import FieldInfo
 
 from ehl.io.errors import InputError
+from ehl.io.files import parse_toml, read_text
 from ehl.io.units import ValueRange
+
+
+def _name(text: str) -> str:
+    if not text.isprintable():
+        raise InputError("name", text, "one line without control characters")
+    return text
+
+
+# goes into titles, names of files, comments of exported code and columns of tables
+Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_name)]
 
 
 class InputModel(BaseModel):
@@ -33,15 +43,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     InputError
         The file does not exist, cannot be read or is not TOML.
     """
-    path = Path(path)
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError("file", str(path), "an existing TOML file", "Check the path.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("file", str(path), "a readable UTF-8 TOML file", f"It could not be read: {error}.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError("file", str(path), "valid TOML", f"{error}.") from None
+    return parse_toml(read_text(path, "file", "an existing TOML file"), "file", str(path))
 
 
 def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Model:

@@ -24,7 +24,6 @@ from ehl.rough import RoughSurfaces
 from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid
 from ehl.rough.mixed import TOLERANCE, rough_surfaces
 from ehl.rough.surfaces import sample_ring
-from ehl.surface.roughness import boundary_film
 
 # share off the asperities where h is 0.04 h_boundary, its growth with the Peklenik number, power of film and pressure
 DEFICIT_DRAINED, DEFICIT_SEALED, DEFICIT_GROWTH, DEFICIT_POWER = 0.01, 0.12, 0.85, 1.5
@@ -109,7 +108,7 @@ def dry_limit(
     if model.shortcuts == "off" or contact.speed_sliding == 0.0 or boundary_friction == 0.0:
         return None
     tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
-    stiffening = lubricant.pressure_viscosity * contact.pressure_hertz
+    stiffening = lubricant.alpha * contact.pressure_hertz
 
     def left_out(boundary: float) -> tuple[float, float]:
         """Share of the load on the film, and the error of mu by neglecting it."""
@@ -118,12 +117,14 @@ def dry_limit(
 
     if not surface.measured:
         # known before any profile is made
-        if left_out(surface.boundary_film or boundary_film(surface.roughness_rms).thickness)[1] > 0.5 * tolerance:
+        if left_out(surface.generated_boundary_film)[1] > 0.5 * tolerance:
             return None
         if NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length:
             return None
     surfaces = rough_surfaces(surface, contact.half_width)
-    boundary = surface.boundary_film or surfaces.default_boundary_film
+    boundary = surface.generated_boundary_film
+    if surface.measured:
+        boundary = surface.boundary_film or surfaces.default_boundary_film(surface.reaction_film)
     deficit, error = left_out(boundary)
     if error > 0.5 * tolerance:
         return None

@@ -17,12 +17,15 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
-from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, split_surfaces
+from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, share_left_out, split_surfaces
 from ehl.surface.measured_profile import load_profile
-from ehl.surface.roughness import MIN_BOUNDARY_FILM, RoughProfile, generate_profile
+from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
 
 FloatArray = NDArray[np.float64]
 
+SELF_AFFINE_CUTOFF = (
+    1.0 / 3.0
+)  # shortest wave of a self-affine profile over lc: finer ones add 3 to 22 % (docs/roughness.md)
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 MIN_CORRELATION_LENGTHS = 60  # correlation lengths a generated profile holds at least
 # relative change of mu by roughness at a film ratio of 2.8, and how fast it falls with the film ratio: the largest of
@@ -112,21 +115,31 @@ def rough_surfaces(surface: SurfaceInput, half_width: float) -> RoughSurfaces:
             )
         elif rms > 0.0:
             lc = surface.correlation_length
+            # a Gaussian autocorrelation has next to nothing below its cut-off, and the profile the whole Rq
+            left_out = 0.0 if surface.hurst is None else share_left_out(surface, _cutoff(surface))
             profiles.append(
                 generate_profile(
-                    rms,
+                    rms * math.sqrt(1.0 - left_out),
                     lc,
                     _profile_length(surface, half_width),
                     lc / 20.0,
                     2 * surface.seed + number,
                     skewness=surface.skewness,
                     kurtosis=surface.kurtosis,
+                    cutoff=_cutoff(surface),
+                    hurst=surface.hurst,
                     peklenik_number=surface.peklenik_number,
                 )
             )
         else:
             profiles.append(None)
     return RoughSurfaces(*profiles)
+
+
+def _cutoff(surface: SurfaceInput) -> float:
+    """Shortest wavelength of a generated profile [m]."""
+    per_length = CUTOFF_PER_CORRELATION_LENGTH if surface.hurst is None else SELF_AFFINE_CUTOFF
+    return per_length * surface.correlation_length
 
 
 @dataclass(frozen=True)
@@ -206,8 +219,10 @@ def solve_mixed(
         "travel": window,
     }
     accurate, most = BUDGET[level_of(accuracy)]
-    needed = min_nodes(surface.correlation_length / contact.half_width) if surface.roughness_rms > 0.0 else 0.0
-    resolved = {"boundary_film": surface.boundary_film, **common}
+    finest = _cutoff(surface) / CUTOFF_PER_CORRELATION_LENGTH  # lc of a Gaussian autocorrelation of that cut-off
+    needed = min_nodes(finest / contact.half_width) if surface.roughness_rms > 0.0 else 0.0
+    film = surface.boundary_film if surface.measured else surface.generated_boundary_film
+    resolved = {"boundary_film": film, **common}
     try:
         if needed > accurate:
             raise ConvergenceError("mesh_budget", "roughness too fine")
@@ -238,7 +253,7 @@ def _with_subgrid_film(
     nodes = max(round(BUDGET_SHARE * BUDGET[level_of(common["accuracy"])][0]), NODES_MIN)
     cutoff = CUTOFF_NODES * length / nodes * contact.half_width
     split = split_surfaces(surface, contact.half_width, _profile_length(surface, contact.half_width), cutoff)
-    base = surface.boundary_film or MIN_BOUNDARY_FILM  # the adsorbed film alone; the subgrid film is the rest
+    base = surface.reaction_film  # that of the additives alone; the subgrid film is the rest
     low, expected, high = split.subgrid_films(contact, base)
     run = solve_transient(
         contact,

@@ -121,6 +121,7 @@ class Run:
             memory_offset=np.zeros(2),
             entering=np.zeros((2, n + 3)),
             shear=np.zeros(n),
+            strained=np.zeros(n),
             scalars=scalars,
         )
         start = 0.5 * pressure if model.side_flow.on else np.zeros(n)

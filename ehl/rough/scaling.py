@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.elastic_shear import body_compliance, counted, elastic_share, isothermal_stress
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -17,7 +18,7 @@ from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.fluid import density_rows
 from ehl.rough._kernels.motion import SAMPLES
 from ehl.rough._kernels.quasi_separable import MODES
-from ehl.rough._kernels.records import Contact, Elastic, Fluid, Heat, Model, SideFlow, Surfaces
+from ehl.rough._kernels.records import Contact, Elastic, Fluid, Heat, Model, SideFlow, Strain, Surfaces
 from ehl.rough.soe import LogTransform, fit_root_kernel, log_kernel, range_of
 from ehl.rough.surfaces import RoughSurfaces, sample_ring
 
@@ -182,10 +183,24 @@ def scaled_fluid(
         flux=flow / units.spacing**2,
         flux_lateral=flow * LATERAL / lateral_length**2,
         stress=stress / p,
-        limit=min(lubricant.limiting_shear_coefficient, NO_LIMIT) if shear.limit_slope_alone else NO_LIMIT,
+        limit=NO_LIMIT if shear.limit_in_flow else min(shear.limit_slope, NO_LIMIT),
         temperature=lubricant.temperature,
         shear=shear.numbers(p, stress, units.film / units.half_width),
-        short=shear.limit_slope_alone and shear.rheology in ("newtonian", "eyring"),
+        short=not shear.limit_in_flow and shear.rheology in ("newtonian", "eyring"),
+        limit_ambient=0.0 if shear.limit_in_flow else shear.limit_ambient / p,
+    )
+
+
+def scaled_strain(contact: LineContact, lubricant: Lubricant, units: Units, film: float) -> Strain:
+    """Elastic part of the film shear, where its estimate says that it counts."""
+    share = counted(elastic_share(contact, lubricant, film, isothermal_stress(contact, lubricant, film)))
+    if share == 0.0:
+        return Strain(0.0, 0.0, 1.0)
+    stress_per_way = units.pressure / (contact.speed_sliding * units.time_step)
+    return Strain(
+        share,
+        units.film / lubricant.shear_modulus * stress_per_way,
+        body_compliance(contact) * stress_per_way,
     )
 
 
@@ -305,6 +320,7 @@ def build_problem(
             storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
             memory=0.05,
         ),
+        strain=scaled_strain(contact, lubricant, units, estimate),
     )
     return Problem(units, settings, model, x, estimate, deflection)
 

@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import FilmConductivity
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -102,7 +102,7 @@ def solve_transient(
     materials : tuple of Material, optional
         Thermal properties of both bodies; steel when not given.
     conductivity : FilmConductivity, optional
-        Growth of the film conductivity with pressure; that of `ehl.heat.FilmConductivity` when not given.
+        Growth of the film conductivity with pressure; that of the lubricant when not given.
     temperature_bulk : tuple of float, optional
         Bulk temperatures of both bodies [K]; that of the oil when not given.
     rolling_heat : tuple of ndarray, optional
@@ -135,7 +135,7 @@ def solve_transient(
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
-    film = rough.default_boundary_film if boundary_film is None else boundary_film
+    film = rough.default_boundary_film() if boundary_film is None else boundary_film
     _check(contact, film, boundary_friction, peklenik_number, hardness)
     bodies = materials if materials is not None else (Material.load("steel"), Material.load("steel"))
     estimate = contact.film_moes(lubricant)
@@ -146,7 +146,7 @@ def solve_transient(
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
     sliding_friction = boundary_friction if contact.speed_sliding > 0.0 else 0.0
-    growth = conductivity if conductivity is not None else FilmConductivity()
+    growth = conductivity or lubricant.film_conductivity
     settings = Settings(
         round(length / plan.spacing),
         film,

@@ -20,8 +20,9 @@ from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
-from ehl.surface.roughness import RoughProfile, generate_profile
+from ehl.surface.roughness import RoughProfile, SelfAffine, generate_profile
 
+STYLUS_CUTOFF = 2.5e-6  # shortest wavelength that counts in Rq [m]
 CUTOFF_NODES = 8.0  # nodes per shortest wavelength that is kept
 BUDGET_SHARE = 0.6  # of the nodes of the accuracy: its window is long enough, its bounds are coarse anyway
 GAP_LOG, GAP_PRESSURE = 0.4, 0.5  # mean gap over sigma_sub = 0.4 ln(0.5 E* slope/p)
@@ -101,17 +102,37 @@ def split_surfaces(surface: SurfaceInput, half_width: float, length: float, cuto
 def _split_generated(
     rms: float, surface: SurfaceInput, seed: int, length: float, cutoff: float
 ) -> tuple[RoughProfile | None, float, float]:
-    """Long waves of a generated profile; its spectrum exp(-(k lc)^2/4) is known, so the fine part is never made."""
+    """Long waves of a generated profile; its spectrum is known, so the fine part is never made."""
     lc = surface.correlation_length
-    share = math.erf(math.pi * lc / cutoff)  # of the variance in waves longer than the cut-off
-    fine = rms * math.sqrt(1.0 - share)
+    left_out = share_left_out(surface, cutoff)
     slope = math.sqrt(2.0) * rms / lc
+    if surface.hurst is not None:
+        slope = rms * SelfAffine(lc, surface.hurst).slope(STYLUS_CUTOFF, cutoff)
     if cutoff > length / 4.0:
         return None, rms, slope
     profile = generate_profile(
-        rms * math.sqrt(share), lc, length, cutoff / 4.0, seed, cutoff=cutoff, peklenik_number=surface.peklenik_number
+        rms * math.sqrt(1.0 - left_out),
+        lc,
+        length,
+        cutoff / 4.0,
+        seed,
+        cutoff=cutoff,
+        hurst=surface.hurst,
+        peklenik_number=surface.peklenik_number,
     )
-    return profile, fine, slope
+    return profile, rms * math.sqrt(left_out), slope
+
+
+def share_left_out(surface: SurfaceInput, cutoff: float) -> float:
+    """Share of the variance of a generated surface in waves shorter than the cut-off [m].
+
+    All of exp(-(k lc)^2/4) counts; of a self-affine surface what a stylus sees, waves down to 2.5 um (ISO 3274).
+    """
+    if surface.hurst is None:
+        return math.erfc(math.pi * surface.correlation_length / cutoff)
+    spectrum = SelfAffine(surface.correlation_length, surface.hurst)
+    unseen = spectrum.share_below(STYLUS_CUTOFF)
+    return max(spectrum.share_below(cutoff) - unseen, 0.0) / (1.0 - unseen)
 
 
 def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[RoughProfile | None, float, float]:

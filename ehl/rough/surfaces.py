@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.io.errors import InputError
-from ehl.surface.roughness import RoughProfile, boundary_film
+from ehl.surface.roughness import EP_FILM, RoughProfile, boundary_film
 
 Array = NDArray[np.float64]
 
@@ -63,12 +63,11 @@ class RoughSurfaces:
         """Smallest cut-off of the profiles [m]; inf when smooth."""
         return min((p.cutoff for p in self.profiles), default=math.inf)
 
-    @property
-    def default_boundary_film(self) -> float:
-        """h_boundary of `ehl.surface.roughness.boundary_film` for the composite roughness [m]."""
+    def default_boundary_film(self, film: float = EP_FILM) -> float:
+        """h_boundary of `ehl.surface.roughness.boundary_film` for the composite roughness and a reaction film [m]."""
         known = [p.rms_below_cutoff for p in self.profiles]
         below = math.sqrt(sum(v * v for v in known)) if known else math.nan
-        return boundary_film(self.rms, below).thickness
+        return boundary_film(self.rms, below, film=film).thickness
 
     def common_length(self) -> float | None:
         """Period [m] the node spacing should divide: that of the first rough profile."""

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
-    FilmConductivity,
     FilmProfile,
     InletFactor,
     ThermalEstimate,
@@ -353,7 +353,7 @@ def _carried(
     u_r h* is the same everywhere. Behind the pressure spike of a thick, fast film q is freed within a hundredth of l;
     conducted on the spot it would heat the oil by thousands of kelvin, carried along by a few.
     """
-    k_film = (conductivity or FilmConductivity())(pressure, lubricant.thermal_conductivity)
+    k_film = (conductivity or lubricant.film_conductivity)(pressure, lubricant.thermal_conductivity)
     capacity = lubricant.density * lubricant.heat_capacity * contact.speed_entrainment * thickness[-1]
     length = capacity * thickness / (12.0 * k_film)
     stored = np.zeros_like(heat)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ehl.io.errors import InputError
+from ehl.io.files import read_bytes, read_text
 from ehl.io.units import parse_quantity
 from ehl.surface.roughness import RoughProfile
 
@@ -53,12 +54,7 @@ def read_profile(
     """
     path = Path(path)
     name = str(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError("profile", name, "an existing file", "Check the path.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("profile", name, "a readable text file", f"It could not be read: {error}.") from None
+    text = read_text(path, "profile", "an existing file of text with two columns")
     rows, units = _parse(text, name)
     if len(rows) < MIN_POINTS:
         raise InputError("profile", name, f"at least {MIN_POINTS} points", f"The file has {len(rows)}.")
@@ -345,8 +341,7 @@ def read_topography(path: str | Path) -> tuple[FloatArray, FloatArray, tuple[str
             "a text file with two columns, unless SurfaceTopography is installed",
             'Install it with: pip install "mixed-ehl[roughness]".',
         ) from None
-    if not Path(path).is_file():
-        raise InputError("profile", str(path), "an existing file", "Check the path.")
+    read_bytes(path, "profile", "an existing file")  # readers of other packages would wait for a pipe
     try:
         topography: Any = SurfaceTopography.read_topography(str(path))
     except Exception as error:  # its readers raise errors of many kinds

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, interpolate
+from scipy import fft, interpolate, optimize, special
 
 from ehl.io.errors import InputError
 from ehl.surface.height_translation import translation
@@ -16,7 +17,9 @@ FloatArray = NDArray[np.float64]
 
 # exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), has fallen to 5 % of its peak at k = 3.5/lc
 CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
-MIN_BOUNDARY_FILM, MAX_BOUNDARY_FILM = 5e-9, 100e-9  # boundary films of the default rule [m]
+MIN_BOUNDARY_FILM, MAX_BOUNDARY_FILM = 5e-9, 300e-9  # boundary films of the default rule [m]
+TIP_LENGTH = 2.1e-9  # tips of unknown waves stand out by sqrt(this times Rq): fitted to runs with self-affine profiles
+EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,13 +203,14 @@ def generate_profile(
     skewness: float = 0.0,
     kurtosis: float = 3.0,
     cutoff: float | None = None,
+    hurst: float | None = None,
     peklenik_number: float = 1.0,
 ) -> RoughProfile:
-    """Periodic, band-limited random profile with the autocorrelation exp(-(x/lc)^2).
+    """Periodic, band-limited random profile with the autocorrelation exp(-(x/lc)^2), or a self-affine one.
 
-    The spectrum is fixed by seed, length, correlation length and cut-off alone: another spacing samples the same
-    profile at other points. Heights other than Gaussian come from a monotone Johnson translation of the Gaussian
-    profile; it adds overtones above the cut-off and shortens the correlation length a little.
+    The spectrum is fixed by seed, length, correlation length, Hurst exponent and cut-off alone: another spacing samples
+    the same profile at other points. Heights other than Gaussian come from a monotone Johnson translation of the
+    Gaussian profile; it adds overtones above the cut-off and shortens the correlation length a little.
 
     Parameters
     ----------
@@ -224,6 +228,9 @@ def generate_profile(
         Of the height distribution the profile is drawn from [-]; one profile scatters about them.
     cutoff : float, optional
         Shortest wavelength kept [m]; 2 pi lc/3.5 when not given.
+    hurst : float, optional
+        Hurst exponent H of a self-affine profile, 0 < H < 1: its spectrum is flat below the roll-off and falls as
+        k^-(1 + 2 H) above it (`SelfAffine`); the Gaussian autocorrelation when not given.
     peklenik_number : float
         Stated lay of the surface, carried along [-].
 
@@ -252,7 +259,7 @@ def generate_profile(
     )
     _check_spacing(spacing, shortest)
     count = _count(length, spacing)
-    modes = _modes(seed, correlation_length, length, shortest)
+    modes = _modes(seed, correlation_length, length, shortest, hurst)
     # statistics, level and scale come from one fine sampling: they must not depend on the spacing asked for
     fine, heights = _synthesis(modes, 16 * len(modes)), _synthesis(modes, count)
     if (skewness, kurtosis) != (0.0, 3.0):
@@ -263,6 +270,9 @@ def generate_profile(
     heights = rms * heights
     heights.setflags(write=False)
     _, measured_skewness, measured_kurtosis = moments(fine)
+    spectrum = f"ACF exp(-(x/{correlation_length:g} m)^2)"
+    if hurst is not None:
+        spectrum = f"self-affine, H {hurst:g}, correlation length {correlation_length:g} m"
     return RoughProfile(
         heights,
         length / count,
@@ -273,18 +283,74 @@ def generate_profile(
         shortest,
         peklenik_number=peklenik_number,
         seed=int(seed),
-        source=f"generated: ACF exp(-(x/{correlation_length:g} m)^2), skewness {skewness:g}, kurtosis {kurtosis:g}",
+        source=f"generated: {spectrum}, skewness {skewness:g}, kurtosis {kurtosis:g}",
     )
 
 
-def _modes(seed: int, lc: float, length: float, shortest: float) -> NDArray[np.complex128]:
+def _modes(seed: int, lc: float, length: float, shortest: float, hurst: float | None = None) -> NDArray[np.complex128]:
     """Complex amplitudes of the wave numbers 1..n over the period, scaled to unit variance."""
     count = int(length / shortest * (1.0 + 1e-12))
-    k = 2.0 * math.pi * np.arange(1, count + 1) / length
+    k = 2.0 * math.pi / length * np.arange(1.0, count + 1.0)
     # one row of the draw per mode: the long waves stay when only the cut-off changes
     draw = np.random.default_rng(seed).standard_normal((count, 2))
-    amplitude = (draw[:, 0] + 1j * draw[:, 1]) * np.exp(-((k * lc) ** 2) / 8.0)
+    density = np.exp(-((k * lc) ** 2) / 4.0) if hurst is None else SelfAffine(lc, hurst).density(k)
+    amplitude = (draw[:, 0] + 1j * draw[:, 1]) * np.sqrt(density)
     return np.asarray(amplitude / math.sqrt(2.0 * float(np.sum(np.abs(amplitude) ** 2))))
+
+
+@dataclass(frozen=True)
+class SelfAffine:
+    """Spectrum of a self-affine profile: S(k) ~ (1 + (k/k_r)^2)^-(1/2 + H).
+
+    Flat for waves longer than the roll-off 2 pi/k_r, a power law below. Its autocorrelation is Matern's,
+    2^(1-H)/Gamma(H) (k_r x)^H K_H(k_r x); exp(-k_r x) for H = 1/2.
+
+    Parameters
+    ----------
+    correlation_length : float
+        Where the autocorrelation has fallen to 1/e, all waves included [m].
+    hurst : float
+        H, 0 < H < 1.
+    """
+
+    correlation_length: float
+    hurst: float
+
+    def __post_init__(self) -> None:
+        _require("correlation_length", self.correlation_length, self.correlation_length > 0.0, "> 0 m")
+        _require("hurst_exponent", self.hurst, 0.0 < self.hurst < 1.0, "> 0 and < 1")
+
+    @property
+    def roll_off(self) -> float:
+        """Wavelength 2 pi/k_r [m]."""
+        return 2.0 * math.pi * self.correlation_length / _lag_of_1_over_e(self.hurst)
+
+    def density(self, wave_number: FloatArray) -> FloatArray:
+        """S over S(0) [-] at wave numbers [1/m]."""
+        ratio = np.asarray(wave_number) * self.roll_off / (2.0 * math.pi)
+        return np.asarray((1.0 + ratio**2) ** -(0.5 + self.hurst))
+
+    def share_below(self, wavelength: float) -> float:
+        """Share of the variance in waves shorter than this [-]."""
+        return float(special.betainc(self.hurst, 0.5, 1.0 / (1.0 + (self.roll_off / wavelength) ** 2)))
+
+    def slope(self, shortest: float, longest: float = math.inf) -> float:
+        """RMS slope of the waves between two wavelengths [m], for a Rq of 1 m of all waves [1/m]."""
+        first, last = self.roll_off / longest, self.roll_off / min(shortest, longest)
+        u = np.linspace(math.sqrt(first), math.sqrt(last), 2001) ** 2  # dense at the long waves
+        density = (1.0 + u**2) ** -(0.5 + self.hurst)
+        whole = 0.5 * float(special.beta(0.5, self.hurst))
+        return 2.0 * math.pi / self.roll_off * math.sqrt(float(np.trapezoid(u**2 * density, u)) / whole)
+
+
+@lru_cache(maxsize=64)
+def _lag_of_1_over_e(hurst: float) -> float:
+    """k_r x where Matern's autocorrelation is 1/e."""
+
+    def excess(x: float) -> float:
+        return float(2.0 ** (1.0 - hurst) / special.gamma(hurst) * x**hurst * special.kv(hurst, x)) - math.exp(-1.0)
+
+    return float(optimize.brentq(excess, 1e-8, 20.0, xtol=1e-14))
 
 
 def _synthesis(modes: NDArray[np.complex128], count: int) -> FloatArray:
@@ -322,7 +388,7 @@ class BoundaryFilm:
     thickness : float
         h_boundary [m].
     bounded : bool
-        Whether the rule left 5..100 nm and was cut off there.
+        Whether the rule left 5..300 nm and was cut off there.
     unresolved : bool
         Whether it lies below 10 nm, where friction still moves with the mesh at 1024 nodes.
     """
@@ -332,37 +398,28 @@ class BoundaryFilm:
     unresolved: bool
 
 
-def boundary_film(
-    rms: float,
-    rms_below_cutoff: float | None = None,
-    *,
-    adsorbed: float = 2e-9,
-    factor: float = 2.5,
-    share_unknown: float = 0.05,
-) -> BoundaryFilm:
-    """Default boundary film: adsorbed or reaction film plus 2.5 times the RMS of the roughness the profiles leave out.
+def boundary_film(rms: float, rms_below_cutoff: float | None = None, *, film: float = EP_FILM) -> BoundaryFilm:
+    """Default boundary film: film of the additives, and what the roughness left out of the profiles adds to it.
 
-    Ours, an estimate: friction between film ratios of about 0.5 and 0.01 depends on it by a factor of 2 to 3, so it
-    should be calibrated on one measured Stribeck curve.
+    A profile with one correlation length lacks the waves of a real one below it, which touch first. Where their RMS
+    sigma_sub is known they count with 2.5 sigma_sub, where not with sqrt(2.1 nm Rq): that gives the friction of
+    self-affine profiles, which show them (docs/roughness.md). Ours, an estimate: friction between film ratios of about
+    0.5 and 0.01 depends on it by a factor of 2 to 3, so it should be calibrated on one measured Stribeck curve.
 
     Parameters
     ----------
     rms : float
         Composite Rq of both profiles [m].
     rms_below_cutoff : float, optional
-        sigma_sub, composite [m]; where None or nan, ``share_unknown * rms``.
-    adsorbed : float
-        Thickness of the adsorbed or reaction film [m].
-    factor : float
-        Multiple of sigma_sub [-].
-    share_unknown : float
-        sigma_sub over Rq where no spectrum is known [-].
+        sigma_sub, composite [m]; None or nan where no spectrum is known.
+    film : float
+        Thickness of the adsorbed or reaction film [m] (`ehl.surface.finish.Additive`).
     """
     _require("rms", rms, rms >= 0.0, ">= 0 m")
-    _require("adsorbed", adsorbed, adsorbed >= 0.0, ">= 0 m")
-    known = rms_below_cutoff is not None and not math.isnan(rms_below_cutoff)
-    sigma = float(rms_below_cutoff) if known and rms_below_cutoff is not None else share_unknown * rms
-    _require("rms_below_cutoff", sigma, sigma >= 0.0, ">= 0 m")
-    rule = adsorbed + factor * sigma
-    thickness = min(max(rule, MIN_BOUNDARY_FILM), MAX_BOUNDARY_FILM)
-    return BoundaryFilm(thickness, thickness != rule, thickness < 10e-9)
+    _require("film", film, film >= 0.0, ">= 0 m")
+    tips = math.sqrt(TIP_LENGTH * rms)
+    if rms_below_cutoff is not None and not math.isnan(rms_below_cutoff):
+        _require("rms_below_cutoff", rms_below_cutoff, rms_below_cutoff >= 0.0, ">= 0 m")
+        tips = 2.5 * rms_below_cutoff
+    thickness = min(max(film + tips, MIN_BOUNDARY_FILM), MAX_BOUNDARY_FILM)
+    return BoundaryFilm(thickness, thickness != film + tips, thickness < 10e-9)

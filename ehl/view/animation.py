@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import copy
 import io
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -97,7 +98,7 @@ def check_animation(problem: ContactProblem, path: Path) -> None:
     """
     if path.suffix.lower() not in WRITERS:
         raise InputError("animate", str(path), "a file name ending in .gif or .html")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise InputError("animate", str(path), "a file in an existing folder")
     if problem.model.roughness != "deterministic":
         raise InputError(

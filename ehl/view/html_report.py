@@ -77,8 +77,11 @@ def figure_svg(figure: Figure) -> str:
     """A figure as an SVG element without the XML prolog."""
     import matplotlib as mpl
 
+    from ehl.view.plots import printable, quiet_about_names
+
+    printable(figure)
     buffer = io.StringIO()
-    with mpl.rc_context({"svg.fonttype": "none", "font.family": "sans-serif"}):
+    with quiet_about_names(), mpl.rc_context({"svg.fonttype": "none", "font.family": "sans-serif"}):
         figure.savefig(buffer, format="svg", transparent=True)
     text = buffer.getvalue()
     return text[text.index("<svg") :]

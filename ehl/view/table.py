@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from ehl.io.errors import InputError
 from ehl.io.files import make_folder, write_file
+from ehl.io.table_files import harmless
 from ehl.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit
 
 if TYPE_CHECKING:
@@ -36,7 +37,6 @@ _PIPE_WIDTH = 10_000  # of an output that is no terminal
 _DENSE = 9  # more columns than this are set smaller on a page
 _MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 @dataclass(frozen=True)
@@ -169,8 +169,8 @@ class Table:
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
         head, rows = self._grid(display=False)
-        writer.writerow(map(_harmless, head))
-        writer.writerows([_harmless(value) for value in row] for row in rows)
+        writer.writerow(map(harmless, head))
+        writer.writerows([harmless(value) for value in row] for row in rows)
         return file.getvalue()
 
     def html(self) -> str:
@@ -418,15 +418,3 @@ def _with_unit(text: str, unit: str) -> str:
 def _plain(text: str) -> str:
     """Text without the control characters a terminal would obey."""
     return _CONTROL.sub(" ", text)
-
-
-def _harmless(value: Cell) -> Cell:
-    """A cell a spreadsheet does not compute."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str) and value.startswith(_FORMULA):
-        try:
-            float(value)
-        except ValueError:
-            return f"'{value}"
-    return value

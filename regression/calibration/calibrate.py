@@ -41,7 +41,7 @@ from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise, noise_of
 from regression.calibration.search import Fit, Target, best_start, search
 from regression.calibration.setup import CalibrationSetup, load_setup
-from regression.plan.cost import available_jobs
+from regression.plan.cost import checked_jobs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -185,10 +185,10 @@ class Calibration:
         InputError
             The file cannot be written.
         """
-        from regression.calibration.card import write_card
+        from ehl.fluid.oil_file import write_card
 
         card = self.card(Path(path).stem)
-        write_card(card, Path(path))
+        write_card(card, Path(path), "Written by mixed-ehl calibrate")
         return card
 
     def use_lines(self, path: str | PathLike[str]) -> list[str]:
@@ -402,7 +402,7 @@ def calibrate(
         measurement = read_measurement(Path(measurement), setup.conditions.given())
     clock = time.perf_counter()
     check_information(measurement, setup)
-    solver = solver_of(measurement, setup, available_jobs() if jobs is None else jobs)
+    solver = solver_of(measurement, setup, checked_jobs(jobs))
     start = all_values(measurement, setup)
     target = target_of(measurement, setup)
     target = _solvable(solver, start, target)

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import datetime
-import re
 from pathlib import Path
-from typing import Any
 
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
-from ehl.io.errors import InputError
-from ehl.io.files import write_file
 from regression.calibration.calibrate import SOLVER_VERSION, Calibration, reference_temperature
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import RISING, card_with
@@ -86,54 +82,6 @@ def _geometry_words(setup: CalibrationSetup) -> str:
     if specimens.geometry == "line":
         return "line contact"
     return f"point contact, solved as a line contact of the same {specimens.match.replace('_', ' ')}"
-
-
-def card_text(card: Oil) -> str:
-    """The card as TOML, numbers in SI."""
-    content: dict[str, Any] = card.model_dump(exclude_none=True)
-    if card.eyring_stress_pressure is not None:
-        content["eyring_stress_pressure"] = card.eyring_stress_pressure.model_dump()
-    if card.calibration is not None:
-        content["calibration"] = card.calibration.model_dump()
-    return "# Written by mixed-ehl calibrate; numbers in SI units.\n" + "\n".join(_toml(content, ()))
-
-
-def write_card(card: Oil, path: Path) -> None:
-    """Write the card, and make sure that it reads back as it is.
-
-    Raises
-    ------
-    InputError
-        The path does not end in .toml or cannot be written.
-    """
-    if path.suffix != ".toml":
-        raise InputError("path", str(path), "a file name ending in .toml")
-    write_file(path, card_text(card))
-    Oil.load(str(path))
-
-
-def _toml(table: dict[str, Any], path: tuple[str, ...]) -> list[str]:
-    plain = {key: value for key, value in table.items() if not isinstance(value, dict)}
-    lines = [f"[{'.'.join(map(_key, path))}]"] if path and (plain or not table) else []
-    lines += [f"{_key(key)} = {_literal(value)}" for key, value in plain.items()]
-    lines.append("")
-    for key, value in table.items():
-        if isinstance(value, dict):
-            lines += _toml(value, (*path, key))
-    return lines
-
-
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _literal(key)
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, (tuple, list)):
-        return "[" + ", ".join(_literal(entry) for entry in value) + "]"
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-        return f'"{escaped}"'
-    return repr(value)
 
 
 def use_lines(path: Path, setup: CalibrationSetup, result: Calibration) -> list[str]:

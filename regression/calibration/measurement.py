@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import inputs
-from ehl.fluid.oil import Temperature
+from ehl.fluid.oil_laws import Temperature
 from ehl.io.errors import InputError
+from ehl.io.files import read_bytes
 from ehl.io.table_files import numbered_table
 from ehl.io.units import ValueRange
 
@@ -124,7 +125,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
         if name in given
     }
     columns.setdefault("roughness_rms", np.zeros(size))
-    nothing, content = np.full(size, np.nan), path.read_bytes()
+    nothing, content = np.full(size, np.nan), read_bytes(path, "file", "a CSV or XLSX file")
     return Measurement(
         name=path.name + (" (synthetic)" if content.startswith(SYNTHETIC.encode()) else ""),
         file_hash=hashlib.sha256(content).hexdigest(),

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import GoldAlpha, ModulusAlpha, ModulusViscosity, Oil, RisingStressInput, TabulatedAlpha
+from ehl.fluid.oil import Oil, RisingStressInput
+from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, ModulusViscosity, TabulatedAlpha
 from ehl.io.errors import InputError
 from ehl.io.units import KELVIN
 
@@ -87,7 +88,7 @@ def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, fl
     """The card's values of the parameters of the oil at a temperature [K], without those of the law not in use."""
     lubricant = card.at(temperature)
     values = {
-        "limiting_shear_coefficient": card.limiting_shear_coefficient,
+        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
         "pressure_viscosity": lubricant.pressure_viscosity,
     }
     if rising:
@@ -109,38 +110,44 @@ def _rising(card: Oil) -> RisingStressInput:
 def card_with(card: Oil, values: Mapping[str, float], temperature: float) -> Oil:
     """The card with the given values of its parameters; `pressure_viscosity` is meant at `temperature` [K].
 
-    alpha keeps its dependence on temperature and is scaled as a whole; in the modulus law so is ln(eta/eta0).
+    alpha keeps its dependence on temperature and is scaled as a whole; in laws by constants so is ln(eta/eta0).
     """
     changes: dict[str, object] = {}
     for name in ("eyring_stress", "limiting_shear_coefficient"):
         if name in values:
             changes[name] = values[name]
+    if "limiting_shear_coefficient" in values and card.limiting_stress[0] > 0.0:
+        changes["limiting_shear_ambient"] = card.limiting_stress[0]  # of the base oil, which a coefficient would drop
     if "stress_low" in values:
         law = _rising(card)
         changes["eyring_stress_pressure"] = law.model_copy(update={name: values[name] for name in RISING})
     if "pressure_viscosity" in values:
-        changes |= _scaled_alpha(card, values["pressure_viscosity"] / card.alpha(temperature))
+        changes |= _scaled_alpha(card, values["pressure_viscosity"] / float(card.alpha(temperature)), temperature)
     return card.model_copy(update=changes)
 
 
-def _scaled_alpha(card: Oil, factor: float) -> dict[str, object]:
+def _scaled_alpha(card: Oil, factor: float, temperature: float) -> dict[str, object]:
+    """The slope at p = 0 times a factor at every temperature; laws by constants are scaled as a whole."""
+    law = card.pressure_viscosity
     if factor == 1.0:
         return {}
-    changes: dict[str, object] = {}
-    if isinstance(card.viscosity, ModulusViscosity):
-        constants = {name: getattr(card.viscosity, name) / factor for name in ("a1", "a2", "b1", "b2")}
-        changes["viscosity"] = card.viscosity.model_copy(update=constants)
-    law = card.pressure_viscosity
     if isinstance(law, TabulatedAlpha):
-        changes["pressure_viscosity"] = law.model_copy(update={"value": tuple(factor * value for value in law.value)})
-    elif isinstance(law, GoldAlpha):
+        slopes = tuple(factor * float(card.alpha(at)) for at in law.temperature)
+        return {"pressure_viscosity": law.model_copy(update={"value": slopes, **_as_slope(law)})}
+    if isinstance(law, GoldAlpha):
         at = law.anchor_temperature if law.anchor_value is not None and law.anchor_temperature else GOLD_ANCHOR
-        anchor = {"anchor_temperature": at, "anchor_value": factor * card.alpha(at)}
-        changes["pressure_viscosity"] = law.model_copy(update=anchor)
-    else:
-        # the slope of the modulus law at p = 0, which has been scaled
-        assert isinstance(law, ModulusAlpha)
-    return changes
+        anchor = {"anchor_temperature": at, "anchor_value": factor * float(card.alpha(at))}
+        return {"pressure_viscosity": law.model_copy(update={**anchor, **_as_slope(law)})}
+    if isinstance(card.viscosity, ModulusViscosity) and law.anchor_value is None:
+        constants = {name: getattr(card.viscosity, name) / factor for name in ("a1", "a2", "b1", "b2")}
+        return {"viscosity": card.viscosity.model_copy(update=constants)}
+    anchor = {"anchor_temperature": temperature, "anchor_value": factor * float(card.alpha(temperature))}
+    return {"pressure_viscosity": ModulusAlpha(law="constants", alpha_definition="slope", **anchor)}
+
+
+def _as_slope(law: TabulatedAlpha | GoldAlpha) -> dict[str, object]:
+    """The definition of what has become a slope; cards that do not say mean the slope."""
+    return {} if law.alpha_definition is None else {"alpha_definition": "slope"}
 
 
 def lubricant_of(card: Oil, temperature: float, *, rising: bool) -> Lubricant:

@@ -98,7 +98,7 @@ def correlation_tables(result: Calibration) -> list[Table]:
 
 def calibration_report(result: Calibration) -> None:
     """Values with intervals, correlations, noise, outliers, parameters that are not identifiable, and the cost."""
-    console = Console(soft_wrap=True, highlight=False)
+    console = Console(soft_wrap=True, highlight=False, markup=False)
     for table in (parameter_table(result), *correlation_tables(result)):
         table.print()
     stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
@@ -111,7 +111,7 @@ def calibration_report(result: Calibration) -> None:
     if result.excluded:
         console.print(f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} of the file")
     for note in result.notes:
-        console.print(f"note: {note}", markup=False)
+        console.print(f"note: {note}")
     console.print(f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s")
 
 

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs
-from ehl.fluid.oil import Oil, Temperature
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import Temperature
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange

@@ -18,13 +18,14 @@ import numpy as np
 from ehl import __version__
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.files import write_file
+from ehl.io.table_files import harmless
 from ehl.io.units import ValueRange
 from ehl.quantities import si_unit
 from regression.calibration.calibrate import all_values, setup_of, solver_of
 from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement, read_measurement
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.setup import CalibrationSetup
-from regression.plan.cost import available_jobs
+from regression.plan.cost import checked_jobs
 
 
 def synthetic_measurement(
@@ -88,7 +89,7 @@ def synthetic_measurement(
     if not setup.noise.stated:
         raise InputError("noise", None, "absolute or relative, the standard deviation of the synthetic noise")
     values = true_values(planned, setup, truth)
-    solver = solver_of(planned, setup, available_jobs() if jobs is None else jobs)
+    solver = solver_of(planned, setup, checked_jobs(jobs))
     parts = solver.parts([values])[0]
     failed = np.flatnonzero(np.isnan(parts).any(axis=1))
     if failed.size:
@@ -147,5 +148,5 @@ def write_synthetic(
     writer.writerow(["curve", *shown, "friction_coefficient"])
     for i in range(made.size):
         numbers = [f"{made.columns[name][i]:.8g}" for name in names]
-        writer.writerow([made.curve[i], *numbers, f"{made.friction[i]:.6f}"])
+        writer.writerow([harmless(made.curve[i]), *numbers, f"{made.friction[i]:.6f}"])
     write_file(path, text.getvalue())

@@ -59,7 +59,9 @@ def mu(
     temperature: Annotated[str, typer.Option(help='Oil temperature at the inlet, "80 degC".')],
     roughness: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
-    correlation_length: Annotated[str, typer.Option(help='Of the roughness of either surface, "50 um".')] = "30 um",
+    correlation_length: Annotated[
+        str | None, typer.Option(help='Of the roughness of either surface, "50 um"; 100 Rq if not given.')
+    ] = None,
     oil: Annotated[str | None, typer.Option(help="Oil card; the formula's own if not given.")] = None,
     boundary_friction: Annotated[
         float | None, typer.Option(help="mu_b of the asperities in place of the formula's own.", min=0.0, max=1.0)
@@ -86,7 +88,7 @@ def mu(
         "temperature_oil": temperature,
         "roughness_rms": roughness,
         "speed_sliding_lengthwise": lengthwise,
-        "correlation_length": correlation_length,
+        **({} if correlation_length is None else {"correlation_length": correlation_length}),
     }
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
     content |= {"friction_model": friction.name, "oil": name}
@@ -94,10 +96,13 @@ def mu(
         content["certainty"] = friction.certainty
     if hull and isinstance(friction, regression.Formula):
         content["in_convex_hull"] = bool(friction.in_convex_hull(hull, oil=name, **point))
+    spread = None if content["friction_coefficient"] is None else friction.uncertainty(oil=name, **point)
     if json_output:
-        print_json(content)
+        print_json(content | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
         _print_friction(content)
+        if spread is not None and spread.low < spread.high:
+            typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     if content["flag"] != "ok":
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
     if content["friction_coefficient"] is None:

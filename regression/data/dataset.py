@@ -16,8 +16,12 @@ import h5py
 import numpy as np
 import pandas as pd
 
+from ehl.fluid.oil import Oil
+from ehl.fluid.pressure_viscosity import alpha_film
+from ehl.fluid.viscosity import RoelandsLaw
 from ehl.io.data import data_names, named_file
 from ehl.io.errors import InputError
+from ehl.io.table_files import harmless
 from ehl.view.table import Column, Table
 from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
 from regression.data.store import LIBVER, merge, one_row_per_case, read_file, read_run, run_files
@@ -132,7 +136,10 @@ class Dataset:
         try:
             with target.open("w", encoding="utf-8", newline="") as file:
                 file.write(",".join(map(str, self.frame.columns)) + "\n" + ",".join(units) + "\n")
-                self.frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
+                frame = self.frame.copy()
+                for name in frame.select_dtypes(exclude=["number", "bool"]):
+                    frame[name] = frame[name].map(harmless)
+                frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
         except OSError as error:
             raise InputError("target", str(target), "a writable path", f"{error.strerror}.") from None
 
@@ -238,7 +245,7 @@ def results_path(run: Source) -> Path:
         Neither exists; the message lists the names there are.
     """
     path = Path(run)
-    if path.exists():
+    if os.path.exists(path):
         return path
     if str(run) in dataset_names():
         return named_file("run", FOLDER, str(run), SUFFIX)
@@ -261,6 +268,7 @@ def _read(run: Path) -> Dataset:
     meta, frame = read_run(run)
     if frame.empty:
         raise InputError("run", str(run), "a run with at least one finished case", "Sweep first.")
+    frame = frame.assign(pressure_viscosity_film=_film_coefficient(frame))
     derived = derive({name: frame[name].to_numpy() for name in frame if name in UNITS})
     frame = frame.assign(**{name: derived[name] for name in DERIVED_UNITS})
     oils = tuple(name for name in str(meta["oil"]).split(", ") if name)
@@ -274,6 +282,31 @@ def _read(run: Path) -> Dataset:
         int(meta["count"]),
         hashes_of_cards(oils, str(meta["oil_hash"])),
     )
+
+
+def _film_coefficient(frame: pd.DataFrame) -> Array:
+    """alpha_film of every row [1/Pa], which files do not hold: from alpha by the law of its card.
+
+    Rows without a card, or whose card is gone, are taken by the Roelands law through eta0 and alpha, or by that of
+    Barus where the stored viscosity at the mean pressure is its.
+    """
+    alpha = frame["pressure_viscosity"].to_numpy(dtype=float)
+    viscosity = frame["viscosity_inlet"].to_numpy(dtype=float)
+    temperature = frame["temperature_oil"].to_numpy(dtype=float)
+    rise = np.log(frame["viscosity_mean_pressure"].to_numpy(dtype=float) / viscosity)
+    barus = np.abs(rise - alpha * 0.25 * np.pi * frame["pressure_hertz"].to_numpy(dtype=float)) < 1e-6 * np.abs(rise)
+    roelands = alpha_film(RoelandsLaw(viscosity, alpha, temperature, 0.0))  # type: ignore[arg-type]
+    film: Array = np.where(barus, alpha, roelands)
+    for name in frame["oil"].unique():
+        try:
+            card = Oil.load(name) if name else None
+        except InputError:
+            card = None
+        if card is not None:
+            rows = (frame["oil"] == name).to_numpy()
+            lubricant = card.at(temperature[rows])
+            film[rows] = alpha[rows] * lubricant.pressure_viscosity_film / lubricant.pressure_viscosity
+    return film
 
 
 def _joined(datasets: Sequence[Dataset]) -> Dataset:
@@ -471,7 +504,7 @@ def merge_compressed(run: Path, target: Path) -> int:
     """
     plain = target.with_name(target.name + ".plain")
     plain.unlink(missing_ok=True)
-    if target.exists():
+    if os.path.exists(target):
         raise InputError("target", str(target), "a file that does not exist yet")
     try:
         count = merge(run, plain)

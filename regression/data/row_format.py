@@ -53,7 +53,8 @@ TIMING_UNITS = si_units(("seconds", "seconds_cpu"))
 NUMBER_UNITS: dict[str, str] = {
     # the order of the columns is part of the file format
     **{name: unit for name, unit in STATE_UNITS.items() if name not in SURFACE_UNITS},
-    **LUBRICANT_UNITS,
+    # alpha_film is that of the oil's card: files older than it have no such column
+    **{name: unit for name, unit in LUBRICANT_UNITS.items() if name != "pressure_viscosity_film"},
     **SURFACE_UNITS,
     **OUTPUT_UNITS,
     "attempts": "",

@@ -7,6 +7,7 @@ carries the checksum of its content: a row that was overwritten, or lost with th
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import shutil
@@ -29,6 +30,7 @@ STORE_SCHEMA = 2
 LIBVER = ("earliest", "v110")
 # rows of a block: what one corrupt block of the disk can cost
 _CHUNK = 64
+MAX_ROWS = 2_000_000  # of one file; a plan has half as many cases at most, each with one retry
 _COLUMNS = (*NUMBER_UNITS, *TEXT_WIDTHS, "check")
 # largest growth of the file by a block of rows: its content, and a node of the index of every column
 _BLOCK_BYTES = 2 * _CHUNK * ROW.itemsize + 4096 * (len(_COLUMNS) + 1)
@@ -73,7 +75,7 @@ class ResultStore:
     def __init__(self, path: Path, meta: Mapping[str, str | int]) -> None:
         self.path = path
         self.recovered: int | None = None
-        if not path.exists():
+        if not os.path.exists(path):
             _create(path, meta)
         try:
             self._open_checked(meta)
@@ -251,13 +253,13 @@ def _corruption_reported(path: Path) -> Iterator[None]:
         yield
     except InputError:
         raise
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
+    except Exception as error:  # h5py lets errors of every kind through
         raise _corrupt_file(path, error) from None
 
 
 def _valid_rows(file: h5py.File) -> tuple[Rows, int]:
     """The rows whose content matches their checksum, and how many others there are."""
-    size = min(len(file[name]) for name in ("key", *_COLUMNS))
+    size = _declared_rows(file, Path(file.filename))
     packed = np.zeros(size, ROW)
     for name in ROW.names or ():
         packed[name] = file[name][:size]
@@ -311,8 +313,8 @@ def _readable_rows(file: h5py.File) -> Rows:
     lengths = []
     for name in ("key", *_COLUMNS):
         try:
-            lengths.append(len(file[name]))
-        except (OSError, RuntimeError, KeyError):
+            lengths.append(min(len(file[name]), MAX_ROWS))
+        except Exception:
             return np.zeros(0, ROW)
     size = min(lengths)
     packed, stated = np.zeros(size, ROW), np.zeros(size, np.uint32)
@@ -322,7 +324,7 @@ def _readable_rows(file: h5py.File) -> Rows:
             for name in ROW.names or ():
                 packed[name][block] = file[name][block]
             stated[block] = file["check"][block]
-        except (OSError, RuntimeError):
+        except Exception:
             # these rows keep a blank key
             packed["key"][block] = b""
     valid = (packed["key"] != b"") & (checksums(packed) == stated)
@@ -332,6 +334,30 @@ def _readable_rows(file: h5py.File) -> Rows:
 def _attribute(file: h5py.File, name: str) -> Any:
     value = file.attrs.get(name)
     return int(value) if isinstance(value, np.integer) else value
+
+
+def _attributes(file: h5py.File, path: Path) -> dict[str, Any]:
+    """What the file says of its run; a text with a flipped bit may hold signs that no terminal takes."""
+    meta = {name: _attribute(file, name) for name in ("schema", "writer", *_SHARED)}
+    for name, value in meta.items():
+        if name in ("schema", "count"):
+            sound = isinstance(value, int) and 0 < value <= MAX_ROWS
+        else:
+            sound = isinstance(value, str) and value.isprintable()
+        if not sound:
+            raise _corrupt_file(path, ValueError(f"its attribute {name} is {value!r}"))
+    return meta
+
+
+def _declared_rows(file: h5py.File, path: Path) -> int:
+    """Rows every column has; a file that declares more than there may be is refused before memory is taken."""
+    sizes = [file[name].shape for name in ("key", *_COLUMNS)]
+    largest = max(math.prod(size) for size in sizes)
+    if largest > MAX_ROWS:
+        raise InputError("run", str(path), f"a result file of at most {MAX_ROWS} rows", f"It declares {largest}.")
+    if max(file[name].dtype.itemsize for name in ("key", *_COLUMNS)) > ROW.itemsize:
+        raise TypeError("its columns are of another type")
+    return int(min(size[0] if len(size) == 1 else 0 for size in sizes))
 
 
 def _check_same(file: h5py.File, path: Path, meta: Mapping[str, str | int]) -> None:
@@ -369,10 +395,15 @@ def read_file(path: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.D
     """
     with _open(path, "r", locking) as file, _corruption_reported(path):
         _check_schema(file, path)
+        meta = _attributes(file, path)
         rows, _ = _valid_rows(file)
-        meta = {name: _attribute(file, name) for name in file.attrs}
-        meta["plan"] = file["plan"].asstr()[()]
-    table: dict[str, Any] = {name: [text.decode() for text in rows[name]] for name in ("key", *TEXT_WIDTHS)}
+        plan = file["plan"].asstr()[()]
+        if not isinstance(plan, str):
+            raise TypeError("its plan is no text")
+        meta["plan"] = plan
+    table: dict[str, Any] = {
+        name: [text.decode("ascii", "replace") for text in rows[name]] for name in ("key", *TEXT_WIDTHS)
+    }
     table |= {name: rows[name] for name in NUMBER_UNITS}
     # a failed case that was computed again has two rows; the last counts
     frame = pd.DataFrame(table).drop_duplicates("key", keep="last")
@@ -387,9 +418,9 @@ def run_files(run: Path) -> list[Path]:
     InputError
         There are none.
     """
-    if run.is_file():
+    if os.path.isfile(run):
         return [run]
-    files = sorted(run.glob("*.h5")) if run.is_dir() else []
+    files = sorted(run.glob("*.h5")) if os.path.isdir(run) else []
     if not files:
         hint = "Run `mixed-ehl sweep PLAN.toml -o RUN` first."
         raise InputError("run", str(run), "a folder or file of results", hint)
@@ -432,9 +463,9 @@ def merge(run: Path, target: Path) -> int:
     InputError
         As `read_run`; or the target exists already.
     """
-    if target.exists():
+    if os.path.exists(target):
         raise InputError("target", str(target), "a file that does not exist yet")
-    if not target.parent.is_dir():
+    if not os.path.isdir(target.parent):
         raise InputError("target", str(target), "a file in a folder that exists")
     meta, frame = read_run(run)
     shared = {name: meta[name] for name in ("plan", *_SHARED)}

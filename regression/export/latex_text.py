@@ -26,6 +26,7 @@ SYMBOLS: dict[str, str] = {
     "viscosity_kinematic": r"\nu",
     "viscosity_mean_pressure": r"\eta_p",
     "pressure_viscosity": r"\alpha",
+    "pressure_viscosity_film": r"\alpha_f",
     "eyring_stress": r"\tau_0",
     "limiting_shear_coefficient": r"\Lambda",
     "temperature_viscosity": r"\beta",

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ehl.fluid.oil import TEMPERATURE_RANGE, Oil
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import TEMPERATURE_RANGE
 from ehl.io.errors import InputError
 from regression.export import record
 from regression.export.data_functions import (
@@ -49,6 +50,7 @@ MEANING: dict[str, str] = {
     "viscosity_kinematic": "kinematic viscosity at ambient pressure and temperature_oil",
     "viscosity_mean_pressure": "dynamic viscosity at the mean pressure pi/4 pressure_hertz and temperature_oil",
     "pressure_viscosity": "d ln eta/dp at ambient pressure",
+    "pressure_viscosity_film": "alpha_film, the pressure-viscosity coefficient of film formulas",
     "eyring_stress": "Eyring stress",
     "limiting_shear_coefficient": "limiting shear stress over pressure",
     "temperature_viscosity": "-d ln eta/dT at ambient pressure",

@@ -15,7 +15,8 @@ from ehl import inputs
 from ehl.fluid.density import dowson_higginson_1966
 from ehl.fluid.film_formulas import moes_film
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import Oil, Temperature
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import Temperature
 from ehl.fluid.rheology import RisingStress
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
@@ -34,6 +35,7 @@ LUBRICANT_UNITS = si_units(
         "viscosity_kinematic",
         "viscosity_mean_pressure",
         "pressure_viscosity",
+        "pressure_viscosity_film",
         "eyring_stress",
         "limiting_shear_coefficient",
         "temperature_viscosity",
@@ -72,8 +74,8 @@ UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
 def lubricant_columns(lubricant: Lubricant, pressure_hertz: Array) -> dict[str, Array | float]:
     """The oil's figures at inlet temperature that a case stores, by the names of `LUBRICANT_UNITS`.
 
-    `viscosity_mean_pressure`, and an Eyring stress that rises with pressure, are taken at the mean Hertz pressure of
-    the line contact, pi p_h/4.
+    `viscosity_mean_pressure`, an Eyring stress that rises with pressure, and the limiting stress over pressure are
+    taken at the mean Hertz pressure of the line contact, pi p_h/4.
 
     Parameters
     ----------
@@ -88,9 +90,11 @@ def lubricant_columns(lubricant: Lubricant, pressure_hertz: Array) -> dict[str, 
         "viscosity_inlet": lubricant.viscosity_inlet,
         "viscosity_kinematic": lubricant.viscosity_inlet / lubricant.density,
         "viscosity_mean_pressure": lubricant.viscosity(mean_pressure),
-        "pressure_viscosity": lubricant.pressure_viscosity,
+        "pressure_viscosity": lubricant.alpha,
+        "pressure_viscosity_film": lubricant.pressure_viscosity_film,
         "eyring_stress": stress(mean_pressure) if isinstance(stress, RisingStress) else stress,
-        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
+        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient
+        + lubricant.limiting_shear_ambient / np.maximum(mean_pressure, 1.0),
         "temperature_viscosity": lubricant.temperature_viscosity,
         "thermal_conductivity": lubricant.thermal_conductivity,
     }
@@ -169,9 +173,9 @@ def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
 def derive(columns: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """Complete a table that holds the names of `STATE_UNITS` and `LUBRICANT_UNITS` by the derived ones.
 
-    `film_formula` is the isothermal film of Moes (1992), an incompressible one, over the density ratio of Dowson &
-    Higginson at p_h, and `film_ratio_formula` that film over the composite Rq: what stands in for the solver's film
-    where only a formula is evaluated.
+    `film_formula` is the isothermal film of Moes (1992) with alpha_film, an incompressible one, over the density
+    ratio of Dowson & Higginson at p_h, and `film_ratio_formula` that film over the composite Rq: what stands in for the
+    solver's film where only a formula is evaluated.
     """
     table = {name: np.asarray(columns[name], dtype=float) for name in (*STATE_UNITS, *LUBRICANT_UNITS)}
     return table | derived_conditions(table)
@@ -183,7 +187,7 @@ def derived_conditions(table: Conditions) -> dict[str, Array]:
     speed, along = table["speed_entrainment"], table["speed_sliding_lengthwise"]
     load = hertz_load(pressure, radius, modulus)
     sliding = np.hypot(table["slide_to_roll"] * speed, along)
-    alpha = table["pressure_viscosity"]
+    alpha = table["pressure_viscosity_film"]
     film = moes_film(table["viscosity_inlet"], np.abs(speed), load, radius, modulus, alpha)
     film = film / dowson_higginson_1966(pressure)
     rough = np.hypot(table["roughness_rms_1"], table["roughness_rms_2"])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from ehl.io.errors import InputError
-from ehl.io.files import write_file
+from ehl.io.files import parse_json, read_text, write_file
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, validate
 from regression.friction.conditions import UNITS, Array, Conditions
@@ -25,10 +25,10 @@ from regression.friction.error_tables import Band, Finite, Interval, NoiseFloor,
 from regression.friction.families import Family, family_named
 from regression.friction.gaussian_process import GpResidual
 
-_ALLOWED = "a formula file written by `mixed-ehl fit`"
+_ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
 FORMULA_SCHEMA = 2
-# ranges are met by numbers that went through unit conversion and roots
-RANGE_TOLERANCE = 1e-6
+# of either end: the cases of a plan end a little inside of its box
+RANGE_TOLERANCE = 1e-3
 
 Friction = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
 
@@ -156,8 +156,8 @@ class FittedFormula(InputModel):
         # here and below ufuncs only: `regression.export` records them
         result = np.zeros_like(conditions["pressure_hertz"], dtype=bool)
         for name, (low, high) in self.ranges.items():
-            slack = RANGE_TOLERANCE * max(abs(low), abs(high))
-            result = result | (conditions[name] < low - slack) | (conditions[name] > high + slack)
+            below, above = low - RANGE_TOLERANCE * abs(low), high + RANGE_TOLERANCE * abs(high)
+            result = result | (conditions[name] < below) | (conditions[name] > above)
         return result
 
     def with_minimum_sliding(self, conditions: Conditions) -> tuple[Conditions, Array]:
@@ -207,8 +207,22 @@ class FittedFormula(InputModel):
         FormulaValue
         """
         outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
+        mu, deviation = self.coefficient(conditions, boundary_friction)
+        undefined = np.isnan(mu)
+        near, far = extrapolation >= Extrapolation.NEAR, extrapolation == Extrapolation.FAR
+        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, near, far)
+        return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
+
+    def coefficient(self, conditions: Conditions, boundary_friction: float | None = None) -> tuple[Array, Array | None]:
+        """mu and the residual's deviation as in `evaluate`, without its interval and the guard of its range.
+
+        Parameters
+        ----------
+        conditions, boundary_friction
+            As in `evaluate`.
+        """
         table, ramp = self.with_minimum_sliding(conditions)
-        shape = np.shape(outside)
+        shape = np.shape(ramp)
         flat = {name: np.ravel(values) for name, values in table.items()}
         mu_b = self.boundary_friction if boundary_friction is None else boundary_friction
         mu, deviation = self.friction(flat, mu_b)
@@ -216,10 +230,7 @@ class FittedFormula(InputModel):
         # 0 is an exponential that fell below the range of numbers
         undefined = ~(np.isfinite(mu) & (mu > 0.0))
         mu = np.where(undefined, np.nan, mu * ramp)
-        deviation = None if deviation is None else deviation.reshape(shape)
-        near, far = extrapolation >= Extrapolation.NEAR, extrapolation == Extrapolation.FAR
-        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, near, far)
-        return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
+        return mu, None if deviation is None else deviation.reshape(shape)
 
     def friction(self, table: Conditions, boundary_friction: float | Array) -> tuple[Array, Array | None]:
         """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual).
@@ -305,27 +316,14 @@ def load_formula(path: str | Path) -> FittedFormula:
         The file does not exist, is no formula file, was damaged or edited, or was written with a newer schema.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError("formula file", str(path), _ALLOWED, "The file does not exist.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("formula file", str(path), _ALLOWED, _unreadable(path, error)) from None
-    return _read(str(path), text)
-
-
-def _unreadable(path: Path, error: Exception) -> str:
-    return f"It could not be read: {error}. Fit it again with `mixed-ehl fit RUN -o {path.name}`."
+    return _read(str(path), read_text(path, "formula file", _ALLOWED))
 
 
 @lru_cache(maxsize=8)
 def _read(name: str, text: str) -> FittedFormula:
     """Formula of a file's text; kept, since checks and checksum cost more than an evaluation."""
     path = Path(name)
-    try:
-        content = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise InputError("formula file", name, _ALLOWED, _unreadable(path, error)) from None
+    content = parse_json(text, "formula file", name, _ALLOWED)
     if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
         raise InputError("formula file", name, _ALLOWED, "It holds no schema number.")
     schema = content["schema"]

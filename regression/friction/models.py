@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,14 @@ from ehl.fluid.oil import Oil
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
 from ehl.state import ContactState
-from regression.friction.conditions import Array, conditions_of, contact_points
+from regression.friction.conditions import Array, Conditions, conditions_of, contact_points
 from regression.friction.published_registry import PublishedFormula, evaluate_published
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from ehl.uncertainty.result import InputUncertainty
+    from ehl.uncertainty.spread import UncertaintyInput
 
 COLEMAN_FRICTION = 0.05  # as cited by Kolivand, Li & Kahraman (2010)
 
@@ -154,7 +157,7 @@ class PointFriction(ABC):
         **conditions : float, str or array
             `pressure_hertz`, `radius_equivalent`, `speed_entrainment`, `slide_to_roll`, `temperature` and, where they
             are not 0, `roughness_rms` (composite of both surfaces) and `speed_sliding_lengthwise`; also
-            `correlation_length` (30 um) and `effective_modulus` (steel on steel). SI numbers, strings with a unit, or
+            `correlation_length` (100 Rq) and `effective_modulus` (steel on steel). SI numbers, strings with a unit, or
             arrays of either that broadcast.
 
         Returns
@@ -181,6 +184,58 @@ class PointFriction(ABC):
             raise InputError("conditions", ", ".join(conditions), "either a state or keywords")
         name = self.default_oil() if oil is None else oil
         return self.evaluate(state, Oil.load(name) if isinstance(name, str) else name)
+
+    def uncertainty(
+        self,
+        state: ContactState | None = None,
+        *,
+        oil: Oil | str | None = None,
+        spreads: UncertaintyInput | None = None,
+        level: float = 0.90,
+        **conditions: Any,
+    ) -> InputUncertainty:
+        """Interval of the friction coefficient of one contact point by what is not known of the inputs.
+
+        Parameters
+        ----------
+        state : ContactState, optional
+            One contact point; in its place the keywords of `mu`.
+        oil : Oil or str, optional
+            Oil card or its name; the one a fitted formula was made for if not given.
+        spreads : UncertaintyInput, optional
+            How well inputs are known; by default as oil card and additives say.
+        level : float
+            Share of cases the interval is to hold [-].
+        **conditions : float or str
+            As of `mu`.
+
+        Returns
+        -------
+        InputUncertainty
+
+        Raises
+        ------
+        InputError
+            As `mu`; more than one point; a level that is no share.
+
+        Examples
+        --------
+        >>> import regression
+        >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
+        >>> found = regression.friction_model("75w90").uncertainty(
+        ...     **point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
+        >>> found.low < found.value < found.high
+        True
+        """
+        from ehl.uncertainty.spread import DEFAULT
+        from regression.friction.uncertainty import point_uncertainty
+
+        state = contact_points(**conditions) if state is None else state
+        if state.size != 1:
+            raise InputError("state", f"{state.size} points", "one contact point")
+        name = self.default_oil() if oil is None else oil
+        card = Oil.load(name) if isinstance(name, str) else name
+        return point_uncertainty(cast("FrictionModel", self), state, card, spreads or DEFAULT, level)
 
 
 @dataclass(frozen=True)
@@ -223,7 +278,19 @@ class PublishedFriction(PointFriction):
 
     def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
         """Friction with the formula's own range as flag; no interval, the authors state none."""
-        mu, outside, undefined = evaluate_published(self.formula, conditions_of(state, oil), oil.base)
+        return self.at_conditions(conditions_of(state, oil), oil)
+
+    def at_conditions(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        """`evaluate` where the conditions are known.
+
+        Parameters
+        ----------
+        conditions : mapping
+            `regression.friction.conditions.conditions_of` the contact points.
+        oil : Oil
+            Oil card.
+        """
+        mu, outside, undefined = evaluate_published(self.formula, conditions, oil.base)
         flag = np.where(outside, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK)
         flag = np.where(undefined, FrictionFlag.UNDEFINED, flag)
         unknown = np.full_like(mu, np.nan)

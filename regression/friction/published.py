@@ -132,12 +132,13 @@ def schlenk_1994(
 def lubricant_factor_niemann(base: str, speed_sum: ArrayLike) -> Array:
     """XL by base oil: mineral 1, PAO and ester 0.8, polyglycol 0.75 (6/vSum)^0.2 (from memory; vSum in m/s).
 
-    Fits to measurements gave 0.846, 0.65 and 0.585 in place of these (found).
+    Hydrocracked oils are taken as mineral (ours). Fits to measurements gave 0.846, 0.65 and 0.585 in place of
+    these (found).
     """
     speed = np.asarray(speed_sum, dtype=float)
     if base == "polyglycol":
         return np.asarray(0.75 * (6.0 / speed) ** 0.2)
-    return np.full_like(speed, {"mineral": 1.0, "pao": 0.8, "ester": 0.8}[base])
+    return np.full_like(speed, {"mineral": 1.0, "hydrocracked": 1.0, "pao": 0.8, "ester": 0.8}[base])
 
 
 def iso_tr_14179_1(viscosity_kinematic: ArrayLike, load_intensity: ArrayLike, speed_pitch_line: ArrayLike) -> Array:

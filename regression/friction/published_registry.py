@@ -175,7 +175,7 @@ def _matsumoto(c: Conditions, base: str) -> Array:
     minimum = c["radius_equivalent"] * pan_hamrock_1989_minimum(
         c["viscosity_inlet"] * c["speed_entrainment"] / scale,
         np.maximum(c["load_per_length"] / scale, 1e-12),
-        c["pressure_viscosity"] * c["effective_modulus"],
+        c["pressure_viscosity_film"] * c["effective_modulus"],
     )
     heights = RZ_OVER_RQ * (c["roughness_rms_1"] + c["roughness_rms_2"])
     return _mix(p.share_matsumoto_2014(heights / minimum), c)
@@ -186,7 +186,7 @@ def _masjedi(c: Conditions, base: str) -> Array:
     share = p.share_masjedi_khonsari_2012(
         c["viscosity_inlet"] * c["speed_entrainment"] / scale,
         np.maximum(c["load_per_length"] / scale, 1e-12),
-        c["pressure_viscosity"] * c["effective_modulus"],
+        c["pressure_viscosity_film"] * c["effective_modulus"],
         c["roughness_rms"] / c["radius_equivalent"],
         HARDNESS / c["effective_modulus"],
     )

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
-from ehl.fluid.oil import Temperature
+from ehl.fluid.oil_laws import Temperature
 from ehl.inputs import SurfaceInput
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange

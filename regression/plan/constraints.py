@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
-from ehl.fluid.oil import TEMPERATURE_RANGE
+from ehl.fluid.oil_laws import TEMPERATURE_RANGE
 from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange

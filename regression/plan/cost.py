@@ -14,10 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.inputs import ModelInput
+from ehl.io.errors import InputError
 from ehl.rough.mixed import roughness_matters
 
 Array = NDArray[np.float64]
 
+MAX_JOBS = 1024  # processors of one machine
+MIN_MOST_JOBS = 32  # worker processes any machine may be asked for; a worker takes about 0.2 GB
 # seconds of the smooth solution with its heat, by accuracy
 SMOOTH: dict[str, float] = {"fast": 0.07, "standard": 0.3, "reference": 2.0}
 # shape of ln(seconds) of a rough run: q, l, q^2, l^2, q l with q = ln(b/lc), l = ln(film ratio); 1474 contacts, fast
@@ -62,6 +65,8 @@ class CostEstimate:
     def to_text(self, jobs: int | None = None) -> str:
         """The estimate in words, with the wall time for so many workers; for all processors by default."""
         jobs = available_jobs() if jobs is None else jobs
+        if not 1 <= jobs <= MAX_JOBS:
+            raise InputError("jobs", jobs, f"at least 1, at most {MAX_JOBS}")
         rough = f", {self.rough} of them transient rough contacts" if self.rough else ""
         lines = [f"{self.plan}: {self.cases} cases ({self.model}){rough}"]
         for name, share in sorted(self.rejected.items(), key=lambda item: -item[1]):
@@ -83,6 +88,23 @@ def available_jobs() -> int:
     if given.isdigit() and int(given) > 0:
         return int(given)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def checked_jobs(jobs: int | None) -> int:
+    """Number of worker processes, the available ones where none is given.
+
+    Raises
+    ------
+    InputError
+        Below 1, or so many that they would fill the memory and only wait for each other.
+    """
+    available = available_jobs()
+    most = max(MIN_MOST_JOBS, 4 * available)
+    if jobs is not None and not 1 <= jobs <= most:
+        raise InputError(
+            "jobs", jobs, f"at least 1, at most {most} worker processes", f"This machine has {available} for you."
+        )
+    return available if jobs is None else jobs
 
 
 def duration(seconds: float) -> str:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,10 +25,12 @@ from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
+from ehl.io.files import parse_json, parse_toml
 from ehl.io.table_files import Column, read_columns
 from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
+from ehl.io.validation import InputModel, Name, read_toml, validate
 from ehl.material import Material, effective_modulus
+from ehl.surface.finish import default_correlation_length
 from ehl.view.table import Table
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_row
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MAX_CASES = 1_000_000
+MAX_DRAWN = 10  # times as many may be there before the windows cut them
 # 2^d corner points; beyond this a plan asks for more corners than samples
 MAX_CORNER_VARIABLES = 10
 # columns of a table of points; the oil is a text
@@ -178,7 +180,7 @@ class Plan(InputModel):
     128
     """
 
-    name: str = Field(min_length=1, max_length=100)
+    name: Name
     description: str = ""
     sampling: Sampling = Sampling()
     variables: Variables = Variables()
@@ -279,7 +281,7 @@ class Plan(InputModel):
         -------
         Plan
         """
-        stored = json.loads(text)
+        stored = parse_json(text, "plan", "of a result file")
         content = {key: value for key, value in stored.items() if value not in (None, {})}
         for key in ("sampling", "adaptive", "solid_1", "solid_2", "surface", "model"):
             defaults = json.loads(cls.model_fields[key].default.model_dump_json())
@@ -303,6 +305,11 @@ class Plan(InputModel):
         self._check_sampling()
         if "oil" in self.lubricant and "temperature_oil" not in {*self.lubricant, *self.axes, *self.table}:
             raise InputError("variables.temperature_oil", None, "the oil temperature, a value or a range")
+        # before anything is made of them
+        if self._count_unconstrained > MAX_DRAWN * MAX_CASES:
+            cases = f"{self._count_unconstrained:,} cases"
+            hint = f"The windows of [constraints] may cut them from {MAX_DRAWN * MAX_CASES}."
+            raise InputError("variables", cases, f"at most {MAX_CASES} cases", hint)
         # both ends of every axis and every row of a table go through the case model, so that a bad plan fails at once
         rows = len(next(iter(self.table.values()), ("",)))
         for oil in self.oils or (None,):
@@ -400,8 +407,10 @@ class Plan(InputModel):
     @cached_property
     def count(self) -> int:
         """Number of cases."""
-        if self.constraints.windows:
-            return len(self.points)
+        return len(self.points) if self.constraints.windows else self._count_unconstrained
+
+    @property
+    def _count_unconstrained(self) -> int:
         axes = self.axes.values()
         sampled = sum(axis.sampled for axis in axes)
         corners = min(self.sampling.corners, 2**sampled) if type(self.sampling.corners) is int else 2**sampled
@@ -564,13 +573,16 @@ class Plan(InputModel):
             "temperature_oil": np.full(size, temperature),
             "roughness_rms_1": np.zeros(size),
             "roughness_rms_2": np.zeros(size),
-            "correlation_length": np.full(size, self.surface.correlation_length),
             **columns,
         }
         if "lengthwise_to_roll" in table:
             table["speed_sliding_lengthwise"] = table.pop("lengthwise_to_roll") * table["speed_entrainment"]
         if "roughness_rms" in table:
             table["roughness_rms_1"] = table["roughness_rms_2"] = table.pop("roughness_rms") / 2.0**0.5
+        if "correlation_length" in self.surface.model_fields_set:
+            table["correlation_length"] = np.full(size, self.surface.correlation_length)
+        elif "correlation_length" not in table:
+            table["correlation_length"] = default_correlation_length(table["roughness_rms_1"], table["roughness_rms_2"])
         return table
 
     def _lubricant_columns(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
@@ -804,8 +816,8 @@ def _apply(content: dict[str, Any], change: str) -> None:
     if not equals or not name or not all(tables):
         raise InputError("changes", change, "KEY=VALUE such as lubricant.oil=fva3")
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = parse_toml(f"value = {text}", "changes", change)["value"]
+    except InputError:
         # a bare word is a text
         value = text.strip()
     target = content

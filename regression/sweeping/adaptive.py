@@ -7,6 +7,7 @@ improving or the budget is spent. Failed cases are recorded with their reason an
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -280,7 +281,7 @@ def _write_batches(path: Path, plan: Plan, batches: Sequence[PointBatch]) -> Non
 
 
 def _read_batches(path: Path, plan: Plan) -> list[PointBatch]:
-    if not path.exists():
+    if not os.path.exists(path):
         return []
     try:
         content = json.loads(path.read_text())

@@ -6,6 +6,7 @@ joblib's dask backend is not used: it ignores n_jobs and hung when a task kept k
 from __future__ import annotations
 
 import logging
+import os
 import time
 import uuid
 from collections.abc import Iterator
@@ -13,7 +14,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from ehl import __version__
@@ -198,7 +198,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
         ):
             yield DaskCluster(client)
         return
-    if address.endswith(".json") and not Path(address).is_file():
+    if address.endswith(".json") and not os.path.isfile(address):
         # dask would wait for it without limit
         hint = "Start `dask scheduler --scheduler-file FILE` first."
         raise InputError("dask", address, "a scheduler file that exists", hint)

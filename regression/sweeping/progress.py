@@ -32,11 +32,11 @@ def show_progress(name: str, stream: IO[str] | None = None) -> Iterator[Callable
 @contextmanager
 def _bar(name: str, console: Console) -> Iterator[Callable[[Progress], None]]:
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("{task.fields[left]}"),
-        TextColumn("{task.fields[failed]}"),
+        TextColumn("{task.fields[left]}", markup=False),
+        TextColumn("{task.fields[failed]}", markup=False),
     )
     with RichProgress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(name, total=None, failed="", left="")

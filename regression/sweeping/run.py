@@ -14,7 +14,7 @@ from ehl.io.units import ValueRange
 from regression.data.dataset import Dataset, RunStatus, load_dataset, merge_compressed, results_path, run_status
 from regression.data.store import merge, read_run
 from regression.friction.published_registry import PUBLISHED
-from regression.plan.cost import available_jobs
+from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.adaptive import AdaptiveReport, SurrogateScore, adaptive_sweep
 from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
@@ -281,7 +281,7 @@ def sweep(
         options: dict[str, Any] = {
             "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
             "version": formula or SOLVER,
-            "jobs": available_jobs() if jobs is None else jobs,
+            "jobs": checked_jobs(jobs),
             "executor": executor,
             "time_cap": None if time_cap is None else _time_cap(time_cap),
             "retries": retries,

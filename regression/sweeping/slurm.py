@@ -6,7 +6,9 @@ import shlex
 from collections.abc import Sequence
 
 from ehl.io.errors import InputError
+from regression.plan.cost import MAX_JOBS
 
+MAX_TASKS = 10_000
 DEFAULT_JOBS = 4  # processors of a task by default
 
 _SCRIPT = """#!/bin/bash
@@ -40,11 +42,10 @@ def array_script(plan: str, run: str, shards: int, options: Sequence[str] = (), 
     Raises
     ------
     InputError
-        Fewer than one task, or processor.
+        Fewer than one task, or processor, or more than a cluster gives.
     """
-    if shards < 1:
-        raise InputError("tasks", shards, "at least 1 task")
-    if jobs < 1:
-        raise InputError("jobs", jobs, "at least 1")
+    for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", shards, MAX_TASKS)):
+        if not 1 <= value <= most:
+            raise InputError(name, value, f"at least 1, at most {most}")
     command = shlex.join(["mixed-ehl", "sweep", plan, *options, "-o", run])
     return _SCRIPT.format(shards=shards, jobs=jobs, command=command)

@@ -22,7 +22,7 @@ from ehl.io.errors import InputError
 from ehl.io.files import make_folder
 from regression.data.store import ResultStore, finished_keys
 from regression.friction.oil_cards import card_hash, cards_hash
-from regression.plan.cost import duration
+from regression.plan.cost import checked_jobs, duration
 from regression.plan.plan import Plan
 from regression.plan.sampling import Array
 from regression.sweeping.evaluators import SOLVER, Evaluator, case_key, fallback_settings, solve_outputs
@@ -160,7 +160,8 @@ class SweepOptions:
     progress: Callable[[Progress], None] | None = None
 
     def __post_init__(self) -> None:
-        for name, minimum in (("jobs", 1), ("retries", 0), ("flush_every", 1)):
+        checked_jobs(self.jobs)
+        for name, minimum in (("retries", 0), ("flush_every", 1)):
             if getattr(self, name) < minimum:
                 raise InputError(name, getattr(self, name), f"at least {minimum}")
 

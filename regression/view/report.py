@@ -18,8 +18,8 @@ def formula_report(formula: FittedFormula, spread: Sequence[tuple[float, float, 
 
     `spread` is that of the interval within each band, as of `regression.fitting.cross_validation.process_factors`.
     """
-    console = Console()
-    console.print(formula.to_text(), highlight=False, soft_wrap=True, markup=False)
+    console = Console(markup=False)
+    console.print(formula.to_text(), highlight=False, soft_wrap=True)
     band_table(formula).print()
     interval_table(formula, spread).print()
     worst = formula.validation.worst

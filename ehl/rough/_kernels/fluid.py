@@ -10,13 +10,15 @@ import math
 
 from numba import njit
 
-from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
+from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_after, stress_scale
+from ehl.fluid.rheology import NEWTONIAN
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
 from ehl.rough._kernels.elementary import exp, log
 
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
 BALANCE_LIMIT = 16
 BALANCE_TOLERANCE = 0.4  # K; Newton's next change would be half d ln eta/dT of its square, below 0.005 K
+LINEAR = 1e30  # stress scale of a Newtonian film
 KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
@@ -242,7 +244,7 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
         for i in range(n):
             tau[i] = exp(min(tau[i], 60.0))
     for i in range(n):
-        tau[i] = min(tau[i], fluid.limit * p[i]) if p[i] > 0.0 else 0.0
+        tau[i] = min(tau[i], fluid.limit_ambient + fluid.limit * p[i]) if p[i] > 0.0 else 0.0
 
 
 @njit(**INTERNAL)
@@ -294,7 +296,7 @@ def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope):
         for i in range(n):
             slope[i] *= tau[i]
     for i in range(n):
-        limit = fluid.limit * max(p[i], 0.0)
+        limit = fluid.limit_ambient + fluid.limit * p[i] if p[i] > 0.0 else 0.0
         slope[i] = slope[i] if tau[i] < limit else 0.0
         tau[i] = min(tau[i], limit)
 
@@ -374,6 +376,20 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
         if first == last:
             break
     for i in range(n):
-        if tau[i] > fluid.limit * max(p[i], 0.0):
-            tau[i] = fluid.limit * max(p[i], 0.0)
+        limit = fluid.limit_ambient + fluid.limit * p[i] if p[i] > 0.0 else 0.0
+        if tau[i] > limit:
+            tau[i] = limit
             temperature[i] = base[i] + resistance[i] * tau[i]
+
+
+@njit(**INTERNAL)
+def strain_film(state, model):
+    """Shear stress with its elastic part: the film moves by one node in a step and takes its stress with it."""
+    fluid, strain = model.fluid, model.strain
+    p = state.fluid_pressure
+    for i in range(p.size - 1, 0, -1):
+        scale = LINEAR if fluid.shear.kind == NEWTONIAN else fluid.stress * stress_scale(p[i], fluid.shear)[0]
+        gain = 1.0 / (strain.film * max(state.film[i], model.contact.boundary) + strain.bodies)
+        stress = stress_after(state.strained[i - 1], state.shear[i], scale, gain)
+        state.strained[i] = min(stress, fluid.limit_ambient + fluid.limit * max(p[i], 0.0))
+    state.strained[0] = state.shear[0]

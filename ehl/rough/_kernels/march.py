@@ -6,6 +6,7 @@ from numba import njit
 
 from ehl.rough._kernels.convolution import correct_film
 from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
+from ehl.rough._kernels.fluid import strain_film
 from ehl.rough._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
 from ehl.rough._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
 from ehl.rough._kernels.newton import (
@@ -152,6 +153,7 @@ def write_record(record, state, macro, work, model):
     """Friction, films, pressures and temperatures of the step."""
     contact = model.contact
     shear = 0.0
+    strained = 0.0
     carried = 0.0
     lowest = 1e30
     highest = 0.0
@@ -167,6 +169,7 @@ def write_record(record, state, macro, work, model):
         macroscopic += macro.pressure[i]
         if p + c > 0.0:
             shear += state.shear[i]
+            strained += state.strained[i]
             carried += c
             lowest = min(lowest, max(state.film[i], contact.boundary))
             highest = max(highest, p + c)
@@ -179,6 +182,7 @@ def write_record(record, state, macro, work, model):
             capped += 1.0
         if model.heat.on:
             heat_in += state.flux_into[0, i] + state.flux_into[1, i]
+    shear += model.strain.counted * (strained - shear)
     film = 0.0
     for i in range(contact.middle_first, contact.middle_last):
         film += max(state.film[i], contact.boundary)
@@ -239,6 +243,8 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         shear_and_temperature(state, work, model)
         if model.heat.on:
             store_fluxes(state, work)
+        if model.strain.counted > 0.0:
+            strain_film(state, model)
         if model.side_flow.on and stage != UNCONVERGED and accumulate(state, macro, work, model):
             update_pressure(macro, model)
         write_record(records[k], state, macro, work, model)

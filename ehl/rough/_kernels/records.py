@@ -24,10 +24,11 @@ class Fluid(NamedTuple):
     flux: float  # dt p_h h_unit^2/(12 eta0 dx^2)
     flux_lateral: float  # dt p_h h_unit^2 k_y/(12 eta0 (gamma lc)^2); 0 = sealed
     stress: float  # reference stress/p_h: that of tau0, or 1 for a Newtonian oil
-    limit: float  # Lambda of tau <= Lambda p
+    limit: float  # Lambda of tau <= tau_L0 + Lambda p, in the traction alone
     temperature: float  # inlet [K]
     shear: ShearNumbers = PLAIN  # the shear law
     short: bool = True  # whether the vectorised forms of Newton and Ree-Eyring serve
+    limit_ambient: float = 0.0  # tau_L0/p_h
 
 
 class Contact(NamedTuple):
@@ -103,6 +104,14 @@ class SideFlow(NamedTuple):
     memory: float  # smallest weight of a window in the long averages
 
 
+class Strain(NamedTuple):
+    """Elastic part of the film shear (`ehl.elastic_shear`)."""
+
+    counted: float  # how much of it counts; 0 = left out
+    film: float  # way of a time step: stress gained 1/(film h + bodies), in p_h
+    bodies: float
+
+
 class Model(NamedTuple):
     """Everything that stays constant during a run."""
 
@@ -112,6 +121,7 @@ class Model(NamedTuple):
     surfaces: Surfaces
     heat: Heat
     side_flow: SideFlow
+    strain: Strain
 
 
 class State(NamedTuple):
@@ -132,7 +142,8 @@ class State(NamedTuple):
     memory_base: np.ndarray  # (2,) ring-buffer start
     memory_offset: np.ndarray  # (2,) grid position between nodes
     entering: np.ndarray  # (2, n + 3) flux of the last step by slot of the memory
-    shear: np.ndarray  # film shear stress, p_h
+    shear: np.ndarray  # film shear stress of the viscous law, p_h
+    strained: np.ndarray  # the same with its elastic part
     scalars: np.ndarray  # see the indices below
 
 

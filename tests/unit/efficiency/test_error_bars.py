@@ -11,16 +11,13 @@ from samples import AXLE_OIL as OIL
 from samples import OPERATION, tiny_load
 
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
-from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.ehl_friction import EhlFriction, Solved, _friction
-from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
+from efficiency.loss.kinematics import LoadedPoints, loaded_points
 from efficiency.loss.power_loss import rolling_losses
-from efficiency.loss.uncertainty import Spread, UncertainInputs, efficiency_uncertainty
 from ehl.state import ContactState
-from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel
+from regression.friction.models import ConstantFriction, FrictionFlag
 
 MU = 0.05
-NO_SPREAD = UncertainInputs(Spread(0.0), Spread(0.0), Spread(0.0))
 
 
 @pytest.fixture(scope="module")
@@ -54,30 +51,6 @@ def test_error_is_twice_what_half_the_positions_and_half_the_points_change(loade
     assert result.efficiency_error_positions == pytest.approx(2.0 * abs(half - every), rel=1e-9)
     assert result.efficiency_error_points == pytest.approx(2.0 * abs(fewer - every), rel=1e-9)
     assert result.efficiency_error == pytest.approx(2.0 * (abs(half - every) + abs(fewer - every)), rel=1e-9)
-
-
-def test_discretisation_is_a_source_of_its_own(loaded: LoadedGrids) -> None:
-    """The stated error as the ends of an even distribution: over the root of 3."""
-
-    def solve(model: FrictionModel, operation: Operation) -> EfficiencyResult:
-        return mesh_efficiency(loaded, model, OIL, operation)
-
-    found = efficiency_uncertainty(solve(ConstantFriction(MU), OPERATION), solve, NO_SPREAD)
-    error = solve(ConstantFriction(MU), OPERATION).efficiency_error
-    assert found.sigma_efficiency == pytest.approx(error / math.sqrt(3.0), rel=1e-12)
-    reach = {0.9: 1.644854, 0.95: 1.959964}
-    for level, factor in reach.items():
-        wide = efficiency_uncertainty(solve(ConstantFriction(MU), OPERATION), solve, NO_SPREAD, level)
-        assert wide.efficiency - wide.efficiency_lower == pytest.approx(factor * wide.sigma_efficiency, rel=1e-6)
-        assert wide.efficiency_upper - wide.efficiency == pytest.approx(factor * wide.sigma_efficiency, rel=1e-6)
-
-
-def test_default_spreads_are_those_of_their_sources() -> None:
-    """mu_b evenly from 0.065 to 0.13; Rq by 15 %."""
-    inputs = UncertainInputs()
-    assert inputs.boundary_friction.around(0.1) == pytest.approx(0.0187639, rel=1e-5)
-    assert inputs.roughness_pinion.around(0.4e-6) == pytest.approx(0.06e-6, rel=1e-12)
-    assert inputs.roughness_gear.around(0.2e-6) == pytest.approx(0.03e-6, rel=1e-12)
 
 
 def solved(mu: np.ndarray, scatter: np.ndarray, bias: np.ndarray) -> Solved:
@@ -135,22 +108,6 @@ def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:
     assert result.power_loss_rolling == pytest.approx(result.power_loss_rolling_positions.mean(), rel=1e-12)
     lost = (result.efficiency - result.efficiency_with_rolling) * result.power_input
     assert lost == pytest.approx(result.power_loss_rolling, rel=1e-9)
-
-
-def test_interval_of_solved_contacts_scales_the_loss(loaded: LoadedGrids, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Efficiencies at 1 + e and 1 - e times the loss; never a gain where e is above 1."""
-    from efficiency.loss import efficiency as stage
-    from efficiency.loss.lubrication import SolvedFriction
-
-    size = loaded_points(loaded.fine, loaded.mesh.teeth.effective_modulus, OPERATION).force.size
-    mu, flag = np.full(size, MU), np.zeros(size, np.int8)
-    for error, least in ((0.2, 0.8), (1.5, 0.0)):
-        known = SolvedFriction(mu, mu, mu, flag, mu, mu, mu, mu, contacts=size, failed={}, mean_error=error)
-        points = loaded_points(loaded.fine, loaded.mesh.teeth.effective_modulus, OPERATION)
-        losses = np.array([3.0, 4.0])
-        low, high = stage._loss_interval(points, known, losses)
-        np.testing.assert_allclose(low, least * losses, rtol=1e-12)
-        np.testing.assert_allclose(high, (1.0 + error) * losses, rtol=1e-12)
 
 
 def test_ranges_of_a_result_run_from_the_smallest_to_the_largest_value(loaded: LoadedGrids) -> None:

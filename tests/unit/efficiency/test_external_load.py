@@ -151,5 +151,5 @@ def test_uneven_positions(lines: list[str], geared: Mesh, tmp_path: Path) -> Non
 
 
 def test_missing_file(geared: Mesh, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="not readable"):
+    with pytest.raises(InputError, match="load_from"):
         read_load(tmp_path / "absent.csv", geared.flanks, geared.grids.teeth)

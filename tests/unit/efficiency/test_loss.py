@@ -33,6 +33,7 @@ from ehl.fluid.oil import Oil
 from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.state import ContactState
+from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import Formula
 from regression.friction.formula import load_formula
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag
@@ -78,10 +79,12 @@ def test_power_is_friction_force_times_sliding_speed() -> None:
 
 
 def test_interval_of_the_friction_model_becomes_one_of_the_efficiency(loaded: LoadedGrids) -> None:
-    result = mesh_efficiency(loaded, FromPressure(), OIL, OPERATION)
-    loss = 1.0 - result.efficiency
-    assert 1.0 - result.efficiency_lower == pytest.approx(1.1 * loss, rel=1e-12)
-    assert 1.0 - result.efficiency_upper == pytest.approx(0.9 * loss, rel=1e-12)
+    """10 % either way at two standard deviations, all points wrong the same way; the interval holds 90 %."""
+    exact = replace(OPERATION, uncertainty=UncertaintyInput.none())
+    result = mesh_efficiency(loaded, FromPressure(), OIL, exact)
+    loss, scale = 1.0 - result.efficiency, 1.644854 / 2.0
+    assert 1.0 - result.efficiency_lower == pytest.approx(1.1**scale * loss, rel=1e-6)
+    assert 1.0 - result.efficiency_upper == pytest.approx(0.9**scale * loss, rel=1e-6)
 
 
 def test_points_outside_the_range_are_told(loaded: LoadedGrids) -> None:
@@ -277,7 +280,10 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert comparison.reference == "xu_kahraman_2007"
     fitted = comparison.rows[1]
     assert fitted.name.endswith("fitted to xu_kahraman_2007")
-    assert fitted.power_loss == pytest.approx(result.power_loss, rel=1e-12)
+    # the same mean mu, spread otherwise over the flank: the forces that balance it are not quite the same
+    assert fitted.power_loss == pytest.approx(result.power_loss, rel=2e-3)
+    plain = PAIR.compare(("xu_kahraman_2007",), grid=COARSE, load_balance="frictionless")
+    assert plain.rows[1].power_loss == pytest.approx(plain.rows[0].power_loss, rel=1e-12)
     # Coleman's constant and the fitted one in both closed forms
     assert [row.kind for row in comparison.rows] == ["mesh"] * 2 + ["closed form"] * 4
     regions = np.array(comparison.rows[0].loss_regions)
@@ -286,7 +292,7 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert regions.min() >= 0.0
     map_ = PAIR.mesh("drive", *COARSE).map("xu_kahraman_2007", [300.0, 100.0], None, [333.15, 363.15])
     assert map_.shape == (2, 1, 2)
-    assert map_.values()[0, 0, 1] == result.efficiency
+    assert map_.values()[0, 0, 1] == pytest.approx(result.efficiency, abs=map_.results[1].efficiency_error_balance)
     assert json.dumps(map_.to_dict())
 
     sharing = plot_load_sharing(result).axes[0].lines[0].get_ydata()

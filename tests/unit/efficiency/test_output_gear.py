@@ -209,14 +209,20 @@ def test_workbook_and_csv_hold_the_result(geared: Meshed, result: EfficiencyResu
     assert {"pressure_hertz [Pa]", "temperature_bulk_1 [K]", "film_central [m]"} < set(table[0])
     at = table[0].index("force [N]")
     np.testing.assert_allclose([float(row[at]) for row in table[1:]], result.points.force, rtol=1e-14)
-    assert {path.stem for path in (tmp_path / "csv").iterdir()} == {"result", "remarks", "positions", "points"}
+    assert {path.stem for path in (tmp_path / "csv").iterdir()} == {
+        "result",
+        "uncertainty",
+        "remarks",
+        "positions",
+        "points",
+    }
     assert len(list((tmp_path / "figures").glob("*.png"))) == 14
 
 
 def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path) -> None:
     write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html", xlsx=tmp_path / "map.xlsx"))
     text = require_self_contained(tmp_path / "map.html")
-    assert text.count("<svg") == 4 + 14 + 1
+    assert text.count("<svg") == 4 + 14 + 1 + 1
     chosen = nearest_point(geared[0], grid)
     assert (chosen.torque_pinion, chosen.speed_pinion, chosen.temperature_oil) == (300.0, 120.0, 363.15)
     assert f"{100.0 * chosen.efficiency:.2f} %" in text

@@ -17,7 +17,7 @@ from openpyxl import load_workbook
 
 import efficiency
 from efficiency.design.design import Design, load_design
-from efficiency.loss.efficiency import mesh_efficiency
+from efficiency.loss.efficiency import solve_balanced
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.pair import Mesh
@@ -79,9 +79,8 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
     ):
         loaded = load_grids(Mesh.of(design, "drive", *GRID.values()).grids, torque)
-        alone = mesh_efficiency(
-            loaded, friction_model(MODEL), Oil.load("75w90"), Operation(speed, temperature, rough, rough)
-        )
+        operation = Operation(speed, temperature, rough, rough)
+        alone = solve_balanced(loaded, friction_model(MODEL), Oil.load("75w90"), operation, many=True)
         found = [
             point
             for point in study.points

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from samples import CONTACT
 from samples import PLAIN_OIL as OIL
 from samples import contact_case as case
 
+from ehl.contact import Contact
 from ehl.contact_result import ContactResult, rejection_reason
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import carried_shear_heat
@@ -157,3 +158,23 @@ def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
     assert thick.peclet_film == pytest.approx(14.0e-12 / (diffusivity * contact.half_width), rel=1e-9)
     assert carried_shear_heat(contact, lubricant, 1e-6, 0.3).friction_change > thick.friction_change
     assert carried_shear_heat(contact, lubricant, 1e-6, 0.3).film_change > thick.film_change
+
+
+@pytest.mark.parametrize("bulk", ["110 degC", "60 degC"])
+def test_bodies_at_another_temperature_than_the_oil_are_noted_with_their_size(bulk: str) -> None:
+    """The film that the note expects is the one found, within a tenth."""
+    keys: dict[str, Any] = {
+        "oil": "fva3",
+        "temperature_oil": "80 degC",
+        "pressure_hertz": "1 GPa",
+        "radius_equivalent": "15 mm",
+        "speed_entrainment": "5 m/s",
+        "slide_to_roll": 0.1,
+    }
+    even = Contact(**keys).solve()
+    other = Contact(**keys, temperature_bulk_1=bulk, temperature_bulk_2=bulk).solve()
+    assert not any(note.startswith("bodies") for note in even.notes)
+    (note,) = (note for note in other.notes if note.startswith("bodies"))
+    assert ("30 K warmer" if bulk == "110 degC" else "20 K colder") in note
+    expected = float(note.rpartition("about ")[2].split()[0])
+    assert other.film_central / even.film_central == pytest.approx(expected, rel=0.12)

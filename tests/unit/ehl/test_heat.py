@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose
 from scipy import integrate, optimize
 from scipy.stats import qmc
 
+from ehl.fluid.conductivity import PAO, PARAFFINIC, FilmConductivity
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
-    FilmConductivity,
     carried_shear_heat,
     couette_film,
     estimate_thermal_effect,
@@ -390,6 +390,30 @@ def test_viscosity_derivative_with_temperature(lubricant):
 def test_film_conductivity_doubles_at_one_gigapascal():
     ratio = FilmConductivity()(np.array([0.0, 1e9]), 0.14) / 0.14
     assert_allclose(ratio, [1.0, 2.0448], rtol=1e-4)
+    assert_allclose(PARAFFINIC(np.array([0.0, 1e9]), 1.0), [1.0, 2.117], rtol=1e-3)
+
+
+def test_film_heat_takes_the_conductivity_law_of_the_lubricant():
+    line, body = contact(slide_to_roll=1.0), STEEL
+    plain, own = oil(), oil(film_conductivity=PARAFFINIC)
+    asked = solve(line, plain, (body, body), conductivity=PARAFFINIC)
+    found = solve(line, own, (body, body))
+    assert np.array_equal(found.temperature_film, asked.temperature_film)
+    assert found.friction_fluid > solve(line, plain, (body, body)).friction_fluid
+    steel = Material.load("steel")
+    rises = [estimate_thermal_effect(line, lubricant, (steel, steel)).rise_film for lubricant in (plain, own)]
+    ratio = PAO(line.pressure_hertz, 1.0) / PARAFFINIC(line.pressure_hertz, 1.0)
+    assert rises[1] / rises[0] == pytest.approx(ratio, rel=1e-12)
+    peclets = [carried_shear_heat(line, lubricant, 1e-6, 0.9).peclet_film for lubricant in (plain, own)]
+    assert peclets[1] / peclets[0] == pytest.approx(ratio, rel=1e-12)
+
+
+def test_heat_capacity_per_mass_hardly_changes_under_pressure():
+    # rho c of Larsson et al. (2000), 1 + k1 p/(1 + k2 p), over the density law of the solver: c at constant mass flow
+    pressure = np.linspace(0.0, 1.1, 12)
+    for k1, k2 in ((0.41, 1.05), (0.47, 0.81)):
+        ratio = (1.0 + k1 * pressure / (1.0 + k2 * pressure)) / oil().density_ratio(1e9 * pressure)
+        assert 0.975 < ratio.min() < ratio.max() < 1.036
 
 
 def test_inlet_factors():

@@ -109,7 +109,10 @@ def test_oil_and_solids() -> None:
         (lambda c: c.update(contact=3), ["contact = 3", "a table [contact] with radius_equivalent"]),
         (lambda c: c.pop("lubricant"), ["lubricant is missing", "a table [lubricant] with oil, temperature_oil or"]),
         (lambda c: c["lubricant"].pop("pressure_viscosity"), ["lubricant.pressure_viscosity is missing", "18 1/GPa"]),
-        (lambda c: c["lubricant"].update(foo=1), ["lubricant.foo", "Known keys: carreau_exponent,", "viscosity_inlet"]),
+        (
+            lambda c: c["lubricant"].update(foo=1),
+            ["lubricant.foo", "Known keys: alpha_definition, carreau_exponent,", "viscosity_inlet"],
+        ),
         (
             lambda c: c.update(lubricant={"oil": "fva3", "temperature_oil": "80 degC", "foo": 1}),
             ["lubricant.foo", "Known keys:", "oil, rheology"],

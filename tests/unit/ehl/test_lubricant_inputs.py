@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from ehl.contact import Contact
+from ehl.fluid.conductivity import PAO, PARAFFINIC, FilmConductivity
+from ehl.fluid.lubricant_inputs import DirectLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import RisingStress
 from ehl.io.errors import InputError
@@ -114,3 +117,44 @@ def test_limit_switched_off_is_infinite() -> None:
     law = case(NUMBERS).lubricant.lubricant().shear_law
     assert not law.limited
     assert math.isinf(law.limiting_stress(np.array([1e9]))[0])
+
+
+PLAIN = {"viscosity_inlet": "10 mPa s", "pressure_viscosity": "15 1/GPa", "alpha_definition": "slope"}
+
+
+@pytest.mark.parametrize(
+    ("given", "law"),
+    [
+        ("mineral", PARAFFINIC),
+        ("pao", PAO),
+        ({"c1": "1.72 1/GPa", "c2": "0.5 1/GPa"}, FilmConductivity(1.72e-9, 0.5e-9)),
+        ({"c1": 0.0, "c2": 0.0}, FilmConductivity(0.0, 0.0)),
+    ],
+)
+def test_conductivity_under_pressure(given: Any, law: FilmConductivity, tmp_path: Path) -> None:
+    one = validate(DirectLubricant, PLAIN | {"conductivity_pressure": given})
+    assert one.lubricant().film_conductivity == law
+    assert validate(DirectLubricant, one.model_dump()) == one
+    card = Oil.load("fva3")
+    content = card.model_dump() | {"conductivity_pressure": given}
+    changed = validate(Oil, content, "card")
+    assert changed.at(353.15).film_conductivity == law
+    changed.save(tmp_path / "card.toml")
+    assert Oil.load(str(tmp_path / "card.toml")).conductivity_pressure == changed.conductivity_pressure
+
+
+def test_files_without_conductivity_law_keep_their_text_and_the_law_of_polyalphaolefins() -> None:
+    card, one = Oil.load("fva3"), validate(DirectLubricant, PLAIN)
+    assert card.at(353.15).film_conductivity == one.lubricant().film_conductivity == PAO
+    for text in (card.model_dump_json(), one.model_dump_json()):
+        assert "conductivity_pressure" not in text
+
+
+@pytest.mark.parametrize(
+    ("given", "words"), [("ester", ["pao, mineral"]), ({"c1": "-1 1/GPa", "c2": 0.0}, ["c1", "1/Pa"])]
+)
+def test_wrong_conductivity_law(given: Any, words: list[str]) -> None:
+    with pytest.raises(InputError) as error:
+        validate(DirectLubricant, PLAIN | {"conductivity_pressure": given})
+    for word in ("conductivity_pressure", *words):
+        assert word in str(error.value)

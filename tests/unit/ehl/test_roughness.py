@@ -143,14 +143,20 @@ def test_bad_input_names_the_field(change, field):
 @pytest.mark.parametrize(
     ("rms", "below", "thickness", "bounded", "unresolved"),
     [
-        (0.2e-6, None, 27e-9, False, False),
-        (0.2e-6, math.nan, 27e-9, False, False),
-        (0.2e-6, 2e-9, 7e-9, False, True),
-        (0.0, None, 5e-9, True, True),
-        (2e-6, None, 100e-9, True, False),
+        (0.2e-6, None, 30e-9 + math.sqrt(2.1e-9 * 0.2e-6), False, False),
+        (0.2e-6, math.nan, 30e-9 + math.sqrt(2.1e-9 * 0.2e-6), False, False),
+        (0.2e-6, 2e-9, 35e-9, False, False),
+        (0.2e-6, 0.0, 30e-9, False, False),
+        (0.0, None, 30e-9, False, False),
+        (2e-6, 0.2e-6, 300e-9, True, False),
     ],
 )
 def test_boundary_film_rule(rms, below, thickness, bounded, unresolved):
     film = boundary_film(rms, below)
     assert film.thickness == pytest.approx(thickness)
     assert (film.bounded, film.unresolved) == (bounded, unresolved)
+
+
+def test_boundary_film_of_plain_oil_is_not_resolved():
+    film = boundary_film(0.2e-6, 0.0, film=2e-9)
+    assert (film.thickness, film.bounded, film.unresolved) == (5e-9, True, True)

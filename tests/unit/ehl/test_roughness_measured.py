@@ -146,7 +146,7 @@ def test_preparation_recovers_a_generated_profile():
     # white noise of 20 nm and what little of the profile lies there
     assert 18e-9 < profile.rms_below_cutoff < 30e-9
     assert boundary_film(profile.rms, profile.rms_below_cutoff).thickness == pytest.approx(
-        2e-9 + 2.5 * profile.rms_below_cutoff
+        30e-9 + 2.5 * profile.rms_below_cutoff
     )
     assert profile.periodic
     assert profile.cutoff == 15e-6

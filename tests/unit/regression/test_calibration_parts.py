@@ -12,10 +12,11 @@ from calibration_stub import OneLineSolver
 
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
+from ehl.fluid.oil_file import write_card
 from ehl.quantities import si_unit
 from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
-from regression.calibration.card import calibrated_card, use_lines, write_card
+from regression.calibration.card import calibrated_card, use_lines
 from regression.calibration.contacts import contact_groups, hertz_point_pressure, line_pressure
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import card_with, lubricant_of, start_values
@@ -233,7 +234,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     values |= {"limiting_shear_coefficient": 0.047, "load_sharing_scale": 1.0}
     result = result_with(values, ("stress_slope", "pressure_viscosity", "boundary_friction"), ("stress_low",))
     card = calibrated_card("mine", measurement, setup, result, datetime.date(2026, 1, 31))
-    write_card(card, Path("mine.toml"))
+    write_card(card, Path("mine.toml"), "Mine")
     again = Oil.load("mine.toml")
     assert again == card
     assert again.alpha(WARM) == pytest.approx(2e-8, rel=1e-12)
@@ -264,3 +265,29 @@ def test_a_card_written_anew_is_read_anew(tmp_path: Path) -> None:
     path.write_text(text.replace("880.0", "890.0"), encoding="utf-8")
     os.utime(path, ns=(1, 10**18))
     assert Oil.load(str(path)).density_15 == 890.0
+
+
+@pytest.mark.parametrize("name", ["75w90", "80w90", "squalane", "pao 97.5/13.3"])
+def test_alpha_of_cards_by_constants_scales_their_whole_rise(name: str) -> None:
+    card = Oil.load(name)
+    start = start_values(card, 353.15, rising=False)["pressure_viscosity"]
+    assert isinstance(start, float)
+    steep = card_with(card, {"pressure_viscosity": 1.1 * start}, 353.15)
+    pressure = np.array([0.1e9, 0.5e9, 1e9])
+    for kelvin in (323.15, 353.15, 373.15):
+        ratio = steep.at(kelvin).log_viscosity_ratio(pressure) / card.at(kelvin).log_viscosity_ratio(pressure)
+        np.testing.assert_allclose(ratio, 1.1, rtol=1e-9)
+    again = card_with(steep, {"pressure_viscosity": 1.21 * start}, 353.15)
+    np.testing.assert_allclose(again.at(353.15).pressure_viscosity, 1.21 * start, rtol=1e-9)
+
+
+@pytest.mark.parametrize("law", ["table", "gold"])
+def test_alpha_of_a_card_that_states_secants_becomes_the_fitted_slope(law: str) -> None:
+    table = {"law": "table", "temperature": (313.15, 373.15), "value": (14e-9, 10e-9), "alpha_definition": "secant_200"}
+    gold = {"law": "gold", "base": "pao", "alpha_definition": "secant_200"}
+    content = Oil.load("paor").model_dump() | {"viscosity": {"law": "roelands"}}
+    content["pressure_viscosity"] = table if law == "table" else gold
+    card = Oil.model_validate({key: value for key, value in content.items() if value is not None})
+    fitted = card_with(card, {"pressure_viscosity": 15e-9}, 353.15)
+    assert fitted.at(353.15).pressure_viscosity == pytest.approx(15e-9, rel=0.02)
+    assert fitted.alpha_definition == "slope"

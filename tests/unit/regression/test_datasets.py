@@ -33,8 +33,9 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A data folder with one dataset and its plan; oils and materials are the program's own."""
     root = tmp_path / "data"
     (root / FOLDER).mkdir(parents=True)
-    for folder in ("oils", "materials", "plans", "formulas"):
-        (root / folder).symlink_to(data_path(folder), target_is_directory=True)
+    for entry in data_path("oils").parent.iterdir():
+        if entry.name != FOLDER:
+            (root / entry.name).symlink_to(entry, target_is_directory=entry.is_dir())
     (root / FOLDER / "small.toml").write_text(PLAN)
     plan = Plan.from_file(root / FOLDER / "small.toml")
     sweep_shard(plan, tmp_path / "run", evaluate=ARANA, version="arana_2019", jobs=1)
@@ -157,11 +158,11 @@ def test_budget_bounds_the_cost_of_a_rerun(shelf: Path) -> None:
 ELSEWHERE = 4e-3
 
 
-@pytest.mark.parametrize("name", ["gear_75w90", "gear_fva3"])
-def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name: str) -> None:
+@pytest.mark.parametrize(("name", "count"), [("gear_75w90", 11), ("gear_fva3", 6)])
+def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name: str, count: int) -> None:
     """All of the random 1 %, whatever a case costs (some ten seconds)."""
     cases = list(rerun(load_dataset(name), dataset_plan(name), share=SHARE))
-    assert len(cases) == 21
+    assert len(cases) == count
     for case in cases:
         assert case.difference <= max(case.error, ELSEWHERE), f"{name} {case.key[:12]}: {case.difference:.2%}"
     # stated errors reach half of mu: alone they would let a changed solver pass

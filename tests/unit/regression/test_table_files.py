@@ -74,6 +74,7 @@ def test_the_same_table_in_a_spreadsheet(tmp_path: Path) -> None:
 
 def test_a_spreadsheet_without_its_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "openpyxl", None)
+    (tmp_path / "points.xlsx").write_bytes(b"")
     with pytest.raises(InputError, match=r"pip install \"mixed-ehl\[excel\]\""):
         read_table(tmp_path / "points.xlsx", {})
 

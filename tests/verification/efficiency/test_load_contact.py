@@ -20,7 +20,7 @@ from efficiency.ltca.load_distribution import (
     distribute_load,
     edge_load,
     elastic_cycle,
-    loaded_position,
+    loads_of_forces,
 )
 from efficiency.ltca.local_compliance import weber_local
 from efficiency.ltca.mesh_grids import load_grids
@@ -235,7 +235,8 @@ def test_vanishing_force_on_an_edge(geared: Mesh, load: LoadDistribution, tiny: 
         edge = p.position.edge
         assert edge is not None
         force = np.where(edge.touching, tiny, 1.0)
-        changed = loaded_position(elastic, force, p.approach, p.transmission_error, p.equilibrium)
+        at = np.array([p.approach]), np.array([p.transmission_error])
+        (changed,) = loads_of_forces([elastic], elastic.approach, force, *at, [p.equilibrium])
         for values in (changed.pressure_max, changed.half_width):
             assert np.isfinite(values).all()
             assert values[edge.touching].max(initial=0.0) < 1e-80 * values.max()

@@ -16,8 +16,7 @@ from efficiency.loss.closed_form import (
     lengthwise_sliding,
     spiral_bevel_loss_factor,
 )
-from efficiency.loss.efficiency import load_grids, mesh_efficiency
-from efficiency.loss.friction_equilibrium import load_grids_with_friction
+from efficiency.loss.efficiency import load_grids, mesh_efficiency, solve_balanced
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
@@ -100,16 +99,15 @@ def test_efficiency_falls_with_offset(pairs: dict[str, Mesh]) -> None:
         assert large < small < none
 
 
-def test_driving_gear_with_friction_in_the_equilibrium(pairs: dict[str, Mesh]) -> None:
+def test_driving_gear_with_friction_in_the_balance(pairs: dict[str, Mesh]) -> None:
     """Friction helps the flanks of one direction and hinders those of the other: forces, and losses, differ."""
-    mesh = pairs["fh_hypoid_9x34"].grids
+    loaded = load_grids(pairs["fh_hypoid_9x34"].grids, 200.0)
     model = ConstantFriction(0.08)
-    losses = {}
-    for driver in ("pinion", "gear"):
-        operation = replace(OPERATION, driver=driver)
-        loaded = load_grids_with_friction(mesh, 200.0, model, OIL, operation)
-        losses[driver] = mesh_efficiency(loaded, model, OIL, operation).power_loss
-    plain = mesh_efficiency(load_grids(mesh, 200.0), model, OIL, OPERATION).power_loss
+    losses = {
+        driver: solve_balanced(loaded, model, OIL, replace(OPERATION, driver=driver)).power_loss
+        for driver in ("pinion", "gear")
+    }
+    plain = mesh_efficiency(loaded, model, OIL, OPERATION).power_loss
     # with the pinion driving, friction carries part of its torque; with the gear driving it takes part away
     assert losses["pinion"] < plain < losses["gear"]
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.film_formulas import dowson_higginson_1968
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import FilmConductivity, thermal_traction
+from ehl.heat import thermal_traction
 from ehl.line_contact import LineContact
 from ehl.material import Material
 

@@ -11,9 +11,9 @@ from mixed_limits import dry_error
 from mixed_scenes import STEEL, Scene, eyring_oil, family, friction, gaussian_pair, line, speed_of_film_ratio
 from mixed_waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.heat import FilmConductivity
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE
 from ehl.smooth import solve_steady

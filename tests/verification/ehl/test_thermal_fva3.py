@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import pytest
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.oil import Oil
-from ehl.heat import FilmConductivity
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.thermal import solve_steady_thermal

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.heat import FilmConductivity
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth import solve_steady

@@ -10,9 +10,9 @@ import pytest
 import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
 
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import FilmConductivity
 from ehl.heat.conduction import material_point_matrix
 from ehl.line_contact import LineContact
 from ehl.material import Material

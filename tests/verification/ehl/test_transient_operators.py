@@ -10,7 +10,7 @@ import pytest
 from mixed_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
 
 from ehl.contact import Contact
-from ehl.heat import FilmConductivity
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.io.validation import validate
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.convolution import exact_product

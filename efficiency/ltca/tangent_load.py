@@ -1,0 +1,263 @@
+"""Loads of a mesh cycle at torques of the normal forces that differ from position to position, from few solutions.
+
+Friction carries a part of the torque that changes with speed, oil and position. The cycle is solved at the normal
+torques of some friction coefficients, each when it is first needed; the forces at others follow by their derivative.
+What that leaves of their distribution is of second order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.ltca.equilibrium import Equilibrium
+from efficiency.ltca.load_distribution import (
+    LAYS,
+    OF_POSITION,
+    EdgeLoad,
+    ElasticPosition,
+    LoadDistribution,
+    PositionLoad,
+    TeethElasticity,
+    distribute_load,
+    edge_load,
+    lay_of,
+    loads_of_forces,
+)
+from efficiency.ltca.local_compliance import LocalApproach
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# friction coefficients at which the cycle is solved: the first, and their distance; change of torque between two
+FRICTION, FRICTION_STEP, TORQUE_STEP = 0.06, 0.08, 0.10
+# longest way of a tangent, as a share of the torque: for one point, and for many points of which each counts less
+ONE, MANY = 0.01, 0.06
+_KEPT = 8
+
+
+class TangentLoads:
+    """Loads of one cycle at any torques of the normal forces.
+
+    Parameters
+    ----------
+    cycle : sequence of ElasticPosition
+        Points and compliance.
+    teeth : TeethElasticity
+        Compliance of both members.
+    torque_pinion : float
+        What normal and friction forces carry together [N m].
+    arms : sequence of (n,) arrays
+        Of the unit friction force about the pinion axis at the points of each position [m].
+    arm_ratio : (positions,) array
+        Torque of friction with a coefficient of 1 over that of the normal forces [-].
+    way : {1, -1}
+        1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives.
+    start : LoadDistribution, optional
+        A solution from which to start.
+
+    Attributes
+    ----------
+    lever, arm : arrays
+        Levers of the normal forces and of friction about the pinion axis at the points of all positions [m].
+    """
+
+    def __init__(
+        self,
+        cycle: Sequence[ElasticPosition],
+        teeth: TeethElasticity,
+        torque_pinion: float,
+        arms: Sequence[FloatArray],
+        arm_ratio: FloatArray,
+        way: float = 1.0,
+        start: LoadDistribution | None = None,
+    ) -> None:
+        self.cycle, self.teeth, self.torque_pinion, self.arm_ratio = tuple(cycle), teeth, torque_pinion, arm_ratio
+        self.positions: tuple[MeshPosition, ...] = tuple(elastic.position for elastic in self.cycle)
+        self._solved: dict[int, LoadDistribution] = {}
+        self._own: list[LoadDistribution] = []
+        self._start, self._first = start, way * FRICTION
+        self._step = min(FRICTION_STEP, TORQUE_STEP / max(float(np.abs(arm_ratio).max()), 1e-9))
+        sizes = [p.pair.size for p in self.positions]
+        self.starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        self.number = np.repeat(np.arange(len(sizes)), sizes)
+        self.index = np.arange(self.number.size) - self.starts[self.number]
+        self.fields = {name: np.concatenate([getattr(p, name) for p in self.positions]) for name in OF_POSITION}
+        self.fields |= {name: lay_of(self.positions, name) for name in LAYS}
+        self.lever = np.concatenate([p.lever_pinion for p in self.positions])
+        self.arm = np.concatenate(list(arms))
+        self.law = LocalApproach.joined([elastic.approach for elastic in self.cycle])
+        self._ratio = np.array([float(np.mean(p.lever_pinion / p.lever_gear)) for p in self.positions])
+        self._unloaded = np.array([p.transmission_error for p in self.positions])
+
+    def torque_of(self, force: FloatArray, lever: FloatArray) -> FloatArray:
+        """Sum of force times lever over the points of each position."""
+        return np.asarray(np.add.reduceat(force * lever, self.starts))
+
+    def at(self, normal_torques: FloatArray, longest: float = MANY) -> TangentLoad:
+        """Load where the normal forces carry a torque at each position [N m].
+
+        Where the next of the solutions for all friction coefficients is further off than `longest`, a share of the
+        torque, that torque is solved itself.
+        """
+        arm = self.arm_ratio
+        friction = -float(np.log(normal_torques / self.torque_pinion) @ arm) / max(float(arm @ arm), 1e-12)
+        step = round((friction - self._first) / self._step)
+        node = self._node(step)
+        if _distance(node, normal_torques) > longest:
+            node = min((node, *self._own), key=lambda other: _distance(other, normal_torques))
+        if _distance(node, normal_torques) > longest:
+            node = distribute_load(self.cycle, self.teeth, self.torque_pinion, normal_torques, node)
+            self._own = [*self._own[1 - _KEPT :], node]
+        return self._from(node, normal_torques)
+
+    def _node(self, step: int) -> LoadDistribution:
+        if step not in self._solved:
+            near = min(self._solved, key=lambda other: abs(other - step), default=None)
+            torques = self.torque_pinion * np.exp(-(self._first + step * self._step) * self.arm_ratio)
+            start = self._start if near is None else self._solved[near]
+            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque_pinion, torques, start)
+        return self._solved[step]
+
+    def _from(self, node: LoadDistribution, torques: FloatArray) -> TangentLoad:
+        force = np.concatenate([p.forces_at(float(t)) for p, t in zip(node.positions, torques, strict=True)])
+        # forces that would pull are left out: the others carry the torque
+        force *= (torques / self.torque_of(force, self.lever))[self.number]
+        solved = [p.equilibrium for p in node.positions]
+        change = torques - np.array([p.torque for p in node.positions])
+        angle = np.array([e.angle for e in solved]) + change / np.array([e.stiffness for e in solved])
+        errors = self._unloaded - angle * self._ratio
+        return TangentLoad(self, node, force, angle, errors, float(np.max(np.abs(change) / torques)))
+
+    @cached_property
+    def _edges(self) -> dict[int, tuple[LoadDistribution, EdgeLoad, EdgeLoad]]:
+        return {}
+
+    def edges(self, load: TangentLoad) -> EdgeLoad:
+        """Load at the edges, between that of a solution and that of a torque a step beyond."""
+        own = np.array([p.torque for p in load.node.positions])
+        if id(load.node) not in self._edges:
+            here, beyond = (self._from(load.node, own * factor) for factor in (1.0, 1.0 + 0.5 * TORQUE_STEP))
+            # the node is kept with it, so that no other takes its place in memory
+            self._edges[id(load.node)] = load.node, edge_load(here, self.teeth), edge_load(beyond, self.teeth)
+        _, at_node, at_step = self._edges[id(load.node)]
+        share = float(np.mean(self.torque_of(load.force, self.lever) / own - 1.0)) / (0.5 * TORQUE_STEP)
+        return at_node.towards(at_step, share)
+
+
+def _distance(node: LoadDistribution, torques: FloatArray) -> float:
+    """How far torques of the normal forces are from those of a solution, as a share."""
+    return float(np.max(np.abs(torques / np.array([p.torque for p in node.positions]) - 1.0)))
+
+
+class TangentLoad(LoadDistribution):
+    """Load over one mesh cycle by tangents: a `LoadDistribution` whose parts are made when somebody asks for them.
+
+    Parameters
+    ----------
+    loads : TangentLoads
+        Where it comes from.
+    node : LoadDistribution
+        Solution the tangents start from.
+    force : (n,) array
+        Normal forces at the points of all positions [N].
+    angle, errors : (positions,) arrays
+        Approach of the pinion [rad] and loaded transmission error [rad of the gear].
+    distance : float
+        Longest way of a tangent over the torque there [-].
+    """
+
+    def __init__(
+        self,
+        loads: TangentLoads,
+        node: LoadDistribution,
+        force: FloatArray,
+        angle: FloatArray,
+        errors: FloatArray,
+        distance: float,
+    ) -> None:
+        own = {"loads": loads, "node": node, "force": force, "angle": angle, "errors": errors, "distance": distance}
+        base = {name: getattr(node, name) for name in ("torque_pinion", "status", "reason", "tooth_outline")}
+        # attributes of a frozen class
+        self.__dict__.update(own | base | {"balance_residual": 0.0})
+
+    loads: TangentLoads
+    node: LoadDistribution
+    force: FloatArray
+    angle: FloatArray
+    errors: FloatArray
+    distance: float
+    balance_residual: float
+
+    def scaled(self, factor: FloatArray) -> TangentLoad:
+        """The same with the forces of each position times a factor next to 1."""
+        force = self.force * factor[self.loads.number]
+        return TangentLoad(self.loads, self.node, force, self.angle, self.errors, self.distance)
+
+    @cached_property
+    def positions(self) -> tuple[PositionLoad, ...]:
+        """Load of each position."""
+        return loads_of_forces(self.loads.cycle, self.loads.law, self.force, self.angle, self.errors, self._equilibria)
+
+    @property
+    def _equilibria(self) -> list[Equilibrium]:
+        return [p.equilibrium for p in self.node.positions]
+
+    @property
+    def cycle(self) -> tuple[MeshPosition, ...]:
+        """Points of each position."""
+        return self.loads.positions
+
+    @property
+    def pressure_max(self) -> float:
+        """Maximum Hertz pressure of the cycle [Pa]."""
+        return float(self.loaded["pressure_hertz"].max())
+
+    @property
+    def torque_residual(self) -> float:
+        """Worst relative error of the torque balance."""
+        return self.balance_residual
+
+    @property
+    def compatibility_residual(self) -> float:
+        """Worst violation of compatibility of the solutions the tangents start from, relative to the approach."""
+        return self.node.compatibility_residual
+
+    @property
+    def transmission_error(self) -> FloatArray:
+        """Loaded transmission error of each position [rad of the gear]."""
+        return self.errors
+
+    @property
+    def stiffness_tangent(self) -> FloatArray:
+        """Derivative of the pinion torque by the pinion rotation against a held gear, each position [N m/rad]."""
+        return self.node.stiffness_tangent
+
+    @cached_property
+    def at(self) -> IntArray:
+        """Numbers of the points that carry load among those of all positions."""
+        return np.flatnonzero(self.force > 0.0)
+
+    @cached_property
+    def loaded(self) -> dict[str, FloatArray]:
+        """Fields of the points that carry load, of all positions one after the other, by their names."""
+        at, flanks = self.at, self.loads.law.flanks
+        force, radius, modulus = self.force[at], flanks.radius_equivalent[at], flanks.effective_modulus
+        pressure = np.sqrt(force / self.loads.law.length[at] * modulus / (2.0 * np.pi * radius))
+        at_edge = self.loads.law.edge_distance[at] < 4.0 * radius * pressure / modulus
+        of_load = {"force": force, "pressure_hertz": pressure, "at_edge": at_edge}
+        return of_load | {name: values[at] for name, values in self.loads.fields.items()}
+
+    @cached_property
+    def loaded_position(self) -> IntArray:
+        """Number of the position of each of them."""
+        return np.asarray(self.loads.number[self.at])
+
+    @cached_property
+    def loaded_index(self) -> IntArray:
+        """Number of each of them in its position."""
+        return np.asarray(self.loads.index[self.at])

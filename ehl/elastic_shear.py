@@ -1,0 +1,144 @@
+"""Elastic part of the shear (Maxwell): a film that slides little is strained, not yet sheared to its viscous stress.
+
+Along the motion of the film, and with the tangential compliance k of the bodies in series,
+
+    (h/G + k) D(tau)/Dt + h rate(tau) = v_s
+
+where the viscous law gives rate(tau*) = v_s/h at the stress tau* without the elastic part, and between both
+rate(tau)/rate(tau*) = sinh(tau/tau0)/sinh(tau*/tau0) (Ree-Eyring; with Carreau the same with its G for tau0, and
+tau/tau* for a Newtonian film). Friction of the film is all this changes: at slips it acts at, shear thinning of the
+pressure flow is small. Most friction power is freed as heat where it is made: the elastic energy is given back.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.fluid._kernels import march_stress
+from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
+
+Array = NDArray[np.float64]
+
+SHARE_NEGLECTED = 0.005  # of mu, estimated: below it the elastic part is left out
+SHARE_FULL = 0.01  # from here on it counts in full: no step in mu between
+SUBDIVISION = 4  # of the mesh: the march is of first order
+
+
+def body_compliance(contact: LineContact) -> float:
+    """Tangential displacement of both surfaces per shear stress, k = 4 b/(pi E') [m/Pa].
+
+    A mattress of this compliance has the initial slope mu = 4 R SR/b of Carter (1926) between like bodies.
+    """
+    return 4.0 * contact.half_width / (math.pi * contact.effective_modulus)
+
+
+def elastic_share(contact: LineContact, lubricant: Lubricant, film: float, stress: float) -> float:
+    """Estimated share of the friction that the elastic part takes; the share found is smaller [-].
+
+    A rigid law would need the way l to reach the stress: were the film without stress at the edge and at its full
+    stress from there on, l/2 of the width 2 b would be lost.
+
+    Parameters
+    ----------
+    contact, lubricant
+        Speeds and shear modulus.
+    film : float
+        Central film thickness [m].
+    stress : float
+        Largest shear stress [Pa].
+    """
+    if math.isinf(lubricant.shear_modulus) or contact.speed_sliding == 0.0:
+        return 0.0
+    compliance = film / lubricant.shear_modulus + body_compliance(contact)
+    way = stress * compliance * abs(contact.speed_entrainment) / contact.speed_sliding
+    return way / (4.0 * contact.half_width)
+
+
+def isothermal_stress(contact: LineContact, lubricant: Lubricant, film: float) -> float:
+    """Shear stress of the viscous law at the Hertz pressure and the inlet temperature [Pa]."""
+    pressure = np.array([contact.pressure_hertz])
+    return float(lubricant.shear_stress(pressure, np.array([film]), contact.speed_sliding)[0])
+
+
+def counted(share: float) -> float:
+    """How much of the elastic part counts: 0 below `SHARE_NEGLECTED`, 1 from `SHARE_FULL`, linear between."""
+    return min(max((share - SHARE_NEGLECTED) / (SHARE_FULL - SHARE_NEGLECTED), 0.0), 1.0)
+
+
+@dataclass(frozen=True)
+class ElasticShear:
+    """What the elastic part does to the friction of a smooth film.
+
+    Parameters
+    ----------
+    estimate : float
+        Its share of mu, estimated from above [-].
+    left_out : float
+        Of that what was not counted, because it is small [-].
+    ratio : float
+        mu with it over mu without it [-].
+    stress : ndarray, shape (n,)
+        Shear stress on the nodes of the film [Pa].
+    """
+
+    estimate: float
+    left_out: float
+    ratio: float
+    stress: Array
+
+    def notes(self) -> tuple[str, ...]:
+        """What it did to the friction; nothing where it did not count."""
+        if self.ratio == 1.0:
+            return ()
+        return (f"elastic shear of film and bodies changes smooth friction by {100.0 * (self.ratio - 1.0):.2g} %",)
+
+
+def elastic_shear(
+    x: Array, pressure: Array, film: Array, viscous: Array, contact: LineContact, lubricant: Lubricant
+) -> ElasticShear:
+    """The elastic part of the shear of a steady film, where its estimate says that it counts.
+
+    Parameters
+    ----------
+    x, pressure, film, viscous, contact, lubricant
+        As in `elastic_stress`.
+    """
+    central = float(np.interp(0.0, x, film))
+    estimate = elastic_share(contact, lubricant, central, float(np.max(viscous)))
+    share = counted(estimate)
+    if share == 0.0:
+        return ElasticShear(estimate, estimate, 1.0, viscous)
+    strained = elastic_stress(x, pressure, film, viscous, contact, lubricant)
+    stress = viscous + share * (strained - viscous)
+    ratio = float(np.trapezoid(stress, x) / np.trapezoid(viscous, x))
+    return ElasticShear(estimate, (1.0 - share) * estimate, ratio, stress)
+
+
+def elastic_stress(
+    x: Array, pressure: Array, film: Array, viscous: Array, contact: LineContact, lubricant: Lubricant
+) -> Array:
+    """Shear stress with its elastic part on the nodes of a steady film [Pa].
+
+    Parameters
+    ----------
+    x, pressure, film : ndarray, shape (n,)
+        Nodes [m], pressure [Pa], film thickness [m].
+    viscous : ndarray, shape (n,)
+        Stress of the viscous law at the temperature of the film [Pa].
+    contact, lubricant
+        Speeds, bodies and shear modulus.
+    """
+    law = lubricant.shear_law
+    fine = np.interp(np.arange(SUBDIVISION * (x.size - 1) + 1) / SUBDIVISION, np.arange(x.size), x)
+    p, h, final = (np.interp(fine, x, row) for row in (np.maximum(pressure, 0.0), film, viscous))
+    newtonian = law.rheology == "newtonian"
+    scale = np.full_like(fine, math.inf) if newtonian else law.scale(p)
+    compliance = h / lubricant.shear_modulus + body_compliance(contact)
+    slip = contact.speed_sliding / abs(contact.speed_entrainment)
+    gain = np.concatenate([[0.0], slip * np.diff(fine) / compliance[1:]])
+    return np.asarray(march_stress(final, scale, law.limiting_stress(p), gain)[::SUBDIVISION])

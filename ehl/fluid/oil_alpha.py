@@ -1,0 +1,147 @@
+"""The pressure-viscosity coefficients of an oil card over temperature, whichever of them the card states."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.fluid.oil_laws import (
+    TEMPERATURE_RANGE,
+    GoldAlpha,
+    ModulusAlpha,
+    TabulatedAlpha,
+    WaltherViscosity,
+    figures_by_constants,
+    scale_of_law,
+)
+from ehl.fluid.pressure_viscosity import (
+    TemperatureFit,
+    alpha_film,
+    roelands_slope,
+    solve_constant,
+    temperature_fit,
+)
+from ehl.fluid.viscosity import GOLD_COEFFICIENTS, RoelandsLaw, gold_2001
+
+if TYPE_CHECKING:
+    from ehl.fluid.oil import Oil
+
+Array = NDArray[np.float64]
+
+_KEPT: dict[tuple[Any, ...], Any] = {}  # what was computed once for the figures of a card
+_MOST_KEPT = 512
+
+
+def stated(card: Oil, temperature: Any) -> Any:
+    """The coefficient as the card states it [1/Pa]; `temperature` in K."""
+    law = card.pressure_viscosity
+    if isinstance(law, TabulatedAlpha):
+        return _between(law, temperature)
+    assert isinstance(law, GoldAlpha)
+    if law.anchor_temperature is None or law.anchor_value is None:
+        return gold_2001(card.viscosity_kinematic(temperature), law.base)
+    ratio = card.viscosity_kinematic(temperature) / card.viscosity_kinematic(law.anchor_temperature)
+    return law.anchor_value * ratio ** GOLD_COEFFICIENTS[law.base][1]
+
+
+def slope(card: Oil, temperature: Any) -> Any:
+    """d ln(eta)/dp at p = 0 [1/Pa]; `temperature` in K."""
+    law, viscosity = card.pressure_viscosity, card.viscosity
+    if isinstance(law, ModulusAlpha):
+        assert not isinstance(viscosity, WaltherViscosity)
+        return figures_by_constants(viscosity, temperature, factor(card))["pressure_viscosity"]
+    definition = card.alpha_definition
+    if viscosity.law == "barus" or definition == "slope":
+        return stated(card, temperature)
+    if definition == "secant_200":
+        return roelands_slope(stated(card, temperature), card.viscosity_dynamic(temperature))
+
+    def over_stated(at: Array) -> Array:
+        value = stated(card, at)
+        found = solve_constant(
+            lambda alpha: RoelandsLaw(card.viscosity_dynamic(at), alpha, at, 0.0),  # type: ignore[arg-type]
+            value,
+            definition,
+            value,
+        )
+        return np.asarray(found / value)
+
+    return stated(card, temperature) * _fit(card, "slope", over_stated)(temperature)
+
+
+def factor(card: Oil) -> float:
+    """The factor on ln(eta(p)/eta0) of a law by constants with which the card's anchor comes out."""
+    law, viscosity = card.pressure_viscosity, card.viscosity
+    if not isinstance(law, ModulusAlpha) or isinstance(viscosity, WaltherViscosity) or law.anchor_temperature is None:
+        return 1.0
+    temperature, value, definition = law.anchor_temperature, law.anchor_value, card.alpha_definition
+    found = _kept((viscosity, law), lambda: scale_of_law(viscosity, temperature, value, definition))
+    return float(found)
+
+
+def film(card: Oil, temperature: Any, alpha: Any) -> Any:
+    """alpha_film of the card's law with its pressure_rise_factor [1/Pa]; `temperature` in K, `alpha` its `slope`."""
+    if card.viscosity.law == "barus":
+        return card.factors.pressure_viscosity * alpha
+
+    def over_slope(at: Array) -> Array:
+        return np.asarray(alpha_film(card.without_film(at).pressure_law) / slope(card, at))
+
+    return alpha * _fit(card, "film", over_slope)(temperature)
+
+
+def fit_error(card: Oil) -> float:
+    """Largest relative error of `film`, and of `slope` where it is fitted, from -40 to 200 degC [-]."""
+    middle = np.array([353.15])
+    film(card, middle, slope(card, middle))
+    return max((_KEPT[key].error for key in (_key(card, "slope"), _key(card, "film")) if key in _KEPT), default=0.0)
+
+
+def _fit(card: Oil, what: str, function: Callable[[Array], Array]) -> TemperatureFit:
+    low, high = TEMPERATURE_RANGE
+    law = card.pressure_viscosity
+    kinks = law.temperature[1:-1] if isinstance(law, TabulatedAlpha) else ()
+    ends = (low, *(at for at in kinks if low < at < high), high)
+    fit: TemperatureFit = _kept(_key(card, what), lambda: temperature_fit(function, ends))
+    return fit
+
+
+def _key(card: Oil, what: str) -> tuple[Any, ...]:
+    return (
+        what,
+        card.viscosity,
+        card.pressure_viscosity,
+        card.viscosity_kinematic_40,
+        card.viscosity_kinematic_100,
+        card.density_15,
+        card.density_temperature,
+        card.factors,
+    )
+
+
+def _kept(key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+    if key not in _KEPT:
+        if len(_KEPT) >= _MOST_KEPT:
+            _KEPT.clear()
+        _KEPT[key] = make()
+    return _KEPT[key]
+
+
+def _between(law: TabulatedAlpha, temperature: Any) -> Any:
+    """Linear in ln alpha between the temperatures of the table, and beyond them with the slope of its ends."""
+    if len(law.value) == 1:
+        return 0.0 * temperature + law.value[0]
+    points = list(zip(law.temperature, (math.log(value) for value in law.value), strict=True))
+    pieces = [
+        (t1, low + (high - low) / (t1 - t0) * (temperature - t0))
+        for (t0, low), (t1, high) in itertools.pairwise(points)
+    ]
+    log_alpha: Any = pieces[-1][1]
+    for end, piece in reversed(pieces[:-1]):
+        log_alpha = np.where(temperature <= end, piece, log_alpha)
+    return np.exp(log_alpha)

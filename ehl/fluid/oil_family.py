@@ -1,0 +1,199 @@
+"""A generic oil from what an engineer knows: base oil, viscosities at 40 and 100 degC or the ISO VG, density.
+
+ln(eta/eta0) over pressure and temperature has the shape of the FVA 400 oils of the family, eq. of `ModulusLaw`: the
+mean of their constants, each set scaled to a secant at 0.2 GPa and 80 degC of 1 1/GPa. The level is the family's own
+fit of that secant, alpha = s nu^t. Shape and spread are ours, from the constants in data/reference/oils_fva400.csv.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from ehl.fluid.density import density_at
+from ehl.fluid.viscosity import walther_1931
+from ehl.io.errors import InputError
+from ehl.io.units import KELVIN
+
+LEVEL_TEMPERATURE = 80.0 + KELVIN  # where the secant of a family is taken [K]
+TEMPERATURES = (20.0 + KELVIN, 150.0 + KELVIN)
+ISO_VG = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
+_NAME = re.compile(r"(?P<base>[a-z]+)[ :]+(?:(?:iso )?vg ?(?P<vg>\d+)|(?P<nu_40>[\d.]+) ?/ ?(?P<nu_100>[\d.]+))")
+
+
+@dataclass(frozen=True)
+class OilFamily:
+    """What oils of one base have in common.
+
+    Parameters
+    ----------
+    shape : tuple of float
+        a1 [Pa], a2 [Pa/K], b1, b2 [1/K] of the modulus law, T in degC, times the secant at 80 degC in 1/GPa.
+    secant : tuple of float
+        s and t of the secant at 0.2 GPa, s nu^t 1/GPa, nu in cSt.
+    spread : float
+        One standard deviation of ln(eta/eta0) of the family's oils about this, 40 to 120 degC, 0.2 to 1.2 GPa [-].
+    viscosity_100 : tuple of float
+        k and m of nu100 = k nu40^m in cSt, where only the ISO VG is known.
+    density_15 : float
+        Typical [kg/m3].
+    oils : tuple of str
+        Cards of the family.
+    """
+
+    shape: tuple[float, float, float, float]
+    secant: tuple[float, float]
+    spread: float
+    viscosity_100: tuple[float, float]
+    density_15: float
+    oils: tuple[str, ...]
+
+
+# nu100 over nu40 (ours): mineral through fva2 and minr, pao through pao100 and paor, the others through one oil each
+# and the exponent usual for them; densities: typical of the cards
+OIL_FAMILIES = {
+    "mineral": OilFamily(
+        (402.1e6, 6.120e6, 0.5834, -5.261e-4), (9.20, 0.159), 0.11, (0.616, 0.623), 880.0,
+        ("fva3_400", "fva2", "fva2a", "fva2b", "hvi"),
+    ),
+    "hydrocracked": OilFamily(
+        (463.1e6, 5.592e6, 0.4051, 5.301e-4), (6.72, 0.174), 0.08, (0.790, 0.600), 850.0,
+        ("hc", "hc_additive", "hc_pma", "hc_pma_additive"),
+    ),
+    "pao": OilFamily(
+        (411.8e6, 6.395e6, 0.4598, -9.628e-4), (7.09, 0.144), 0.14, (0.531, 0.720), 850.0,
+        ("pao_ester", "pao_ester_additive", "pao_ester_additive_pma", "pao_ester_pao100", "pao_ester_pib"),
+    ),
+    "ester": OilFamily(
+        (462.6e6, 5.523e6, 0.3128, 2.062e-3), (6.02, 0.178), 0.14, (0.546, 0.720), 940.0,
+        ("pti_additive", "dia_pma", "ke", "ke_additive"),
+    ),
+    "polyglycol": OilFamily(
+        (511.1e6, 5.452e6, 0.06515, 2.482e-3), (4.19, 0.222), 0.22, (0.390, 0.850), 1050.0,
+        ("pg_1_1", "pg_0_1", "pg_kom1", "pg_kom2"),
+    ),
+}  # fmt: skip
+
+
+def vogel_constants(viscosity_40: float, viscosity_100: float, density_15: float, coefficient: float) -> dict[str, Any]:
+    """K [Pa s], B, C [K] of eta0 = K exp(B/(T + C)), T in degC, that meets Walther's nu times rho at 40, 100, 160 degC.
+
+    Parameters
+    ----------
+    viscosity_40, viscosity_100 : float
+        Kinematic viscosity [m2/s].
+    density_15, coefficient : float
+        Of `density_at` [kg/m3, 1/K].
+    """
+    low, middle, high = (
+        math.log(walther_1931(at, viscosity_40, viscosity_100) * density_at(at, density_15, coefficient))
+        for at in (40.0 + KELVIN, 100.0 + KELVIN, 160.0 + KELVIN)
+    )
+    ratio = (low - middle) / (middle - high)  # = (160 + C)/(40 + C)
+    shift = (160.0 - 40.0 * ratio) / (ratio - 1.0)
+    rise = (low - middle) * (40.0 + shift) * (100.0 + shift) / 60.0
+    return {"K": math.exp(low - rise / (40.0 + shift)), "B": rise, "C": shift}
+
+
+def modulus_constants(base: str, secant: float) -> dict[str, float]:
+    """a1, a2, b1, b2 of the family's shape with a secant at 0.2 GPa and 80 degC [1/GPa]."""
+    return dict(zip(("a1", "a2", "b1", "b2"), (value / secant for value in OIL_FAMILIES[base].shape), strict=True))
+
+
+def family_of(base: str) -> OilFamily:
+    """The family of a base oil; `InputError` where there is none."""
+    if base not in OIL_FAMILIES:
+        hint = "Semi-synthetic: take the base there is most of."
+        raise InputError("base", base, "one of " + ", ".join(OIL_FAMILIES), hint)
+    return OIL_FAMILIES[base]
+
+
+def generic_card(
+    base: str,
+    viscosity_40: float | None = None,
+    viscosity_100: float | None = None,
+    iso_vg: float | None = None,
+    density_15: float | None = None,
+    name: str | None = None,
+) -> dict[str, Any]:
+    """Content of a generic card, SI.
+
+    Parameters
+    ----------
+    base : str
+        A key of `OIL_FAMILIES`.
+    viscosity_40, viscosity_100 : float, optional
+        Kinematic viscosity [m2/s].
+    iso_vg : float, optional
+        In place of both.
+    density_15 : float, optional
+        [kg/m3]; typical of the family where not given.
+    name : str, optional
+        Of the card; made of base and viscosities where not given.
+    """
+    family = family_of(base)
+    if (iso_vg is None) == (viscosity_40 is None or viscosity_100 is None):
+        hint = "With the data sheet at hand give nu_40 and nu_100, else iso_vg."
+        given = "neither" if iso_vg is None else "both"
+        raise InputError("iso_vg", given, "either iso_vg, or nu_40 and nu_100", hint)
+    known = iso_vg is None
+    if iso_vg is not None:
+        if iso_vg not in ISO_VG:
+            raise InputError("iso_vg", iso_vg, "one of " + ", ".join(map(str, ISO_VG)), "Else give nu_40 and nu_100.")
+        scale, exponent = family.viscosity_100
+        viscosity_40, viscosity_100 = iso_vg * 1e-6, scale * iso_vg**exponent * 1e-6
+    assert viscosity_40 is not None
+    assert viscosity_100 is not None
+    check_viscosities(viscosity_40, viscosity_100, "nu_40", "nu_100")
+    density, coefficient = density_15 or family.density_15, -6.75e-4
+    scale, exponent = family.secant
+    secant = scale * (1e6 * walther_1931(LEVEL_TEMPERATURE, viscosity_40, viscosity_100)) ** exponent
+    words = f"{base} vg {iso_vg:g}" if iso_vg is not None else f"{base} {1e6 * viscosity_40:g}/{1e6 * viscosity_100:g}"
+    constants = vogel_constants(viscosity_40, viscosity_100, density, coefficient) | modulus_constants(base, secant)
+    return {
+        "name": name or words,
+        "description": f"generic {base} oil" + (f" ISO VG {iso_vg:g}" if iso_vg is not None else ""),
+        "source": f"ours: ln(eta/eta0) has the mean shape of {len(family.oils)} FVA 400 oils ({', '.join(family.oils)})"
+        f" and their secant at 0.2 GPa, {scale:g} nu^{exponent:g} = {secant:.2f} 1/GPa at 80 degC; "
+        + ("nu40 and nu100 given" if known else f"nu100 = {family.viscosity_100[0]:g} nu40^{family.viscosity_100[1]:g}")
+        + "; heat data typical, from memory",
+        "certainty": "mixed",
+        "base": base,
+        "viscosity_kinematic_40": viscosity_40,
+        "viscosity_kinematic_100": viscosity_100,
+        "density_15": density,
+        "viscosity": {"law": "modulus", **constants},
+        "pressure_viscosity": {"law": "modulus"},
+        "temperature_valid": TEMPERATURES,
+        "pressure_valid": 0.7e9,
+        "uncertainty": {
+            "pressure_viscosity": family.spread,
+            "viscosity": 0.05 if known else 0.10,
+            "source": "ours: spread of the FVA 400 oils of the family about this shape and level; viscosity "
+            + ("of a data sheet against the oil in the gear" if known else "of oils of one ISO VG, nu100 guessed"),
+        },
+    }
+
+
+def check_viscosities(viscosity_40: float, viscosity_100: float, name_40: str, name_100: str) -> None:
+    """Refuse an oil that does not thin with temperature, or whose Walther line has no answer."""
+    if not viscosity_100 < viscosity_40:
+        allowed = f"below {name_40}, {1e6 * viscosity_40:.6g} cSt"
+        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", allowed, "Are the two exchanged?")
+    if not viscosity_100 > 0.5e-6:
+        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", "above 0.5 cSt", "Write the unit: '13.3 cSt'.")
+
+
+def generic_name(name: str) -> dict[str, Any] | None:
+    """Arguments of `generic_card` from a name such as ``pao 97.5/13.3`` or ``mineral vg 220``; None of others."""
+    match = _NAME.fullmatch(name.strip().lower())
+    if match is None:
+        return None
+    found = match.groupdict()
+    if found["vg"] is not None:
+        return {"base": found["base"], "iso_vg": int(found["vg"])}
+    return {"base": found["base"], **{
+        f"viscosity_{at}": 1e-6 * float(found[f"nu_{at}"]) for at in ("40", "100")
+    }}  # fmt: skip

@@ -1,0 +1,138 @@
+"""What a card says at a glance: figures over temperature and pressure, as numbers, frame and figure."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
+from ehl.fluid.rheology import RisingStress
+from ehl.io.data import data_path
+from ehl.io.errors import InputError
+from ehl.io.units import KELVIN, ValueRange
+from ehl.quantities import axis_label, to_display
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ehl.fluid.oil import Oil
+
+TEMPERATURES = (40.0 + KELVIN, 100.0 + KELVIN)
+PRESSURES = (0.0, 0.2e9, 0.4e9, 0.8e9, 1.2e9, 1.6e9)
+_COLOURS, _GREY = ("#1f5a99", "#c8651b", "#4b8b3b", "#8a4f9e"), "#8a8f98"
+
+
+def temperatures_of(given: str | Sequence[float | str] | None, allowed: ValueRange) -> tuple[float, ...]:
+    """Temperatures [K] from a list in a text such as "40, 100 degC", or from numbers and texts."""
+    if given is None:
+        return TEMPERATURES
+    if isinstance(given, str):
+        return tuple(allowed.check_list(given, "temperatures"))
+    return tuple(allowed.check(value, "temperatures") for value in given)
+
+
+def figures_at(oil: Oil, temperature: float) -> dict[str, float | None]:
+    """Figures of a card at a temperature [K], SI; the Eyring stress at 1 GPa where it rises with pressure."""
+    lubricant = oil.at(temperature)
+    law, stress = lubricant.pressure_law, lubricant.eyring_stress
+    return {
+        "temperature_oil": temperature,
+        "viscosity_kinematic": lubricant.viscosity_inlet / lubricant.density,
+        "viscosity_inlet": lubricant.viscosity_inlet,
+        "temperature_viscosity": lubricant.temperature_viscosity,
+        "density": lubricant.density,
+        **{f"pressure_viscosity_{definition}": float(alpha_of(law, definition)) for definition in DEFINITIONS},
+        "eyring_stress": float(stress(np.array(1e9))) if isinstance(stress, RisingStress) else stress,
+        "limiting_shear_ambient": lubricant.limiting_shear_ambient,
+        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
+        "shear_modulus": lubricant.shear_modulus,
+        "thermal_conductivity": lubricant.thermal_conductivity,
+        "heat_capacity": lubricant.heat_capacity,
+    }
+
+
+def log_ratios(oil: Oil, temperatures: Sequence[float], pressures: Sequence[float]) -> list[list[float]]:
+    """ln(eta/eta0), one row per temperature [K], at pressures [Pa]."""
+    return [oil.at(at).log_viscosity_ratio(np.asarray(pressures, dtype=float)).tolist() for at in temperatures]
+
+
+def sheet(oil: Oil, temperatures: Sequence[float], pressures: Sequence[float] = PRESSURES) -> dict[str, Any]:
+    """Everything, as JSON holds it."""
+    return {
+        "name": oil.name,
+        "description": oil.description,
+        "base": oil.base,
+        "viscosity_law": oil.viscosity.law,
+        "certainty": oil.certainty,
+        "source": oil.source,
+        "temperature_valid": list(oil.temperature_valid),
+        "pressure_valid": oil.pressure_valid,
+        "uncertainty": oil.uncertainty.model_dump(),
+        "remarks": list(oil.remarks()),
+        "states": [figures_at(oil, at) for at in temperatures],
+        "pressures": list(pressures),
+        "log_viscosity_ratio": log_ratios(oil, temperatures, pressures),
+    }
+
+
+def source_points(name: str) -> tuple[tuple[float, float, float], ...]:
+    """Temperature [K], pressure [Pa] and viscosity [Pa s] by the law of a card's source; none where it has none."""
+    return _points().get(name, ())
+
+
+@cache
+def _points() -> dict[str, tuple[tuple[float, float, float], ...]]:
+    found: dict[str, list[tuple[float, float, float]]] = {}
+    text = data_path("reference", "oil_points.csv").read_text(encoding="utf-8")
+    for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#")):
+        celsius, gigapascal, viscosity = (float(value) for value in list(row.values())[1:])
+        found.setdefault(row["card"], []).append((celsius + KELVIN, 1e9 * gigapascal, 1e-3 * viscosity))
+    return {name: tuple(points) for name, points in found.items()}
+
+
+def plot_oil(oil: Oil, temperatures: Sequence[float]) -> Figure:
+    """eta over pressure at each temperature; band: one standard deviation of ln(eta/eta0); points: the source."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    pressure = np.linspace(0.0, PRESSURES[-1], 161)
+    shown = to_display("pressure", pressure)
+    cards = [oil.varied(pressure_viscosity=n) for n in (-1.0, 0.0, 1.0)]
+    for number, at in enumerate(temperatures):
+        colour = _COLOURS[number % len(_COLOURS)]
+        low, middle, high = (to_display("viscosity_inlet", card.at(at).viscosity(pressure)) for card in cards)
+        axes.fill_between(shown, low, high, color=colour, alpha=0.18, lw=0.0)
+        axes.semilogy(shown, middle, color=colour, label=f"{at - KELVIN:.4g} °C")
+        points = [(p, eta) for t, p, eta in source_points(oil.name) if abs(t - at) < 0.01]
+        if points:
+            place, eta = np.array(points).T
+            place, eta = to_display("pressure", place), to_display("viscosity_inlet", eta)
+            axes.plot(place, eta, "o", color=colour, ms=4, mfc="none")
+    if source_points(oil.name):
+        axes.plot([], [], "o", color=_GREY, ms=4, mfc="none", label="law of the source")
+    if oil.pressure_valid is not None:
+        axes.axvline(to_display("pressure", oil.pressure_valid), color=_GREY, lw=0.8, ls="--")
+        axes.text(
+            to_display("pressure", oil.pressure_valid), 0.02, " measured up to here",
+            color=_GREY, transform=axes.get_xaxis_transform(), fontsize=8,
+        )  # fmt: skip
+    axes.set(xlabel=axis_label("pressure"), ylabel="viscosity [mPa s]", xlim=(0.0, shown[-1]))
+    axes.set_title(f"{oil.name}: viscosity, band: one standard deviation of ln(eta/eta0)", fontsize=10)
+    axes.legend(frameon=False)
+    return figure
+
+
+def save_plot(figure: Figure, path: str | Path) -> None:
+    """Write the figure; the suffix chooses the format."""
+    try:
+        figure.savefig(path, dpi=150)
+    except ValueError:
+        raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf") from None
+    except OSError as error:
+        raise InputError("plot", str(path), "a writable file", f"{error}.") from None

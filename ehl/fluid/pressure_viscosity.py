@@ -1,0 +1,208 @@
+"""What "alpha" means: four definitions of one pressure-viscosity coefficient, for every law, and back.
+
+With L(p) = ln(eta(p)/eta0): the slope L'(0); the secant L(0.2 GPa)/0.2 GPa (FVA 400, Gold's formula); the reciprocal
+isoviscous pressure alpha*, 1/alpha* = int_0^inf exp(-L) dp (Blok); and alpha_film = (1 - e^-3)/int_0^(3/alpha*) exp(-L)
+dp, which a Newtonian film formula asks for (Bair, Liu & Wang 2006). For Barus all are alpha.
+
+The integral to infinity follows the law up to 3 GPa and its tangent beyond: laws whose L tends to a limit have no
+finite one. That tail is below 1e-3 of the whole for the oils of `data/oils`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ehl.fluid.viscosity import ROELANDS_LOG_VISCOSITY, ROELANDS_PRESSURE, PressureLaw
+from ehl.io.errors import InputError
+
+Array = NDArray[np.float64]
+
+AlphaDefinition = Literal["slope", "secant_200", "star", "film"]
+DEFINITIONS: tuple[AlphaDefinition, ...] = get_args(AlphaDefinition)
+
+SECANT_PRESSURE = 0.2e9  # [Pa]
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
+_PIECES = np.array([0.0, 0.03, 0.1, 0.25, 0.5, 1.0, 1.8, 3.0]) * 1e9  # of the integral over the pressure [Pa]
+_ROUNDS = 60
+
+
+def alpha_slope(law: PressureLaw) -> Array:
+    """L'(0) [1/Pa]."""
+    return np.asarray(law.by_pressure(np.zeros(1)))
+
+
+def alpha_secant(law: PressureLaw) -> Array:
+    """L(0.2 GPa)/0.2 GPa [1/Pa]."""
+    return np.asarray(law.log_ratio(np.full(1, SECANT_PRESSURE)) / SECANT_PRESSURE)
+
+
+def alpha_star(law: PressureLaw) -> Array:
+    """1/int_0^inf exp(-L) dp [1/Pa]."""
+    half = 0.5 * np.diff(_PIECES)[:, None]
+    nodes = (_PIECES[:-1, None] + half * (1.0 + _NODES)).ravel()[:, None]
+    weights = (half * _WEIGHTS).ravel()
+    top = _PIECES[-1:, None]
+    # beyond a law's pole or largest pressure exp(-L) is nothing or goes on
+    tail = np.exp(-law.log_ratio(top)) / np.maximum(law.by_pressure(top), 1e-12)
+    return np.asarray(1.0 / (weights @ np.exp(-law.log_ratio(nodes)) + tail[0]))
+
+
+def alpha_film(law: PressureLaw) -> Array:
+    """(1 - e^-3)/int_0^(3/alpha*) exp(-L) dp [1/Pa]."""
+    half = 1.5 / alpha_star(law)
+    nodes = half * (1.0 + _NODES[:, None])
+    return np.asarray(-math.expm1(-3.0) / (half * (_WEIGHTS @ np.exp(-law.log_ratio(nodes)))))
+
+
+_ALPHAS: dict[AlphaDefinition, Callable[[PressureLaw], Array]] = {
+    "slope": alpha_slope,
+    "secant_200": alpha_secant,
+    "star": alpha_star,
+    "film": alpha_film,
+}
+
+
+def alpha_of(law: PressureLaw, definition: AlphaDefinition) -> Any:
+    """The coefficient of a law by one of the four definitions.
+
+    Parameters
+    ----------
+    law : PressureLaw
+        Of `ehl.fluid.viscosity` or `Lubricant.pressure_law`; its inlet temperature may be an array.
+    definition : {"slope", "secant_200", "star", "film"}
+
+    Returns
+    -------
+    float or ndarray
+        [1/Pa]; a float for one inlet temperature.
+
+    Examples
+    --------
+    >>> from ehl.fluid.viscosity import RoelandsLaw
+    >>> law = RoelandsLaw(0.0106, 11.91e-9, 373.15, 0.03)
+    >>> [round(float(alpha_of(law, definition)) * 1e9, 2) for definition in DEFINITIONS]
+    [11.91, 9.68, 9.6, 10.09]
+    """
+    found = _ALPHAS[definition](law)
+    return float(found[0]) if found.shape == (1,) else found
+
+
+def solve_constant(
+    law_of: Callable[[Any], PressureLaw], stated: ArrayLike, definition: AlphaDefinition, start: ArrayLike
+) -> Any:
+    """The free constant with which a law has the stated coefficient, to 1e-13.
+
+    Parameters
+    ----------
+    law_of : callable
+        The law at a value of its free constant: alpha of Roelands and Barus, a factor on L of the others.
+    stated : float or ndarray
+        [1/Pa].
+    definition : {"slope", "secant_200", "star", "film"}
+    start : float or ndarray
+        The constant to start from.
+
+    Raises
+    ------
+    InputError
+        No constant of the law has this coefficient.
+    """
+    wanted = np.log(np.atleast_1d(np.asarray(stated, dtype=float)))
+    x = np.broadcast_to(np.log(np.asarray(start, dtype=float)), wanted.shape).copy()
+
+    def error(place: Array) -> Array:
+        return np.asarray(np.log(_ALPHAS[definition](law_of(np.exp(place)))) - wanted)
+
+    value = error(x)
+    slope = np.ones_like(x)
+    for _ in range(_ROUNDS):
+        if np.all(np.abs(value) < 1e-13):
+            break
+        step = np.clip(-value / slope, -1.0, 1.0)
+        new = error(x + step)
+        change = (new - value) / np.where(step == 0.0, 1.0, step)
+        # near rounding the difference says nothing
+        slope = np.where((np.abs(step) > 1e-7) & (change > 0.1), change, slope)
+        x, value = x + step, new
+    if not np.all(np.abs(value) < 1e-11):
+        given = np.ravel(np.asarray(stated, dtype=float))
+        raise InputError(
+            "pressure_viscosity", f"{1e9 * given[0]:.4g} 1/GPa", f"a coefficient the law can have as {definition}"
+        )
+    found = np.exp(x)
+    return float(found[0]) if np.ndim(stated) == 0 else found
+
+
+def roelands_slope(secant: Any, viscosity: Any) -> Any:
+    """The slope of the Roelands law through a secant [1/Pa]: A z/p0, z = ln(1 + 0.2 GPa secant/A)/ln(1 + 0.2 GPa/p0).
+
+    Parameters
+    ----------
+    secant : float or ndarray
+        L(0.2 GPa)/0.2 GPa [1/Pa].
+    viscosity : float or ndarray
+        eta0 [Pa s]; A = ln eta0 + 9.67.
+
+    Examples
+    --------
+    >>> round(float(roelands_slope(9.68e-9, 0.0106)) * 1e9, 2)
+    11.91
+    """
+    height = np.log(viscosity) + ROELANDS_LOG_VISCOSITY
+    exponent = np.log(1.0 + SECANT_PRESSURE * secant / height) / math.log(1.0 + SECANT_PRESSURE / ROELANDS_PRESSURE)
+    return height * exponent / ROELANDS_PRESSURE
+
+
+@dataclass(frozen=True)
+class TemperatureFit:
+    """ln of a positive function of temperature by Chebyshev polynomials, in arithmetic that can be recorded as code.
+
+    Parameters
+    ----------
+    pieces : tuple
+        (lowest, highest temperature [K], coefficients) of each piece, from cold to warm.
+    error : float
+        Largest relative error of the function at four times as many temperatures [-].
+    """
+
+    pieces: tuple[tuple[float, float, tuple[float, ...]], ...]
+    error: float
+
+    def __call__(self, temperature: Any) -> Any:
+        """The function at temperatures [K]; beyond the ends the end pieces go on."""
+        values = [self._piece(temperature, *piece) for piece in self.pieces]
+        found = values[-1]
+        for (_, high, _), value in zip(reversed(self.pieces[:-1]), reversed(values[:-1]), strict=True):
+            found = np.where(temperature <= high, value, found)
+        return np.exp(found)
+
+    @staticmethod
+    def _piece(temperature: Any, low: float, high: float, coefficients: tuple[float, ...]) -> Any:
+        """Clenshaw's sum."""
+        double = 2.0 * (2.0 * temperature - (low + high)) / (high - low)
+        following: Any = 0.0 * double
+        after: Any = 0.0
+        for coefficient in coefficients[:0:-1]:
+            following, after = double * following - after + coefficient, following
+        return 0.5 * double * following - after + coefficients[0]
+
+
+def temperature_fit(function: Callable[[Array], Array], ends: tuple[float, ...], degree: int = 20) -> TemperatureFit:
+    """A `TemperatureFit` between temperatures [K]; inner ends are kinks of the function."""
+    pieces, error = [], 0.0
+    for low, high in itertools.pairwise(ends):
+        spot = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+        values = np.log(function(0.5 * (low + high) + 0.5 * (high - low) * spot))
+        coefficients = np.polynomial.chebyshev.chebfit(spot, values, degree)
+        pieces.append((low, high, tuple(map(float, coefficients))))
+        between = np.linspace(low, high, 4 * degree + 1)
+        one = TemperatureFit((pieces[-1],), 0.0)
+        error = max(error, float(np.max(np.abs(one(between) / function(between) - 1.0))))
+    return TemperatureFit(tuple(pieces), error)

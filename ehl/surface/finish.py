@@ -1,0 +1,353 @@
+"""Finishes of flanks and additives of oils: what a shop can say instead of figures, each figure with its range.
+
+A range is the central 90 % of a log-normal figure, of a normal one where it changes sign (skewness). Waves grow in
+proportion to heights within a finish, so a Rq of one's own takes the correlation length along; running-in lowers Rq
+alone (docs/roughness.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from statistics import NormalDist
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import model_validator
+
+from ehl.io.data import data_names, data_path
+from ehl.io.errors import InputError
+from ehl.io.units import ValueRange
+from ehl.io.validation import InputModel, read_toml, validate
+
+FloatArray = NDArray[np.float64]
+State = Literal["new", "run_in"]
+STATES: tuple[State, ...] = ("new", "run_in")
+HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle to an end of a range
+
+# where no finish is named: lc over the Rq of one surface, and factors of a range about a figure (ours)
+LENGTH_PER_RMS = 100.0
+SHORTEST_LENGTH, LONGEST_LENGTH = 20e-6, 200e-6
+UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.5, "peklenik_number": 3.0}
+DEFAULT_ADDITIVE = "EP"
+
+
+class Figure(InputModel):
+    """A figure with its range.
+
+    Parameters
+    ----------
+    value, low, high : float or str
+        SI; `low` to `high` hold nine of ten surfaces or oils of that name.
+    source : str
+        Where it comes from, or "ours".
+    """
+
+    value: float
+    low: float
+    high: float
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low <= self.value <= self.high:
+            raise InputError("value", self.value, f"{self.low:g} to {self.high:g}, its own range")
+        return self
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the logarithm where all are positive, else of the figure itself."""
+        if self.low > 0.0:
+            return math.log(self.high / self.low) / (2.0 * HALF_RANGE)
+        return (self.high - self.low) / (2.0 * HALF_RANGE)
+
+    def scaled(self, factor: float) -> Figure:
+        """All three times a factor."""
+        return Figure(value=self.value * factor, low=self.low * factor, high=self.high * factor, source=self.source)
+
+
+_Length = Annotated[float, ValueRange("m", ge=1e-9, le=1e-2)]
+
+
+class _LengthFigure(Figure):
+    value: _Length
+    low: _Length
+    high: _Length
+
+
+class _StateTable(InputModel):
+    roughness_rms: _LengthFigure
+    correlation_length: _LengthFigure
+    skewness: Figure
+    lay_ratio: Figure
+
+
+class _FinishFile(InputModel):
+    name: str
+    description: str
+    new: _StateTable
+    run_in: _StateTable
+
+
+class _AdditiveFile(InputModel):
+    name: str
+    description: str
+    boundary_film: _LengthFigure
+    boundary_friction: Figure
+
+
+@dataclass(frozen=True)
+class Finish:
+    """A finish of a flank in one state.
+
+    Parameters
+    ----------
+    name : str
+    state : {"new", "run_in"}
+    description : str
+    roughness_rms, correlation_length : Figure
+        Rq, and lc across the marks [m].
+    skewness : Figure
+        [-].
+    lay_ratio : Figure
+        Correlation length along the marks over that across them [-].
+    """
+
+    name: str
+    state: State
+    description: str
+    roughness_rms: Figure
+    correlation_length: Figure
+    skewness: Figure
+    lay_ratio: Figure
+
+    @classmethod
+    def load(cls, name: str, state: str = "run_in") -> Finish:
+        """A shipped finish.
+
+        Parameters
+        ----------
+        name : str
+            One of `ehl.shipped("finishes")`.
+        state : {"run_in", "new"}
+
+        Returns
+        -------
+        Finish
+
+        Raises
+        ------
+        InputError
+            There is no such finish or state; the message lists those there are.
+
+        Examples
+        --------
+        >>> from ehl.surface.finish import Finish
+        >>> Finish.load("ground", "new").roughness_rms.value
+        5e-07
+        """
+        if state not in STATES:
+            raise InputError("finish_state", state, " or ".join(STATES))
+        file = _finish_file(name)
+        table: _StateTable = getattr(file, state)
+        figures = (table.roughness_rms, table.correlation_length, table.skewness, table.lay_ratio)
+        return cls(file.name, state, file.description, *figures)
+
+    def with_rms(self, rms: float) -> Finish:
+        """The finish with a Rq of one's own [m]; its waves grow in proportion, the Rq is then known to 20 %."""
+        factor = rms / self.roughness_rms.value
+        length = self.correlation_length.scaled(factor)
+        values = self.name, self.state, self.description
+        return Finish(*values, _given("roughness_rms", rms), length, self.skewness, self.lay_ratio)
+
+
+@dataclass(frozen=True)
+class Additive:
+    """What the additives of an oil leave on the flanks.
+
+    Parameters
+    ----------
+    name, description : str
+    boundary_film : Figure
+        Thickness of the film at which solids count as touching [m].
+    boundary_friction : Figure
+        mu_b [-].
+    """
+
+    name: str
+    description: str
+    boundary_film: Figure
+    boundary_friction: Figure
+
+    @classmethod
+    def load(cls, name: str) -> Additive:
+        """A shipped additive class.
+
+        Parameters
+        ----------
+        name : str
+            One of `ehl.shipped("additives")`.
+
+        Returns
+        -------
+        Additive
+
+        Raises
+        ------
+        InputError
+            There is no such class; the message lists those there are.
+
+        Examples
+        --------
+        >>> from ehl.surface.finish import Additive
+        >>> Additive.load("EP").boundary_film.high
+        6e-08
+        """
+        file = _additive_file(name)
+        return cls(file.name, file.description, file.boundary_film, file.boundary_friction)
+
+
+@cache
+def _finish_file(name: str) -> _FinishFile:
+    names = data_names("finishes")
+    if name not in names:
+        raise InputError("finish", name, "one of " + ", ".join(names))
+    return validate(_FinishFile, read_toml(data_path("finishes", f"{name}.toml")), name)
+
+
+@cache
+def _additive_file(name: str) -> _AdditiveFile:
+    names = data_names("additives")
+    if name not in names:
+        raise InputError("additive", name, "one of " + ", ".join(names))
+    return validate(_AdditiveFile, read_toml(data_path("additives", f"{name}.toml")), name)
+
+
+def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> FloatArray:
+    """lc of surfaces of no named finish: 100 Rq of one surface, within 20 to 200 um (ours) [m].
+
+    Waves of a kind of finish grow with its heights: that slopes stay is the least they do (docs/roughness.md).
+
+    Parameters
+    ----------
+    rms_1, rms_2 : float or array
+        Rq of both surfaces [m]; of two rough ones the quadratic mean counts.
+    """
+    first, second = np.asarray(rms_1, dtype=float), np.asarray(rms_2, dtype=float)
+    rough = np.maximum((first > 0.0).astype(float) + (second > 0.0), 1.0)
+    each = np.hypot(first, second) / np.sqrt(rough)
+    return np.asarray(np.clip(LENGTH_PER_RMS * each, SHORTEST_LENGTH, LONGEST_LENGTH))
+
+
+def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Correlation length along x and Peklenik number of marks at an angle to the contact line.
+
+    The autocorrelation is an ellipse with the axes lc across the marks and r lc along them, so that
+
+        1/l_x^2 = (cos^2 a + sin^2 a/r^2)/lc^2,   1/l_y^2 = (sin^2 a + cos^2 a/r^2)/lc^2,   gamma = l_y/l_x
+
+    Parameters
+    ----------
+    correlation_length : float
+        lc across the marks [m].
+    lay_ratio : float
+        r, correlation length along the marks over that across them [-].
+    angle : float or array
+        Between marks and contact line [rad]; 0 for marks across the motion.
+
+    Returns
+    -------
+    correlation_length, peklenik_number : float or array
+        l_x [m] and gamma [-].
+
+    Examples
+    --------
+    >>> from ehl.surface.finish import lay_seen
+    >>> length, gamma = lay_seen(20e-6, 5.0, 0.0)
+    >>> float(length), float(gamma)
+    (2e-05, 5.0)
+    """
+    across, along = np.cos(np.asarray(angle)) ** 2, np.sin(np.asarray(angle)) ** 2
+    x = across + along / lay_ratio**2
+    y = along + across / lay_ratio**2
+    return correlation_length / np.sqrt(x), np.sqrt(x / y)
+
+
+def _given(name: str, value: float) -> Figure:
+    factor = UNNAMED[name]
+    return Figure(value=value, low=value / factor, high=value * factor, source="given; range ours")
+
+
+def surface_uncertainty(
+    *,
+    roughness_rms: float | None = None,
+    correlation_length: float | None = None,
+    peklenik_number: float | None = None,
+    finish: str | None = None,
+    finish_state: str = "run_in",
+    additive: str = DEFAULT_ADDITIVE,
+    boundary_film: float | None = None,
+    boundary_friction: float | None = None,
+) -> dict[str, Figure]:
+    """Figures of a surface with their ranges: what friction inherits from roughness and boundary film.
+
+    A finish gives the ranges of what is not given; a surface described by numbers alone has the ranges of
+    `UNNAMED` about them, correlation length and Peklenik number being rarely measured. Correlation length and Rq have
+    one cause where a finish is named: they go up and down together.
+
+    Parameters
+    ----------
+    roughness_rms, correlation_length, boundary_film : float, optional
+        Of one surface, as given [m].
+    peklenik_number, boundary_friction : float, optional
+        As given [-].
+    finish, finish_state, additive : str
+        As of `Finish.load` and `Additive.load`.
+
+    Returns
+    -------
+    dict of Figure
+        `roughness_rms`, `correlation_length`, `skewness`, `peklenik_number`, `boundary_film`, `boundary_friction`; the
+        standard deviation of each is its `sigma` (of the logarithm; of skewness itself).
+
+    Raises
+    ------
+    InputError
+        There is no such finish, state or additive.
+
+    Examples
+    --------
+    >>> from ehl.surface.finish import surface_uncertainty
+    >>> surface = surface_uncertainty(finish="ground", finish_state="run_in")
+    >>> round(surface["roughness_rms"].sigma, 2)
+    0.29
+    """
+    chemistry = Additive.load(additive)
+    film, friction = chemistry.boundary_film, chemistry.boundary_friction
+    if boundary_film is not None:
+        film = film.scaled(boundary_film / film.value)
+    if boundary_friction is not None:
+        friction = friction.scaled(boundary_friction / friction.value)
+    if finish is not None:
+        named = Finish.load(finish, finish_state)
+        named = named if roughness_rms is None else named.with_rms(roughness_rms)
+        rms, length, skewness, lay = named.roughness_rms, named.correlation_length, named.skewness, named.lay_ratio
+    else:
+        rms = _given("roughness_rms", roughness_rms or 0.0)
+        length = _given("correlation_length", float(default_correlation_length(rms.value)))
+        skewness = Figure(value=0.0, low=-1.0, high=0.4, source="ours")
+        lay = Figure(value=1.0, low=1.0, high=5.0, source="isotropic where nothing is said; range ours")
+    if correlation_length is not None:
+        length = _given("correlation_length", correlation_length)
+    if peklenik_number is not None:
+        lay = _given("peklenik_number", peklenik_number)
+    return {
+        "roughness_rms": rms,
+        "correlation_length": length,
+        "skewness": skewness,
+        "peklenik_number": lay,
+        "boundary_film": film,
+        "boundary_friction": friction,
+    }

@@ -1,0 +1,1 @@
+"""How well inputs are known, and the interval they leave of a result."""

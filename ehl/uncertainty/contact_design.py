@@ -1,0 +1,173 @@
+"""What uncertain inputs leave open of the friction of one contact, by solving it with each input at both its ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.fluid.rheology import RisingStress
+from ehl.inputs import ContactProblem
+from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
+from ehl.uncertainty.spread import GROUPS, Spread, UncertaintyInput
+
+Moving = Callable[[float], ContactProblem]
+
+# film ratio from which roughness leaves no trace
+THICK = 3.0
+# ends of what a contact file may say
+FILMS, LAY_LEAST = (5e-9, 300e-9), 1.0 / 3.0
+_ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
+
+
+def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:
+    """The lubricant with one figure of `ehl.fluid.oil_uncertainty.VARIABLES` times a factor."""
+    stress = lubricant.eyring_stress
+    if isinstance(stress, RisingStress):
+        scaled: Any = replace(stress, low=factor * stress.low, slope=factor * stress.slope)
+    else:
+        scaled = factor * stress
+    changes: dict[str, dict[str, Any]] = {
+        "pressure_viscosity": {"pressure_rise_factor": factor * lubricant.pressure_rise_factor},
+        "viscosity": {"viscosity_inlet": factor * lubricant.viscosity_inlet},
+        "eyring_stress": {"eyring_stress": scaled},
+        "limiting_shear": {
+            "limiting_shear_coefficient": factor * lubricant.limiting_shear_coefficient,
+            "limiting_shear_ambient": factor * lubricant.limiting_shear_ambient,
+        },
+        "thermal_conductivity": {"thermal_conductivity": factor * lubricant.thermal_conductivity},
+    }
+    return replace(lubricant, **changes[name])
+
+
+@dataclass(frozen=True)
+class MovedContact:
+    """One input at both ends of its interval, as problems to be solved."""
+
+    name: str
+    input: str
+    spread: Spread
+    below: ContactProblem
+    above: ContactProblem
+
+
+def moved_contacts(
+    problem: ContactProblem, spreads: UncertaintyInput, oil: Oil | None, score: float, film_ratio: float
+) -> list[MovedContact]:
+    """Every uncertain input of a contact, moved by itself; of thick films not those of the roughness."""
+    surface, rough = problem.surface, problem.rough and film_ratio <= THICK
+    found: list[MovedContact] = []
+
+    def moved(name: str, input: str, spread: Spread, at: Moving) -> None:
+        if not spread.known:
+            found.append(MovedContact(name, input, spread, at(-score), at(score)))
+
+    def of_surface(fields: Sequence[str], spread: Spread, low: float = 0.0, high: float = math.inf) -> Moving:
+        values = {field: getattr(surface, field) for field in fields}
+        values["boundary_film"] = surface.generated_boundary_film
+
+        def at(z: float) -> ContactProblem:
+            changed = {field: min(max(spread.at(values[field], z), low), high) for field in fields}
+            return replace(problem, surface=surface.model_copy(update=changed))
+
+        return at
+
+    if oil is not None:
+        for name in VARIABLES:
+            spread = spreads.spread(name, oil)
+            moved(name, name, spread, _of_oil(problem, name, spread))
+    rms = [name for name in ("roughness_rms_1", "roughness_rms_2") if getattr(surface, name) > 0.0]
+    if rough:
+        spread = spreads.spread("roughness_rms")
+        length = spreads.spread("correlation_length")
+        if spreads.one_finish:
+
+            def made(z: float) -> ContactProblem:
+                changed = {field: spread.at(getattr(surface, field), z) for field in rms}
+                changed["correlation_length"] = length.at(surface.correlation_length, z)
+                return replace(problem, surface=surface.model_copy(update=changed))
+
+            moved("finish", "roughness_rms", spread, made)
+        else:
+            for fields in [rms] if spreads.same_surface else [[name] for name in rms]:
+                name = fields[0] if len(fields) == 1 else "roughness_rms"
+                moved(name, "roughness_rms", spread, of_surface(fields, spread))
+            moved("correlation_length", "correlation_length", length, of_surface(["correlation_length"], length))
+        lay = spreads.spread("peklenik_number")
+        moved("peklenik_number", "peklenik_number", lay, of_surface(["peklenik_number"], lay, LAY_LEAST))
+        film, friction = spreads.spread("boundary_film"), spreads.spread("boundary_friction")
+        moved("boundary_film", "boundary_film", film, of_surface(["boundary_film"], film, *FILMS))
+        moved("boundary_friction", "boundary_friction", friction, of_surface(["boundary_friction"], friction, 0.0, 1.0))
+    if problem.model.thermal != "off":
+        bulk = spreads.spread("temperature_bulk")
+
+        def warmer(z: float) -> ContactProblem:
+            one, two = (bulk.at(value, z) for value in problem.temperature_bulk)
+            return replace(problem, temperature_bulk=(one, two))
+
+        moved("temperature_bulk", "temperature_bulk", bulk, warmer)
+    return found
+
+
+def _of_oil(problem: ContactProblem, name: str, spread: Spread) -> Moving:
+    def at(z: float) -> ContactProblem:
+        return replace(problem, lubricant=varied_lubricant(problem.lubricant, name, spread.at(1.0, z)))
+
+    return at
+
+
+def contact_uncertainty(
+    problem: ContactProblem,
+    solve: Callable[[ContactProblem], tuple[float, float, float]],
+    spreads: UncertaintyInput,
+    oil: Oil | None,
+    level: float = LEVEL,
+    jobs: int | None = None,
+) -> InputUncertainty:
+    """Interval of the friction coefficient of a contact, solved with each input at both ends of its interval.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+        The contact.
+    solve : callable
+        Friction coefficient [-], its relative error [-] and the film ratio [-] of a problem.
+    spreads : UncertaintyInput
+        How well inputs are known.
+    oil : Oil, optional
+        Card that says how well its figures are known; without one the oil counts as known.
+    level : float
+        Share of cases the interval is to hold [-].
+    jobs : int, optional
+        Worker processes; one per core if not given.
+
+    Raises
+    ------
+    InputError
+        The level is no share between 0 and 1.
+    """
+    from joblib import Parallel, delayed, parallel_config
+
+    score = score_of(level)
+    mu, error, ratio = solve(problem)
+    inputs = moved_contacts(problem, spreads, oil, score, ratio)
+    problems = [end for entry in inputs for end in (entry.below, entry.above)]
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        ends = [found[0] for found in Parallel(n_jobs=jobs or -1)(delayed(solve)(end) for end in problems)]
+    notes = [] if oil else ["the lubricant is given by numbers: its figures count as known"]
+    notes.append(f"error of the solution {100.0 * error:.2g} %: smaller changes are not resolved")
+    changes, lost = [], []
+    for entry, below, above in zip(inputs, ends[::2], ends[1::2], strict=True):
+        if not (math.isfinite(below) and math.isfinite(above) and min(below, above, mu) > 0.0):
+            lost.append(entry.name)
+            continue
+        note = f"{entry.spread.source}; solved at both ends"
+        values = math.log(below / mu), math.log(above / mu)
+        changes.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, *values, note))
+    if lost:
+        notes.append(f"not solved at both ends, and not in the interval: {', '.join(lost)}")
+    return InputUncertainty.of("friction_coefficient", mu, changes, lambda ln: mu * math.exp(ln), level, notes)

@@ -1,0 +1,245 @@
+"""The interval that uncertain inputs leave of a figure, and what of it each of them makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.io.errors import InputError
+from ehl.io.numbers import finite_or_none
+from ehl.quantities import Quantity, quantities
+from ehl.view.table import Column, Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.90
+
+
+def score_of(level: float) -> float:
+    """Standard deviations to either side that hold a share `level` of a normal distribution.
+
+    Raises
+    ------
+    InputError
+        The level is no share between 0 and 1.
+    """
+    if not 0.0 < level < 1.0:
+        raise InputError("level", level, "between 0 and 1, such as 0.9")
+    return NormalDist().inv_cdf(0.5 + 0.5 * level)
+
+
+@dataclass(frozen=True)
+class Change:
+    """What one uncertain input does to friction or loss.
+
+    Parameters
+    ----------
+    name : str
+        Of the input.
+    group : str
+        Inputs of one cause, for a headline.
+    sd : float
+        Standard deviation of the input: of its logarithm, or in SI units; nan where it is a function of place.
+    below, above : float or array
+        Change of ln(friction) at the lower and upper end of the interval of this input alone.
+    note : str
+        Where spread and change come from.
+    """
+
+    name: str
+    group: str
+    sd: float
+    below: Any
+    above: Any
+    note: str = ""
+
+
+def combined(changes: Sequence[Change]) -> tuple[Array, Array]:
+    """Both ends of ln(friction) over its value, for independent inputs: the changes of each side add as squares.
+
+    lower = -sqrt(sum min(below, above, 0)^2), upper = sqrt(sum max(below, above, 0)^2). Exact for one input and for
+    many that ln(friction) is linear in; an input that raises friction at both its ends widens the upper side only.
+    """
+    down: Array | float = 0.0
+    up: Array | float = 0.0
+    for change in changes:
+        low, high = np.minimum(change.below, change.above), np.maximum(change.below, change.above)
+        down = down + np.minimum(low, 0.0) ** 2
+        up = up + np.maximum(high, 0.0) ** 2
+    return np.asarray(-np.sqrt(down)), np.asarray(np.sqrt(up))
+
+
+@dataclass(frozen=True)
+class UncertaintySource:
+    """One uncertain input.
+
+    Parameters
+    ----------
+    name, group : str
+        Input, and the cause it is shown under.
+    sd : float
+        Its standard deviation: of the logarithm, or in SI units; nan where it is a function of place.
+    below, above : float
+        The figure, with this input alone at the lower and upper end of its interval.
+    share : float
+        Share of the squared width of the interval [-].
+    note : str
+        Where spread and effect come from.
+    """
+
+    name: str
+    group: str
+    sd: float
+    below: float
+    above: float
+    share: float
+    note: str
+
+    @property
+    def low(self) -> float:
+        """Lower end of the figure by this input."""
+        return min(self.below, self.above)
+
+    @property
+    def high(self) -> float:
+        """Upper end of the figure by this input."""
+        return max(self.below, self.above)
+
+
+@dataclass(frozen=True, repr=False)
+class InputUncertainty:
+    """Interval of a figure by what is not known about the inputs; the error of the solver is not in it.
+
+    Parameters
+    ----------
+    name : str
+        Of the figure (`efficiency`, `friction_coefficient`).
+    value, low, high : float
+        The figure and its interval, SI.
+    level : float
+        Share of cases the interval is to hold [-].
+    sources : tuple of UncertaintySource
+        What contributes, most first.
+    notes : tuple of str
+        What is not in the interval.
+
+    Examples
+    --------
+    >>> change = Change("viscosity", "oil", 0.1, -0.2, 0.2)
+    >>> InputUncertainty.of("friction_coefficient", 0.05, [change], lambda ln: 0.05 * math.exp(ln))
+    InputUncertainty(friction coefficient 0.05 (0.04094 to 0.06107), of which oil 0.01007)
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    level: float
+    sources: tuple[UncertaintySource, ...]
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        value: float,
+        changes: Sequence[Change],
+        figure: Callable[[float], float],
+        level: float = LEVEL,
+        notes: Sequence[str] = (),
+    ) -> InputUncertainty:
+        """From the changes of ln(friction or loss), which `figure` turns into the figure."""
+        down, up = (float(end) for end in combined(changes))
+        total = down**2 + up**2
+        sources = []
+        for change in changes:
+            part_down, part_up = (float(end) for end in combined([change]))
+            ends = figure(float(change.below)), figure(float(change.above))
+            share = (part_down**2 + part_up**2) / total if total > 0.0 else 0.0
+            sources.append(UncertaintySource(change.name, change.group, change.sd, *ends, share, change.note))
+        sources.sort(key=lambda source: -source.share)
+        low, high = sorted((figure(down), figure(up)))
+        return cls(name, value, low, high, level, tuple(sources), tuple(notes))
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the figure is."""
+        return quantities()[self.name]
+
+    @property
+    def groups(self) -> dict[str, float]:
+        """Half width that each cause alone leaves, the largest first; causes add as squares."""
+        squares: dict[str, float] = {}
+        for source in self.sources:
+            squares[source.group] = squares.get(source.group, 0.0) + (0.5 * (source.high - source.low)) ** 2
+        return {name: math.sqrt(square) for name, square in sorted(squares.items(), key=lambda item: -item[1])}
+
+    def headline(self, most: int = 3) -> str:
+        """The figure, its interval, and what contributes most, in words."""
+        shown, unit = self.quantity, self.quantity.display
+        digits = self._digits()
+        low, value, high = (f"{shown.to_display(end):.{digits}f}" for end in (self.low, self.value, self.high))
+        text = f"{value} {unit}".strip() + f" ({low} to {high})"
+        kept = [(name, half) for name, half in self.groups.items() if half > 0.05 * (self.high - self.low)][:most]
+        if not kept:
+            return text
+        parts = ", ".join(f"{name} {shown.to_display(half):.{digits}f}" for name, half in kept)
+        return f"{text}, of which {parts}" + (" points" if unit == "%" else "")
+
+    def _digits(self) -> int:
+        """Decimals that show two digits of the interval's width."""
+        width = float(self.quantity.to_display(self.high) - self.quantity.to_display(self.low))
+        if not width > 0.0:
+            return 4
+        return max(0, 1 - math.floor(math.log10(width)))
+
+    def __repr__(self) -> str:
+        return f"InputUncertainty({self.quantity.label} {self.headline()})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON; what is not finite becomes None."""
+        content: dict[str, Any] = finite_or_none(self)
+        return content
+
+    def table(self) -> Table:
+        """What contributes, most first."""
+        head = self.quantity.label
+        columns = (
+            Column("input", label="input"),
+            Column("below", of=self.name, label=f"{head} at its lower end"),
+            Column("above", of=self.name, label="at its upper end"),
+            Column("share", of="share", label="share of the squares", digits=3),
+            Column("sd", label="standard deviation", digits=3),
+            Column("note", label="from"),
+        )
+        rows = [(s.name.replace("_", " "), s.below, s.above, s.share, s.sd, s.note) for s in self.sources]
+        title = f"Input uncertainty: {head} {self.headline()} ({100.0 * self.level:.0f} % interval)."
+        return Table(columns, rows, title=title, notes=self.notes, name="uncertainty")
+
+    def to_frame(self) -> pd.DataFrame:
+        """The same as a data frame, one row for each input, SI units."""
+        return self.table().to_frame()
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+    def plot(self) -> Figure:
+        """Bars of what each input alone does, the largest on top: measure this first.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from ehl.uncertainty.plot import plot_sources
+
+        return plot_sources(self)

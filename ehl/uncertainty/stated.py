@@ -1,0 +1,49 @@
+"""Slopes of ln mu against inputs that a friction formula does not hold, over the film ratio (ours, solved contacts).
+
+`benchmarks/input_sensitivities.py` made the table: means over contacts spread over what gears see.
+"""
+
+from __future__ import annotations
+
+import csv
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.io.data import data_path
+from ehl.uncertainty.spread import Spread
+
+Array = NDArray[np.float64]
+
+FILE = "sensitivities.csv"
+FILM_RATIOS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
+
+
+@cache
+def _slopes() -> dict[str, tuple[Array, Array, Array]]:
+    """Of each input: ln of the film ratios, slopes of ln mu below and above the value."""
+    rows: dict[str, list[tuple[float, ...]]] = {}
+    with data_path(FILE).open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            numbers = tuple(float(row[name]) for name in ("film_ratio", "slope_below", "slope_above"))
+            rows.setdefault(row["input"], []).append(numbers)
+    return {name: (np.log(found[:, 0]), found[:, 1], found[:, 2]) for name, found in _arrays(rows)}
+
+
+def _arrays(rows: dict[str, list[tuple[float, ...]]]) -> list[tuple[str, Array]]:
+    return [(name, np.array(sorted(found))) for name, found in rows.items()]
+
+
+def stated_change(name: str, spread: Spread, film_ratio: Array, score: float) -> tuple[Array, Array] | None:
+    """Change of ln mu with an input `score` standard deviations below and above; None for an input without a table.
+
+    Linear in ln(film ratio) between the entries, the nearest entry beyond them; smooth surfaces feel the bulk alone.
+    """
+    if name not in _slopes():
+        return None
+    nodes, below, above = _slopes()[name]
+    place = np.log(np.clip(film_ratio, 1e-6, 1e6))
+    felt = np.where(np.isfinite(film_ratio) | (name == "temperature_bulk"), 1.0, 0.0)
+    down, up = spread.shift(-score), spread.shift(score)
+    return felt * down * np.interp(place, nodes, below), felt * up * np.interp(place, nodes, above)

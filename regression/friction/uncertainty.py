@@ -1,0 +1,272 @@
+"""What uncertain inputs do to the friction of a model: each input moved by itself, at all contact points together.
+
+An input is moved to both ends of its interval and the model is asked again. Inputs that a fitted formula does not hold
+(boundary film, lay, bulk temperature) take slopes of solved contacts in place of that, and say so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.inputs import SurfaceInput
+from ehl.state import ContactState
+from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
+from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
+from ehl.uncertainty.stated import stated_change
+from regression.friction.conditions import Array, conditions_of
+from regression.friction.models import ConstantFriction, FrictionModel
+
+STATED = "slopes of solved contacts over the film ratio, not of this model"
+FORMULA = "friction formula"
+# level of models that state an interval without one
+TWO_SIGMA = math.erf(math.sqrt(2.0))
+# a model that moves less than this does not hold the input
+_NOTHING = 1e-9
+# film ratio from which roughness leaves no trace, and what goes with it
+THICK = 3.0
+# what a contact file may say of the boundary film [m]
+FILMS = (5e-9, 300e-9)
+ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
+
+
+def boundary_friction_of(model: FrictionModel) -> float:
+    """mu_b of a friction model [-]; nan where it has none."""
+    own = getattr(model, "boundary_friction", None)
+    held = getattr(getattr(model, "formula", None), "boundary_friction", None)
+    value = held if own is None else own
+    return math.nan if value is None else float(value)
+
+
+def _with(model: FrictionModel, field: str, value: float) -> FrictionModel:
+    """The same model with another value of a field."""
+    held: Any = model
+    changed: FrictionModel = replace(held, **{field: value})
+    return changed
+
+
+def is_fitted(model: FrictionModel) -> bool:
+    """Whether the model is a formula fitted to solved contacts."""
+    return hasattr(getattr(model, "formula", None), "interval")
+
+
+def core_of(model: FrictionModel) -> FrictionModel:
+    """The form of a fitted formula alone: its Gaussian process and its cloud of cases cost much and do not answer."""
+    if not is_fitted(model):
+        return model
+    held: Any = model
+    core: FrictionModel = replace(held, formula=held.formula.model_copy(update={"residual": None, "cloud": None}))
+    return core
+
+
+Case = tuple[FrictionModel, ContactState, Oil]
+
+
+@dataclass(frozen=True)
+class MovedInput:
+    """One input at both ends of its interval.
+
+    Attributes
+    ----------
+    name, input : str
+        What is moved, and the name of its spread.
+    spread : Spread
+    below, above : (model, state, oil)
+        What is evaluated there.
+    """
+
+    name: str
+    input: str
+    spread: Spread
+    below: Case
+    above: Case
+
+
+def moved_inputs(
+    model: FrictionModel,
+    state: ContactState,
+    oil: Oil,
+    spreads: UncertaintyInput,
+    score: float,
+    *,
+    warm_inlet: bool = False,
+) -> list[MovedInput]:
+    """Every uncertain input, moved by itself; what one finish makes is moved together."""
+
+    def moved(name: str, input: str, at: Callable[[Spread, float], Case]) -> MovedInput:
+        spread = spreads.spread(input, oil)
+        return MovedInput(name, input, spread, at(spread, -score), at(spread, score))
+
+    def of_state(*fields: str) -> Callable[[Spread, float], Case]:
+        return lambda spread, z: (
+            model,
+            replace(state, **{field: np.asarray(spread.at(getattr(state, field), z)) for field in fields}),
+            oil,
+        )
+
+    def of_oil(name: str) -> Callable[[Spread, float], Case]:
+        return lambda spread, z: (model, state, varied_oil(oil, name, spread.sd, z))
+
+    def of_model(field: str, value: float, least: float, most: float) -> Callable[[Spread, float], Case]:
+        return lambda spread, z: (_with(model, field, min(max(spread.at(value, z), least), most)), state, oil)
+
+    rms = ("roughness_rms_1", "roughness_rms_2")
+    both = [("roughness_rms", rms)] if spreads.same_surface else [(name, (name,)) for name in rms]
+    textures: tuple[str, ...] = ("correlation_length", "peklenik_number")
+    if spreads.one_finish:
+        both, textures = [], ("peklenik_number",)
+    bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
+    found = [moved(name, name, of_oil(name)) for name in VARIABLES]
+    found += [moved(name, "roughness_rms", of_state(*fields)) for name, fields in both]
+    found += [moved(name, name, of_state(name)) for name in textures]
+    if spreads.one_finish:
+        length = spreads.spread("correlation_length")
+
+        def made(spread: Spread, z: float) -> Case:
+            changed = {field: np.asarray(spread.at(getattr(state, field), z)) for field in rms}
+            changed["correlation_length"] = np.asarray(length.at(state.correlation_length, z))
+            return model, replace(state, **changed), oil
+
+        found.append(moved("finish", "roughness_rms", made))
+    mu_b = boundary_friction_of(model)
+    if np.isfinite(mu_b):
+        found.append(moved("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
+    if hasattr(model, "boundary_film"):
+        rms_1, rms_2 = float(np.max(state.roughness_rms_1)), float(np.max(state.roughness_rms_2))
+        surface = SurfaceInput(roughness_rms_1=rms_1, roughness_rms_2=rms_2, boundary_film=model.boundary_film)
+        film = of_model("boundary_film", surface.generated_boundary_film, *FILMS)
+        found.append(moved("boundary_film", "boundary_film", film))
+    else:
+        found.append(moved("boundary_film", "boundary_film", lambda spread, z: (model, state, oil)))
+    found.append(moved("temperature_bulk", "temperature_bulk", of_state(*bulk)))
+    return [entry for entry in found if not entry.spread.known]
+
+
+def varied_oil(oil: Oil, name: str, sd: float, score: float) -> Oil:
+    """The oil with one figure so many standard deviations of its logarithm away."""
+    known = oil.uncertainty.model_copy(update={name: sd})
+    return oil.model_copy(update={"uncertainty": known}).varied(**{name: score})
+
+
+def friction_changes(
+    model: FrictionModel,
+    state: ContactState,
+    oil: Oil,
+    spreads: UncertaintyInput = DEFAULT,
+    level: float = LEVEL,
+    *,
+    warm_inlet: bool = False,
+    evaluate: Callable[[list[Case]], list[Array]] | None = None,
+) -> list[Change]:
+    """Change of ln mu at every point with each input at the ends of its interval.
+
+    Parameters
+    ----------
+    model : FrictionModel
+        Asked twice for each input.
+    state : ContactState
+        Contact points: the inputs are one number for all of them.
+    oil : Oil
+        Oil card.
+    spreads : UncertaintyInput
+        How well inputs are known.
+    level : float
+        Share of cases the interval of each input holds [-].
+    warm_inlet : bool
+        Whether the oil enters as warm as the bodies are.
+    evaluate : callable, optional
+        Friction of many cases, where they are to be computed side by side.
+
+    Returns
+    -------
+    list of Change
+        Of inputs that have an effect; the last is the formula's own error where it states one.
+
+    Raises
+    ------
+    InputError
+        The level is no share.
+    """
+    score, core = score_of(level), core_of(model)
+    if isinstance(model, ConstantFriction):
+        return []
+    fitted, solving = is_fitted(model), getattr(model, "solves_contacts", False)
+    ratio = conditions_of(state, oil)["film_ratio_formula"]
+    inputs = moved_inputs(core, state, oil, spreads, score, warm_inlet=warm_inlet)
+    if solving and np.all(ratio > THICK):
+        inputs = [entry for entry in inputs if entry.input not in ROUGH]
+    cases: list[Case] = [(core, state, oil), *(case for entry in inputs for case in (entry.below, entry.above))]
+    start, *ends = evaluate(cases) if evaluate else [one.evaluate(at, card).mu for one, at, card in cases]
+    found = []
+    for entry, below, above in zip(inputs, ends[::2], ends[1::2], strict=True):
+        low, high = _log_ratio(below, start), _log_ratio(above, start)
+        note = entry.spread.source
+        nothing = max(np.abs(low).max(initial=0.0), np.abs(high).max(initial=0.0)) < _NOTHING
+        if fitted and (nothing or entry.input in _BESIDE):
+            stated = stated_change(entry.input, entry.spread, ratio, score)
+            if stated is not None:
+                low, high, note, nothing = low + stated[0], high + stated[1], f"{note}; {STATED}", False
+        if not nothing:
+            found.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, low, high, note))
+    return [*found, *_formula_error(model, state, oil, score)]
+
+
+# a formula takes them by one of their effects at most: the bodies' heat beside that of the oil that enters
+_BESIDE = ("temperature_bulk",)
+
+
+def _log_ratio(changed: Array, start: Array) -> Array:
+    """ln of both; 0 where either is no positive number."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.log(changed / start)
+    return np.where(np.isfinite(ratio), ratio, 0.0)
+
+
+def _formula_error(model: FrictionModel, state: ContactState, oil: Oil, score: float) -> list[Change]:
+    """The model's own interval, from its level to that of the score; nothing of models that solve or state none."""
+    if getattr(model, "solves_contacts", False):
+        return []
+    given, held = model.evaluate(state, oil), cast("Any", model)
+    level = held.formula.interval.level if is_fitted(model) else TWO_SIGMA
+    scale = score / score_of(level)
+    below, above = (scale * _log_ratio(end, given.mu) for end in (given.lower, given.upper))
+    if not (np.any(below) or np.any(above)):
+        return []
+    return [Change(FORMULA, "formula", math.nan, below, above, "error of the formula on contacts it has not seen")]
+
+
+def point_uncertainty(
+    model: FrictionModel,
+    state: ContactState,
+    oil: Oil,
+    spreads: UncertaintyInput = DEFAULT,
+    level: float = LEVEL,
+) -> InputUncertainty:
+    """Interval of the friction coefficient of one contact point.
+
+    Parameters
+    ----------
+    model, state, oil, spreads, level
+        As of `friction_changes`; the state holds one point.
+    """
+    mu = float(np.ravel(model.evaluate(state, oil).mu)[0])
+    changes = [
+        replace(change, below=float(np.ravel(change.below)[0]), above=float(np.ravel(change.above)[0]))
+        for change in friction_changes(model, state, oil, spreads, level)
+    ]
+    return InputUncertainty.of(
+        "friction_coefficient", mu, changes, lambda ln: mu * float(np.exp(ln)), level, missing(model)
+    )
+
+
+def missing(model: FrictionModel) -> tuple[str, ...]:
+    """What the interval of a model leaves out."""
+    if is_fitted(model) or getattr(model, "solves_contacts", False):
+        return ()
+    return (f"the error of {model.name} itself is not known and not in the interval",)

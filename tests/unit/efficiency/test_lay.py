@@ -1,0 +1,106 @@
+"""Lay of cut flanks: marks of both members at the contact line, texture of finishes there, finish of a design."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import efficiency
+from efficiency.contact.lay import tangent_angle, undirected
+from efficiency.cutting.rotation import turn
+from efficiency.design.design import Design
+from efficiency.loss.kinematics import Operation
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+from ehl.surface.finish import Finish, lay_seen
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return efficiency.load("fm_hypoid_13x42")
+
+
+@pytest.fixture(scope="module")
+def loaded(pair):
+    return pair.mesh(positions=4, points_per_line=9).load().grids.fine.loaded
+
+
+def test_angle_of_a_tangent_does_not_turn_with_the_member():
+    random = np.random.default_rng(3)
+    normal = random.normal(size=(3, 5))
+    normal /= np.linalg.norm(normal, axis=0)
+    direction = np.cross(normal, random.normal(size=(3, 5)), axis=0)
+    axis = np.array([[0.0], [0.0], [1.0]])
+    turned = tangent_angle(axis, turn(normal, 0.7), turn(direction, 0.7))
+    np.testing.assert_allclose(turned, tangent_angle(axis, normal, direction), atol=1e-12)
+
+
+def test_marks_of_a_formate_gear_are_circles_about_the_cutter(pair):
+    flank = pair.design.flanks().gear["convex"]
+    points, found = flank.solve(np.linspace(-0.01, 0.01, 5), np.zeros(5))
+    assert found.all()
+    marks = flank.marks(points)
+    marks = marks / np.linalg.norm(marks, axis=0)
+    np.testing.assert_allclose(np.sum(marks * points.normal, axis=0), 0.0, atol=1e-9)
+    # the same point half a degree further round the cutter lies in that direction
+    ahead, _, _ = flank.sweep(points.parameters + np.array([[0.0], [1e-6], [0.0]]))
+    step = (ahead - points.position) / np.linalg.norm(ahead - points.position, axis=0)
+    np.testing.assert_allclose(np.abs(np.sum(step * marks, axis=0)), 1.0, atol=1e-6)
+
+
+def test_marks_run_along_the_teeth_of_both_members(loaded):
+    # tooth traces of mating flanks touch: seen from opposite sides, marks of both make opposite angles with the line
+    off = np.degrees(undirected(loaded["lay_pinion"] + loaded["lay_gear"]))
+    assert np.max(np.abs(off)) < 15.0
+    # contact lines of a hypoid pair run at an angle to its teeth
+    assert 10.0 < np.median(np.degrees(np.abs(loaded["lay_pinion"]))) < 60.0
+
+
+def test_texture_of_finishes(loaded):
+    ground = Finish.load("ground")
+    rms = ground.roughness_rms.value
+    both = Operation(
+        100.0, 363.15, roughness_rms_pinion=rms, roughness_rms_gear=rms, finish_pinion=ground, finish_gear=ground
+    )
+    angle = np.array([0.0, 0.5, 1.5])
+    length, gamma = both.texture(angle, angle)
+    expected = lay_seen(ground.correlation_length.value, ground.lay_ratio.value, angle)
+    np.testing.assert_allclose(length, expected[0])
+    np.testing.assert_allclose(gamma, np.maximum(expected[1], 1.0 / 3.0))
+    # twice the Rq of the same finish: waves twice as long
+    np.testing.assert_allclose(
+        replace(both, roughness_rms_pinion=2.0 * rms, roughness_rms_gear=2.0 * rms).texture(angle, angle)[0],
+        2.0 * length,
+    )
+    given = replace(both, correlation_length=33e-6, peklenik_number=4.0).texture(angle, angle)
+    assert (given[0] == 33e-6).all()
+    assert (given[1] == 4.0).all()
+
+
+def test_texture_without_finish_is_isotropic():
+    plain = Operation(100.0, 363.15, roughness_rms_pinion=0.4e-6, roughness_rms_gear=0.4e-6)
+    length, gamma = plain.texture(np.zeros(2), np.zeros(2))
+    np.testing.assert_allclose(length, 40e-6)
+    np.testing.assert_allclose(gamma, 1.0)
+    smooth = Operation(100.0, 363.15).texture(np.zeros(2), np.zeros(2))
+    assert np.isfinite(smooth).all()
+
+
+def test_finish_in_a_design(pair):
+    content = pair.design.model_dump(exclude_unset=True)
+    for member in ("pinion", "gear"):
+        content[member] = {k: v for k, v in content[member].items() if k not in ("roughness_rms", "finish")}
+    content |= {"pinion": content["pinion"] | {"finish": "lapped", "finish_state": "new"}}
+    design = validate(Design, content)
+    assert design.pinion.roughness_rms == Finish.load("lapped", "new").roughness_rms.value
+    assert design.gear.roughness_rms == 0.0
+    assert design.running(100.0, 363.15).finish_pinion == Finish.load("lapped", "new")
+    own = validate(
+        Design, content | {"gear": content["gear"] | tomllib.loads('finish = "ground"\nroughness_rms = "0.3 um"')}
+    )
+    assert own.gear.roughness_rms == pytest.approx(0.3e-6)
+    with pytest.raises(InputError, match="ground"):
+        validate(Design, content | {"gear": content["gear"] | {"finish": "polished"}})

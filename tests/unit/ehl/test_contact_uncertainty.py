@@ -1,0 +1,90 @@
+"""Interval of one contact: every input reaches the solver, and products add as squares."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import ehl
+from ehl.fluid.oil import Oil
+from ehl.inputs import ContactProblem
+from ehl.uncertainty.contact_design import contact_uncertainty, moved_contacts, varied_lubricant
+from ehl.uncertainty.result import score_of
+from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
+
+OIL = Oil.load("75w90")
+CONTACT = ehl.Contact(
+    oil="75w90", temperature="90 degC", pressure_hertz="1.2 GPa", radius_equivalent="15 mm",
+    speed_entrainment="5 m/s", slide_to_roll=0.2, roughness_rms="0.4 um",
+)  # fmt: skip
+
+
+def product(problem: ContactProblem) -> tuple[float, float, float]:
+    """mu = eta0 mu_b sqrt(boundary film), a film ratio of 0.5."""
+    surface = problem.surface
+    film = math.sqrt(surface.generated_boundary_film)
+    return problem.lubricant.viscosity_inlet * surface.boundary_friction * film, 0.01, 0.5
+
+
+def smooth(problem: ContactProblem) -> tuple[float, float, float]:
+    return product(problem)[0], 0.01, 5.0
+
+
+def test_a_product_adds_as_squares() -> None:
+    spreads = UncertaintyInput.none(viscosity=0.1, boundary_friction=0.2, boundary_film=0.2)
+    found = contact_uncertainty(CONTACT.problem(), product, spreads, OIL, jobs=1)
+    reach = score_of(0.9) * math.sqrt(0.1**2 + 0.2**2 + 0.1**2)
+    assert math.log(found.high / found.value) == pytest.approx(reach, rel=1e-9)
+    assert math.log(found.low / found.value) == pytest.approx(-reach, rel=1e-9)
+    assert {source.name for source in found.sources} == {"viscosity", "boundary_friction", "boundary_film"}
+
+
+def test_thick_films_do_not_ask_for_roughness_and_nothing_uncertain_leaves_nothing() -> None:
+    found = contact_uncertainty(CONTACT.problem(), smooth, DEFAULT, OIL, jobs=1)
+    assert {source.group for source in found.sources} == {"oil", "bulk temperature"}
+    exact = contact_uncertainty(CONTACT.problem(), product, UncertaintyInput.none(), OIL, jobs=1)
+    assert exact.low == exact.high == exact.value
+    by_numbers = contact_uncertainty(CONTACT.problem(), smooth, UncertaintyInput.none(), None, jobs=1)
+    assert "given by numbers" in by_numbers.notes[0]
+
+
+def test_every_input_is_moved_by_its_own_spread() -> None:
+    z, problem = score_of(0.9), CONTACT.problem()
+    found = {entry.name: entry for entry in moved_contacts(problem, DEFAULT, OIL, z, 0.5)}
+    assert found["boundary_film"].above.surface.boundary_film == pytest.approx(
+        2.0 * problem.surface.generated_boundary_film
+    )
+    ratio = found["roughness_rms_1"].below.surface.roughness_rms_1 / problem.surface.roughness_rms_1
+    assert ratio == pytest.approx(1.0 / 1.2)
+    assert found["roughness_rms_1"].below.surface.roughness_rms_2 == problem.surface.roughness_rms_2
+    assert found["temperature_bulk"].above.temperature_bulk[1] - problem.temperature_bulk[1] == pytest.approx(10.0 * z)
+    thick = found["pressure_viscosity"].above.lubricant
+    rise = float(thick.log_viscosity_ratio(0.8e9) / problem.lubricant.log_viscosity_ratio(0.8e9))
+    assert rise == pytest.approx(math.exp(z * OIL.uncertainty.pressure_viscosity))
+    made = {entry.name for entry in moved_contacts(problem, DEFAULT.of_surface(finish="ground"), OIL, z, 0.5)}
+    assert "finish" in made
+    assert not made & {"roughness_rms_1", "roughness_rms_2", "correlation_length"}
+
+
+def test_lubricant_figures_are_scaled_one_by_one() -> None:
+    oil = CONTACT.problem().lubricant
+    for name, field in (
+        ("viscosity", "viscosity_inlet"),
+        ("eyring_stress", "eyring_stress"),
+        ("limiting_shear", "limiting_shear_coefficient"),
+        ("thermal_conductivity", "thermal_conductivity"),
+    ):
+        assert getattr(varied_lubricant(oil, name, 1.5), field) == pytest.approx(1.5 * getattr(oil, field))
+
+
+def test_a_failed_end_is_named_and_left_out() -> None:
+    def fails(problem: ContactProblem) -> tuple[float, float, float]:
+        mu, error, ratio = product(problem)
+        return (math.nan if problem.surface.boundary_friction > 0.1 else mu), error, ratio
+
+    found = contact_uncertainty(
+        CONTACT.problem(), fails, UncertaintyInput.none(boundary_friction=0.2, viscosity=0.1), OIL, jobs=1
+    )
+    assert [source.name for source in found.sources] == ["viscosity"]
+    assert "boundary_friction" in found.notes[-1]

@@ -1,0 +1,200 @@
+"""Finishes and additives: figures inside their ranges, sources, lay at an angle, ranges of a surface by numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+import ehl
+from ehl.io.errors import InputError
+from ehl.surface.finish import (
+    STATES,
+    Additive,
+    Finish,
+    default_correlation_length,
+    lay_seen,
+    surface_uncertainty,
+)
+from ehl.surface.roughness import SelfAffine, generate_profile
+
+
+@pytest.mark.parametrize("name", ["ground", "lapped", "honed", "superfinished", "milled"])
+@pytest.mark.parametrize("state", STATES)
+def test_every_figure_has_range_and_source(name, state):
+    finish = Finish.load(name, state)
+    for figure in (finish.roughness_rms, finish.correlation_length, finish.skewness, finish.lay_ratio):
+        assert figure.low <= figure.value <= figure.high
+        assert figure.source
+        assert figure.sigma > 0.0
+
+
+def test_running_in_lowers_rq_and_leaves_the_waves():
+    for name in ehl.shipped("finishes"):
+        new, run_in = Finish.load(name, "new"), Finish.load(name, "run_in")
+        assert run_in.roughness_rms.value <= new.roughness_rms.value
+        assert run_in.correlation_length.value == new.correlation_length.value
+        assert run_in.skewness.value <= new.skewness.value
+
+
+def test_unknown_names_are_refused():
+    with pytest.raises(InputError, match="ground"):
+        Finish.load("polished")
+    with pytest.raises(InputError, match="run_in"):
+        Finish.load("ground", "worn")
+    with pytest.raises(InputError, match="ZDDP"):
+        Additive.load("MoDTC")
+
+
+def test_slope_of_a_finish_stays_with_a_rq_of_ones_own():
+    finish = Finish.load("ground", "new")
+    half = finish.with_rms(0.5 * finish.roughness_rms.value)
+    assert half.correlation_length.value == pytest.approx(0.5 * finish.correlation_length.value)
+    assert half.correlation_length.sigma == pytest.approx(finish.correlation_length.sigma)
+
+
+def test_lay_at_an_angle():
+    assert lay_seen(20e-6, 5.0, 0.0) == pytest.approx((20e-6, 5.0))
+    assert lay_seen(20e-6, 5.0, math.pi / 2.0) == pytest.approx((100e-6, 0.2))
+    length, gamma = lay_seen(20e-6, 5.0, math.pi / 4.0)
+    assert gamma == pytest.approx(1.0)
+    assert 20e-6 < length < 100e-6
+    assert lay_seen(20e-6, 1.0, 0.7) == pytest.approx((20e-6, 1.0))
+
+
+def test_lay_is_the_ellipse_of_the_autocorrelation():
+    # independent way: the quadratic form of the ellipse, turned by a rotation matrix
+    angle, lc, ratio = 0.4, 30e-6, 3.0
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    form = turn.T @ np.diag([1.0 / lc**2, 1.0 / (ratio * lc) ** 2]) @ turn
+    length, gamma = lay_seen(lc, ratio, angle)
+    assert length == pytest.approx(form[0, 0] ** -0.5)
+    assert gamma == pytest.approx((form[0, 0] / form[1, 1]) ** 0.5)
+
+
+def test_default_correlation_length_grows_with_rq():
+    assert default_correlation_length(0.3e-6) == pytest.approx(30e-6)
+    assert default_correlation_length(0.6e-6) == pytest.approx(60e-6)
+    assert default_correlation_length(0.01e-6) == 20e-6
+
+
+def test_uncertainty_of_a_surface():
+    named = surface_uncertainty(finish="lapped", finish_state="new", additive="ZDDP")
+    assert named["roughness_rms"] == Finish.load("lapped", "new").roughness_rms
+    assert named["boundary_film"] == Additive.load("ZDDP").boundary_film
+    numbers = surface_uncertainty(roughness_rms=0.4e-6, correlation_length=50e-6, boundary_film=20e-9)
+    assert numbers["correlation_length"].value == 50e-6
+    assert numbers["boundary_film"].value == pytest.approx(20e-9)
+    assert numbers["boundary_film"].sigma == pytest.approx(Additive.load("EP").boundary_film.sigma)
+    # 90 % of a log-normal figure lies between low and high
+    film = numbers["boundary_film"]
+    draws = np.random.default_rng(1).normal(0.5 * math.log(film.low * film.high), film.sigma, 20000)
+    assert np.mean((draws > math.log(film.low)) & (draws < math.log(film.high))) == pytest.approx(0.9, abs=0.01)
+
+
+@pytest.mark.parametrize("hurst", [0.5, 0.8])
+def test_self_affine_spectrum(hurst):
+    spectrum = SelfAffine(20e-6, hurst)
+    knee = 2.0 * math.pi / spectrum.roll_off
+
+    def density(k):
+        return float(spectrum.density(np.array([k]))[0])
+
+    whole = integrate.quad(lambda u: density(u * knee), 0.0, np.inf)[0]
+    fine = integrate.quad(lambda u: density(u * knee), spectrum.roll_off / 5e-6, np.inf)[0]
+    assert spectrum.share_below(5e-6) == pytest.approx(fine / whole, rel=1e-6)
+    # power law k^-(1 + 2 H) far above the roll-off
+    assert math.log(density(2e3 * knee) / density(1e3 * knee)) / math.log(2.0) == pytest.approx(
+        -1.0 - 2.0 * hurst, abs=1e-4
+    )
+
+
+def test_half_of_hurst_is_the_exponential_autocorrelation():
+    assert SelfAffine(20e-6, 0.5).roll_off == pytest.approx(2.0 * math.pi * 20e-6)
+
+
+@pytest.mark.parametrize("hurst", [0.5, 0.8])
+def test_self_affine_profile_has_stated_rq_and_correlation_length(hurst):
+    profile = generate_profile(0.4e-6, 20e-6, 40e-3, 1e-6, 3, cutoff=2.5e-6, hurst=hurst)
+    assert profile.rms == pytest.approx(0.4e-6)
+    assert profile.correlation_length == pytest.approx(20e-6, rel=0.1)  # one realisation of 2000 lengths
+    # the same long waves whatever the cut-off
+    coarse = generate_profile(0.4e-6, 20e-6, 40e-3, 1e-6, 3, cutoff=10e-6, hurst=hurst)
+    ratio = np.fft.rfft(profile.heights)[1:500] / np.fft.rfft(coarse.heights)[1:500]
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
+
+
+LINE = {
+    "viscosity_inlet": 0.02,
+    "pressure_viscosity": "15 1/GPa",
+    "pressure_hertz": "1 GPa",
+    "radius_equivalent": "10 mm",
+    "speed_entrainment": "1 m/s",
+    "slide_to_roll": 0.3,
+}
+
+
+def test_finish_in_a_contact_and_what_overrides_it():
+    ground = Finish.load("ground")
+    surface = ehl.Contact(**LINE, finish="ground").surface
+    assert surface.roughness_rms_1 == ground.roughness_rms.value
+    assert surface.correlation_length == pytest.approx(ground.correlation_length.value)
+    assert (surface.peklenik_number, surface.spectrum) == (pytest.approx(5.0), "self_affine")
+    assert surface.skewness == ground.skewness.value
+    own = ehl.Contact(**LINE, finish="ground", roughness_rms="0.3 um", skewness=0.0, peklenik_number=2.0).surface
+    # half the Rq of the finish per surface by the composite 0.3 um: waves in proportion
+    assert own.correlation_length == pytest.approx(25e-6 * 0.3 / 2.0**0.5 / 0.4)
+    assert (own.skewness, own.peklenik_number) == (0.0, 2.0)
+    turned = ehl.Contact(**LINE, finish="ground", lay_angle="30 deg").surface
+    assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(25e-6, 5.0, math.pi / 6.0))
+    with pytest.raises(InputError, match="lapped"):
+        ehl.Contact(**LINE, finish="polished")
+    with pytest.raises(InputError, match="ZDDP"):
+        ehl.Contact(**LINE, additive="moly")
+
+
+def test_a_changed_rq_takes_the_default_length_along():
+    contact = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
+    assert contact.surface.correlation_length == pytest.approx(30e-6)
+    rougher = contact.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
+    assert rougher.surface.correlation_length == pytest.approx(60e-6)
+    assert "correlation_length" not in contact.to_dict()["surface"]
+    assert ehl.Contact.from_dict(contact.to_dict()) == contact
+
+
+def test_boundary_film_and_friction_of_additives():
+    for name in ehl.shipped("additives"):
+        additive = Additive.load(name)
+        surface = ehl.Contact(**LINE, additive=name, roughness_rms="0.4 um").surface
+        assert surface.boundary_friction == additive.boundary_friction.value
+        assert surface.generated_boundary_film == pytest.approx(
+            additive.boundary_film.value + math.sqrt(2.1e-9 * 0.4e-6)
+        )
+        fine = ehl.Contact(**LINE, additive=name, roughness_rms="0.4 um", spectrum="self_affine").surface
+        assert fine.generated_boundary_film == pytest.approx(additive.boundary_film.value)
+    assert ehl.Contact(**LINE, boundary_friction=0.08).surface.boundary_friction == 0.08
+
+
+@pytest.mark.parametrize("additive", ["base", "EP", "ZDDP"])
+@pytest.mark.parametrize("rms", ["0.05 um", "1.2 um"])
+def test_half_and_twice_every_film_can_be_studied(additive, rms):
+    contact = ehl.Contact(**LINE, additive=additive, roughness_rms=rms)
+    for factor in (0.5, 2.0):
+        film = factor * contact.surface.generated_boundary_film
+        assert contact.replace(boundary_film=film).surface.boundary_film == film
+
+
+def test_a_thicker_film_of_the_additives_rubs_more():
+    contact = ehl.Contact(
+        **LINE, roughness_rms="0.4 um", accuracy="fast", thermal="off", additive="ZDDP", shortcuts="off"
+    )
+    film = contact.surface.generated_boundary_film
+    shares = [contact.replace(boundary_film=f * film).solve().asperity_load_share for f in (0.5, 1.0, 2.0)]
+    assert np.all(np.diff(shares) > 0.0)
+
+
+def test_inputs_without_effect_are_named():
+    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6)
+    assert [note.split(" ")[0] for note in plain.unused_inputs()] == ["surface.hurst_exponent", "surface.lay_angle"]

@@ -1,0 +1,120 @@
+"""Spreads of inputs and how their changes make an interval."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.surface.finish import Additive, Finish
+from ehl.uncertainty.result import Change, InputUncertainty, combined, score_of
+from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
+from ehl.uncertainty.stated import FILM_RATIOS, stated_change
+
+
+def uncertainty(*changes: Change) -> InputUncertainty:
+    return InputUncertainty.of("friction_coefficient", 0.05, changes, lambda ln: 0.05 * math.exp(ln))
+
+
+def test_sides_add_apart() -> None:
+    down, up = combined([Change("a", "oil", 0.1, -0.3, 0.6), Change("b", "oil", 0.1, 0.8, -0.4)])
+    assert down == pytest.approx(-0.5)
+    assert up == pytest.approx(1.0)
+    # raised by both ends: the lower side does not know it
+    down, up = combined([Change("a", "oil", 0.1, 0.3, 0.4)])
+    assert (down, up) == (0.0, pytest.approx(0.4))
+
+
+def test_skewed_inputs_hold_their_share_of_random_draws() -> None:
+    """ln mu of eight inputs with quadratic responses, all skewed to the same side: 90 % within a point and a half."""
+    z, rng = score_of(0.9), np.random.default_rng(1)
+    slopes, bends = np.linspace(0.1, 0.5, 8), np.linspace(0.0, 0.08, 8)
+    changes = [
+        Change(str(k), "oil", 1.0, -z * a + z * z * b, z * a + z * z * b)
+        for k, (a, b) in enumerate(zip(slopes, bends, strict=True))
+    ]
+    down, up = combined(changes)
+    draws = rng.normal(size=(200_000, 8))
+    drawn = draws @ slopes + draws**2 @ bends
+    assert np.mean((drawn > down) & (drawn < up)) == pytest.approx(0.9, abs=0.015)
+
+
+def test_headline_names_what_contributes_most() -> None:
+    found = uncertainty(Change("viscosity", "oil", 0.1, -0.01, 0.01), Change("boundary_film", "film", 0.1, -0.2, 0.3))
+    assert [source.name for source in found.sources] == ["boundary_film", "viscosity"]
+    assert found.headline().startswith("0.050 (0.041 to 0.068), of which film 0.013")
+    assert "oil" not in found.headline()
+    assert found.groups["film"] == pytest.approx(0.025 * (math.exp(0.3) - math.exp(-0.2)))
+    assert found.to_frame()["share"].sum() == pytest.approx(1.0)
+    assert "boundary film" in found.table().html()
+
+
+def test_nothing_uncertain() -> None:
+    found = uncertainty()
+    assert found.low == found.high == 0.05
+    assert found.headline() == "0.0500 (0.0500 to 0.0500)"
+
+
+def test_the_plot_shows_the_widest_bar_first() -> None:
+    found = uncertainty(Change("viscosity", "oil", 0.1, -0.01, 0.01), Change("boundary_film", "film", 0.1, -0.2, 0.3))
+    (axes,) = found.plot().axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["all inputs", "boundary film", "viscosity"]
+
+
+def test_spreads() -> None:
+    assert Spread(0.1).at(2.0, -1.0) == pytest.approx(2.0 * math.exp(-0.1))
+    assert Spread(10.0, "absolute").at(350.0, 2.0) == 370.0
+    for wrong in (-1.0, math.nan):
+        with pytest.raises(InputError):
+            Spread(wrong)
+    with pytest.raises(InputError, match="level"):
+        score_of(0.0)
+
+
+def test_a_range_has_its_own_ends() -> None:
+    """The ends of a range are those of its 90 % interval, to either side of the figure."""
+    figure = Additive.load("EP").boundary_film
+    spread, z = Spread.of_figure(figure), score_of(0.9)
+    assert spread.at(figure.value, z) == pytest.approx(figure.high, rel=1e-9)
+    assert spread.at(figure.value, -z) == pytest.approx(figure.low, rel=1e-9)
+    # where nothing is said of the lay, it is not below isotropic
+    assert DEFAULT.spread("peklenik_number").at(1.0, -z) == 1.0
+    assert DEFAULT.spread("peklenik_number").at(1.0, z) == pytest.approx(5.0)
+
+
+def test_own_spreads_take_the_place_of_defaults() -> None:
+    given = UncertaintyInput(viscosity=0.02, temperature_bulk=3.0)
+    oil = Oil.load("75w90")
+    assert given.spread("viscosity", oil).sd == 0.02
+    assert given.spread("eyring_stress", oil).sd == oil.uncertainty.eyring_stress
+    assert (given.spread("temperature_bulk").sd, given.spread("temperature_bulk").kind) == (3.0, "absolute")
+    assert given.spread("roughness_rms") == DEFAULT.spread("roughness_rms")
+    assert all(UncertaintyInput.none().spread(name).known for name in GROUPS)
+    with pytest.raises(InputError, match="oil"):
+        given.spread("eyring_stress")
+
+
+def test_a_finish_brings_its_ranges_and_is_one_cause() -> None:
+    ground = DEFAULT.of_surface(finish="ground", finish_state="new")
+    assert ground.one_finish
+    assert not DEFAULT.one_finish
+    rms = Finish.load("ground", "new").roughness_rms
+    assert ground.spread("roughness_rms").at(rms.value, score_of(0.9)) == pytest.approx(rms.high)
+    assert not UncertaintyInput(same_surface=False).of_surface(finish="ground").one_finish
+
+
+def test_stated_slopes_follow_the_film_ratio() -> None:
+    ratio = np.array([FILM_RATIOS[0] / 10.0, FILM_RATIOS[0], FILM_RATIOS[-1], math.inf])
+    found = stated_change("boundary_film", Spread(0.5), ratio, 1.0)
+    assert found is not None
+    below, above = found
+    # a thicker boundary film touches sooner; smooth surfaces do not
+    assert np.all(above[:2] > 0.0)
+    assert np.all(below[:2] < 0.0)
+    assert above[0] == above[1]
+    assert abs(above[2]) < above[1]
+    assert above[3] == below[3] == 0.0
+    assert stated_change("viscosity", Spread(0.5), ratio, 1.0) is None

@@ -1,0 +1,447 @@
+"""What can go wrong, and that one sentence says so: the faults of docs/robustness.md, each provoked."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import tracemalloc
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import openpyxl
+import pytest
+from matplotlib.figure import Figure
+
+import efficiency.cli
+import ehl
+import regression
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
+from ehl.io.files import MAX_BYTES, MAX_DEPTH, parse_json, parse_toml, read_text
+from ehl.io.table_files import MAX_CELLS, MAX_ROWS, harmless, read_table
+from ehl.io.units import ValueRange, parse_quantity
+from ehl.view.html_report import figure_svg
+from ehl.view.plots import save_figure
+from ehl.view.table import Table, write_csv
+from regression.data.store import MAX_ROWS as MAX_STORED
+from regression.data.store import read_file
+from regression.plan.cost import checked_jobs
+
+Cli = Callable[..., Any]
+EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
+CONTACT = (EXAMPLES / "contact.toml").read_text(encoding="utf-8")
+TORQUES = {"torque": ValueRange("N*m", gt=0.0), "label": None}
+POINT = (
+    "--pressure", "1 GPa", "--radius", "15 mm", "--speed", "3 m/s", "--slide-to-roll", "0.3",
+    "--temperature", "90 degC",
+)  # fmt: skip
+
+
+def case(folder: Path, text: str) -> Path:
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def refused(outcome: Any, *words: str) -> None:
+    """One sentence of a readable length, exit code 2."""
+    assert outcome.code == 2, outcome
+    assert "Traceback" not in outcome.err
+    assert len(outcome.err) < 5000
+    for word in words:
+        assert word in outcome.err
+
+
+@pytest.mark.parametrize(
+    "error", [RuntimeError("[/bold] unforeseen"), MemoryError("unforeseen"), OSError(5, "unforeseen")]
+)
+def test_a_fault_of_the_program_is_one_sentence_and_a_log(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(**options: object) -> None:
+        raise error
+
+    monkeypatch.setattr(efficiency, "doctor", fail)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(SystemExit) as end:
+        efficiency.cli.main()
+    assert end.value.code == 70
+    said = capsys.readouterr().err
+    (log,) = tmp_path.glob("mixed-ehl-fault-*.log")
+    assert said.count("\n") == 1
+    assert "unforeseen" in said
+    assert str(log) in said
+    assert "Traceback" in log.read_text(encoding="utf-8")
+    assert ehl.__version__ in log.read_text(encoding="utf-8")
+
+
+def test_a_fault_without_a_place_for_its_log(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(efficiency, "doctor", lambda **options: 1 // 0)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
+    monkeypatch.setattr(os, "getcwd", lambda: str(tmp_path / "gone"))
+    with pytest.raises(SystemExit) as end:
+        efficiency.cli.main()
+    assert end.value.code == 70
+    assert "No log could be written." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["x = " + "[" * 100_000, "x = " + "[" * 60 + "]" * 60, "x" + ".x" * 60 + " = 1"])
+def test_toml_nested_too_deep_is_refused(text: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+    refused(mixed_ehl("solve", case(tmp_path, text)), f"nested deeper than {MAX_DEPTH} levels")
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "[" * 60 + "]" * 60, '{"a":' * 60 + "1" + "}" * 60])
+def test_json_nested_too_deep_is_refused(text: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "formula.json"
+    path.write_text(text)
+    refused(mixed_ehl("mu", path, *POINT), f"nested deeper than {MAX_DEPTH} levels")
+
+
+def test_what_is_nested_less_is_read() -> None:
+    inner = MAX_DEPTH - 2
+    assert parse_toml("x = " + "[" * inner + "]" * inner, "file", "name")
+    assert parse_json("[" * inner + "]" * inner, "file", "name")
+
+
+@pytest.mark.parametrize("number", ["9" * 10_000, "1" + 400 * "0", "0x" + "f" * 10_000, "1e400", "-inf", "nan"])
+def test_numbers_without_measure_are_refused(number: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+    text = CONTACT.replace("slide_to_roll = ", f"slide_to_roll = {number} # ")
+    assert text != CONTACT
+    refused(mixed_ehl("solve", case(tmp_path, text)))
+    path = tmp_path / "formula.json"
+    path.write_text(f'{{"schema": {number.replace("inf", "Infinity").replace("nan", "NaN")}}}')
+    refused(mixed_ehl("mu", path, *POINT))
+
+
+@pytest.mark.parametrize(
+    "text", ["1" * 100_000, "1" * 100_000 + " m", "1 m**9**9**9", "1 m**999999999", "1 m^9^9^9^9", "1 " + "(" * 190]
+)
+def test_no_text_of_a_quantity_takes_long(text: str) -> None:
+    with pytest.raises(InputError) as error:
+        parse_quantity(text, "m")
+    assert len(str(error.value)) < 600
+
+
+def test_units_with_small_powers_stay() -> None:
+    assert parse_quantity("7.8 g/cm**3", "kg/m^3") == pytest.approx(7800.0)
+    assert parse_quantity("1 kg m^2 s^-2", "J") == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("name", ["n" * 5000, "two\nlines", "\x1b[31mred", ""])
+def test_names_fit_a_line(name: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+    plan = (Path(regression.__file__).parents[1] / "data" / "plans" / "demo.toml").read_text(encoding="utf-8")
+    old = next(line for line in plan.splitlines() if line.startswith("name"))
+    path = case(tmp_path, plan.replace(old, f"name = {json.dumps(name)}"))
+    refused(mixed_ehl("sweep", path, "-o", tmp_path / "run"), "name")
+
+
+def test_a_path_of_5000_characters_is_refused(mixed_ehl: Cli, tmp_path: Path) -> None:
+    long = "n" * 5000
+    for command in (
+        ("solve", long), ("solve", f"{long}.toml"), ("sweep", long, "-o", "run"), ("sweep", "demo", "-o", long),
+        ("mu", long, *POINT), ("gear", long), ("settings", long), ("sweep", "status", long), ("calibrate", long),
+        ("fit", long, "-o", tmp_path / "f.json"), ("fit", "gear_fva3", "-o", tmp_path / long),
+    ):  # fmt: skip
+        refused(mixed_ehl(*command))
+
+
+def test_errors_echo_no_more_than_a_line() -> None:
+    error = InputError("field" * 2000, "v" * 10_000, "a" * 10_000, "h\x1b[2J" * 5000)
+    assert len(str(error)) < 5000
+    assert "10000 characters" in str(error)
+    assert "\x1b" not in str(error)
+    assert "too long to print" in str(InputError("n", 16**20_000, "less"))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs here")
+@pytest.mark.parametrize("kind", ["fifo", "device", "folder"])
+def test_pipes_devices_and_folders_are_refused_as_input(kind: str, mixed_ehl: Cli, tmp_path: Path) -> None:
+    path = {"fifo": tmp_path / "pipe.toml", "device": Path("/dev/zero"), "folder": tmp_path}[kind]
+    if kind == "fifo":
+        os.mkfifo(path)
+    for command in (
+        ("solve", path), ("mu", path, *POINT), ("sweep", path, "-o", tmp_path / "run"), ("calibrate", path),
+        ("gear", path), ("settings", path),
+        ("gear", "fm_spiral_bevel_14x39", "--load-from", path, "--friction", "constant:0.05"),
+    ):  # fmt: skip
+        refused(mixed_ehl(*command))
+    if kind != "folder":
+        refused(mixed_ehl("sweep", "status", path))
+        refused(mixed_ehl("fit", path, "-o", tmp_path / "formula.json"))
+
+
+def test_a_file_too_large_is_refused_before_it_is_read(mixed_ehl: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "large.toml"
+    with path.open("wb") as file:
+        file.truncate(10 * MAX_BYTES)  # sparse
+    tracemalloc.start()
+    try:
+        refused(mixed_ehl("solve", path), str(10 * MAX_BYTES), str(MAX_BYTES))
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
+
+
+def workbook(path: Path, place: tuple[int, int] = (2, 1)) -> Path:
+    book = openpyxl.Workbook()
+    book.active["A1"] = "torque [N m]"
+    book.active.cell(*place, 100.0)
+    book.save(path)
+    return path
+
+
+def test_a_cell_far_down_a_sheet_takes_no_memory(tmp_path: Path) -> None:
+    assert read_table(workbook(tmp_path / "last.xlsx", (1_048_570, 1)), TORQUES) == {"torque": (100.0,)}
+    path = workbook(tmp_path / "far.xlsx", (100_000, 1))
+    tracemalloc.start()
+    try:
+        assert read_table(path, TORQUES) == {"torque": (100.0,)}
+        assert tracemalloc.get_traced_memory()[1] < 10e6  # an empty cell for every row would take more
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_truncated_sheet_is_refused(tmp_path: Path) -> None:
+    sound = workbook(tmp_path / "sound.xlsx")
+    for share in (0.0, 0.3, 0.6, 0.9):
+        with zipfile.ZipFile(sound) as old, zipfile.ZipFile(tmp_path / "cut.xlsx", "w") as new:
+            for name in old.namelist():
+                content = old.read(name)
+                new.writestr(name, content[: int(share * len(content))] if "sheet1" in name else content)
+        with pytest.raises(InputError, match=r"cut\.xlsx"):
+            read_table(tmp_path / "cut.xlsx", TORQUES)
+    content = sound.read_bytes()
+    for length in range(0, len(content), 500):
+        (tmp_path / "cut.xlsx").write_bytes(content[:length])
+        with pytest.raises(InputError, match=r"cut\.xlsx"):
+            read_table(tmp_path / "cut.xlsx", TORQUES)
+
+
+def test_a_workbook_that_unpacks_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ehl.io.table_files.MAX_UNPACKED", 5000)
+    with pytest.raises(InputError, match="at most 5000 are read"):
+        read_table(workbook(tmp_path / "bomb.xlsx"), TORQUES)
+
+
+def test_tables_too_large_are_refused_with_their_number(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text("torque\n" + "1\n" * (MAX_ROWS + 1))
+    with pytest.raises(InputError, match=f"at most {MAX_ROWS} rows"):
+        read_table(path, TORQUES)
+    path.write_text("torque" + "," * 100_000 + "\n1\n")
+    with pytest.raises(InputError, match="100001 columns"):
+        read_table(path, TORQUES)
+    path.write_text("torque" + "," * 900 + "\n" + "1\n" * (MAX_CELLS // 900))
+    with pytest.raises(InputError, match=f"at most {MAX_CELLS} cells"):
+        read_table(path, TORQUES)
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)"])
+def test_cells_a_spreadsheet_would_compute_are_quoted(text: str, tmp_path: Path) -> None:
+    assert harmless(text) == f"'{text}"
+    assert harmless("-2.5") == "-2.5"
+    (written,) = write_csv(tmp_path, [Table((text, "value"), ((text, -1.0),), text)])
+    with written.open(encoding="utf-8", newline="") as file:
+        for row in csv.reader(file):
+            assert not row[0].startswith(("=", "+", "-", "@"))
+    path = tmp_path / "back.csv"
+    path.write_text(f'torque,label\n1,"{harmless(text)}"\n', encoding="utf-8")
+    assert read_table(path, TORQUES)["label"] == (text,)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("results")
+    regression.sweep("demo", folder, formula="xu_kahraman_2007", jobs=1)
+    (file,) = folder.glob("*.h5")
+    return file
+
+
+def test_flipped_bits_in_the_attributes_of_a_result_file(results: Path, mixed_ehl: Cli, tmp_path: Path) -> None:
+    """Every bit of the beginning of a text, in turn: refused in a sentence, or the file reads."""
+    content = bytearray(results.read_bytes())
+    with h5py.File(results) as file:
+        words = [str(file.attrs[name]).encode()[:4] for name in ("writer", "plan_name", "oil", "solver_version")]
+    path = tmp_path / "flipped.h5"
+    read = broken = 0
+    for word in words:
+        at = content.index(word)
+        for bit in range(8 * len(word)):
+            content[at + bit // 8] ^= 1 << bit % 8
+            path.write_bytes(content)
+            content[at + bit // 8] ^= 1 << bit % 8
+            try:
+                read_file(path)
+                read += 1
+            except InputError:
+                last, broken = path.read_bytes(), broken + 1
+    assert read > 0
+    assert broken > 0
+    path.write_bytes(last)
+    refused(mixed_ehl("sweep", "status", path), "corrupt")
+
+
+@pytest.mark.parametrize("value", [np.array([1, 2]), "1", b"\xff\xfe", -(2**40), np.nan])
+@pytest.mark.parametrize("name", ["schema", "plan_name", "count", "oil"])
+def test_attributes_of_another_kind_are_refused(name: str, value: Any, results: Path, tmp_path: Path) -> None:
+    path = tmp_path / "other.h5"
+    path.write_bytes(results.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file.attrs[name] = value
+    if name in ("plan_name", "oil") and isinstance(value, str):
+        assert read_file(path)[0][name] == "1"
+    else:
+        with pytest.raises(InputError):
+            read_file(path)
+
+
+def test_declared_arrays_are_refused_before_memory_is_taken(results: Path, mixed_ehl: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "huge.h5"
+    path.write_bytes(results.read_bytes())
+    with h5py.File(path, "r+") as file:
+        for column in file.values():
+            if column.shape:
+                column.resize((10**12,))
+    tracemalloc.start()
+    try:
+        refused(mixed_ehl("sweep", "status", path), str(10**12), str(MAX_STORED))
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_plan_too_large_is_refused_before_its_points_are_made(mixed_ehl: Cli, tmp_path: Path) -> None:
+    plan = '[variables]\nslide_to_roll = 0.1\ntemperature_oil = "80 degC"\n'
+    for name, low, high in (
+        ("pressure_hertz", "0.5 GPa", "2 GPa"), ("radius_equivalent", "5 mm", "50 mm"),
+        ("speed_entrainment", "1 m/s", "20 m/s"),
+    ):  # fmt: skip
+        plan += f'{name} = {{ low = "{low}", high = "{high}" }}\n'
+    plan = f'name = "huge"\n{plan}[sampling]\nmethod = "factorial"\nlevels = 1000\n[lubricant]\noil = "fva3"\n'
+    windowed = plan + "[constraints]\nfilm_ratio = { low = 0.1, high = 5.0 }\n"
+    tracemalloc.start()
+    try:
+        for text in (plan, windowed):
+            refused(mixed_ehl("sweep", case(tmp_path, text), "-o", tmp_path / "run"), "1,000,000,000 cases", "1000000")
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_jobs_within_reason(mixed_ehl: Cli, tmp_path: Path) -> None:
+    assert checked_jobs(1) == 1
+    assert checked_jobs(None) >= 1
+    for command in (
+        ("sweep", "demo", "-o", tmp_path / "run"), ("sweep", "demo", "--estimate"), ("demo", "-o", tmp_path / "demo"),
+        ("calibrate", EXAMPLES / "synthetic_traction.csv", "--setup", EXAMPLES / "calibration.toml", "-o", "card.toml"),
+    ):  # fmt: skip
+        for jobs in (0, -1, 100_000, 10**30):
+            assert mixed_ehl(*command, "--jobs", jobs).code == 2
+    assert not (tmp_path / "run").exists()
+
+
+MAIN = (sys.executable, "-c", "from efficiency.cli import main; main()")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+@pytest.mark.parametrize("command", [("--version",), ("sweep", "demo", "--estimate"), ("gear", "--help")])
+def test_a_full_device_is_one_sentence(command: tuple[str, ...]) -> None:
+    with open("/dev/full", "w") as full:
+        run = subprocess.run([*MAIN, *command], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert run.returncode == 74
+    assert run.stderr == "mixed-ehl: standard output cannot be written: No space left on device.\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+def test_a_file_on_a_full_device_is_one_sentence(mixed_ehl: Cli) -> None:
+    refused(mixed_ehl("export", "75w90", "-o", "/dev/full"))
+
+
+def test_a_reader_that_stops_reading_is_no_fault() -> None:
+    with subprocess.Popen([*MAIN, "gear", "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+        assert run.stdout is not None
+        assert run.stderr is not None
+        run.stdout.close()
+        assert b"Traceback" not in run.stderr.read()
+
+
+def test_a_terminal_without_greek_letters() -> None:
+    run = subprocess.run(
+        [*MAIN, "sweep", "demo", "--estimate", "--set", 'name="μ"'],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stderr
+    assert "128 cases" in run.stdout
+
+
+NAMES = ["[/bold] [red]x[/red] [1]", "歯車の油 ☃", "cost $100 and \\frac{ $", "n" * 3000, "{0} %s \\u0041"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_any_name_is_printed_as_it_is(
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "4000")
+    Table(("name", "value"), ((name, 1.0),), name).print()
+    assert capsys.readouterr().out.count(name) == 2
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.parametrize("name", NAMES)
+def test_any_name_is_drawn(name: str, suffix: str, tmp_path: Path) -> None:
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    axes.loglog([1.0, 10.0], [1.0, 10.0], label=name)
+    axes.set_title(name)
+    axes.set_xticks([1.0, 10.0], [name[:20], "b"])
+    axes.legend()
+    save_figure(figure, tmp_path / f"figure{suffix}")
+    assert (tmp_path / f"figure{suffix}").stat().st_size > 1000
+
+
+def test_a_page_keeps_the_signs_of_a_name() -> None:
+    figure = Figure()
+    figure.suptitle("歯車 $1")
+    assert ">歯車 $1<" in figure_svg(figure)
+
+
+def test_brackets_in_an_option_are_no_markup(mixed_ehl: Cli) -> None:
+    for command in (("mu", "[/bold]", *POINT), ("gear", "[/red]"), ("sweep", "[bold]", "-o", "[/x]"), ("solve", "[/]")):
+        refused(mixed_ehl(*command), command[1])
+    refused(mixed_ehl("demo", "--jobs", "[/bold]"))
+
+
+def test_doctor_without_the_installed_distribution(monkeypatch: pytest.MonkeyPatch) -> None:
+    import importlib.metadata
+
+    def absent(name: str) -> list[str]:
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "requires", absent)
+    failed = [check for check in efficiency.doctor() if not check.passed]
+    assert [check.name for check in failed] == ["dependencies"]
+
+
+def test_texts_of_other_encodings_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "latin.csv"
+    path.write_bytes("Öl".encode("latin-1"))
+    with pytest.raises(InputError, match="no text in UTF-8"):
+        read_text(path, "file", "a text")
+    path.write_bytes("\ufeffÖl".encode())
+    assert read_text(path, "file", "a text") == "Öl"
+
+
+def test_shipped_oils_have_names_that_fit() -> None:
+    for name in ehl.shipped("oils"):
+        assert Oil.load(name).name.isprintable()

@@ -1,0 +1,168 @@
+"""Elastic part of the film shear: closed forms, its estimate, no step in mu, the rough solver beside the smooth one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from ehl.contact import Contact
+from ehl.elastic_shear import (
+    SHARE_FULL,
+    SHARE_NEGLECTED,
+    body_compliance,
+    counted,
+    elastic_shear,
+    elastic_stress,
+)
+from ehl.fluid._kernels import march_stress, stress_after
+from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
+from ehl.rough.solve import solve_transient
+from ehl.smooth import solve_steady
+
+Array = NDArray[np.float64]
+
+STATE: dict[str, Any] = {
+    "oil": "fva3",
+    "temperature_oil": "80 degC",
+    "pressure_hertz": "1 GPa",
+    "radius_equivalent": "15 mm",
+    "speed_entrainment": "5 m/s",
+}
+
+
+def even_film(oil: Lubricant, slip: float, nodes: int = 401) -> tuple[LineContact, Array, Array, Array, Array]:
+    """A film of constant pressure and height over 0.4 mm, and its viscous stress."""
+    line = LineContact.from_pressure(
+        pressure_hertz=1e9,
+        radius_equivalent=0.015,
+        effective_modulus=2.28e11,
+        speed_entrainment=5.0,
+        slide_to_roll=slip,
+    )
+    x = np.linspace(0.0, 4e-4, nodes)
+    pressure, film = np.full(nodes, 0.8e9), np.full(nodes, 4e-7)
+    return line, x, pressure, film, oil.shear_stress(pressure, film, line.speed_sliding)
+
+
+@pytest.mark.parametrize("slip", [1e-4, 1e-3, 1e-2])
+def test_newtonian_film_is_strained_exponentially(slip: float) -> None:
+    """tau = eta v_s/h (1 - exp(-x/l)), l = (h/G + k) u_r eta/h."""
+    oil = Lubricant(0.02, 1e-8, viscosity_law="barus", shear_modulus=0.1e9)
+    line, x, pressure, film, viscous = even_film(oil, slip)
+    eta = float(oil.viscosity(pressure[:1])[0])
+    length = (film[0] / 0.1e9 + body_compliance(line)) * line.speed_entrainment * eta / film[0]
+    assert elastic_stress(x, pressure, film, viscous, line, oil) == pytest.approx(
+        viscous * -np.expm1(-x / length), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("final", [1e4, 3e6, 4e7, 1e8])
+@pytest.mark.parametrize("start", [0.0, 0.3, 0.999, 1.0, 1.2])
+@pytest.mark.parametrize("gain", [1e3, 1e6, 3e7, 1e8])
+def test_eyring_film_against_an_integrator(final: float, start: float, gain: float) -> None:
+    """d tau/ds = gain (1 - sinh(tau/tau0)/sinh(tau*/tau0)), tau0 = 5 MPa."""
+    scale, stress = 5e6, start * final
+
+    def rate(_: float, tau: Array) -> Array:
+        share = np.exp((tau - final) / scale) * np.expm1(-2.0 * tau / scale) / math.expm1(-2.0 * final / scale)
+        return np.asarray(gain * (1.0 - share))
+
+    exact = solve_ivp(rate, (0.0, 1.0), [stress], method="Radau", rtol=1e-10, atol=1e-7 * final).y[0, -1]
+    assert stress_after(stress, final, scale, gain) == pytest.approx(exact, rel=1e-5)
+
+
+def test_march_of_an_even_eyring_film_does_not_depend_on_the_mesh() -> None:
+    oil = Lubricant(0.02, 18e-9, rheology="eyring", eyring_stress=5e6, shear_modulus=0.05e9)
+    line, x, pressure, film, viscous = even_film(oil, 2e-3)
+    fine = elastic_stress(x, pressure, film, viscous, line, oil)
+    coarse = elastic_stress(x[::40], pressure[::40], film[::40], viscous[::40], line, oil)
+    assert coarse == pytest.approx(fine[::40], rel=1e-9)
+    assert fine[0] == 0.0
+    assert fine[-1] == pytest.approx(viscous[-1], rel=1e-3)
+    assert np.all(np.diff(fine) >= 0.0)
+
+
+def test_stress_never_exceeds_the_limit_that_falls_towards_the_exit() -> None:
+    limit = np.linspace(4e7, 0.0, 50)
+    rising = march_stress(limit, np.full(50, 5e6), limit, np.full(50, 3e6))
+    assert np.all(rising <= limit)
+    assert np.any(rising > 0.99 * limit)
+
+
+def test_initial_slope_over_a_rigid_film_is_that_of_carter() -> None:
+    """mu = 4 R SR/b as long as nothing slips: the stress is the way times the slip over the compliance."""
+    oil = Lubricant(1e3, 18e-9, shear_modulus=1e12)
+    line = even_film(oil, 1e-7)[0]
+    b = line.half_width
+    x = np.linspace(-b, b, 801)
+    stress = elastic_stress(x, np.full(801, 1e9), np.full(801, 1e-9), np.full(801, 1e12), line, oil)
+    mu = np.trapezoid(stress, x) / line.load_per_length
+    assert mu == pytest.approx(4.0 * line.radius_equivalent / b * 1e-7, rel=1e-3)
+
+
+@pytest.mark.parametrize("slip", [0.2, 0.1])
+def test_it_is_left_out_where_gears_run(slip: float) -> None:
+    """Above 5 % slip, and what it would have been is below the estimate."""
+    result = Contact(**STATE, slide_to_roll=slip).solve()
+    assert not any("elastic shear" in note for note in result.notes)
+    assert result.problem is not None
+    assert result.film is not None
+    film, line, oil = result.film, result.problem.line, result.problem.lubricant
+    strained = elastic_stress(film.x, film.pressure, film.film, film.shear_stress, line, oil)
+    lost = 1.0 - np.trapezoid(strained, film.x) / np.trapezoid(film.shear_stress, film.x)
+    estimate = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, line, oil).estimate
+    assert abs(lost) < estimate < SHARE_NEGLECTED
+
+
+@pytest.mark.parametrize("modulus", [3e9, 3e8, 1e7, 1e6])
+@pytest.mark.parametrize("slip", [1e-3, 1e-2])
+def test_estimate_is_larger_than_what_the_elastic_part_takes(modulus: float, slip: float) -> None:
+    result = Contact(**STATE, slide_to_roll=slip, shear_modulus=1e11).solve()
+    assert result.problem is not None
+    assert result.film is not None
+    film, line = result.film, result.problem.line
+    oil = replace(result.problem.lubricant, shear_modulus=modulus)
+    found = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, line, oil)
+    assert 1.0 - found.ratio < found.estimate
+
+
+def test_friction_is_continuous_through_the_switch_and_through_zero_slip() -> None:
+    shares = np.array([0.0, SHARE_NEGLECTED, SHARE_NEGLECTED + 1e-9, SHARE_FULL - 1e-9, SHARE_FULL, 1.0])
+    assert [counted(share) for share in shares] == pytest.approx([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], abs=1e-6)
+    oil = Lubricant(0.02, 18e-9, rheology="eyring", eyring_stress=6e6, shear_modulus=0.1e9)
+    left, ratios = [], []
+    for slip in np.geomspace(0.003, 0.2, 60):
+        line, x, pressure, film, _ = even_film(oil, slip)
+        viscous = oil.shear_stress(pressure, film, line.speed_sliding)
+        found = elastic_shear(x - 2e-4, pressure, film, viscous, line, oil)
+        left.append(found.left_out)
+        ratios.append(found.ratio)
+    assert left[0] == 0.0
+    assert ratios[-1] == 1.0
+    assert np.all(np.diff(ratios) >= 0.0)
+    assert np.max(np.diff(ratios)) < SHARE_NEGLECTED
+    small = [Contact(**STATE, slide_to_roll=slip, thermal="off").solve() for slip in (0.0, 1e-6, -1e-6, 1e-5)]
+    values = [result.friction_coefficient for result in small]
+    assert values[0] == 0.0
+    assert values[1] == pytest.approx(values[2], rel=1e-6)
+    assert values[3] == pytest.approx(10.0 * values[1], rel=0.01)
+
+
+def test_rough_solver_strains_the_film_like_the_smooth_one() -> None:
+    """Both surfaces smooth: the transient film takes the same share of mu as the steady one."""
+    line = even_film(Lubricant(0.02, 18e-9), 2e-3)[0]
+    rigid = Lubricant(0.02, 18e-9, rheology="eyring", eyring_stress=6e6, limiting_shear_coefficient=0.05)
+    soft = replace(rigid, shear_modulus=0.05e9)
+    runs = [solve_transient(line, oil, accuracy="fast", travel=2.0) for oil in (rigid, soft)]
+    ratio = runs[1].friction_fluid / runs[0].friction_fluid
+    film = solve_steady(line, rigid)
+    steady = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, line, soft).ratio
+    assert ratio < 0.97
+    assert 1.0 - ratio == pytest.approx(1.0 - steady, rel=0.05)
