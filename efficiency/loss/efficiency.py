@@ -294,7 +294,8 @@ def _notes(
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
         how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "left out"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
-    if np.any(points.state.peklenik_number != 1.0) and not getattr(model, "uses_texture", False):
+    blind = not getattr(model, "uses_texture", False) and not isinstance(model, ConstantFriction)
+    if blind and np.any(points.state.peklenik_number != 1.0):
         notes += (f"friction model {name} takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes
 

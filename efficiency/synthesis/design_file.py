@@ -226,7 +226,11 @@ def design_text(
         ("pinion", inputs.pinion, blank.pinion, pinion),
         ("gear", inputs.gear, blank.gear, gear),
     ):
-        extra: Table = {"material": chosen.material, "roughness_rms": f"{chosen.roughness_rms * 1e6:.6g} um"}
+        extra: Table = {"material": chosen.material}
+        if chosen.finish is not None:
+            extra["finish"] = chosen.finish
+        if chosen.finish is None or "roughness_rms" in chosen.model_fields_set:
+            extra["roughness_rms"] = f"{chosen.roughness_rms * 1e6:.6g} um"
         tables += _member(name, member, flanks, extra)
     comment = "".join(f"# {line}".rstrip() + "\n" for line in header)
     return comment + "\n" + _tables(tables)

@@ -16,6 +16,7 @@ from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 from ehl.material import Material
+from ehl.surface.finish import Finish
 
 Relief = Annotated[float, ValueRange("m", ge=0.0, le=1e-3)]
 Slope = Annotated[float, ValueRange("", ge=-2.0, le=2.0)]
@@ -112,14 +113,17 @@ class Targets(InputModel):
 
 
 class MemberTargets(InputModel):
-    """What a design file says of a member besides its geometry."""
+    """What a design file says of a member besides its geometry: a finish by its name, else the roughness."""
 
     material: str = "steel"
+    finish: str | None = None
     roughness_rms: Rms = 0.4e-6
 
     @model_validator(mode="after")
     def _known(self) -> Self:
         Material.load(self.material)
+        if self.finish is not None:
+            Finish.load(self.finish, "run_in")
         return self
 
 

@@ -13,7 +13,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.conductivity import PAO, FilmConductivity
+from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.density import (
     DOWSON_HIGGINSON,
     Compression,
@@ -77,8 +77,6 @@ class Lubricant:
         rho0 at ambient pressure and inlet temperature [kg/m3].
     thermal_conductivity : float
         [W/(m K)] at ambient pressure.
-    film_conductivity : FilmConductivity
-        How `thermal_conductivity` grows with pressure; as in a polyalphaolefin where not given.
     heat_capacity : float
         [J/(kg K)].
     extrapolated : bool
@@ -100,6 +98,8 @@ class Lubricant:
     shear_modulus : float
         G of the film, for the elastic part of its shear rate [Pa]; infinity switches the elastic part off, that of the
         bodies too.
+    film_conductivity : FilmConductivity
+        How `thermal_conductivity` grows with pressure; as in a polyalphaolefin where not given.
 
     Examples
     --------
@@ -132,7 +132,7 @@ class Lubricant:
     pressure_rise_factor: float = 1.0
     pressure_valid: float = math.inf
     shear_modulus: float = math.inf
-    film_conductivity: FilmConductivity = PAO
+    film_conductivity: FilmConductivity = field(default_factory=FilmConductivity)
     # known beforehand for a card; gone in what dataclasses.replace makes, whose law may be another
     _alpha_film: Any = field(init=False, default=None, repr=False, compare=False)
 

@@ -29,7 +29,7 @@ def _registry() -> Any:
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
 # the pattern above takes a time that grows with the square of a text's length, and pint computes any power it finds
 _LONGEST = 200
-_POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d*^])")
+_POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d^]|\*\*)")
 
 KELVIN = 273.15  # zero of the Celsius scale [K]
 ARCSEC = math.pi / (180.0 * 3600.0)  # an arc second [rad]

@@ -14,6 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
 PAIR = "fm_spiral_bevel_14x39"
+PAPER = ("--load-balance", "frictionless")
 Cli = Callable[..., Any]
 
 
@@ -65,7 +66,11 @@ def test_gear_and_its_map(mixed_ehl: Cli) -> None:
     assert 0.98 < one["efficiency"] < 1.0
     grid = json.loads(mixed_ehl("gear", PAIR, "--torque", "100, 200 N m", "--json").out)
     assert [point["torque_pinion"] for point in grid["points"]] == [100.0, 200.0]
-    assert grid["points"][1]["efficiency"] == pytest.approx(one["efficiency"], abs=1e-12)
+    # the load of the map starts from its neighbour: the same within the stated errors of both
+    again = grid["points"][1]
+    stated = one["efficiency_error_balance"] + again["efficiency_error_balance"]
+    assert stated < 1e-5
+    assert again["efficiency"] == pytest.approx(one["efficiency"], abs=stated)
 
 
 def test_gear_without_friction_loses_nothing(mixed_ehl: Cli) -> None:
@@ -75,7 +80,7 @@ def test_gear_without_friction_loses_nothing(mixed_ehl: Cli) -> None:
 
 
 def test_compare_prints_a_row_per_model(mixed_ehl: Cli) -> None:
-    outcome = mixed_ehl("compare", PAIR, "--friction", "constant:0.05", "--friction", "constant:0.1", "--json")
+    outcome = mixed_ehl("compare", PAIR, "--friction", "constant:0.05", "--friction", "constant:0.1", *PAPER, "--json")
     rows = {row["name"]: row for row in json.loads(outcome.out)["rows"]}
     assert rows["constant:0.1"]["power_loss"] == pytest.approx(2.0 * rows["constant:0.05"]["power_loss"], rel=1e-9)
     assert any(name.startswith("Coleman-type") for name in rows)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -65,14 +67,20 @@ def test_points_without_roughness_belong_to_the_outer_band() -> None:
     assert sum(band.count for band in interval.bands) == 400
 
 
+def write_with_checksum(path: Path, content: dict[str, Any]) -> None:
+    content.pop("checksum", None)
+    content["checksum"] = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    path.write_text(json.dumps(content), encoding="utf-8")
+
+
 def test_files_without_coverage_are_read_and_coverage_is_kept(tmp_path: Path) -> None:
     content = json.loads(data_path("formulas", "fva3_load_share.json").read_text(encoding="utf-8"))
     for band in content["interval"]["bands"]:
         band.pop("coverage", None)
     path = tmp_path / "formula.json"
-    path.write_text(json.dumps(content), encoding="utf-8")
+    write_with_checksum(path, content)
     assert {band.coverage for band in load_formula(path).interval.bands} == {None}
     content["interval"]["bands"][0]["coverage"] = 0.91
-    path.write_text(json.dumps(content), encoding="utf-8")
+    write_with_checksum(path, content)
     load_formula(path).save(path)
     assert load_formula(path).interval.bands[0].coverage == 0.91

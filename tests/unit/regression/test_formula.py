@@ -234,7 +234,7 @@ def test_files_that_are_no_formula(tmp_path: Path, text: str, words: list[str]) 
 
 
 def test_a_folder_is_no_formula(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="could not be read"):
+    with pytest.raises(InputError, match="is a folder, and no readable file"):
         load_formula(tmp_path)
     with pytest.raises(InputError, match="writable"):
         FORMULAS["xu"].save(tmp_path)

@@ -13,7 +13,7 @@ from scipy.special import ellipe, ellipk
 from efficiency.design.design import Deflection, load_design
 from efficiency.loss.closed_form import coleman_type, profile_contact_ratio
 from efficiency.loss.compare import compare_models
-from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency, solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.load_distribution import distribute_load
@@ -207,7 +207,7 @@ def test_comparison_of_models(mesh: Mesh, loaded: LoadedGrids) -> None:
     comparison = compare_models(loaded, models, OIL, OPERATION, mesh.pitch)
     rows = {row.name: row for row in comparison.rows}
     assert comparison.status == "converged"
-    assert rows["constant:0.05"].efficiency == efficiency(loaded, 0.05).efficiency
+    assert rows["constant:0.05"].efficiency == solve_balanced(loaded, models[0], OIL, OPERATION).efficiency
     closed = rows["Coleman-type (our derivation)"]
     assert closed.kind == "closed form"
     assert closed.efficiency == coleman_type(mesh.pitch, 0.05)
