@@ -104,6 +104,10 @@ class PairBlankInput(InputModel):
 
     `pitch_cones` says how far the iteration of Methods 1 to 3 goes: "converged" to rounding and with cones that touch
     exactly; "tangent" to the tolerance of the standard, then exact contact of the cones; "standard" as printed there.
+
+    `gear_cutting` says whether the gear's tooth is generated (so where left out) or Formate, with straight profile;
+    `inside_blade_angle_gear` is the blade angle that cuts the convex flank of a Formate gear, by default its pressure
+    angle: the cutter axis then stands square to the root cone.
     """
 
     name: Name
@@ -124,6 +128,8 @@ class PairBlankInput(InputModel):
     mean_spiral_angle_pinion: SpiralAngle | None = None
     cutter_radius: Length
     blade_groups: Annotated[int, Field(ge=1, le=50)] | None = None
+    gear_cutting: Literal["generated", "formate"] | None = None
+    inside_blade_angle_gear: PressureAngle | None = None
     pressure_angle: PressureAngles = PressureAngles()
     depth: Annotated[DepthTypeOne | DepthTypeTwo, Field(discriminator="data_type")] = DepthTypeTwo()
     taper: DepthTaper | None = None
@@ -158,6 +164,22 @@ class PairBlankInput(InputModel):
             raise InputError("blade_groups", None, "the number of blade groups of the face-hobbing head")
         if self.process == "face_milling" and self.blade_groups is not None:
             raise InputError("blade_groups", self.blade_groups, "no value: a face mill has no blade groups")
+        return self
+
+    @property
+    def formate(self) -> bool:
+        """Whether the gear is not generated."""
+        return self.gear_cutting == "formate"
+
+    @model_validator(mode="after")
+    def _blade_of_formate(self) -> Self:
+        if self.inside_blade_angle_gear is not None and not self.formate:
+            raise InputError(
+                "inside_blade_angle_gear",
+                f"{degrees(self.inside_blade_angle_gear):.6g} deg",
+                "no value: the gear is generated",
+                'Take gear_cutting = "formate", or leave the blade angle out.',
+            )
         return self
 
     @model_validator(mode="after")

@@ -114,6 +114,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         backlash_in_plane=thick.backlash_normal / cos(alpha_n),
         pressure_angles=alphas,
         pitch_share=0.0 if inputs.blade_groups is None else 1.0,
+        cutter_tilt=_cutter_tilt(inputs, alphas[0]),
     )
     parts = _Parts(cones, place, addendums, dedendums, angles, faces, spirals, thick, slots_and_lands(slots), ends)
     pinion, gear = _member(inputs, parts, 0), _member(inputs, parts, 1)
@@ -133,11 +134,15 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         (theta_a, theta_f),
         alphas,
     )
+    if inputs.formate:
+        # a straight slot that is not generated has no undercut
+        undercut = tuple(point for point in undercut if point.member == "pinion")
     touching = tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
     pair = PairBlank(
         name=inputs.name,
         method=inputs.method,
         process=inputs.process,
+        gear_cutting=inputs.gear_cutting or "generated",
         pinion=pinion,
         gear=gear,
         ratio=inputs.teeth_gear / inputs.teeth_pinion,
@@ -181,6 +186,14 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     )
     check_dimensions(pair)
     return replace(pair, warnings=blank_warnings(pair))
+
+
+def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:
+    """Normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929; None where the gear is generated."""
+    if not inputs.formate:
+        return None
+    blade = inputs.inside_blade_angle_gear
+    return 0.0 if blade is None else blade - pressure_convex
 
 
 def _pressure_angles(inputs: PairBlankInput, cones: PitchCones, place: Placement) -> tuple[float, tuple[float, float]]:

@@ -182,7 +182,7 @@ class PairBlank:
 
     Attributes
     ----------
-    name, method, process : str, int, str
+    name, method, process, gear_cutting : str, int, str, str
         As in the blank file.
     pinion, gear : MemberBlank
         Both members.
@@ -244,6 +244,7 @@ class PairBlank:
     name: str
     method: int
     process: Process
+    gear_cutting: str
     pinion: MemberBlank
     gear: MemberBlank
     ratio: float

@@ -48,7 +48,8 @@ def settings(
 ) -> None:
     """Machine settings of both members from a blank, a cutter and contact targets: a complete design file.
 
-    Exit code 1: a residual stays above 3 um rms; the design is written all the same.
+    Exit code 1: a residual stays above 3 um rms, a cut tooth is pointed, or its working flank undercut; the design is
+    written all the same.
     """
     result = efficiency.settings(targets)
     if output is not None:

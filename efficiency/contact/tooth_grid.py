@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.gear_flanks import GearFlanks, Member
+from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.cutting.flank import CutFlank, Flank, FlankPoints
 from efficiency.cutting.limits import flank_limits
 from ehl.io.errors import ConvergenceError, InputError
@@ -357,20 +357,22 @@ def tooth_shapes(flanks: GearFlanks, stations: int = 7) -> tuple[ToothShape, Too
     InputError
         The flanks of a member cross: its tooth has no thickness left at the tip or at the root.
     """
-    shapes = []
-    for name, member, thickness in (
-        ("pinion", flanks.pinion, pinion_thickness),
-        ("gear", flanks.gear, gear_thickness),
-    ):
-        blank = member["concave"].blank
-        u = np.linspace(-0.5, 0.5, stations) * blank.face_width
-        face = u + 0.5 * blank.face_width
-        across = np.repeat(np.array(_FRACTIONS), stations)
-        along = np.tile(u, len(_FRACTIONS))
-        width = thickness(flanks, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
-        width = _filled(width, face)
-        root = np.array([np.polyval(np.polyfit(_FRACTIONS, column, 2), 0.0) for column in width.T])
-        for place, values in (("tip", width[-1]), ("root", root)):
-            _require_thickness(name, place, values, face)
-        shapes.append(ToothShape(blank.teeth, face, blank.tip(u) - blank.root(u), root, width[-1]))
-    return shapes[0], shapes[1]
+    shapes = {member: tooth_shape(flanks, member, stations) for member in MEMBERS}
+    for name, shape in shapes.items():
+        for place, values in (("tip", shape.thickness_tip), ("root", shape.thickness_root)):
+            _require_thickness(name, place, values, shape.face)
+    return shapes["pinion"], shapes["gear"]
+
+
+def tooth_shape(flanks: GearFlanks, member: Member, stations: int = 7) -> ToothShape:
+    """Depth and thickness of a tooth as `tooth_shapes`, also where its flanks cross."""
+    thickness = pinion_thickness if member == "pinion" else gear_thickness
+    blank = flanks.blank(member)
+    u = np.linspace(-0.5, 0.5, stations) * blank.face_width
+    face = u + 0.5 * blank.face_width
+    across = np.repeat(np.array(_FRACTIONS), stations)
+    along = np.tile(u, len(_FRACTIONS))
+    width = thickness(flanks, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
+    width = _filled(width, face)
+    root = np.array([np.polyval(np.polyfit(_FRACTIONS, column, 2), 0.0) for column in width.T])
+    return ToothShape(blank.teeth, face, blank.tip(u) - blank.root(u), root, width[-1])

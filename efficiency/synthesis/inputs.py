@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import radians
+from math import degrees, radians
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -146,6 +146,24 @@ class SettingsInput(InputModel):
     @classmethod
     def _by_name(cls, value: Any) -> Any:
         return load_blank(value).model_dump() if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _one_way_of_cutting(self) -> Self:
+        if self.blank.gear_cutting not in (None, self.cutting.gear):
+            raise InputError(
+                "cutting.gear",
+                self.cutting.gear,
+                f"{self.blank.gear_cutting}, as gear_cutting of the blank says",
+                "Change one of both, or leave gear_cutting out of the blank.",
+            )
+        if self.blank.inside_blade_angle_gear is not None:
+            raise InputError(
+                "blank.inside_blade_angle_gear",
+                f"{degrees(self.blank.inside_blade_angle_gear):.6g} deg",
+                "no value: the settings keep the cutter axis square to the root cone",
+                "The blade angles then follow from the pressure angles; leave it out.",
+            )
+        return self
 
     @model_validator(mode="after")
     def _ease_off_alone(self) -> Self:

@@ -96,7 +96,8 @@ class SettingsResult:
     seconds : float
         Wall time.
     status : str
-        ``"converged"``; ``"residual"`` where a residual exceeds `RESIDUAL_LIMIT`.
+        ``"converged"``; ``"pointed"`` where the cut flanks of a member cross below its tip; ``"undercut"`` where more
+        than a twentieth of a working flank is undercut; ``"residual"`` where a residual exceeds `RESIDUAL_LIMIT`.
     warnings : tuple of str
         What to look at.
     """

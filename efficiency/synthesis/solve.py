@@ -20,6 +20,7 @@ from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design
 from efficiency.synthesis.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
 from efficiency.synthesis.cradle import fit_on_cradle
+from efficiency.synthesis.cut_teeth import tip_findings, undercut_findings
 from efficiency.synthesis.design_file import Table, design_text, ease_off_table, header, parse_design, written_flank
 from efficiency.synthesis.fit import FitResult, FittedFlank, fit, measure
 from efficiency.synthesis.free_settings import FreeSettings, free_settings, with_motions
@@ -72,7 +73,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     began = perf_counter()
     if isinstance(inputs, Path | str):
         inputs = load_targets(inputs)
-    blank = pair_blank(inputs.blank)
+    blank = pair_blank(inputs.blank.model_copy(update={"gear_cutting": inputs.cutting.gear}))
     pair = pair_dimensions(blank, inputs.cutting.gear == "generated")
     gear = cut_gear(pair)
     grid = grid_on_gear(pair, gear)
@@ -105,15 +106,16 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), mesh[side])
         for side in FLANK_SIDES
     }
-    warnings = _warnings(blank, reports, transmission)
+    findings = [
+        *tip_findings(design.flanks(), blank.module_normal),
+        *undercut_findings(tuple(reports.values()), grid.lowest),
+    ]
+    warnings = (*(finding.text for finding in findings), *_warnings(blank, reports, transmission))
     if inputs.cutting.pinion == "conjugate":
         warnings = ("pinion: flanks defined by conjugate plus ease-off, not cut by settings", *warnings)
-    if grid.lowest > 0.03:
-        warnings = (
-            f"gear: undercut below {grid.lowest:.2g} of its working depth; no contact was asked for there",
-            *warnings,
-        )
+    flaws = {finding.flaw for finding in findings}
     short = any(report.fitted.rms > RESIDUAL_LIMIT for report in reports.values())
+    status = next((flaw for flaw in ("pointed", "undercut") if flaw in flaws), "residual" if short else "converged")
     return SettingsResult(
         design=design,
         text=text,
@@ -121,7 +123,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         convex=reports["convex"],
         iterations=sum(result.iterations for result in fits),
         seconds=perf_counter() - began,
-        status="residual" if short else "converged",
+        status=status,
         warnings=warnings,
     )
 
@@ -254,9 +256,6 @@ def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission
             out.append(
                 f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}"
             )
-        if report.undercut:
-            count, where = len(report.undercut), report.undercut[0].place
-            out.append(f"{side}: {count} of {report.grid.u.size} points undercut ({where})")
         error = report.fitted.root_error
         clearance = blank.clearance
         if error.size and np.abs(error).max() > 0.5 * clearance:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from efficiency.contact.tooth_grid import tooth_shape
 from efficiency.design.design import load_design
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
 from efficiency.synthesis.solve import machine_settings
@@ -101,6 +102,44 @@ def test_command_writes_a_design_that_loads(mixed_ehl: Callable[..., Any], tmp_p
     assert len(content["convex"]["residual_map"]) == 135
     assert load_design(design).name == "fh_hypoid_9x34"
     assert design.read_text(encoding="utf-8").startswith("# fh_hypoid_9x34: made by")
+
+
+def test_a_pointed_tooth_is_no_result(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    text = data_path("targets", "fh_hypoid_9x34_offset_10.toml").read_text(encoding="utf-8")
+    # depth and thickness that the pair with the larger offset has
+    for old, new in (
+        ("depth_factor = 1.8", "depth_factor = 2.0"),
+        ("thickness_factor = 0.3", "thickness_factor = 0.1"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    targets, design = tmp_path / "targets.toml", tmp_path / "design.toml"
+    targets.write_text(text, encoding="utf-8")
+    outcome = mixed_ehl("settings", targets, "-o", design)
+    assert outcome.code == 1
+    assert "pointed" in outcome.out + outcome.err
+    assert "its flanks cross; lower the pinion's addendum" in " ".join((outcome.out + outcome.err).split())
+    shape = tooth_shape(load_design(design).flanks(), "pinion")
+    assert shape.thickness_tip.min() < 0.0
+
+
+def test_too_much_undercut_is_no_result() -> None:
+    given = load_targets("fh_spiral_bevel_12x37")
+    depth = given.blank.depth.model_copy(update={"gear_addendum_factor": 0.45})
+    blank = given.blank.model_copy(update={"depth": depth})
+    result = machine_settings(given.model_copy(update={"blank": blank}), transmission=False)
+    assert result.status == "undercut"
+    assert any("points undercut" in warning and "pressure angle" in warning for warning in result.warnings)
+
+
+def test_blank_and_targets_name_one_way_of_cutting() -> None:
+    content = load_targets("fh_hypoid_9x34").model_dump()
+    content["blank"]["gear_cutting"] = "generated"
+    with pytest.raises(ValueError, match="as gear_cutting of the blank says"):
+        SettingsInput.model_validate(content)
+    content["blank"] |= {"gear_cutting": "formate", "inside_blade_angle_gear": 0.4}
+    with pytest.raises(ValueError, match="inside_blade_angle_gear"):
+        SettingsInput.model_validate(content)
 
 
 @pytest.mark.parametrize(
