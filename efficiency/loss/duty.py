@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from efficiency.contact.gear_flanks import Side
 from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
@@ -16,7 +19,7 @@ from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.table_files import read_table
 from ehl.io.units import ValueRange
-from ehl.uncertainty.result import LEVEL, Change, InputUncertainty
+from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
 
 if TYPE_CHECKING:
     import pandas
@@ -270,9 +273,29 @@ def cycle_uncertainty(
         for name, source in sources.items()
     ]
     notes = tuple(dict.fromkeys(note for result in known for note in result.inputs.notes))
-    return InputUncertainty.of(
-        "efficiency", efficiency, changes, lambda ln: 1.0 - (1.0 - efficiency) * math.exp(ln), LEVEL, notes
-    )
+    squares = [float(end) for end in combined(changes)]
+    # how much of the squares is left of each row when its inputs move at once
+    shares = np.array([_share_of_squares(result.inputs) for result in known])
+    left = np.average(shares, axis=0, weights=[row.energy_loss for row in rows])
+    ends = [float(end * share) for end, share in zip(squares, left, strict=True)]
+    figure = partial(_with_loss, efficiency)
+    return InputUncertainty.of("efficiency", efficiency, changes, figure, LEVEL, notes, lambda scores: ends)
+
+
+def _with_loss(efficiency: float, log_change: float) -> float:
+    return 1.0 - (1.0 - efficiency) * math.exp(log_change)
+
+
+def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:
+    """Both ends of ln(loss), of all inputs at once, over the roots of the squares of each alone."""
+    value = 1.0 - found.value
+    alone = [
+        Change(one.name, one.group, one.sd, math.log((1.0 - one.below) / value), math.log((1.0 - one.above) / value))
+        for one in found.sources
+    ]
+    down, up = (float(end) for end in combined(alone))
+    low, high = math.log((1.0 - found.high) / value), math.log((1.0 - found.low) / value)
+    return (low / down if down else 1.0), (high / up if up else 1.0)
 
 
 def duty_cycle(

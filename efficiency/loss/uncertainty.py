@@ -8,7 +8,6 @@ the friction there. Load and sliding stay as they are. What the solver leaves op
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -20,11 +19,11 @@ from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from ehl.uncertainty.result import LEVEL, Change, InputUncertainty
+from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, Together
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
-from regression.friction.uncertainty import FORMULA, Case, core_of, friction_changes, missing
+from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, core_of, friction_changes, missing
 
 FloatArray = NDArray[np.float64]
 
@@ -60,15 +59,28 @@ class LossSample:
         estimate = FrictionEstimate(friction.mu[at], friction.lower[at], friction.upper[at], friction.flag[at])
         return cls(state, estimate, (points.force * points.speed_sliding)[at])
 
-    def mean(self, change: Change) -> Change:
+    def mean(self, log_change: FloatArray) -> float:
         """Change of ln(loss) from that of ln mu at each point."""
         loss = np.where(np.isfinite(self.friction.mu), self.friction.mu, 0.0) * self.power
         total = float(loss.sum())
-        below, above = (
-            math.log(float(np.sum(loss * np.exp(end))) / total) if total > 0.0 else 0.0
-            for end in (change.below, change.above)
-        )
-        return replace(change, below=below, above=above)
+        return math.log(float(np.sum(loss * np.exp(log_change))) / total) if total > 0.0 else 0.0
+
+    def changes(self, found: FrictionChanges, note: str = "", *, formula: bool = True) -> LossChanges:
+        """Changes of ln(loss) by each input and by all of them at once; `formula`: with the formula's own error."""
+        each = []
+        for change in found.each:
+            below, above = self.mean(change.below), self.mean(change.above)
+            if (formula or change.name != FORMULA) and (below != 0.0 or above != 0.0):
+                each.append(replace(change, below=below, above=above, note=change.note + note))
+        return LossChanges(each, lambda scores: [self.mean(change) for change in found.together(scores)])
+
+
+@dataclass(frozen=True)
+class LossChanges:
+    """Changes of ln(loss): with each input at the ends of its interval, and with inputs moved at once."""
+
+    each: list[Change]
+    together: Together
 
 
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
@@ -93,23 +105,17 @@ def loss_changes(
     level: float = LEVEL,
     *,
     warm_inlet: bool = False,
-) -> list[Change]:
-    """Change of ln(loss) with each input at the ends of its interval."""
+) -> LossChanges:
+    """Changes of ln(loss) with the inputs at the ends of their intervals."""
     state = sample.state
     if not getattr(model, "solves_contacts", False):
-        found = friction_changes(model, state, oil, spreads, level, warm_inlet=warm_inlet)
-        return [sample.mean(change) for change in found]
+        return sample.changes(friction_changes(model, state, oil, spreads, level, warm_inlet=warm_inlet))
     formula, note = stand_in(model, oil)
     if getattr(model, "smooth", False):
         nothing = np.zeros_like(state.roughness_rms_1)
         state = replace(state, roughness_rms_1=nothing, roughness_rms_2=nothing)
     found = friction_changes(core_of(formula), state, oil, spreads, level, warm_inlet=warm_inlet)
-    return [
-        replace(moved, note=f"{moved.note}; {note}")
-        for change in found
-        if change.name != FORMULA
-        if (moved := sample.mean(change)).below != 0.0 or moved.above != 0.0
-    ]
+    return sample.changes(found, f"; {note}", formula=False)
 
 
 def solved_changes(
@@ -121,7 +127,7 @@ def solved_changes(
     *,
     warm_inlet: bool = False,
     contacts: int = CONTACTS,
-) -> list[Change]:
+) -> LossChanges:
     """The same by solving contacts at both ends of every input: where the mesh loses most, with the same roughness.
 
     Parameters
@@ -138,7 +144,7 @@ def solved_changes(
     state = ContactState(**{f.name: getattr(points.state, f.name)[chosen] for f in fields(ContactState)})
     shares = np.bincount(nearest(place, place[chosen]), weights=power, minlength=chosen.size).astype(np.float64)
     alone = replace(changed, points=None, jobs=1)
-    start: list[FloatArray] = []
+    nominal: list[FloatArray] = []
 
     def evaluate(cases: list[Case]) -> list[FloatArray]:
         from joblib import Parallel, delayed, parallel_config
@@ -146,14 +152,13 @@ def solved_changes(
         jobs = changed.jobs or -1
         with parallel_config(backend="loky", inner_max_num_threads=1):
             found = Parallel(n_jobs=jobs)(delayed(_friction)(*case) for case in cases)
-        start.append(found[0])
+        nominal.append(found[0])
         return list(found)
 
     found = friction_changes(alone, state, oil, spreads, level, warm_inlet=warm_inlet, evaluate=evaluate)
-    mu = start[0]
+    mu = nominal[0]
     sample = LossSample(state, FrictionEstimate(mu, mu, mu, np.zeros(mu.shape, np.int8)), shares)
-    note = f"{chosen.size} contacts solved at both ends"
-    return [replace(sample.mean(change), note=f"{change.note}; {note}") for change in found]
+    return sample.changes(found, f"; {chosen.size} contacts solved at both ends")
 
 
 def _friction(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:
@@ -202,7 +207,7 @@ def efficiency_uncertainty(
 
 
 def of_changes(
-    changes: Sequence[Change],
+    changes: LossChanges,
     model: FrictionModel,
     operation: Operation,
     power_loss: float,
@@ -216,4 +221,4 @@ def of_changes(
         return efficiency_of(loss, torque_pinion, operation.speed_pinion, operation.driver)
 
     notes = missing(model)
-    return InputUncertainty.of("efficiency", figure(0.0), changes, figure, level, notes)
+    return InputUncertainty.of("efficiency", figure(0.0), changes.each, figure, level, notes, changes.together)

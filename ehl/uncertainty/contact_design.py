@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from ehl.inputs import ContactProblem
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import GROUPS, Spread, UncertaintyInput
 
-Moving = Callable[[float], ContactProblem]
+Moving = Callable[[ContactProblem, float], ContactProblem]
 
 # film ratio from which roughness leaves no trace
 THICK = 3.0
@@ -45,77 +45,76 @@ def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubrican
 
 
 @dataclass(frozen=True)
-class MovedContact:
-    """One input at both ends of its interval, as problems to be solved."""
+class UncertainContactInput:
+    """One uncertain input of a contact; `moved` is the problem with it so many standard deviations away."""
 
     name: str
     input: str
     spread: Spread
-    below: ContactProblem
-    above: ContactProblem
+    moved: Moving
 
 
-def moved_contacts(
-    problem: ContactProblem, spreads: UncertaintyInput, oil: Oil | None, score: float, film_ratio: float
-) -> list[MovedContact]:
-    """Every uncertain input of a contact, moved by itself; of thick films not those of the roughness."""
+def uncertain_contact_inputs(
+    problem: ContactProblem, spreads: UncertaintyInput, oil: Oil | None, film_ratio: float
+) -> list[UncertainContactInput]:
+    """Every uncertain input of a contact; of thick films not those of the roughness."""
     surface, rough = problem.surface, problem.rough and film_ratio <= THICK
-    found: list[MovedContact] = []
+    found: list[UncertainContactInput] = []
 
-    def moved(name: str, input: str, spread: Spread, at: Moving) -> None:
+    def entry(name: str, input: str, spread: Spread, at: Moving) -> None:
         if not spread.known:
-            found.append(MovedContact(name, input, spread, at(-score), at(score)))
+            found.append(UncertainContactInput(name, input, spread, at))
 
     def of_surface(fields: Sequence[str], spread: Spread, low: float = 0.0, high: float = math.inf) -> Moving:
-        values = {field: getattr(surface, field) for field in fields}
-        values["boundary_film"] = surface.generated_boundary_film
-
-        def at(z: float) -> ContactProblem:
-            changed = {field: min(max(spread.at(values[field], z), low), high) for field in fields}
-            return replace(problem, surface=surface.model_copy(update=changed))
+        def at(given: ContactProblem, z: float) -> ContactProblem:
+            values = {field: getattr(given.surface, field) for field in fields}
+            if "boundary_film" in values:
+                values["boundary_film"] = given.surface.generated_boundary_film
+            changed = {field: min(max(spread.at(value, z), low), high) for field, value in values.items()}
+            return replace(given, surface=given.surface.model_copy(update=changed))
 
         return at
 
     if oil is not None:
         for name in VARIABLES:
             spread = spreads.spread(name, oil)
-            moved(name, name, spread, _of_oil(problem, name, spread))
+            entry(name, name, spread, _of_oil(name, spread))
     rms = [name for name in ("roughness_rms_1", "roughness_rms_2") if getattr(surface, name) > 0.0]
     if rough:
         spread = spreads.spread("roughness_rms")
         length = spreads.spread("correlation_length")
         if spreads.one_finish:
 
-            def made(z: float) -> ContactProblem:
-                changed = {field: spread.at(getattr(surface, field), z) for field in rms}
-                changed["correlation_length"] = length.at(surface.correlation_length, z)
-                return replace(problem, surface=surface.model_copy(update=changed))
+            def made(given: ContactProblem, z: float) -> ContactProblem:
+                changed = {field: spread.at(getattr(given.surface, field), z) for field in rms}
+                changed["correlation_length"] = length.at(given.surface.correlation_length, z)
+                return replace(given, surface=given.surface.model_copy(update=changed))
 
-            moved("finish", "roughness_rms", spread, made)
+            entry("finish", "roughness_rms", spread, made)
         else:
             for fields in [rms] if spreads.same_surface else [[name] for name in rms]:
                 name = fields[0] if len(fields) == 1 else "roughness_rms"
-                moved(name, "roughness_rms", spread, of_surface(fields, spread))
-            moved("correlation_length", "correlation_length", length, of_surface(["correlation_length"], length))
+                entry(name, "roughness_rms", spread, of_surface(fields, spread))
+            entry("correlation_length", "correlation_length", length, of_surface(["correlation_length"], length))
         lay = spreads.spread("peklenik_number")
-        moved("peklenik_number", "peklenik_number", lay, of_surface(["peklenik_number"], lay, LAY_LEAST))
+        entry("peklenik_number", "peklenik_number", lay, of_surface(["peklenik_number"], lay, LAY_LEAST))
         film, friction = spreads.spread("boundary_film"), spreads.spread("boundary_friction")
-        moved("boundary_film", "boundary_film", film, of_surface(["boundary_film"], film, *FILMS))
-        moved("boundary_friction", "boundary_friction", friction, of_surface(["boundary_friction"], friction, 0.0, 1.0))
+        entry("boundary_film", "boundary_film", film, of_surface(["boundary_film"], film, *FILMS))
+        entry("boundary_friction", "boundary_friction", friction, of_surface(["boundary_friction"], friction, 0.0, 1.0))
     if problem.model.thermal != "off":
         bulk = spreads.spread("temperature_bulk")
 
-        def warmer(z: float) -> ContactProblem:
-            one, two = (bulk.at(value, z) for value in problem.temperature_bulk)
-            return replace(problem, temperature_bulk=(one, two))
+        def warmer(given: ContactProblem, z: float) -> ContactProblem:
+            one, two = (bulk.at(value, z) for value in given.temperature_bulk)
+            return replace(given, temperature_bulk=(one, two))
 
-        moved("temperature_bulk", "temperature_bulk", bulk, warmer)
+        entry("temperature_bulk", "temperature_bulk", bulk, warmer)
     return found
 
 
-def _of_oil(problem: ContactProblem, name: str, spread: Spread) -> Moving:
-    def at(z: float) -> ContactProblem:
-        return replace(problem, lubricant=varied_lubricant(problem.lubricant, name, spread.at(1.0, z)))
+def _of_oil(name: str, spread: Spread) -> Moving:
+    def at(given: ContactProblem, z: float) -> ContactProblem:
+        return replace(given, lubricant=varied_lubricant(given.lubricant, name, spread.at(1.0, z)))
 
     return at
 
@@ -154,10 +153,23 @@ def contact_uncertainty(
 
     score = score_of(level)
     mu, error, ratio = solve(problem)
-    inputs = moved_contacts(problem, spreads, oil, score, ratio)
-    problems = [end for entry in inputs for end in (entry.below, entry.above)]
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        ends = [found[0] for found in Parallel(n_jobs=jobs or -1)(delayed(solve)(end) for end in problems)]
+    inputs = uncertain_contact_inputs(problem, spreads, oil, ratio)
+
+    def friction(problems: Sequence[ContactProblem]) -> list[float]:
+        with parallel_config(backend="loky", inner_max_num_threads=1):
+            return [found[0] for found in Parallel(n_jobs=jobs or -1)(delayed(solve)(one) for one in problems)]
+
+    def together(scores: Sequence[Mapping[str, float]]) -> list[float]:
+        cases = []
+        for each in scores:
+            case = problem
+            for entry in inputs:
+                if each.get(entry.name):
+                    case = entry.moved(case, score * each[entry.name])
+            cases.append(case)
+        return [math.log(end / mu) if end > 0.0 < mu else math.nan for end in friction(cases)]
+
+    ends = friction([entry.moved(problem, z) for entry in inputs for z in (-score, score)])
     notes = [] if oil else ["the lubricant is given by numbers: its figures count as known"]
     notes.append(f"error of the solution {100.0 * error:.2g} %: smaller changes are not resolved")
     changes, lost = [], []
@@ -170,4 +182,6 @@ def contact_uncertainty(
         changes.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, *values, note))
     if lost:
         notes.append(f"not solved at both ends, and not in the interval: {', '.join(lost)}")
-    return InputUncertainty.of("friction_coefficient", mu, changes, lambda ln: mu * math.exp(ln), level, notes)
+    return InputUncertainty.of(
+        "friction_coefficient", mu, changes, lambda ln: mu * math.exp(ln), level, notes, together
+    )

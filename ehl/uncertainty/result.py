@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
@@ -77,6 +77,32 @@ def combined(changes: Sequence[Change]) -> tuple[Array, Array]:
         down = down + np.minimum(low, 0.0) ** 2
         up = up + np.maximum(high, 0.0) ** 2
     return np.asarray(-np.sqrt(down)), np.asarray(np.sqrt(up))
+
+
+# ln(friction) over its value with inputs moved at once: of each case the scores by the names of the inputs, in units
+# of the score of the level
+Together = Callable[[Sequence[Mapping[str, float]]], Sequence[float]]
+
+
+def ends(changes: Sequence[Change], together: Together | None = None) -> tuple[float, float]:
+    """Both ends of ln(friction) over its value.
+
+    Each input alone gives a direction in which all of them move friction most (first-order reliability). With
+    ``together`` friction is asked there, with all inputs moved at once: what saturates, such as the share of
+    asperities, does not count twice. Without it, or where it has no value, the changes of each side add as squares.
+    """
+    found = [float(end) for end in combined(changes)]
+    if together is None or len(changes) < 2:
+        return found[0], found[1]
+    scores: list[dict[str, float]] = []
+    for side, total in zip((-1.0, 1.0), found, strict=True):
+        parts = [(change.name, max(side * change.below, 0.0), max(side * change.above, 0.0)) for change in changes]
+        rows = {name: (above if above >= below else -below) for name, below, above in parts}
+        scores.append({name: part / abs(total) for name, part in rows.items() if part} if total else {})
+    for k, (side, value) in enumerate(zip((-1.0, 1.0), together(scores), strict=True)):
+        if scores[k] and math.isfinite(value):
+            found[k] = side * max(side * float(value), 0.0)
+    return found[0], found[1]
 
 
 @dataclass(frozen=True)
@@ -157,16 +183,17 @@ class InputUncertainty:
         figure: Callable[[float], float],
         level: float = LEVEL,
         notes: Sequence[str] = (),
+        together: Together | None = None,
     ) -> InputUncertainty:
         """From the changes of ln(friction or loss), which `figure` turns into the figure."""
-        down, up = (float(end) for end in combined(changes))
-        total = down**2 + up**2
+        parts = [float(np.square(combined([change])).sum()) for change in changes]
+        total = sum(parts)
         sources = []
-        for change in changes:
-            part_down, part_up = (float(end) for end in combined([change]))
-            ends = figure(float(change.below)), figure(float(change.above))
-            share = (part_down**2 + part_up**2) / total if total > 0.0 else 0.0
-            sources.append(UncertaintySource(change.name, change.group, change.sd, *ends, share, change.note))
+        for change, part in zip(changes, parts, strict=True):
+            alone = figure(float(change.below)), figure(float(change.above))
+            share = part / total if total > 0.0 else 0.0
+            sources.append(UncertaintySource(change.name, change.group, change.sd, *alone, share, change.note))
+        down, up = ends(changes, together)
         sources.sort(key=lambda source: -source.share)
         low, high = sorted((figure(down), figure(up)))
         return cls(name, value, low, high, level, tuple(sources), tuple(notes))

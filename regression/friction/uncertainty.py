@@ -7,7 +7,7 @@ An input is moved to both ends of its interval and the model is asked again. Inp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -69,52 +69,45 @@ Case = tuple[FrictionModel, ContactState, Oil]
 
 
 @dataclass(frozen=True)
-class MovedInput:
-    """One input at both ends of its interval.
+class UncertainInput:
+    """One uncertain input of a case.
 
     Attributes
     ----------
     name, input : str
         What is moved, and the name of its spread.
     spread : Spread
-    below, above : (model, state, oil)
-        What is evaluated there.
+    moved : callable
+        The case with this input so many standard deviations away.
     """
 
     name: str
     input: str
     spread: Spread
-    below: Case
-    above: Case
+    moved: Callable[[Case, float], Case]
 
 
-def moved_inputs(
-    model: FrictionModel,
-    state: ContactState,
-    oil: Oil,
-    spreads: UncertaintyInput,
-    score: float,
-    *,
-    warm_inlet: bool = False,
-) -> list[MovedInput]:
-    """Every uncertain input, moved by itself; what one finish makes is moved together."""
+def uncertain_inputs(
+    model: FrictionModel, state: ContactState, oil: Oil, spreads: UncertaintyInput, *, warm_inlet: bool = False
+) -> list[UncertainInput]:
+    """Every uncertain input of a case; what one finish makes is moved together."""
 
-    def moved(name: str, input: str, at: Callable[[Spread, float], Case]) -> MovedInput:
+    def entry(name: str, input: str, at: Callable[[Case, Spread, float], Case]) -> UncertainInput:
         spread = spreads.spread(input, oil)
-        return MovedInput(name, input, spread, at(spread, -score), at(spread, score))
+        return UncertainInput(name, input, spread, lambda case, z: at(case, spread, z))
 
-    def of_state(*fields: str) -> Callable[[Spread, float], Case]:
-        return lambda spread, z: (
-            model,
-            replace(state, **{field: np.asarray(spread.at(getattr(state, field), z)) for field in fields}),
-            oil,
+    def of_state(*fields: str) -> Callable[[Case, Spread, float], Case]:
+        return lambda case, spread, z: (
+            case[0],
+            replace(case[1], **{field: np.asarray(spread.at(getattr(case[1], field), z)) for field in fields}),
+            case[2],
         )
 
-    def of_oil(name: str) -> Callable[[Spread, float], Case]:
-        return lambda spread, z: (model, state, varied_oil(oil, name, spread.sd, z))
+    def of_oil(name: str) -> Callable[[Case, Spread, float], Case]:
+        return lambda case, spread, z: (*case[:2], varied_oil(case[2], name, spread.sd, z))
 
-    def of_model(field: str, value: float, least: float, most: float) -> Callable[[Spread, float], Case]:
-        return lambda spread, z: (_with(model, field, min(max(spread.at(value, z), least), most)), state, oil)
+    def of_model(field: str, value: float, least: float, most: float) -> Callable[[Case, Spread, float], Case]:
+        return lambda case, spread, z: (_with(case[0], field, min(max(spread.at(value, z), least), most)), *case[1:])
 
     rms = ("roughness_rms_1", "roughness_rms_2")
     both = [("roughness_rms", rms)] if spreads.same_surface else [(name, (name,)) for name in rms]
@@ -122,36 +115,53 @@ def moved_inputs(
     if spreads.one_finish:
         both, textures = [], ("peklenik_number",)
     bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
-    found = [moved(name, name, of_oil(name)) for name in VARIABLES]
-    found += [moved(name, "roughness_rms", of_state(*fields)) for name, fields in both]
-    found += [moved(name, name, of_state(name)) for name in textures]
+    found = [entry(name, name, of_oil(name)) for name in VARIABLES]
+    found += [entry(name, "roughness_rms", of_state(*fields)) for name, fields in both]
+    found += [entry(name, name, of_state(name)) for name in textures]
     if spreads.one_finish:
         length = spreads.spread("correlation_length")
 
-        def made(spread: Spread, z: float) -> Case:
-            changed = {field: np.asarray(spread.at(getattr(state, field), z)) for field in rms}
-            changed["correlation_length"] = np.asarray(length.at(state.correlation_length, z))
-            return model, replace(state, **changed), oil
+        def made(case: Case, spread: Spread, z: float) -> Case:
+            changed = {field: np.asarray(spread.at(getattr(case[1], field), z)) for field in rms}
+            changed["correlation_length"] = np.asarray(length.at(case[1].correlation_length, z))
+            return case[0], replace(case[1], **changed), case[2]
 
-        found.append(moved("finish", "roughness_rms", made))
+        found.append(entry("finish", "roughness_rms", made))
     mu_b = boundary_friction_of(model)
     if np.isfinite(mu_b):
-        found.append(moved("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
+        found.append(entry("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
     if hasattr(model, "boundary_film"):
         rms_1, rms_2 = float(np.max(state.roughness_rms_1)), float(np.max(state.roughness_rms_2))
         surface = SurfaceInput(roughness_rms_1=rms_1, roughness_rms_2=rms_2, boundary_film=model.boundary_film)
         film = of_model("boundary_film", surface.generated_boundary_film, *FILMS)
-        found.append(moved("boundary_film", "boundary_film", film))
+        found.append(entry("boundary_film", "boundary_film", film))
     else:
-        found.append(moved("boundary_film", "boundary_film", lambda spread, z: (model, state, oil)))
-    found.append(moved("temperature_bulk", "temperature_bulk", of_state(*bulk)))
-    return [entry for entry in found if not entry.spread.known]
+        found.append(entry("boundary_film", "boundary_film", lambda case, spread, z: case))
+    found.append(entry("temperature_bulk", "temperature_bulk", of_state(*bulk)))
+    return [one for one in found if not one.spread.known]
 
 
 def varied_oil(oil: Oil, name: str, sd: float, score: float) -> Oil:
     """The oil with one figure so many standard deviations of its logarithm away."""
     known = oil.uncertainty.model_copy(update={name: sd})
     return oil.model_copy(update={"uncertainty": known}).varied(**{name: score})
+
+
+@dataclass(frozen=True)
+class FrictionChanges:
+    """What uncertain inputs do to the friction at every point.
+
+    Attributes
+    ----------
+    each : list of Change
+        Change of ln mu with each input alone at the ends of its interval, of inputs that have an effect; the last is
+        the formula's own error where it states one.
+    together : callable
+        Change of ln mu with inputs moved at once: of each case the scores by name, in units of the score of the level.
+    """
+
+    each: list[Change]
+    together: Callable[[Sequence[Mapping[str, float]]], list[Array]]
 
 
 def friction_changes(
@@ -163,8 +173,8 @@ def friction_changes(
     *,
     warm_inlet: bool = False,
     evaluate: Callable[[list[Case]], list[Array]] | None = None,
-) -> list[Change]:
-    """Change of ln mu at every point with each input at the ends of its interval.
+) -> FrictionChanges:
+    """Change of ln mu at every point with the inputs at the ends of their intervals.
 
     Parameters
     ----------
@@ -183,11 +193,6 @@ def friction_changes(
     evaluate : callable, optional
         Friction of many cases, where they are to be computed side by side.
 
-    Returns
-    -------
-    list of Change
-        Of inputs that have an effect; the last is the formula's own error where it states one.
-
     Raises
     ------
     InputError
@@ -195,26 +200,59 @@ def friction_changes(
     """
     score, core = score_of(level), core_of(model)
     if isinstance(model, ConstantFriction):
-        return []
+        return FrictionChanges([], lambda scores: [])
     fitted, solving = is_fitted(model), getattr(model, "solves_contacts", False)
     ratio = conditions_of(state, oil)["film_ratio_formula"]
-    inputs = moved_inputs(core, state, oil, spreads, score, warm_inlet=warm_inlet)
+    inputs = uncertain_inputs(core, state, oil, spreads, warm_inlet=warm_inlet)
     if solving and np.all(ratio > THICK):
         inputs = [entry for entry in inputs if entry.input not in ROUGH]
-    cases: list[Case] = [(core, state, oil), *(case for entry in inputs for case in (entry.below, entry.above))]
-    start, *ends = evaluate(cases) if evaluate else [one.evaluate(at, card).mu for one, at, card in cases]
-    found = []
+
+    def friction(cases: list[Case]) -> list[Array]:
+        return evaluate(cases) if evaluate else [one.evaluate(at, card).mu for one, at, card in cases]
+
+    nominal: Case = (core, state, oil)
+    start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
+    found: list[Change] = []
+    model_inputs: list[UncertainInput] = []
+    # what is added to ln mu in proportion to the score of an input: below, above
+    added: dict[str, tuple[Array, Array]] = {}
     for entry, below, above in zip(inputs, ends[::2], ends[1::2], strict=True):
         low, high = _log_ratio(below, start), _log_ratio(above, start)
         note = entry.spread.source
         nothing = max(np.abs(low).max(initial=0.0), np.abs(high).max(initial=0.0)) < _NOTHING
+        if not nothing:
+            model_inputs.append(entry)
         if fitted and (nothing or entry.input in _BESIDE):
             stated = stated_change(entry.input, entry.spread, ratio, score)
             if stated is not None:
+                added[entry.name] = stated
                 low, high, note, nothing = low + stated[0], high + stated[1], f"{note}; {STATED}", False
         if not nothing:
             found.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, low, high, note))
-    return [*found, *_formula_error(model, state, oil, score)]
+    for change in _formula_error(model, state, oil, score):
+        added[change.name] = change.below, change.above
+        found.append(change)
+
+    def together(scores: Sequence[Mapping[str, float]]) -> list[Array]:
+        cases = []
+        for each in scores:
+            case = nominal
+            for entry in model_inputs:
+                if each.get(entry.name):
+                    case = entry.moved(case, score * each[entry.name])
+            cases.append(case)
+        changes = [_log_ratio(mu, start) for mu in friction(cases)]
+        for change, each, (moved, at, card) in zip(changes, scores, cases, strict=True):
+            for name, (below, above) in added.items():
+                part = each.get(name, 0.0)
+                change += part * above if part > 0.0 else -part * below
+            if np.isfinite(mu_b := boundary_friction_of(moved)):
+                # neither film nor asperities can rub more
+                limit = np.maximum(mu_b, conditions_of(at, card)["limiting_shear_coefficient"])
+                np.minimum(change, np.maximum(_log_ratio(limit, start), 0.0), out=change)
+        return changes
+
+    return FrictionChanges(found, together)
 
 
 # a formula takes them by one of their effects at most: the bodies' heat beside that of the oil that enters
@@ -256,12 +294,19 @@ def point_uncertainty(
         As of `friction_changes`; the state holds one point.
     """
     mu = float(np.ravel(model.evaluate(state, oil).mu)[0])
+    found = friction_changes(model, state, oil, spreads, level)
     changes = [
         replace(change, below=float(np.ravel(change.below)[0]), above=float(np.ravel(change.above)[0]))
-        for change in friction_changes(model, state, oil, spreads, level)
+        for change in found.each
     ]
     return InputUncertainty.of(
-        "friction_coefficient", mu, changes, lambda ln: mu * float(np.exp(ln)), level, missing(model)
+        "friction_coefficient",
+        mu,
+        changes,
+        lambda ln: mu * float(np.exp(ln)),
+        level,
+        missing(model),
+        lambda scores: [float(np.ravel(change)[0]) for change in found.together(scores)],
     )
 
 

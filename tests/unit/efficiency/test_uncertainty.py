@@ -24,7 +24,7 @@ from ehl.uncertainty.result import score_of
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import friction_model
 from regression.friction.models import FrictionEstimate, FrictionModel
-from regression.friction.uncertainty import boundary_friction_of, core_of, moved_inputs
+from regression.friction.uncertainty import boundary_friction_of, core_of, uncertain_inputs
 
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.3e-6)
 Z = score_of(0.9)
@@ -117,14 +117,14 @@ def test_interval_on_the_formula_holds_what_random_inputs_give() -> None:
     loss = float(result.friction.mu @ sample.power)
     rng = np.random.default_rng(3)
     low, high = result.inputs.low, result.inputs.high
+    inputs = uncertain_inputs(model, sample.state, OIL, spreads)
     inside = below = 0
     count = 300
     for _ in range(count):
-        friction, state, oil = model, sample.state, OIL
-        for number, name in enumerate(entry.name for entry in moved_inputs(model, state, OIL, spreads, 1.0)):
-            entry = moved_inputs(friction, state, oil, spreads, float(rng.normal()))[number]
-            assert entry.name == name
-            friction, state, oil = entry.above
+        case = model, sample.state, OIL
+        for entry in inputs:
+            case = entry.moved(case, float(rng.normal()))
+        friction, state, oil = case
         width = math.log((1.0 - formula[0].below) / (1.0 - result.efficiency)) / Z
         drawn = float(friction.evaluate(state, oil).mu @ sample.power) / loss * math.exp(width * rng.normal())
         eta = 1.0 - (1.0 - result.efficiency) * drawn

@@ -9,7 +9,7 @@ import pytest
 import ehl
 from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem
-from ehl.uncertainty.contact_design import contact_uncertainty, moved_contacts, varied_lubricant
+from ehl.uncertainty.contact_design import contact_uncertainty, uncertain_contact_inputs, varied_lubricant
 from ehl.uncertainty.result import score_of
 from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
 
@@ -51,18 +51,18 @@ def test_thick_films_do_not_ask_for_roughness_and_nothing_uncertain_leaves_nothi
 
 def test_every_input_is_moved_by_its_own_spread() -> None:
     z, problem = score_of(0.9), CONTACT.problem()
-    found = {entry.name: entry for entry in moved_contacts(problem, DEFAULT, OIL, z, 0.5)}
-    assert found["boundary_film"].above.surface.boundary_film == pytest.approx(
-        2.0 * problem.surface.generated_boundary_film
-    )
-    ratio = found["roughness_rms_1"].below.surface.roughness_rms_1 / problem.surface.roughness_rms_1
+    inputs = uncertain_contact_inputs(problem, DEFAULT, OIL, 0.5)
+    below = {entry.name: entry.moved(problem, -z) for entry in inputs}
+    above = {entry.name: entry.moved(problem, z) for entry in inputs}
+    assert above["boundary_film"].surface.boundary_film == pytest.approx(2.0 * problem.surface.generated_boundary_film)
+    ratio = below["roughness_rms_1"].surface.roughness_rms_1 / problem.surface.roughness_rms_1
     assert ratio == pytest.approx(1.0 / 1.2)
-    assert found["roughness_rms_1"].below.surface.roughness_rms_2 == problem.surface.roughness_rms_2
-    assert found["temperature_bulk"].above.temperature_bulk[1] - problem.temperature_bulk[1] == pytest.approx(10.0 * z)
-    thick = found["pressure_viscosity"].above.lubricant
+    assert below["roughness_rms_1"].surface.roughness_rms_2 == problem.surface.roughness_rms_2
+    assert above["temperature_bulk"].temperature_bulk[1] - problem.temperature_bulk[1] == pytest.approx(10.0 * z)
+    thick = above["pressure_viscosity"].lubricant
     rise = float(thick.log_viscosity_ratio(0.8e9) / problem.lubricant.log_viscosity_ratio(0.8e9))
     assert rise == pytest.approx(math.exp(z * OIL.uncertainty.pressure_viscosity))
-    made = {entry.name for entry in moved_contacts(problem, DEFAULT.of_surface(finish="ground"), OIL, z, 0.5)}
+    made = {entry.name for entry in uncertain_contact_inputs(problem, DEFAULT.of_surface(finish="ground"), OIL, 0.5)}
     assert "finish" in made
     assert not made & {"roughness_rms_1", "roughness_rms_2", "correlation_length"}
 
