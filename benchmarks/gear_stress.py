@@ -3,11 +3,15 @@
     python benchmarks/gear_stress.py --count 1000
     python benchmarks/gear_stress.py --count 1000 --until blank
     python benchmarks/gear_stress.py --report
+    python benchmarks/gear_stress.py --cutters 500
 
 Stages: blank (ISO 23509), gear (its settings, Formate or generated), pinion (the flank conjugate to the gear's
 less a crowning), contact (ease-off, path, transmission error of the drive side). Rows are appended to a CSV as they
 come; the same command again goes on where it stopped. Outcomes: "answered"; "refused" with a reason of `REASONS`;
 "wrong" (any other exception, a reason not listed, a number not finite or out of all proportion): must not occur.
+
+Cutters: random cut flanks whose blade reaches 0.2 to 8 dedendums below the root. The surface that cuts is the same,
+hence the flank: every point has to lie where it lies with the plain blade, before the edge of regression, to 1 nm.
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from gear_stress_cases import blank_content, formate, row
+from gear_stress_cases import blank_content, deeper, formate, random_cut, row
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
@@ -165,6 +169,45 @@ def run_case(seed: int, index: int, until: str) -> dict[str, Any]:
     return {**result, "seconds": round(perf_counter() - start, 4)}
 
 
+def run_cutter(seed: int, index: int) -> tuple[str, str]:
+    """Outcome and detail of one random cutter reaching too deep: "answered", "refused" (by both blades) or "wrong"."""
+    try:
+        flank, depth = random_cut(seed, index)
+    except (InputError, ConvergenceError) as error:
+        return "refused", str(error)
+    blank = flank.blank
+    u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-0.5, 0.5, 7), np.linspace(0.0, 1.0, 6)))
+    u = u * blank.face_width
+    h = blank.height(u, v)
+    found = []
+    for blade in (flank, deeper(flank, depth)):
+        try:
+            found.append(blade.solve(u, h))
+        except ConvergenceError as error:
+            found.append(error)
+    plain, deep = found
+    if isinstance(plain, ConvergenceError) or isinstance(deep, ConvergenceError):
+        both = isinstance(plain, ConvergenceError) and isinstance(deep, ConvergenceError)
+        return ("refused" if both else "wrong"), f"{plain if not both else ''} {deep}"
+    (points, exists), (others, also) = plain, deep
+    flank_part = exists & (flank.regression(points.parameters) > 0.0) if flank.machine.generated else exists
+    lost = int((flank_part & ~also).sum())
+    off = np.linalg.norm(points.position - others.position, axis=0)[flank_part & also].max(initial=0.0)
+    right = flank_part.any() and not lost and off < 1e-9
+    return ("answered" if right else "wrong"), f"{flank_part.sum()} points, {lost} lost, {off * 1e9:.3g} nm off"
+
+
+def cutters(count: int, first: int, seed: int) -> None:
+    """Print the outcomes of random cutters that reach too deep."""
+    outcomes: Counter[str] = Counter()
+    for index in range(first, first + count):
+        outcome, detail = run_cutter(seed, index)
+        outcomes[outcome] += 1
+        if outcome != "answered":
+            print(f"{index}: {outcome}: {detail}", flush=True)
+    print(", ".join(f"{outcome} {number}" for outcome, number in outcomes.most_common()))
+
+
 def columns() -> list[str]:
     """Columns of the table."""
     head = ["seed", "index", "gear", *row(blank_content(0, 0))]
@@ -217,7 +260,11 @@ def main() -> None:
     parser.add_argument("--until", choices=STAGES, default="contact")
     parser.add_argument("--output", type=Path, default=OUT)
     parser.add_argument("--report", action="store_true")
+    parser.add_argument("--cutters", type=int, help="run so many random cutters that reach too deep, nothing else")
     arguments = parser.parse_args()
+    if arguments.cutters is not None:
+        cutters(arguments.cutters, arguments.first, arguments.seed)
+        return
     if not arguments.report:
         arguments.output.parent.mkdir(parents=True, exist_ok=True)
         known = done(arguments.output)

@@ -10,6 +10,7 @@ factor, then larger pressure angles; what stays undercut is drawn again.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import asin, atan2, ceil, cos, degrees, pi, radians, sin
 from typing import Any
 
@@ -17,6 +18,11 @@ import numpy as np
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
+from efficiency.cutting.cutter import FLANK_SIDES
+from efficiency.cutting.flank import CutFlank
+from efficiency.design.design import load_design
+from efficiency.synthesis.gear import cut_gear, pair_dimensions
+from ehl.io.data import data_names
 from ehl.io.errors import InputError
 
 HEADS = (3, 5, 7, 11, 13, 17)
@@ -102,6 +108,56 @@ def _draw(rng: np.random.Generator) -> dict[str, Any] | None:
         "pressure_angle": {"drive": angle, "coast": angle},
         "backlash": {"type": "mean_normal", "value": 0.03 * module},
     }
+
+
+def deeper(flank: CutFlank, depth: float) -> CutFlank:
+    """The same cutting surface on a blade that reaches further below the root [m]: the flank it cuts is the same."""
+    blade, machine = flank.blade, flank.machine
+    centre = machine.cutter_centre + depth * machine.cutter_axes[:, 2]
+    machine = replace(
+        machine,
+        radial_setting=float(np.hypot(centre[0], centre[1])),
+        cradle_angle=float(np.arctan2(centre[1], centre[0])),
+        sliding_base=machine.sliding_base - float(centre[2]),
+    )
+    raised = {
+        name: replace(part, height=part.height + depth)
+        for name in ("toprem", "flankrem", "protuberance")
+        if (part := getattr(blade, name)) is not None
+    }
+    if blade.groups or blade.curvature:
+        blade = replace(blade, reference_height=blade.reference_height + depth, **raised)
+    else:
+        radius = blade.point_radius - blade.sign * depth * np.tan(blade.blade_angle)
+        blade = replace(blade, point_radius=float(radius), **raised)
+    return replace(flank, blade=blade, machine=machine)
+
+
+def random_cut(seed: int, index: int) -> tuple[CutFlank, float]:
+    """A random cut flank, and by how much its blade is to reach deeper [m].
+
+    Every second one is a gear from a random blank, generated or Formate; the others are flanks of shipped designs with
+    random changes of blade and machine. The depth is 0.2 to 8 mean dedendums.
+    """
+    rng = np.random.default_rng([seed, index, 7])
+    side = FLANK_SIDES[int(rng.integers(0, 2))]
+    if index % 2:
+        content = blank_content(seed, index)
+        pair = pair_blank(PairBlankInput.model_validate(content))
+        flank = cut_gear(pair_dimensions(pair, not formate(content, int(rng.integers(0, 2))))).flank(side)
+    else:
+        design = load_design(str(rng.choice(data_names("designs"))))
+        shipped = design.flank("pinion" if rng.uniform() < 0.7 else "gear", side)
+        assert isinstance(shipped, CutFlank)
+        flank = shipped
+    blade = replace(flank.blade, blade_angle=flank.blade.blade_angle + radians(rng.uniform(-3.0, 3.0)))
+    machine = replace(
+        flank.machine,
+        tilt=flank.machine.tilt + radians(rng.uniform(-3.0, 3.0)),
+        radial_setting=flank.machine.radial_setting * rng.uniform(0.98, 1.02),
+        roll_ratio=flank.machine.roll_ratio * rng.uniform(0.99, 1.01),
+    )
+    return replace(flank, blade=blade, machine=machine), float(rng.uniform(0.2, 8.0) * flank.blank.mean_dedendum)
 
 
 def formate(content: dict[str, Any], index: int) -> bool:

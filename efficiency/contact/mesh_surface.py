@@ -20,7 +20,7 @@ from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_
 from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point, regular_part
 from efficiency.contact.lay import mark_angles
 from efficiency.contact.patch import Patch, PointFit
-from efficiency.cutting.flank import Flank
+from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.cutting.rotation import dot, turn
 from ehl.io.errors import ConvergenceError
 
@@ -355,7 +355,8 @@ def _map(
     error += tail["azimuth"] * float(lever[-1])
     if not error < _MAX_ERROR * start.undercut_scale:
         raise ConvergenceError(
-            "map", f"the flanks are not smooth enough for the map of the mesh: error {error * 1e6:.3g} um"
+            "map",
+            f"the flanks are not smooth enough for the map of the mesh: error {error * 1e6:.3g} um{_deep_roots(grid)}",
         )
     undercut = _undercut_region(surface)
     if undercut is not None and undercut.share > _MAX_UNDERCUT:
@@ -368,8 +369,19 @@ def _undercut_error(grid: FlankGrid, share: float, of: str) -> ConvergenceError:
     return ConvergenceError(
         "undercut",
         f"the {who} is undercut, {share:.0%} of the {of} is missing; change the profile shift, or raise "
-        "the pressure angle or the spiral angle",
+        f"the pressure angle or the spiral angle{_deep_roots(grid)}",
     )
+
+
+def _deep_roots(grid: FlankGrid) -> str:
+    """In words, the roots that are cut far too deep: they undercut and crease the flank above."""
+    deep = [
+        f"the {flank.side} {name} flank is cut with its root {flank.tip_below_root * 1e3:.3g} mm below the root cone: "
+        "withdraw the cutter"
+        for name, flank in (("pinion", grid.pinion), ("gear", grid.gear))
+        if isinstance(flank, CutFlank) and flank.tip_below_root > 0.5 * flank.blank.mean_dedendum
+    ]
+    return "".join(f"; {text}" for text in deep)
 
 
 def _fitter(grid: FlankGrid, present: BoolArray) -> Callable[[dict[str, FloatArray]], Patch]:

@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 
 # levels of the depth at which a flank is looked for
 _PROBES = 81
+# starts that are followed, and cradle rolls tried where none does at rest [rad]
+_STARTS, _ROLLS = 8, (-0.6, -0.3, 0.3, 0.6)
 
 
 @dataclass(frozen=True)
@@ -298,24 +300,109 @@ class CutFlank(Flank):
         """Rotation of the work by continuous indexing [rad]."""
         return self.index_ratio * (th - self.index_zero - self.blade.phase)
 
-    def guess(self) -> FloatArray:
-        """Cutting parameters near the mean point.
+    def regression(self, x: FloatArray) -> FloatArray:
+        """Rate of the equation of meshing that vanishes on the edge of regression [m], at flank points x (3, n).
 
-        The mean point is looked for around the cutter with the cradle in the middle of its roll: where the edge stands
-        at its height on the blank, close to the mean cone distance, and is about to generate.
+        A flank point stands still in the work where ``r_s ds + r_th dth + r_phi dphi = 0``; if the equation of meshing
+        holds to first order along that motion, the flank has no tangent plane of its own there. The tool that leaves
+        the flank comes nearest to the tooth there: the rate is positive; behind the edge of regression it is negative,
+        and another roll cuts that point away.
+        """
+        _, slope = self.linearise(x)
+        r_s, r_t, r_p = np.moveaxis(slope[:, :3], 0, -1).transpose(1, 0, 2)
+        e, f, g = dot(r_s, r_s), dot(r_s, r_t), dot(r_t, r_t)
+        a, b = dot(r_s, r_p), dot(r_t, r_p)
+        area = e * g - f * f
+        alpha, beta = (g * a - f * b) / area, (e * b - f * a) / area
+        return np.asarray(slope[:, 6, 2] - alpha * slope[:, 6, 0] - beta * slope[:, 6, 1])
+
+    @cached_property
+    def _start(self) -> FloatArray:
+        """Parameters (3, 1) of the mean point on the sheet of the envelope that is the flank.
+
+        The surface the cutter leaves passes the cone of the mean point more than once: again on the other side of the
+        cutter, and behind its edge of regression. Of what the starts lead to, that counts which lies before the edge of
+        regression, and nearest to the tool in front of the machine centre.
+        """
+        found = self._solved(np.zeros(1))
+        if not self._regular(found).any() and self.machine.generated:
+            found = np.concatenate([found, self._solved(np.array(_ROLLS))], axis=1)
+        regular = self._regular(found)
+        if not regular.any():
+            reason, what = ("undercut", "lies behind its edge of regression at") if found.size else ("flank", "misses")
+            raise ConvergenceError(
+                reason,
+                f"the {self.side} flank {what} the mean point of its blank{self._depth_of_tip()}; check cutter and "
+                "machine settings",
+            )
+        found = found[:, regular]
+        pose = self.machine.at(found[2])
+        turned = self.points(found).azimuth - self._indexed(found[1]) + pose.work[0]
+        off = np.hypot(np.angle(np.exp(1j * turned)), found[2])
+        return found[:, [int(np.argmin(off))]]
+
+    def _solved(self, rolls: FloatArray) -> FloatArray:
+        """Parameters (3, k) that the starts of `_candidates` lead to."""
+        starts = self._candidates(rolls)
+        solved, reached = self._to(np.zeros((starts.shape[1], 2)), starts)
+        return solved[:, reached]
+
+    def _regular(self, x: FloatArray) -> NDArray[np.bool_]:
+        """Which points lie before the edge of regression: all of a flank that is not enveloped."""
+        if not self.machine.generated or not x.size:
+            return np.ones(x.shape[1], dtype=bool)
+        return self.regression(x) > 0.0
+
+    def _candidates(self, rolls: FloatArray) -> FloatArray:
+        """Starts (3, k) around the cutter at cradle rolls: where the edge crosses the cone of the mean point.
+
+        Its length there follows from the height of the edge over the pitch cone, however deep the tip reaches. Kept are
+        the places close to the mean cone distance and about to generate.
         """
         count = 180
-        th = np.linspace(-np.pi, np.pi, count, endpoint=False)
-        s = np.full(count, self.blade.profile.length_at(self.blank.mean_dedendum))
-        x = np.stack([s, th, np.zeros(count)])
-        point, _, condition = self.sweep(x)
-        u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
+        around = np.linspace(-np.pi, np.pi, count, endpoint=False)
+        th, phi = np.tile(around, rolls.size), np.repeat(rolls, count)
+        depth = self.blank.mean_dedendum
+        s = np.full(th.size, self.blade.profile.length_at(depth))
+
+        def placed(s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+            point, _, condition = self.sweep(np.stack([s, th, phi]))
+            u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
+            return np.real(u), np.real(h), np.real(condition)
+
+        # the height is nearly linear in the length; a slope that vanishes belongs to the far side of the cutter
+        _, height, _ = placed(s)
+        for _ in range(2):
+            slope = (placed(s + 1e-3 * depth)[1] - height) / (1e-3 * depth)
+            s = s - np.clip(height / np.where(np.abs(slope) > 0.05, slope, np.inf), -20.0 * depth, 20.0 * depth)
+            _, height, _ = placed(s)
+        u, h, condition = placed(s)
         off = (u / self.blank.face_width) ** 2 + (h / (self.blank.mean_addendum + self.blank.mean_dedendum)) ** 2
         off = off + (condition / self.blank.mean_cone_distance) ** 2
-        near = (off < np.roll(off, 1)) & (off <= np.roll(off, -1))
-        starts = x[:, near][:, np.argsort(off[near])[:4]]
-        solved, found = self._to(np.zeros((starts.shape[1], 2)), starts)
-        return solved[:, found][:, :1] if found.any() else starts[:, :1]
+        ring = off.reshape(rolls.size, count)
+        near = ((ring < np.roll(ring, 1, axis=1)) & (ring <= np.roll(ring, -1, axis=1))).ravel()
+        best = np.flatnonzero(near)[np.argsort(off[near])[:_STARTS]]
+        return np.stack([s[best], th[best], phi[best]])
+
+    def guess(self) -> FloatArray:
+        """Cutting parameters of the mean point."""
+        return self._start
+
+    def _depth_of_tip(self) -> str:
+        """In words, how far the blade tip reaches below the root cone; nothing where that is not the trouble."""
+        depth = self.tip_below_root
+        if depth < 0.5 * self.blank.mean_dedendum:
+            return ""
+        return f" (the blade tip reaches {depth * 1e3:.3g} mm below the root cone: withdraw the cutter)"
+
+    @property
+    def tip_below_root(self) -> float:
+        """How far the blade tip reaches below the root cone in the middle of the face, with the cradle at rest [m]."""
+        th = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+        point = np.real(self.sweep(np.stack([np.full(360, self.blade.tip), th, np.zeros(360)]))[0])
+        u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
+        below = (self.blank.root(np.real(u)) - np.real(h))[np.abs(np.real(u)) < 0.25 * self.blank.face_width]
+        return float(below.max()) if below.size else 0.0
 
 
 def index_start(machine: MachineSettings, blank: Blank) -> float:

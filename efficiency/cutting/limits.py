@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from efficiency.cutting import newton
 from efficiency.cutting.flank import CutFlank, Flank
-from efficiency.cutting.rotation import dot
 from ehl.io.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
@@ -53,21 +52,6 @@ class Columns:
     height: FloatArray
     regression: FloatArray
     found: BoolArray
-
-
-def regression(flank: CutFlank, x: FloatArray) -> FloatArray:
-    """Rate of the equation of meshing that vanishes on the edge of regression [m], at flank points x (3, n).
-
-    A flank point stands still in the work where ``r_s ds + r_th dth + r_phi dphi = 0``; if the equation of meshing
-    holds to first order along that motion, the flank has no tangent plane of its own there.
-    """
-    _, slope = flank.linearise(x)
-    r_s, r_t, r_p = np.moveaxis(slope[:, :3], 0, -1).transpose(1, 0, 2)
-    e, f, g = dot(r_s, r_s), dot(r_s, r_t), dot(r_t, r_t)
-    a, b = dot(r_s, r_p), dot(r_t, r_p)
-    area = e * g - f * f
-    alpha, beta = (g * a - f * b) / area, (e * b - f * a) / area
-    return np.asarray(slope[:, 6, 2] - alpha * slope[:, 6, 0] - beta * slope[:, 6, 1])
 
 
 def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -134,7 +118,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     _, height = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
     shape = lengths.shape
     if flank.machine.generated:
-        rate = regression(flank, flat).reshape(shape)
+        rate = flank.regression(flat).reshape(shape)
     else:
         # a surface that is not enveloped has no edge of regression
         rate = np.ones(shape)
@@ -307,7 +291,7 @@ def _edge_of_regression(
     kept = np.zeros(own.size)
     for _ in range(10):
         x, _ = at_length(flank, u[own], front + ahead / (ahead - beyond) * (back - front))
-        rate = regression(flank, x)
+        rate = flank.regression(x)
         nearer = rate * ahead > 0.0
         # Illinois: an end that stays twice counts half
         beyond = np.where(nearer, beyond * np.where(kept > 0.0, 0.5, 1.0), rate)

@@ -116,7 +116,7 @@ class FlankSummary:
         Share of the face over which a cut flank turns back on itself above the end of the blade profile [-].
     root_error : (float, float) or None
         From where to where the root the blade tips cut stands over the root cone of the blank [m]; None where the flank
-        is not given by cutter and machine, or the cutter does not reach.
+        is not given by cutter and machine, or the cutter does not reach it.
     """
 
     spiral_angle: float
@@ -284,8 +284,9 @@ def _flank_summary(design: Design, member: Member, side: FlankSide) -> FlankSumm
             pass
         else:
             undercut = float(limits.undercut.mean())
-            if np.isfinite(limits.root_error).all():
-                root = float(limits.root_error.min()), float(limits.root_error.max())
+            reached = limits.root_error[np.isfinite(limits.root_error)]
+            if reached.size == limits.u.size or (reached.size and reached.min() < 0.0):
+                root = float(reached.min()), float(reached.max())
     return FlankSummary(spiral, pressure, flank.lowest_fraction(), undercut, root)
 
 
@@ -306,6 +307,12 @@ def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
         notes.append(
             f"{what}: the blade tips leave a root up to {height:.2f} mm above the root cone, more than the clearance "
             f"of {1e3 * clearance:.2f} mm: the mating tip would reach it"
+        )
+    if flank.root_error is not None and -flank.root_error[0] > max(clearance, 0.0):
+        depth = -1e3 * flank.root_error[0]
+        notes.append(
+            f"{what}: the blade tips cut a root up to {depth:.2f} mm below the root cone, more than the clearance of "
+            f"{1e3 * clearance:.2f} mm: withdraw the cutter (sliding_base), or give its radius at the root of the blank"
         )
     return notes
 

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from efficiency.blanks.cones import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank, index_start
-from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits, mutilation, regression, slot_angle
+from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits, mutilation, slot_angle
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
 
@@ -141,7 +141,7 @@ def test_undercut_is_where_the_curvature_has_no_bound() -> None:
         near = columns(flank, u, top + np.linspace(0.0, 1.0, 30)[:, None] * (s - top), start.parameters)
         shape = flank_curvature(flank, near.parameters[-1])
         radii.append((1.0 / np.abs(shape.principal)).min(axis=0))
-        assert (regression(flank, near.parameters[-1]) * near.regression[0] > 0.0).all()
+        assert (flank.regression(near.parameters[-1]) * near.regression[0] > 0.0).all()
     assert (radii[0] < 4e-4).all()
     assert (radii[1] < 0.5 * radii[0]).all()
 

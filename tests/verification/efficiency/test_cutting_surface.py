@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import gear_stress
 import numpy as np
 import pytest
 from flank_curvature import flank_curvature
+from gear_stress_cases import deeper
 
 from efficiency.blanks.cones import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.edge import Relief
 from efficiency.cutting.flank import CutFlank, FlankPoints, index_start
-from efficiency.cutting.limits import regression
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
+from ehl.io.errors import ConvergenceError
 
 DEG = np.pi / 180.0
 
@@ -191,7 +193,7 @@ def test_curvature_of_the_envelope_from_that_of_the_tool() -> None:
     rates = [np.real(flank.sweep(x + np.array([[0.0], [0.0], [k * small]]))[2]) for k in (-2, -1, 1, 2)]
     by_phi = (rates[0] - 8.0 * rates[1] + 8.0 * rates[2] - rates[3]) / (12.0 * small)
     share = by_phi - (gradient * velocity).sum(axis=0)
-    np.testing.assert_allclose(share, regression(flank, x), rtol=1e-8)
+    np.testing.assert_allclose(share, flank.regression(x), rtol=1e-8)
 
     indexed = np.zeros(u.size)
     tangents = [shape.tangent_1, shape.tangent_2]
@@ -271,3 +273,35 @@ def test_face_hobbing_without_indexing_is_face_milling() -> None:
     flat = replace(flat, blade=replace(flat.blade, point_radius=gear.blade.point_radius - lifted))
     u, h = grid(still)
     np.testing.assert_allclose(solved(still, u, h).position, solved(flat, u, h).position, atol=1e-14)
+
+
+@pytest.mark.parametrize("index", range(12))
+def test_a_blade_that_reaches_too_deep_cuts_the_same_flank(index: int) -> None:
+    # the surface that cuts is the same: the search has to stay on its sheet of the envelope
+    assert gear_stress.run_cutter(1, index)[0] == "answered"
+
+
+def test_a_mean_point_behind_the_edge_of_regression_is_refused_with_the_root_that_is_too_deep() -> None:
+    flank = load_design("fh_hypoid_9x34").flank("pinion", "concave")
+    assert isinstance(flank, CutFlank)
+    # the pitch cone lowered by 0.7 dedendums: its mean point lies where the shipped pinion is undercut
+    blank = flank.blank
+    low = 0.7 * blank.mean_dedendum
+    apex = low / np.sin(blank.pitch_angle)
+    lowered = replace(
+        blank,
+        mean_cone_distance=blank.mean_cone_distance - apex * np.cos(blank.pitch_angle),
+        mean_addendum=blank.mean_addendum + low,
+        mean_dedendum=blank.mean_dedendum - low,
+        pitch_apex_beyond_crossing=blank.pitch_apex_beyond_crossing - apex,
+    )
+    deep = deeper(replace(flank, blank=lowered), 10e-3)
+    with pytest.raises(ConvergenceError, match=r"behind its edge of regression .* mm below the root cone: withdraw"):
+        deep.solve(np.zeros(1), np.zeros(1))
+
+
+def test_depth_of_the_blade_tip_below_the_root() -> None:
+    flank = load_design("fm_spiral_bevel_14x39").flank("gear", "concave")
+    assert isinstance(flank, CutFlank)
+    # no tilt: the tip plane moves by the depth itself
+    assert deeper(flank, 4e-3).tip_below_root - flank.tip_below_root == pytest.approx(4e-3, abs=5e-5)
