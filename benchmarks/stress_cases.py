@@ -11,6 +11,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ehl.contact import Contact
+from ehl.io.data import data_names
 from ehl.io.validation import validate
 
 MODULUS = 2.264e11
@@ -56,7 +57,8 @@ GEAR: dict[str, tuple[float, float, bool]] = WIDE | {
     "thermal": (1.0 / 3.0, 2.0 / 3.0, False),
     "rheology": (0.2, 1.0, False),
 }
-RANGES = {"wide": WIDE, "gear": GEAR}
+# the gear range with the oil cards in turn, each with its own laws of viscosity, density and shear
+RANGES = {"wide": WIDE, "gear": GEAR, "cards": GEAR}
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,13 @@ class Scene:
                     path = folder / f"profile_{self.index}_{number}.csv"
                     cutoff = write_profile(path, row["kind"], rms[number - 1], row["correlation_length"], half_width)
                     surface |= {f"profile_{number}": str(path), "cutoff_short": cutoff, "cutoff_long": None}
+        temperature = f"{row['temperature_celsius']} degC"
+        lubricant = {
+            **{key: row[key] for key in ("viscosity_inlet", "pressure_viscosity", "eyring_stress")},
+            **{key: row[key] for key in ("rheology", "temperature_viscosity")},
+            "temperature_oil": temperature,
+            "limiting_shear_coefficient": row["limiting_shear_coefficient"] or None,
+        }
         return validate(
             Contact,
             {
@@ -94,12 +103,7 @@ class Scene:
                     **{key: row[key] for key in ("pressure_hertz", "radius_equivalent", "speed_entrainment")},
                     **{key: row[key] for key in ("slide_to_roll", "speed_sliding_lengthwise")},
                 },
-                "lubricant": {
-                    **{key: row[key] for key in ("viscosity_inlet", "pressure_viscosity", "eyring_stress")},
-                    **{key: row[key] for key in ("rheology", "temperature_viscosity")},
-                    "temperature_oil": f"{row['temperature_celsius']} degC",
-                    "limiting_shear_coefficient": row["limiting_shear_coefficient"] or None,
-                },
+                "lubricant": {"oil": row["oil"], "temperature_oil": temperature} if row["oil"] else lubricant,
                 "surface": surface,
                 "model": {"roughness": "deterministic", "accuracy": accuracy, "thermal": row["thermal"]},
             },
@@ -110,7 +114,8 @@ def scenes(kind: str, count: int, seed: int) -> list[Scene]:
     """The first `count` scenes of a scrambled Sobol sequence."""
     limits = RANGES[kind]
     sample = qmc.Sobol(len(limits), rng=seed).random(2 ** math.ceil(math.log2(max(count, 2))))[:count]
-    return [Scene(i, _row(limits, share)) for i, share in enumerate(sample)]
+    cards = data_names("oils") if kind == "cards" else ("",)
+    return [Scene(i, _row(limits, share) | {"oil": cards[i % len(cards)]}) for i, share in enumerate(sample)]
 
 
 def _row(limits: dict[str, tuple[float, float, bool]], share: np.ndarray) -> dict[str, Any]:
