@@ -31,8 +31,14 @@ from mixed_scenes import (
     startup_of,
     write_csv,
 )
+from scipy.optimize import brentq
 
+from ehl.fluid.density import Tait
+from ehl.fluid.free_volume import Doolittle, McEwenPaluch
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import RisingStress
+from ehl.fluid.yasutomi import Yasutomi
 from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, STAGE
 from ehl.rough._kernels.newton import PLAIN
 from ehl.rough.run import Run
@@ -149,6 +155,57 @@ def laws(out: Path) -> None:
     write_csv(out / "mixed_laws.csv", columns, rows)
 
 
+def by_law(law: str, **changes: object) -> Lubricant:
+    """An Eyring oil of 90 degC with its viscosity by a law; constants of published oils."""
+    absolute: dict[str, object] = {
+        "yasutomi_improved": Yasutomi(1e12, -71.70, 210.6, 0.455e-9, 7.606e-9, -0.4193, 16.372, 29.99),
+        "yasutomi_original": Yasutomi(1e12, -28.2, 134.2, 1.929e-9, 4.815, 0.160e-9, 16.01, 20.69, original=True),
+        "doolittle": Doolittle(15.6e-3, 313.15, 4.710, 0.6568, -9.599e-4, 8.36e-4, Tait(8.658e9, 6.33e-3, 11.74)),
+        "mcewen_paluch": McEwenPaluch((6e-5, 900.0, 95.0), 20e-9, 5e-3, 3.0, 6.0, 2.5e9, 8e6),
+    }
+    if law == "modulus":
+        return replace(Oil.load("fva3").at(363.15), rheology="eyring", **changes)  # type: ignore[arg-type]
+    plain = eyring_oil(0.02, temperature=363.15, temperature_viscosity=0.035)
+    if law in absolute:
+        density = {"density_law": "tait", "density_coefficients": (1e9, 11.0)}
+        return replace(plain, viscosity_law=law, absolute_law=absolute[law], **density, **changes)  # type: ignore[arg-type]
+    return replace(plain, viscosity_law=law, **changes)  # type: ignore[arg-type]
+
+
+VISCOSITY_LAWS = ("barus", "modulus", "yasutomi_improved", "yasutomi_original", "doolittle", "mcewen_paluch")
+
+
+def as_stiff(oil: Lubricant, pressure: float) -> Lubricant:
+    """The Roelands oil with the same viscosity at ambient pressure and at `pressure` [Pa]."""
+    plain = replace(oil, viscosity_law="roelands", absolute_law=None, modulus_constants=())
+    wanted = float(oil.log_viscosity_ratio(pressure))
+    alpha = brentq(
+        lambda a: float(replace(plain, pressure_viscosity=a).log_viscosity_ratio(pressure)) - wanted, 1e-9, 1e-7
+    )
+    return replace(plain, pressure_viscosity=alpha)
+
+
+def viscosity(out: Path) -> None:
+    """What the viscosity laws cost: a step and an iteration against an equally stiff Roelands oil, in turns."""
+    columns = ("lambda", "gamma", "heat", "law", "mu", "mu roelands", "iterations a step", "of roelands",
+               "step / roelands", "iteration / roelands")  # fmt: skip
+    rows = []
+    for ratio, gamma, heat in ((1.0, math.inf, False), (0.3, 1.0, False), (1.0, math.inf, True), (0.3, 1.0, True)):
+        for law in VISCOSITY_LAWS:
+            oil = by_law(law)
+            runs = {}
+            for name, own in (("roelands", as_stiff(oil, 0.25e9 * math.pi)), (law, oil)):
+                contact = line(speed_of_film_ratio(ratio, RMS, own))
+                runs[name] = Scene(contact, own, gaussian_pair(contact, RMS, 0.15), 30e-9, gamma, heat).run(80.0)
+            found = in_turns(runs, 2.9)
+            (mu_0, _, count, seconds), (mu, _, iterations, own_seconds) = found["roelands"], found[law]
+            step = own_seconds / seconds
+            each = step * count / iterations
+            rows.append((ratio, gamma, "on" if heat else "off", law, mu, mu_0, iterations, count, step, each))
+    print_table("viscosity laws", columns, rows)
+    write_csv(out / "mixed_viscosity_laws.csv", columns, rows)
+
+
 @dataclass(frozen=True)
 class Ended:
     """One run whose mesh ends where asperities no longer touch, or where that of a smooth contact does."""
@@ -209,7 +266,7 @@ def ends(out: Path) -> None:
     print(f"time of a step {np.median(numbers[:, 7]):.3g} of the short one in the median")
 
 
-STUDIES = {"elasticity": elasticity, "tolerance": tolerance, "laws": laws, "ends": ends}
+STUDIES = {"elasticity": elasticity, "tolerance": tolerance, "laws": laws, "viscosity": viscosity, "ends": ends}
 
 
 def main() -> None:
