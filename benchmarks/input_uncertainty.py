@@ -2,7 +2,8 @@
 
 Of each contact, and of each gear state, the nominal inputs give an interval by the formula of the oil; all inputs are
 then drawn at random and the truth is solved with them, on roughness of its own. 85 to 95 % of the truths are to lie in
-the 90 % intervals. Contacts lie within the data of the formula.
+the 90 % intervals. Contacts lie within the data of the formula, or outside its range
+(`--outside`).
 
     python benchmarks/input_uncertainty.py --contacts 200 --rows contacts.csv      # about 5 s each
     python benchmarks/input_uncertainty.py --gears 20 --rows gears.csv             # about 2 min each
@@ -48,16 +49,16 @@ def drawn_contact(problem: ContactProblem, oil: Oil, rng: np.random.Generator) -
     return problem
 
 
-def inside(formula: Formula, oil: Oil, count: int) -> list[dict[str, float]]:
-    """Contacts within the data of the formula: outside, its own interval is wide by design and holds nearly all."""
+def chosen(formula: Formula, oil: Oil, count: int, outside: bool) -> list[dict[str, float]]:
+    """Contacts within the data of the formula, or outside its range."""
+    flag = FrictionFlag.OUTSIDE_RANGE if outside else FrictionFlag.OK
     found = states(4 * count, oil.name)
-    kept = [state for state in found if int(formula.evaluate(contact_points(**state), oil).flag) == FrictionFlag.OK]
-    return kept[:count]
+    return [state for state in found if int(formula.evaluate(contact_points(**state), oil).flag) == flag][:count]
 
 
-def contacts(count: int, formula: Formula, oil: Oil) -> Iterator[tuple[object, ...]]:
+def contacts(count: int, formula: Formula, oil: Oil, outside: bool) -> Iterator[tuple[object, ...]]:
     """Interval of the formula at nominal inputs, and the solved truth."""
-    for number, state in enumerate(inside(formula, oil, count)):
+    for number, state in enumerate(chosen(formula, oil, count, outside)):
         rng = np.random.default_rng(1000 + number)
         interval = formula.uncertainty(contact_points(**state), oil=oil)
         each = state["roughness_rms"] / math.sqrt(2.0)
@@ -117,6 +118,7 @@ def main() -> None:
     """Rows and their summary."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--contacts", type=int, default=0)
+    parser.add_argument("--outside", action="store_true", help="contacts outside the range of the formula")
     parser.add_argument("--gears", type=int, default=0)
     parser.add_argument("--points", type=int, default=24, help="contacts solved of each mesh")
     parser.add_argument("--formula", default="75w90")
@@ -125,7 +127,7 @@ def main() -> None:
     formula = Formula.load(options.formula)
     oil = Oil.load(formula.default_oil())
     if options.contacts:
-        found = contacts(options.contacts, formula, oil)
+        found = contacts(options.contacts, formula, oil, options.outside)
     else:
         found = gears(options.gears, formula, oil, options.points)
     with options.rows.open("w", newline="") as file:

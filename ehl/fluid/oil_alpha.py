@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FIT_ERROR = 1e-6  # of alpha_film, up to which its fit over temperature is used
-
 _KEPT: dict[tuple[Any, ...], Any] = {}  # what was computed once for the figures of a card
 _MOST_KEPT = 512
 
@@ -94,9 +92,7 @@ def film(card: Oil, temperature: Any, alpha: Any) -> Any:
     def over_slope(at: Array) -> Array:
         return np.asarray(alpha_film(card.without_film(at).pressure_law) / slope(card, at))
 
-    fit = _fit(card, "film", over_slope)
-    # a law with a kink, as of a film that turns to glass, is asked itself
-    return alpha * (fit(temperature) if fit.error < FIT_ERROR else over_slope(temperature))
+    return alpha * _fit(card, "film", over_slope)(temperature)
 
 
 def fit_error(card: Oil) -> float:

@@ -194,15 +194,25 @@ class TemperatureFit:
         return 0.5 * double * following - after + coefficients[0]
 
 
+# up to which a piece is halved, and the length [K] below which it is not
+_FIT_ERROR, _SHORTEST_PIECE = 1e-6, 5.0
+
+
 def temperature_fit(function: Callable[[Array], Array], ends: tuple[float, ...], degree: int = 20) -> TemperatureFit:
-    """A `TemperatureFit` between temperatures [K]; inner ends are kinks of the function."""
+    """A `TemperatureFit` between temperatures [K]; inner ends are kinks of the function, others are looked for."""
     pieces, error = [], 0.0
-    for low, high in itertools.pairwise(ends):
-        spot = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    spot = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    left = list(itertools.pairwise(ends))[::-1]
+    while left:
+        low, high = left.pop()
         values = np.log(function(0.5 * (low + high) + 0.5 * (high - low) * spot))
         coefficients = np.polynomial.chebyshev.chebfit(spot, values, degree)
-        pieces.append((low, high, tuple(map(float, coefficients))))
+        piece = (low, high, tuple(map(float, coefficients)))
         between = np.linspace(low, high, 4 * degree + 1)
-        one = TemperatureFit((pieces[-1],), 0.0)
-        error = max(error, float(np.max(np.abs(one(between) / function(between) - 1.0))))
+        own = float(np.max(np.abs(TemperatureFit((piece,), 0.0)(between) / function(between) - 1.0)))
+        if own > _FIT_ERROR and high - low > _SHORTEST_PIECE:
+            left += [(0.5 * (low + high), high), (low, 0.5 * (low + high))]
+            continue
+        pieces.append(piece)
+        error = max(error, own)
     return TemperatureFit(tuple(pieces), error)

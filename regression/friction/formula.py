@@ -28,6 +28,7 @@ from regression.friction.gaussian_process import GpResidual
 _ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
 FORMULA_SCHEMA = 2
 # of either end: the cases of a plan end a little inside of its box
+_SMALLEST = 1e-300  # below any value a variable can have
 RANGE_TOLERANCE = 1e-3
 
 Friction = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
@@ -160,6 +161,17 @@ class FittedFormula(InputModel):
             result = result | (conditions[name] < below) | (conditions[name] > above)
         return result
 
+    def excess(self, conditions: Conditions) -> Array:
+        """ln of the factor by which variables leave their ranges, all factors together; 0 inside."""
+        result: Any = 0.0
+        for name, (low, high) in self.ranges.items():
+            value = np.maximum(conditions[name], _SMALLEST)
+            if low > 0.0:
+                result = result + np.maximum(np.log(low / value), 0.0)
+            if high > 0.0:
+                result = result + np.maximum(np.log(value / high), 0.0)
+        return np.asarray(result) if isinstance(result, float) else cast("Array", result)
+
     def with_minimum_sliding(self, conditions: Conditions) -> tuple[Conditions, Array]:
         """Conditions with at least the smallest sliding of the data, and the factor mu falls to 0 with below it."""
         smallest = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
@@ -176,13 +188,19 @@ class FittedFormula(InputModel):
         film_ratio: Array,
         deviation: Array | None,
         outside: NDArray[np.bool_],
+        excess: Array,
         near: NDArray[np.bool_],
         far: NDArray[np.bool_],
     ) -> Array:
-        """Half width of the interval of ln mu, widened where a point is extrapolated or outside the range."""
+        """Half width of the interval of ln mu, widened where a point is extrapolated or outside the range.
+
+        Outside the range the interval is as wide as near the data, times the factor by which variables leave their
+        ranges, up to the greatest error of all cases (ours; checked by `benchmarks/input_uncertainty.py --outside`).
+        """
         width = self.interval.width(film_ratio, deviation)
-        width = np.where(near, np.maximum(width, self.interval.near), width)
-        return np.where(outside | far, np.maximum(width, self.interval.largest), width)
+        width = np.where(near | outside, np.maximum(width, self.interval.near), width)
+        largest = np.maximum(width, self.interval.largest)
+        return np.where(far, largest, np.where(outside, np.minimum(width + excess, largest), width))
 
     def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
         """`regression.friction.data_cloud.Extrapolation` of every point; all inside where the file holds no cloud."""
@@ -210,7 +228,8 @@ class FittedFormula(InputModel):
         mu, deviation = self.coefficient(conditions, boundary_friction)
         undefined = np.isnan(mu)
         near, far = extrapolation >= Extrapolation.NEAR, extrapolation == Extrapolation.FAR
-        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, near, far)
+        excess = self.excess(conditions)
+        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, excess, near, far)
         return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
 
     def coefficient(self, conditions: Conditions, boundary_friction: float | None = None) -> tuple[Array, Array | None]:

@@ -158,7 +158,8 @@ def test_cards_hold_their_stated_coefficient_at_all_temperatures(
 @pytest.mark.parametrize("name", data_names("oils"))
 def test_film_coefficient_of_every_card_is_that_of_its_law(name: str) -> None:
     oil = Oil.load(name)
-    lubricant = oil.at(np.linspace(-40.0, 200.0, 41) + KELVIN)
+    coldest = -25.0 if name == "5p4e" else -40.0  # below -28 degC 5P4E is a glass
+    lubricant = oil.at(np.linspace(coldest, 200.0, 41) + KELVIN)
     film = alpha_of(lubricant.pressure_law, "film")
     # laws that are steep in the cold are met less well there
     np.testing.assert_allclose(lubricant.pressure_viscosity_film, film, rtol=1e-6)
