@@ -7,13 +7,13 @@ draws it beside the program of today, with the interval (5 to 95 %) of what is k
 
 from __future__ import annotations
 
-import argparse
 import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import command_line
 from matplotlib.figure import Figure
 
 import ehl
@@ -92,13 +92,13 @@ def draw(before: Path, after: Path, path: Path) -> None:
     figure.savefig(path, dpi=130)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """See the head of the file."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command_line(__doc__)
     parser.add_argument("what", choices=("curves", "figure"))
     parser.add_argument("before", type=Path)
     parser.add_argument("figure", type=Path, nargs="?", default=Path("docs/figures/before_after.png"))
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     if options.what == "curves":
         curves(options.before)
     else:

@@ -11,14 +11,14 @@ and memory; what the body, the middle of the tooth and the plate on an elastic r
 from __future__ import annotations
 
 import csv
-import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import OUT, command_line
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
@@ -342,10 +342,13 @@ def compare(
     return [[name, member, i, j, points.own[i, j], of_solid[i, j], of_plate[i, j]] for i in range(9) for j in range(9)]
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run all computations."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
-    cells = int(sys.argv[2]) if len(sys.argv) > 2 else 3
+    parser = command_line(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=OUT)
+    parser.add_argument("teeth", nargs="?", type=int, default=3)
+    options = parser.parse_args(argv)
+    folder, cells = options.folder, options.teeth
     folder.mkdir(parents=True, exist_ok=True)
     figure = Figure(figsize=(8.0, 7.0), layout="constrained")
     panels = figure.subplots(2, 2).ravel()

@@ -11,12 +11,13 @@ the approach that carries the load by Brent's method; the middle 16 b, outside o
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from common import OUT, command_line
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
@@ -67,12 +68,12 @@ def by_slippy(case: dict[str, Array]) -> tuple[Array, float]:
 PEERS = {"tamaas": by_tamaas, "slippy": by_slippy}
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Solve the case with one peer."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("peer", choices=PEERS)
-    parser.add_argument("--out", type=Path, default=Path("benchmark_results"))
-    options = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(argv)
     with np.load(options.out / "dry_case.npz") as case:
         pressure, seconds = PEERS[options.peer](dict(case))
     version = getattr(importlib.import_module(options.peer), "__version__", "")

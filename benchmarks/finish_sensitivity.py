@@ -9,8 +9,10 @@ formulas. Tables in docs/roughness.md.
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Sequence
 from itertools import pairwise
+
+from common import command_line
 
 import efficiency
 import ehl
@@ -138,7 +140,15 @@ def gears() -> None:
 
 PARTS = {part.__name__: part for part in (waves, film, cutoff, lay, finishes, gears)}
 
-if __name__ == "__main__":
-    for part in sys.argv[1:] or PARTS:
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run the parts asked for."""
+    parser = command_line(__doc__)
+    parser.add_argument("parts", nargs="*", choices=PARTS)
+    for part in parser.parse_args(argv).parts or PARTS:
         print(f"== {part}")
         PARTS[part]()
+
+
+if __name__ == "__main__":
+    main()

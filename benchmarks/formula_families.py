@@ -13,9 +13,9 @@ _sizes.png. Beside the errors stands what the solver states for the same contact
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from common import OUT, command_line
 
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import columns, load_dataset
@@ -104,15 +105,15 @@ def plot_sizes(table: pd.DataFrame, path: Path) -> None:
     plt.close(figure)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run the comparison."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("runs", nargs="+")
     parser.add_argument("--sizes", type=int, nargs="+", default=[])
     parser.add_argument("--check", type=int, default=256)
     parser.add_argument("--families", nargs="+", default=list(FAMILIES), choices=list(FAMILIES))
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
-    options = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
     for run in options.runs:
         dataset = load_dataset(run)

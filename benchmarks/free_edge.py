@@ -8,10 +8,12 @@ of the whole local approach of the body. Unit: load per length over Young's modu
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
+from common import command_line
 from numpy.typing import NDArray
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, condense, solve
 from skfem.helpers import ddot, sym_grad, trace
@@ -81,8 +83,9 @@ def approach(body: Body, distance: float, depth: float, half_width: float, poiss
     return float(top - under)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Table over the distance from the side face, with the half-width a fifth of the distance or of the depth."""
+    command_line(__doc__).parse_args(argv)
     print(" nu   c/h   added by: formula   quarter-plane   strip   whole approach, formula over strip [%]")
     for nu in (0.25, 0.3, 0.35):
         far = approach("strip", 4.0, 1.0, 0.2, nu) - float(weber_local(1.0, 0.2, 1.0, 1.0, nu))

@@ -14,7 +14,6 @@ idle machine. CSV files and figures go to FOLDER.
 
 from __future__ import annotations
 
-import argparse
 import csv
 import resource
 import time
@@ -25,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import command_line
 from matplotlib.figure import Figure
 
 from efficiency.design.design import Design, load_design
@@ -296,9 +296,9 @@ def plot_growth(rows: Sequence[Growth], path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run the parts asked for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("folder", nargs="?", type=Path, default=Path())
     parser.add_argument("--part", nargs="+", default=["interface", "times", "growth", "map", "models"])
     parser.add_argument("--design", nargs="+", default=list(DESIGNS))
@@ -308,7 +308,7 @@ def main() -> None:
         "--contacts", type=int, help="contacts solved of a mesh; default: as the program, 320 for times"
     )
     parser.add_argument("--jobs", type=int, default=2, help="worker processes of the part contacts")
-    given = parser.parse_args()
+    given = parser.parse_args(argv)
     given.folder.mkdir(parents=True, exist_ok=True)
     designs, reading = cpu(lambda: [load_design(name) for name in given.design])
     formulas = [given.formula or list(shipped_formulas(design.operation.oil)) for design in designs]

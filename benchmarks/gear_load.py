@@ -6,12 +6,12 @@ finest computation of the table; the orders are varied on the default grid.
 
 from __future__ import annotations
 
-import csv
-import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from common import OUT, command_line, write_rows
 from matplotlib.figure import Figure
 
 from efficiency.contact.gear_flanks import MEMBERS
@@ -71,9 +71,11 @@ def with_orders(mesh: MeshGrids, factor: float) -> MeshGrids:
     return replace(mesh, teeth=replace(mesh.teeth, pinion=pinion, gear=gear))
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run all computations."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
+    parser = command_line(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=OUT)
+    folder = parser.parse_args(argv).folder
     folder.mkdir(parents=True, exist_ok=True)
     design = load_design(DESIGN)
     rows: list[Row] = []
@@ -103,10 +105,7 @@ def main() -> None:
                 f"{row.torque_pinion:6.0f} {row.seconds:8.2f} {100 * loss:8.4f} {error:11.1e} "
                 f"{row.efficiency_error / loss:12.1e} {row.pressure_max / 1e9:11.3f}"
             )
-    with (folder / "gear_load.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(Row.__dataclass_fields__)
-        writer.writerows([getattr(row, name) for name in Row.__dataclass_fields__] for row in rows + teeth)
+    write_rows(folder / "gear_load.csv", rows + teeth)
 
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     axes = figure.add_subplot()

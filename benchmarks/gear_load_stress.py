@@ -15,15 +15,16 @@ with a reason of `REASONS`. "wrong" (anything else): must not occur. The same co
 
 from __future__ import annotations
 
-import argparse
 import csv
 import warnings
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
+from common import command_line
 from gear_stress_cases import blank_content, formate
 
 from efficiency.contact.tooth_grid import tooth_shapes
@@ -208,15 +209,15 @@ def summary(path: Path) -> list[tuple[str, str]]:
     return out
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--count", type=int, default=500)
     parser.add_argument("--seed", type=int, default=6)
     parser.add_argument("--output", type=Path, default=OUT)
     parser.add_argument("--report", action="store_true")
     parser.add_argument("--table", type=Path)
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(argv)
     if not arguments.report and arguments.table is None:
         arguments.output.parent.mkdir(parents=True, exist_ok=True)
         known = lines_of(arguments.output)

@@ -8,19 +8,19 @@ maps of torques by twenty speeds with the geometry known. Memory: the most in us
 
 from __future__ import annotations
 
-import csv
 import json
 import resource
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
+from common import OUT, command_line, write_rows
 from matplotlib.figure import Figure
 
 from efficiency.design.design import load_design
@@ -169,9 +169,11 @@ def plot(rows: list[Growth], path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run all computations."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
+    parser = command_line(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=OUT)
+    folder = parser.parse_args(argv).folder
     folder.mkdir(parents=True, exist_ok=True)
     split = {name: stages(name) for name in DESIGNS}
     for stage in next(iter(split.values())):
@@ -181,10 +183,7 @@ def main() -> None:
     for row in rows:
         print(f"{row.design:24s} {row.work:12s} {row.size:5d} {row.seconds:8.3f} s")
     print(f"memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0:.0f} MB")
-    with (folder / "gear_load_time.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, asdict(rows[0]))
-        writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
+    write_rows(folder / "gear_load_time.csv", rows)
     plot(rows, folder / "gear_load_time.png")
 
 

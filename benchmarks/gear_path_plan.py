@@ -9,11 +9,12 @@ Points outside the ranges of the plan `gear_default` are left out and counted.
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from common import command_line
 
 import efficiency
 from efficiency.loss.duty import DutyRow
@@ -64,10 +65,10 @@ def path_points(name: str) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str] | None = None) -> None:
+    parser = command_line(__doc__)
     parser.add_argument("file", type=Path)
-    file = parser.parse_args().file
+    file = parser.parse_args(argv).file
     table = pd.concat([path_points(name) for name in SHIPPED], ignore_index=True)
     print(table.groupby("design")[["outside"]].max())
     scale = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6}

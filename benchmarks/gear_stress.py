@@ -16,18 +16,18 @@ hence the flank: every point has to lie where it lies with the plain blade, befo
 
 from __future__ import annotations
 
-import argparse
 import csv
 import math
 import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+from common import command_line
 from gear_stress_cases import blank_content, deeper, formate, random_cut, row
 
 from efficiency.blanks.inputs import PairBlankInput
@@ -251,9 +251,9 @@ def report(path: Path) -> None:
     )
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
@@ -261,7 +261,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=OUT)
     parser.add_argument("--report", action="store_true")
     parser.add_argument("--cutters", type=int, help="run so many random cutters that reach too deep, nothing else")
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(argv)
     if arguments.cutters is not None:
         cutters(arguments.cutters, arguments.first, arguments.seed)
         return

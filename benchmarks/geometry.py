@@ -7,15 +7,15 @@ both sides of the highest point. Times are CPU seconds of one core after a first
 
 from __future__ import annotations
 
-import csv
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 import numpy as np
+from common import OUT, command_line, write_rows
 from matplotlib.figure import Figure
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
@@ -98,9 +98,11 @@ def flank_points(design: Design) -> float:
     return seconds(work)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run everything."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
+    parser = command_line(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=OUT)
+    folder = parser.parse_args(argv).folder
     folder.mkdir(parents=True, exist_ok=True)
     designs = [load_design(name) for name in data_names("designs")]
     flank_pair(designs[0].flanks())
@@ -124,10 +126,7 @@ def main() -> None:
         study = seconds(lambda chosen=design: misalignment_study(chosen, E=steps, P=steps), 1)
         print(f"{design.name:28} {flank_points(design):7.3f} {lines:7.3f}   100 points {study:6.2f}", flush=True)
 
-    with (folder / "geometry.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(asdict(rows[0])))
-        writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
+    write_rows(folder / "geometry.csv", rows)
     figure = Figure(figsize=(7.0, 4.5), layout="constrained")
     axes = figure.add_subplot()
     for design in designs:

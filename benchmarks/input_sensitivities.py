@@ -11,13 +11,14 @@ averaged over ln lambda and written to `data/sensitivities.csv`, which the input
 
 from __future__ import annotations
 
-import argparse
 import csv
 import math
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from common import command_line
 from scipy.stats import qmc
 
 import ehl
@@ -125,14 +126,14 @@ def table(path: Path, target: Path) -> None:
     print(target.read_text())
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Rows, and the table made of them."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--contacts", type=int, default=24)
     parser.add_argument("--oil", default="75w90")
     parser.add_argument("--rows", type=Path, default=Path("sensitivity_rows.csv"))
     parser.add_argument("--table", action="store_true", help="only make the table")
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     if not options.table:
         rows(options.contacts, options.rows, options.oil)
     table(options.rows, data_path("sensitivities.csv"))

@@ -11,17 +11,17 @@ the 90 % intervals. Contacts lie within the data of the formula, or outside its 
 
 from __future__ import annotations
 
-import argparse
 import csv
 import itertools
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import command_line
 from input_sensitivities import states
 
 import efficiency
@@ -114,16 +114,16 @@ def summary(path: Path) -> None:
             print(f"{band}: {100.0 * inside:.0f} % of {len(mine)} inside, {below} below, {above} above")
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Rows and their summary."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--contacts", type=int, default=0)
     parser.add_argument("--outside", action="store_true", help="contacts outside the range of the formula")
     parser.add_argument("--gears", type=int, default=0)
     parser.add_argument("--points", type=int, default=24, help="contacts solved of each mesh")
     parser.add_argument("--formula", default="75w90")
     parser.add_argument("--rows", type=Path, default=Path("uncertainty_rows.csv"))
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     formula = Formula.load(options.formula)
     oil = Oil.load(formula.default_oil())
     if options.contacts:

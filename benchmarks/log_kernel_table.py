@@ -9,7 +9,10 @@ lubrication are chaotic and would differ by 1e-3 of mu, so that the program read
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
+
+from common import command_line
 
 import ehl.rough.soe
 from ehl.rough._kernels.quasi_separable import MODES
@@ -20,8 +23,9 @@ from ehl.rough.soe import fit_log_kernel, range_of
 OUT = Path(ehl.rough.soe.__file__).with_name("log_kernel.json")
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Fit every range a mesh may have, by modes."""
+    command_line(__doc__).parse_args(argv)
     sizes = [64 << k for k in range(range_of(2 * NODES_MAX).bit_length() - 6)]
     table = {}
     for modes in (MODES, ELASTIC_MODES):

@@ -7,11 +7,12 @@ The measured curve is that of a ball on a disc with an oil that is not named: it
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from common import OUT, command_line
 
 import ehl
 
@@ -33,8 +34,12 @@ def curve(slips: np.ndarray, **keys: object) -> np.ndarray:
     return np.array([contact.solve().friction_coefficient for contact in contacts])
 
 
-def main(out: Path) -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Print both comparisons and draw them."""
+    parser = command_line(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=OUT)
+    folder = parser.parse_args(argv).folder
+    folder.mkdir(parents=True, exist_ok=True)
     figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
     for colour, oil in (("tab:blue", "fva3"), ("tab:red", "75w90")):
         for modulus, style, name in ((None, "-", "G 0.3 GPa"), (3e6, "--", "G 3 MPa")):
@@ -61,8 +66,8 @@ def main(out: Path) -> None:
         axes.set_ylim(bottom=0.0)
         axes.legend(fontsize=7)
         axes.grid(alpha=0.3)
-    figure.savefig(out / "low_slip.png", dpi=130)
+    figure.savefig(folder / "low_slip.png", dpi=130)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("docs/figures"))
+    main()

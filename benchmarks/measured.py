@@ -10,7 +10,6 @@ pressure; its film also by the point formula of Hamrock & Dowson, which tests th
 
 from __future__ import annotations
 
-import argparse
 import csv
 import math
 import tomllib
@@ -21,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import command_line
 from measured_figures import draw_film, draw_low_slip, draw_oils
 
 import ehl
@@ -444,13 +444,13 @@ def write(rows: Sequence[Row], out: Path, page: Path | None) -> None:
         page.write_text(f"{before}{MARKERS[0]}\n{markdown(rows)}\n{MARKERS[1]}{after}", encoding="utf-8")
 
 
-def main(arguments: Sequence[str] | None = None) -> list[Row]:
+def main(argv: Sequence[str] | None = None) -> list[Row]:
     """Run the cases; see the head of the file."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command_line(__doc__)
     parser.add_argument("--out", type=Path, default=Path("docs/figures"))
     parser.add_argument("--page", type=Path, default=Path("docs/validation_measured.md"))
     parser.add_argument("--quick", action="store_true", help="the sample the tests run; no figures, no page")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(argv)
     film_rows, film_curves = films(options.quick)
     slip_rows, slip_curves = low_slip(options.quick)
     oil_rows, oil_ratios = bearing_oils(options.quick)

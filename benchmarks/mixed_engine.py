@@ -8,16 +8,16 @@ its table and writes CSV; one core, two to five minutes.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from unittest import mock
 
 import numpy as np
+from common import OUT, command_line
 from mixed_scenes import (
     RADIUS,
     STEEL,
@@ -269,12 +269,12 @@ def ends(out: Path) -> None:
 STUDIES = {"elasticity": elasticity, "tolerance": tolerance, "laws": laws, "viscosity": viscosity, "ends": ends}
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run one study."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("study", choices=STUDIES)
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
-    given = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=OUT)
+    given = parser.parse_args(argv)
     STUDIES[given.study](given.out)
 
 

@@ -9,14 +9,15 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import numpy as np
+from common import OUT, command_line
 from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
 
 from ehl.contact import Contact
@@ -25,7 +26,6 @@ from ehl.io.validation import validate
 from ehl.rough import solve_transient
 from ehl.rough.accuracy import BUDGET
 
-OUT = Path("benchmarks/out")
 RMS = 0.4e-6
 # film ratio, p_h [GPa], SR, gamma, correlation length [b]
 RESOLVED = (
@@ -161,13 +161,13 @@ def dry(out: Path, seeds: int) -> None:
     write_csv(out / "mixed_dry.csv", columns, rows)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("study", choices=("budget", "ways", "dry"))
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--out", type=Path, default=OUT)
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     {"budget": budget, "ways": ways, "dry": dry}[options.study](options.out, options.seeds)
 
 

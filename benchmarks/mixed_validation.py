@@ -7,10 +7,11 @@ Every study prints its tables and writes CSV and, where it has one, a PNG; each 
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
+from common import OUT, command_line
 
 matplotlib.use("Agg")
 
@@ -31,20 +32,20 @@ LIMITS = {
 }
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run one study."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument(
         "study",
         choices=[*LIMITS, "reported", "intervals", "stretches", "mesh", "targets", "spots", "cost", "stribeck"],
     )
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
+    parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--count", type=int, default=100, help="cases or seeds")
     parser.add_argument("--seed", type=int, default=21)
     parser.add_argument("--seconds", type=float, default=1800.0, help="time after which no further case is started")
     parser.add_argument("--window", type=float, default=12.0, help="travel averaged [b]")
     parser.add_argument("--only", type=int, help="number of the one condition of the intervals to run")
-    given = parser.parse_args()
+    given = parser.parse_args(argv)
     given.out.mkdir(parents=True, exist_ok=True)
     if given.study in LIMITS:
         LIMITS[given.study](given.out)

@@ -162,7 +162,7 @@ def waviness(out: Path) -> None:
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
     figure.tight_layout()
-    figure.savefig(out / "mixed_waviness.png", dpi=130)
+    figure.savefig(out / "waviness.png", dpi=130)
 
 
 def theory_against_curve(out: Path) -> Array:

@@ -8,15 +8,15 @@ blank `pair_blank` accepts. Printed: every case; share of pairs with both residu
 
 from __future__ import annotations
 
-import argparse
-import csv
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
+from common import command_line, write_rows
 
 from efficiency.blanks.pair import pair_blank
 from efficiency.synthesis.inputs import SettingsInput
@@ -137,13 +137,13 @@ def solve(case: int, way: str, inputs: SettingsInput) -> Row:
     )
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run the cases and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--cases", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--csv", type=Path, default=None)
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(argv)
     rng = np.random.default_rng(arguments.seed)
     names, shares = list(WAYS), np.array([way[-1] for way in WAYS.values()], dtype=float)
     rows: list[Row] = []
@@ -178,10 +178,7 @@ def main() -> None:
             f"time median {np.median(seconds):.2f} s, longest {max(seconds):.2f} s"
         )
     if arguments.csv is not None:
-        with arguments.csv.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.DictWriter(stream, asdict(rows[0]))
-            writer.writeheader()
-            writer.writerows(asdict(row) for row in rows)
+        write_rows(arguments.csv, rows)
 
 
 if __name__ == "__main__":

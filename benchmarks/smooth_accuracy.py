@@ -10,14 +10,15 @@ other seeds check them.
 
 from __future__ import annotations
 
-import argparse
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from common import OUT, command_line
 from smooth_sample import contact_of, gear_range, neighbour
 
 from ehl.fluid.lubricant import Lubricant
@@ -149,14 +150,14 @@ def plot(data: pd.DataFrame, path: Path) -> None:
     plt.close(figure)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run the study from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--count", type=int, default=128)
     parser.add_argument("--seed", type=int, default=14)
     parser.add_argument("--reference", type=int, default=16, help="contacts at accuracy reference")
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
-    options = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(argv)
     solve_steady(*contact_of(next(iter(gear_range(1, 0))), "eyring"))  # compile
     data = study(options.count, options.seed, options.reference)
     print(table(data))

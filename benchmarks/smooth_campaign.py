@@ -9,15 +9,16 @@ times of the process (one thread).
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from common import OUT, command_line
 from smooth_sample import contact_of, gear_range, neighbour
 
 from ehl.smooth import solve_steady
@@ -111,15 +112,15 @@ def plot(data: pd.DataFrame, path: Path) -> None:
     plt.close(figure)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run the campaign from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--count", type=int, default=512)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rheology", choices=("eyring", "newtonian"), default="eyring")
     parser.add_argument("--accuracy", choices=("fast", "standard", "reference"), default="standard")
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/out"))
-    options = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(argv)
     data = campaign(options.count, options.seed, options.rheology, options.accuracy)
     print(table(data))
     options.out.mkdir(parents=True, exist_ok=True)

@@ -31,12 +31,14 @@ import signal
 import tempfile
 import threading
 import time
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import numpy as np
+from common import OUT, command_line
 from stress_cases import RANGES, Scene, scenes
 
 import ehl.rough.mixed
@@ -46,7 +48,6 @@ from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
 from ehl.rough.mixed import TOLERANCE
 
-OUT = Path("benchmarks/out")
 FALLBACK_STEPS = 0.01  # share of the steps above which a run counts as one with fallback
 LOAD_TOLERANCE = 2e-3
 NUMBERS = (
@@ -316,9 +317,9 @@ def _resident() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--range", choices=tuple(RANGES), default="wide")
     parser.add_argument("--count", type=int, default=64, help="scenes of the sample")
     parser.add_argument("--seed", type=int, default=1)
@@ -333,7 +334,7 @@ def main() -> None:
     parser.add_argument("--report", action="store_true", help="table and figure of what is there")
     parser.add_argument("--memory", type=int, default=0, help="resident memory over so many small cases")
     parser.add_argument("--out", type=Path, default=OUT)
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # for the workers
     options.out.mkdir(parents=True, exist_ok=True)

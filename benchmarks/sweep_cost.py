@@ -8,24 +8,25 @@ coefficients a fit to these runs would have; writes sweep_cost.csv.
 
 from __future__ import annotations
 
-import argparse
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from common import command_line
 
 from regression.data.dataset import load_dataset
 from regression.plan.cost import LEVEL, ROUGH, cost_terms
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Compare estimate and measurement."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("runs", nargs="+", type=Path)
     parser.add_argument("--accuracy", choices=sorted(LEVEL), default="fast")
     parser.add_argument("--csv", type=Path, default=Path("sweep_cost.csv"))
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     frames = [load_dataset(run).frame for run in options.runs]
     frame = frames[0] if len(frames) == 1 else pd.concat(frames, ignore_index=True)
     rough = frame[(frame["steps"] > 0) & (frame["attempts"] == 1)]

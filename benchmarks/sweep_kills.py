@@ -9,7 +9,6 @@ user name spaces), otherwise a limit on the file size. Prints a table, writes it
 
 from __future__ import annotations
 
-import argparse
 import csv
 import os
 import random
@@ -20,9 +19,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+
+from common import command_line
 
 from ehl.contact import Contact
 from ehl.io.errors import InputError, MixedEhlError
@@ -249,14 +250,14 @@ KILLS: tuple[Callable[[Bench], Outcome], ...] = (
 )
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Kill, resume, compare."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--rounds", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", nargs="*", choices=[kill.__name__ for kill in KILLS])
     parser.add_argument("--csv", type=Path, default=Path("sweep_kills.csv"))
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder, options.csv.open("w", newline="") as file:
         bench = Bench(Path(folder), options.seed)
         writer = csv.writer(file)

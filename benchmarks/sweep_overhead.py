@@ -16,13 +16,15 @@ compiled code is loaded before the clock runs. The first two of these figures me
 
 from __future__ import annotations
 
-import argparse
 import csv
 import os
 import tempfile
 import time
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+
+from common import command_line
 
 from ehl.contact import Contact
 from regression.plan.plan import Plan
@@ -63,15 +65,15 @@ def solved(plan: Plan, shard: tuple[int, int], jobs: int, dask: bool) -> tuple[i
     return report.total, report.seconds, report.seconds_cases, report.seconds_cpu
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Measure overhead and efficiency."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parser.add_argument("--shard", default="1/16", help="share of the default plan that is solved")
     parser.add_argument("--empty", type=int, default=512, help="cases that take no time")
     parser.add_argument("--jobs", type=int, default=2, help="workers beside each other")
     parser.add_argument("--dask", action="store_true", help="dask workers in place of joblib's")
     parser.add_argument("--csv", type=Path, default=Path("sweep_overhead.csv"))
-    options = parser.parse_args()
+    options = parser.parse_args(argv)
     number, shards = (int(part) for part in options.shard.split("/"))
     load = os.getloadavg()[0]
     print(f"load of the machine before: {load:.1f}")

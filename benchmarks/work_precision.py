@@ -9,9 +9,8 @@ compilation, per half-width of travel. Writes one CSV per part and work_precisio
 
 from __future__ import annotations
 
-import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from common import OUT, command_line
 from mixed_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 from plain_twin import PlainTwin, roll
 from smooth_accuracy import single_grids
@@ -324,14 +324,14 @@ def summary(data: pd.DataFrame) -> str:
     return str(table.to_string(float_format=lambda v: f"{v:.2e}"))
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run the parts from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = command_line(__doc__)
     parts = ["operators", "dry", "smooth", "engine", "twin"]
     parser.add_argument("--parts", nargs="+", choices=parts, default=parts)
     parser.add_argument("--window", type=float, default=4.0, help="travel averaged over [b]")
-    parser.add_argument("--out", type=Path, default=Path("benchmark_results"))
-    options = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(argv)
     folder: Path = options.out
     folder.mkdir(parents=True, exist_ok=True)
     cases = scenes()

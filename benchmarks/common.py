@@ -1,0 +1,27 @@
+"""What the benchmarks share: their command line, the folder of their results, rows as CSV."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+OUT = Path("benchmarks/out")
+
+
+def command_line(head: str | None) -> argparse.ArgumentParser:
+    """The parser of a benchmark; its help is the head of the file."""
+    return argparse.ArgumentParser(description=head, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def write_rows(path: Path, rows: Sequence[Any]) -> None:
+    """Rows, dataclasses or dictionaries with the same names, as CSV; the folder is made."""
+    named = [row if isinstance(row, Mapping) else asdict(row) for row in rows]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(named[0]))
+        writer.writeheader()
+        writer.writerows(named)
