@@ -470,10 +470,17 @@ class Design(InputModel):
             driver,
             correlation_length=self.surface.correlation_length,
             peklenik_number=self.surface.peklenik_number,
-            uncertainty=self.uncertainty,
+            uncertainty=self.spreads(),
             finish_pinion=self.pinion.surface_finish(),
             finish_gear=self.gear.surface_finish(),
         )
+
+    def spreads(self) -> UncertaintyInput:
+        """How well the inputs are known: as stated, else by the finish where both members have the same."""
+        one, two = self.pinion, self.gear
+        if one.finish is None or (one.finish, one.finish_state) != (two.finish, two.finish_state):
+            return self.uncertainty
+        return self.uncertainty.of_surface(finish=one.finish, finish_state=one.finish_state)
 
     def tooth_bodies(self) -> Bodies:
         """Material and body under the teeth of pinion and gear."""

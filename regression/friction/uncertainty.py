@@ -241,7 +241,9 @@ def friction_changes(
                 if each.get(entry.name):
                     case = entry.moved(case, score * each[entry.name])
             cases.append(case)
-        changes = [_log_ratio(mu, start) for mu in friction(cases)]
+        found = friction(cases)
+        # a point that loses its value there leaves the whole without one
+        changes = [np.where(np.isfinite(mu) | ~np.isfinite(start), _log_ratio(mu, start), np.nan) for mu in found]
         for change, each, (moved, at, card) in zip(changes, scores, cases, strict=True):
             for name, (below, above) in added.items():
                 part = each.get(name, 0.0)
