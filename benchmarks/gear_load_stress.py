@@ -1,13 +1,15 @@
 """Stability campaign of the loaded contact: random designs, torques, misalignments and grids.
 
     python benchmarks/gear_load_stress.py --count 500
+    python benchmarks/gear_load_stress.py --count 500 --relief --output benchmarks/out/gear_load_stress_relief.csv
     python benchmarks/gear_load_stress.py --report
     python benchmarks/gear_load_stress.py --table TABLE.md
 
 Designs come from random sensible blanks (`gear_stress_cases`), their gear cut with settings, their pinion conjugate to
 it less an ease-off; blanks that no design comes from are drawn again. Torques are 0.1 to 10 times the nominal one
 (tangential force over face width and normal module of 100 N/mm2), misalignments E, P and G up to 0.5 mm, at most an
-eighth of the normal module, grids 5 to 200 points a line at 4 to 8 positions, drive and coast side.
+eighth of the normal module, grids 5 to 200 points a line at 4 to 8 positions, drive and coast side. `--relief`: tip,
+toe and heel of both members have relief of any form, 0.2 to 20 thousandths of a module deep, or none.
 
 "answered": load found at all positions, both residuals below 1e-10, all numbers finite, no force negative. "refused"
 with a reason of `REASONS`. "wrong" (anything else): must not occur. The same command again goes on where it stopped.
@@ -29,6 +31,7 @@ from gear_stress_cases import blank_content, formate
 
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.design.design import Design
+from efficiency.design.relief_input import MemberReliefInput
 from efficiency.ltca.limits import hardness
 from efficiency.ltca.load_distribution import edge_load
 from efficiency.ltca.mesh_grids import load_grids
@@ -54,7 +57,7 @@ REASONS = {
 }
 COLUMNS = (
     "seed", "index", "process", "gear", "offset_mm", "ratio", "module_mm", "torque_factor", "torque", "E_mm", "P_mm",
-    "G_mm", "side", "positions", "points", "outcome", "reason", "torque_residual", "residual", "iterations",
+    "G_mm", "relief", "side", "positions", "points", "outcome", "reason", "torque_residual", "residual", "iterations",
     "exchanges", "fallbacks", "pressure_GPa", "pressure_edge_GPa", "edge_share", "above_hardness", "seconds", "detail",
 )  # fmt: skip
 
@@ -89,6 +92,28 @@ def random_design(seed: int, index: int) -> tuple[Design | None, dict[str, Any]]
         return design, about
     except (InputError, ConvergenceError):
         return None, about
+
+
+def with_relief(design: Design, rng: np.random.Generator) -> tuple[Design, str]:
+    """The design with random relief, and the relief in short: amounts in um."""
+    module, update, short = module_normal(design), {}, []
+    for member in ("pinion", "gear"):
+        blank = getattr(design, member).blank
+        half = 0.5 * blank.face_width
+        taper = np.tan(blank.addendum_angle) + np.tan(blank.dedendum_angle)
+        depth = blank.mean_addendum + blank.mean_dedendum - half * abs(taper)
+        tables = {}
+        for edge, most in (("tip", 0.9 * depth), ("toe", 0.45 * blank.face_width), ("heel", 0.45 * blank.face_width)):
+            if rng.uniform() < 0.75:
+                amount = 2e-4 * module * 100.0 ** rng.uniform()
+                form = str(rng.choice(["linear", "parabolic", "circular"]))
+                length = max(most * rng.uniform(0.05, 1.0), 1.1 * amount)
+                tables[edge] = {"amount": float(amount), "length": float(length), "form": form}
+                short.append(f"{member} {edge} {form} {amount * 1e6:.3g}")
+        relief = MemberReliefInput.model_validate(tables)
+        relief.check(blank.blank())
+        update[member] = getattr(design, member).model_copy(update={"edge_relief": relief})
+    return design.model_copy(update=update), "; ".join(short)
 
 
 def module_normal(design: Design) -> float:
@@ -215,6 +240,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--count", type=int, default=500)
     parser.add_argument("--seed", type=int, default=6)
     parser.add_argument("--output", type=Path, default=OUT)
+    parser.add_argument("--relief", action="store_true", help="random relief on tip, toe and heel")
     parser.add_argument("--report", action="store_true")
     parser.add_argument("--table", type=Path)
     arguments = parser.parse_args(argv)
@@ -230,6 +256,9 @@ def main(argv: Sequence[str] | None = None) -> None:
             while have < arguments.count:
                 design, about = random_design(arguments.seed, index)
                 row = {"seed": arguments.seed, "index": index, **about, "outcome": "no design"}
+                if design is not None and arguments.relief:
+                    design, relief = with_relief(design, np.random.default_rng([arguments.seed, index, 2]))
+                    row["relief"] = relief
                 if design is not None:
                     row |= run_case(design, np.random.default_rng([arguments.seed, index, 1]))
                     have += 1

@@ -658,7 +658,7 @@ class Mesh:
                 Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
             ),
             (*pair.notes, *notes),
-            pair.transmission.peak_to_peak,
+            math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
             EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
         )
         if design.assembly.deflection.moves:

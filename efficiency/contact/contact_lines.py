@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from efficiency.contact.edge_lines import EdgePiece, edge_pieces, edge_points, nearest_edge
 from efficiency.contact.lay import tangent_angle, undirected
 from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface, line_frame
+from efficiency.contact.sections import Across, relieved, relieved_edges
 from efficiency.cutting.rotation import cross, dot, turn
 from ehl.io.errors import ConvergenceError, InputError
 
@@ -78,9 +79,11 @@ def within_reach(surface: MeshSurface, spans: Spans, owner: IntArray, reach: flo
     share = np.linspace(0.0, 1.0, samples)
     run = spans.start[:, None] + (spans.stop - spans.start)[:, None] * share
     u, v, _ = _level(surface, spans.roll, run, spans.swapped)
-    back = surface.patch(u.ravel(), v.ravel(), ("ease_off_angle",))[0].reshape(run.shape)
+    back, lever = surface.patch(u.ravel(), v.ravel(), ("ease_off_angle", "lever")).reshape(2, *run.shape)
+    # relief puts the first touch off, but closes sooner beside a point than at it
+    relieved = back + surface.relief_depth(u.ravel(), v.ravel()).reshape(run.shape) / lever
     least = np.full(int(owner.max()) + 1, np.inf)
-    np.minimum.at(least, owner, back.min(axis=1))
+    np.minimum.at(least, owner, relieved.min(axis=1))
     inside = back <= least[owner][:, None] + reach
     kept = np.flatnonzero(inside.any(axis=1))
     first = np.maximum(np.argmax(inside[kept], axis=1) - 1, 0)
@@ -208,20 +211,19 @@ class EdgeProximity:
     crossing : (n,) array
         Radius of the edge over that of its section in the plane of contact [-]: cosine squared of the angle between
         line and edge, 1 where the section is square to the edge.
+    touching : (n,) bool array
+        Points that belong to an edge, not to a line of contact; on a relieved flank the relief next to the edge may
+        touch in its place.
     """
 
     index: IntArray
     distance: FloatArray
     crossing: FloatArray
-
-    @property
-    def touching(self) -> NDArray[np.bool_]:
-        """Points that belong to an edge, not to a line of contact."""
-        return np.asarray(self.distance < 0.0)
+    touching: NDArray[np.bool_]
 
     def at(self, points: IntArray) -> EdgeProximity:
         """Some of the points."""
-        return EdgeProximity(self.index[points], self.distance[points], self.crossing[points])
+        return EdgeProximity(self.index[points], self.distance[points], self.crossing[points], self.touching[points])
 
 
 @dataclass(frozen=True)
@@ -397,12 +399,13 @@ def mesh_cycle(
         spans, kept = within_reach(surface, spans, owner[on_path], reach)
         on_path = on_path[kept]
     points = line_points(surface, spans, points_per_line)
-    fields = conjugate_fields(surface, points.u, points.v, points.length)
+    fields, across = sectioned_fields(surface, points.u, points.v, points.length)
+    moved = relieved(across, fields)
     fields["closing"] = fields.pop("minimum_gap") / fields["lever_gear"]
     of = np.repeat(on_path, points_per_line)
     edge = None
     if edges:
-        of, fields, edge = _with_edges(lines, of, fields, points, reach)
+        of, fields, edge = _with_edges(lines, of, fields, points, reach, (across, moved))
     result = []
     for k, angle in enumerate(lines.angles):
         here = np.flatnonzero(owner[of] == k)
@@ -427,6 +430,7 @@ def _with_edges(
     fields: dict[str, FloatArray],
     on_lines: Lines,
     reach: float | None,
+    relief: tuple[Across, FloatArray],
 ) -> tuple[IntArray, dict[str, FloatArray], EdgeProximity]:
     """Points of edges behind those of the lines: roll angle each belongs to, all fields, the edges next to the points.
 
@@ -441,19 +445,24 @@ def _with_edges(
         np.minimum.at(least, owner[of], fields["closing"])
         np.minimum.at(least, owner[points.owner], points.closing)
         points = points.at(points.closing < least[owner[points.owner]] + reach)
-    own = conjugate_fields(surface, points.u, points.v, points.length)
+    own, across = sectioned_fields(surface, points.u, points.v, points.length)
     del own["minimum_gap"]
-    meets = own["radius_equivalent"] < 0.99 * MAX_RADIUS
+    distance_edge = relieved_edges(across, own, points)
+    meets = across.curvature > 1.01 / MAX_RADIUS
     points, own = points.at(meets), {name: values[meets] for name, values in own.items()}
     crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _MIN_CROSSING)
     # the section square to the edge
     own["radius_equivalent"] = own["radius_equivalent"] / crossing
-    own["closing"] = points.closing
+    own["closing"] = points.closing + own.pop("relief")
     index, distance, crossing_lines = nearest_edge(surface, on_lines.u, on_lines.v)
+    if surface.relief:
+        across_lines, moved = relief
+        distance = distance - across_lines.outwards(index) * moved
     proximity = EdgeProximity(
         np.concatenate([index, points.edge]),
-        np.concatenate([distance, -points.distance / np.sqrt(crossing)]),
+        np.concatenate([distance, distance_edge[meets] / np.sqrt(crossing)]),
         np.concatenate([crossing_lines, np.ones(points.u.size)]),
+        np.concatenate([np.zeros(index.size, bool), np.ones(points.u.size, bool)]),
     )
     both = {name: np.concatenate([values, own[name]]) for name, values in fields.items()}
     return np.concatenate([of, points.owner]), both, proximity
@@ -476,6 +485,15 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
 
     All but those that need the whole position; ``minimum_gap`` is the separation of the flanks there [m].
     """
+    fields, across = sectioned_fields(surface, u, v, length)
+    relieved(across, fields)
+    return fields
+
+
+def sectioned_fields(
+    surface: MeshSurface, u: FloatArray, v: FloatArray, length: FloatArray
+) -> tuple[dict[str, FloatArray], Across]:
+    """Fields as of `conjugate_fields` of the flanks without relief, and the sections across the lines."""
     p, assembly, sign = surface.patch, surface.assembly, surface.direction
     local, facing = p(u, v, POSITION), p(u, v, NORMAL)
     facing = facing / np.sqrt(dot(facing, facing))
@@ -510,7 +528,7 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
     gear, pinion = surface.gear.blank, surface.pinion.blank
     mark_gear, mark_pinion = surface.marks(u, v, ("gear", "pinion"))
     gear_axis = np.array([[0.0], [0.0], [1.0]])
-    return {
+    fields = {
         "position": position.T,
         "normal": normal.T,
         "along": along.T,
@@ -530,3 +548,5 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
         "lay_pinion": undirected(mark_pinion - tangent_angle(assembly.pinion_axis, normal, along)),
         "lay_gear": undirected(mark_gear - tangent_angle(gear_axis, -normal, along)),
     }
+    on_gear = frame.rates_gradient * np.sign(gradient)
+    return fields, Across(surface, u, v, on_gear, np.stack([up, vp]), -slope / curvature, curvature)

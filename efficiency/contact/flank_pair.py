@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.flank_grid import SHAPE, FlankGrid
@@ -105,4 +105,4 @@ def flank_pair(
     """
     pinion, gear = (grid.pinion, grid.gear) if grid is not None else flanks.mating(side)
     surface = mesh_surface(gear, pinion, flanks.assembly, shape=shape, grid=grid)
-    return FlankPair(flanks, side, surface, transmission(surface))
+    return FlankPair(flanks, side, replace(surface, relief=flanks.relief), transmission(surface))

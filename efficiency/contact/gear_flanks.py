@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
+from efficiency.contact.relief import PairRelief
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from ehl.io.errors import ConvergenceError
@@ -38,6 +39,8 @@ class GearFlanks:
         The pinion flank that carries on the drive side.
     normal_backlash : float
         Along the normal, taken off the pinion tooth [m].
+    relief : PairRelief
+        Taken off the flanks next to their edges.
     """
 
     name: str
@@ -46,6 +49,7 @@ class GearFlanks:
     assembly: Assembly
     drive_flank_pinion: FlankSide = "concave"
     normal_backlash: float = 0.0
+    relief: PairRelief = field(default_factory=PairRelief)
 
     def of(self, member: Member) -> Mapping[FlankSide, Flank]:
         """Both flanks of a member."""

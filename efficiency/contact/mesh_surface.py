@@ -9,7 +9,7 @@ exist, and the map keeps how far it reaches.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +20,7 @@ from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_
 from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point, regular_part
 from efficiency.contact.lay import mark_angles
 from efficiency.contact.patch import Patch, PointFit
+from efficiency.contact.relief import PairRelief
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.cutting.rotation import dot, turn
 from ehl.io.errors import ConvergenceError
@@ -139,6 +140,8 @@ class MeshSurface:
         The part of the mating flank that is undercut.
     grid : FlankGrid
         The points it was made from.
+    relief : PairRelief
+        Taken off both flanks next to their edges; the map itself is that of the flanks without.
     """
 
     gear: Flank
@@ -153,6 +156,13 @@ class MeshSurface:
     interpolation_error: float
     undercut: UndercutRegion | None
     grid: FlankGrid
+    relief: PairRelief = field(default_factory=PairRelief)
+
+    def relief_depth(self, u: FloatArray, v: FloatArray) -> FloatArray:
+        """Relief of both members together at map coordinates [m]."""
+        u1, h1 = self.patch(u, v, ("u1", "h1"))
+        of_gear = self.relief.gear.depth(self.gear.blank, u, self.height(u, v))
+        return np.asarray(of_gear + self.relief.pinion.depth(self.pinion.blank, u1, h1))
 
     @property
     def pitch(self) -> float:

@@ -91,6 +91,7 @@ def contact_pattern(
     limits = surface.limits(u, v)
     inside = limits.min(axis=0) >= 0.0
     relief, lever, roll, u1, h1 = surface.patch(u, v, ("ease_off", "lever", "roll", "u1", "h1"))
+    relief = relief + surface.relief_depth(u, v)
     separation = np.where(inside, np.maximum(relief + lever * mesh.at(roll), 0.0), np.inf)
     marked = separation <= thickness
 

@@ -14,9 +14,11 @@ from pydantic import Field, model_validator
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
+from efficiency.contact.relief import PairRelief
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
+from efficiency.design.relief_input import MemberReliefInput
 from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
 from efficiency.ltca.teeth import Bodies, ToothBody
@@ -190,6 +192,8 @@ class MemberInput(InputModel):
         Rq of the flanks [m]; that of the finish where not given, without one 0.
     edge_rounding : float, optional
         Radius of the tip, toe and heel edges [m]; by default 0.05 of the mean transverse module.
+    edge_relief : MemberReliefInput
+        Relief of the flanks next to tip, toe and heel.
     body : BodyInput
         Body under the teeth.
     """
@@ -202,6 +206,7 @@ class MemberInput(InputModel):
     finish_state: State = "run_in"
     roughness_rms: Rms = 0.0
     edge_rounding: EdgeRounding | None = None
+    edge_relief: MemberReliefInput = MemberReliefInput()
     body: BodyInput = BodyInput()
 
     @model_validator(mode="before")
@@ -238,6 +243,10 @@ class MemberInput(InputModel):
     def _consistent(self) -> Self:
         Material.load(self.material)
         self.body.thickness(self.blank.blank())
+        try:
+            self.edge_relief.check(self.blank.blank())
+        except InputError as error:
+            raise InputError(f"edge_relief.{error.field}", error.value, error.allowed, error.hint) from None
         for side, given in (("concave", self.concave), ("convex", self.convex)):
             if not isinstance(given, CutFlankInput):
                 continue
@@ -458,7 +467,10 @@ class Design(InputModel):
         """The four flanks in the assembly, misalignments included."""
         pinion, gear = ({side: self.flank(member, side) for side in FLANK_SIDES} for member in MEMBERS)
         given = self.assembly
-        return GearFlanks(self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash)
+        relief = PairRelief(self.pinion.edge_relief.relief(), self.gear.edge_relief.relief())
+        return GearFlanks(
+            self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash, relief
+        )
 
     def running(self, speed_pinion: float, temperature_oil: float, driver: Driver = "pinion") -> Operation:
         """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""

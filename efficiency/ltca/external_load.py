@@ -283,7 +283,7 @@ def _position(
     fields = conjugate_fields(surface, u, v, length)
     closing = fields.pop("minimum_gap") / fields["lever_gear"]
     gap = (closing - closing.min()) * fields["lever_gear"]
-    edge = EdgeProximity(*nearest_edge(surface, u, v))
+    edge = EdgeProximity(*nearest_edge(surface, u, v), np.zeros(u.size, bool))
     return MeshPosition(angle, tooth, gap=gap, transmission_error=math.nan, edge=edge, **fields)
 
 

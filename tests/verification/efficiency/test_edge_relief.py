@@ -1,0 +1,159 @@
+"""Tip and end relief: depth at points, gap against sections in space, and what it does to load, error and loss."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.contact.contact_lines import conjugate_fields, line_points, line_spans, sectioned_fields
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.relief import EdgeRelief, MemberRelief
+from efficiency.design.design import Design, load_design
+from efficiency.design.relief_input import MemberReliefInput
+from efficiency.pair import Mesh, elastic_bodies
+from ehl.io.data import data_path
+
+PAIR = "fm_hypoid_13x42"
+
+
+def relieved(name: str, **tables: dict[str, Any]) -> Design:
+    """A shipped design with the same relief on both members, or with that of `pinion` and `gear`."""
+    design = load_design(name)
+    update = {}
+    for member in ("pinion", "gear"):
+        relief = MemberReliefInput.model_validate(
+            tables.get(member, {} if {"pinion", "gear"} & tables.keys() else tables)
+        )
+        update[member] = getattr(design, member).model_copy(update={"edge_relief": relief})
+    return design.model_copy(update=update)
+
+
+def tip(amount: float, length: float = 1.5e-3, form: str = "parabolic") -> dict[str, Any]:
+    return {"amount": amount, "length": length, "form": form}
+
+
+@pytest.mark.parametrize(("form", "half"), [("linear", 0.5), ("parabolic", 0.25), ("circular", 0.25)])
+def test_depth_is_the_amount_at_the_edge_and_nothing_at_the_length(form: Any, half: float) -> None:
+    relief = EdgeRelief(20e-6, 2e-3, form)
+    depth = relief.depth(np.array([0.0, 1e-3, 2e-3, 5e-3]))
+    # an arc this flat departs from its parabola by amount^3/length^2
+    np.testing.assert_allclose(depth, [20e-6, half * 20e-6, 0.0, 0.0], rtol=1e-4, atol=1e-18)
+
+
+def test_each_edge_counts_from_itself_and_the_deeper_one_in_a_corner() -> None:
+    blank = load_design(PAIR).gear.blank.blank()
+    relief = MemberRelief(EdgeRelief(20e-6, 1e-3, "linear"), EdgeRelief(30e-6, 4e-3, "linear"), None)
+    half = 0.5 * blank.face_width
+    u = np.array([-half, -half + 1e-3, 0.0, half, -half])
+    below = np.array([2e-3, 3e-3, 0.25e-3, 0.5e-3, 0.0])
+    depth = relief.depth(blank, u, blank.tip(u) - below)
+    np.testing.assert_allclose(depth, [30e-6, 22.5e-6, 15e-6, 10e-6, 30e-6], rtol=1e-12)
+
+
+@pytest.mark.parametrize("member", ["pinion", "gear"])
+def test_gap_is_that_of_sections_in_space(member: str) -> None:
+    tables = {"tip": tip(25e-6, 2e-3), "toe": tip(30e-6, 5e-3, "linear"), "heel": tip(20e-6, 4e-3, "circular")}
+    design = relieved(PAIR, **{member: tables})
+    surface = flank_pair(design.flanks(), "drive").surface
+    rolls = np.linspace(*surface.roll_range, 9)[1:-1]
+    points = line_points(surface, line_spans(surface, rolls)[0], 15)
+    plain, across = sectioned_fields(surface, points.u, points.v, points.length)
+    added = conjugate_fields(surface, points.u, points.v, points.length)["minimum_gap"] - plain["minimum_gap"]
+    # second way: places in space, their coordinates on the blank, least of a dense row
+    x = np.linspace(-1.5e-3, 1.5e-3, 6001)
+    place = plain["position"][:, :, None] + plain["across"][:, :, None] * x
+    assembly = surface.assembly
+    if member == "gear":
+        radius, z, blank = np.hypot(place[:, 0], place[:, 1]), place[:, 2], surface.gear.blank
+    else:
+        from_axis = place - assembly.pinion_origin[:, :1]
+        z = np.einsum("nkx,k->nx", from_axis, assembly.pinion_axis[:, 0])
+        radius, blank = np.sqrt((from_axis**2).sum(axis=1) - z**2), surface.pinion.blank
+        z = z * np.sign(z.mean())
+    depth = getattr(design.flanks().relief, member).depth(blank, *blank.coordinates(radius, z))
+    bowl = 0.5 * across.curvature[:, None] * (x - across.centre[:, None]) ** 2
+    expected = (bowl + depth).min(axis=1)
+    assert added.max() > 15e-6
+    # lines and blanks bend over the section: a hundredth of the amounts
+    np.testing.assert_allclose(added, expected, atol=0.3e-6)
+    assert (added >= 0.0).all()
+
+
+@pytest.fixture(scope="module")
+def results() -> dict[float, Any]:
+    """Efficiency and load of tip reliefs of several amounts, on a small grid."""
+    found, bodies = {}, elastic_bodies(load_design(PAIR), "drive")
+    for amount in (0.0, 1e-9, 3e-6, 25e-6):
+        tables: dict[str, Any] = {"tip": tip(amount)} if amount else {}
+        found[amount] = Mesh.of(relieved(PAIR, **tables), "drive", 6, 13, bodies).load().efficiency()
+    return found
+
+
+def test_relief_takes_the_load_off_the_edges_and_only_as_much_as_it_is(results: dict[float, Any]) -> None:
+    shares = [result.edge_load_share for result in results.values()]
+    assert shares[0] > 0.08
+    assert shares[1] == pytest.approx(shares[0], abs=2e-4)
+    assert shares[0] > shares[2] > shares[3]
+    assert shares[3] < 0.02
+    pressures = [result.pressure_max for result in results.values()]
+    # what the edges leave the flank has to carry
+    assert pressures[3] > pressures[0]
+
+
+def test_loss_falls_with_the_sliding_at_the_tips_and_the_balance_stays(results: dict[float, Any]) -> None:
+    losses = [result.power_loss for result in results.values()]
+    assert losses[1] == pytest.approx(losses[0], rel=1e-4)
+    assert losses[0] > losses[2] > losses[3]
+    for result in results.values():
+        assert result.status == "converged"
+        assert result.power_input == pytest.approx(result.power_output + result.power_loss, rel=1e-10)
+
+
+def test_transmission_error_under_light_load_grows_where_relief_takes_the_contact_ratio() -> None:
+    # the light contact of this pair does not reach the tips: relief over the whole depth does
+    amplitude, bodies = [], elastic_bodies(load_design("fm_spiral_bevel_14x39"), "drive")
+    for tables in ({}, {"tip": tip(40e-6, 7e-3)}):
+        mesh = Mesh.of(relieved("fm_spiral_bevel_14x39", **tables), "drive", 6, 13, bodies)
+        amplitude.append(float(np.ptp(mesh.load(30.0).grids.fine.transmission_error)))
+    assert amplitude[1] > 1.2 * amplitude[0]
+
+
+def test_contact_pattern_leaves_relieved_ends() -> None:
+    plain = flank_pair(load_design(PAIR).flanks(), "drive").pattern()
+    short = flank_pair(relieved(PAIR, tip=tip(30e-6, 2e-3), toe=tip(30e-6, 6e-3)).flanks(), "drive").pattern()
+    assert short.area_share < 0.9 * plain.area_share
+    middle = plain.inside & (np.abs(plain.gear_u) < 2e-3)
+    assert np.abs(plain.separation[middle] - short.separation[middle]).min() < 1e-12
+
+
+TEXT = data_path("designs", f"{PAIR}.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("tables", "field", "remedy"),
+    [
+        ('tip = { amount = "20 um", length = "30 mm" }', "gear.edge_relief.tip.length", "least whole depth"),
+        ('tip = { amount = "-20 um", length = "1 mm" }', "gear.edge_relief.tip.amount", "above 0"),
+        ('tip = { amount = "20 um", length = "1 mm", form = "wavy" }', "gear.edge_relief.tip.form", "'circular'"),
+        ('tip = { amount = "0.9 mm", length = "0.5 mm" }', "gear.edge_relief.tip.amount", "at most its length"),
+        ('heel = { amount = "20 um" }', "gear.edge_relief.heel.length", "is missing"),
+        (
+            'toe = { amount = "20 um", length = "20 mm" }\nheel = { amount = "20 um", length = "20 mm" }',
+            "gear.edge_relief.toe.length",
+            "below the face width",
+        ),
+    ],
+)
+def test_impossible_relief_is_refused_with_the_remedy(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, tables: str, field: str, remedy: str
+) -> None:
+    design = tmp_path / "design.toml"
+    design.write_text(f"{TEXT}\n[gear.edge_relief]\n{tables}\n", encoding="utf-8")
+    outcome = mixed_ehl("gear", design)
+    assert outcome.code == 2
+    assert field in outcome.err
+    assert remedy in " ".join(outcome.err.split())
