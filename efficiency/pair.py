@@ -21,7 +21,7 @@ import numpy as np
 
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.contact.gear_flanks import Side
+from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput, Misalignment, load_design
 from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
@@ -32,11 +32,14 @@ from efficiency.loss.grid import AXES, Condition, Grid, Report, solve_grid, solv
 from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
 from efficiency.ltca.external_load import read_load, write_load
-from efficiency.ltca.load_distribution import TeethElasticity
+from efficiency.ltca.load_distribution import TeethElasticity, edge_load
 from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.ltca.teeth import elastic_teeth
 from efficiency.output.gear_output import GearOutput
+from efficiency.strength.rating import LocalConditions, rate_strength
+from efficiency.strength.result import Strength
+from efficiency.strength.root_stress import RootTooth, root_tooth
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.units import ValueRange
@@ -601,6 +604,7 @@ class Mesh:
     grids: MeshGrids
     pitch: PitchGeometry
     _loaded: dict[float, LoadedMesh] = field(default_factory=dict, init=False, repr=False)
+    _roots: list[RootTooth | str] = field(default_factory=list, init=False, repr=False)
 
     @classmethod
     @_one_thread
@@ -699,6 +703,19 @@ class Mesh:
         if chosen not in self._loaded:
             self._loaded[chosen] = LoadedMesh(self, chosen, _load(self.grids, chosen))
         return self._loaded[chosen]
+
+    @_one_thread
+    def root_teeth(self) -> tuple[RootTooth | str, RootTooth | str]:
+        """Root sections of pinion and gear, computed once; a text says why there is none."""
+        if not self._roots:
+            flanks, module = self.design.flanks(), self.pitch.module_normal
+            for member, body in zip(MEMBERS, self.design.tooth_bodies(), strict=True):
+                try:
+                    self._roots.append(root_tooth(flanks, body, member, self.side, module))
+                except (ConvergenceError, InputError) as error:
+                    self._roots.append(str(error))
+        pinion, gear = self._roots
+        return pinion, gear
 
     def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:
         """Load distribution of another program (CSV, `efficiency.ltca.external_load`) in place of the own one.
@@ -915,6 +932,48 @@ class LoadedMesh:
         models = [resolve_friction(friction, self.mesh.design) for friction in chosen]
         balance = self._balance_of(load_balance)
         return _compare(self.grids, models, oil, operation, self.mesh.pitch, GearOutput(self.mesh.design), balance)
+
+    def strength(self, friction: Friction = CONSTANT, **conditions: Unpack[Conditions]) -> Strength:
+        """Grades of pressure, root stress, safety factors, scuffing and micropitting.
+
+        Parameters
+        ----------
+        friction : FrictionModel or str
+            Friction model or its name, for temperatures and the load balance.
+        **conditions : float or str
+            As in `efficiency`.
+
+        Returns
+        -------
+        Strength
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+        >>> mesh.load("300 N m").strength().status
+        'warning'
+        """
+        return self.efficiency(friction, **conditions).strength
+
+    def strength_of(self, result: EfficiencyResult) -> Strength:
+        """Strength of the teeth at the operating point of a result."""
+        design, pitch = self.mesh.design, self.mesh.pitch
+        pinion, gear = design.pinion.blank.teeth, design.gear.blank.teeth
+        operation = result.operation
+        local = LocalConditions(
+            result.friction.mu,
+            result.lubrication.film_central,
+            result.lubrication.temperature_flash,
+            operation.bulk,
+            (operation.roughness_rms_pinion, operation.roughness_rms_gear),
+            result.card.viscosity_kinematic_40,
+            operation.speed_pinion * pinion / gear * pitch.radius_gear,
+            pitch.module_normal,
+        )
+        teeth = self.grids.mesh.teeth
+        edges = edge_load(result.load, teeth)
+        return rate_strength(result.load, teeth, edges, self.mesh.root_teeth(), local, 2.0 * math.pi / pinion)
 
     def write_load(self, path: Path | str) -> None:
         """Write the load distribution as CSV, as `Mesh.load_from` reads it."""

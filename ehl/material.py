@@ -30,6 +30,8 @@ class Material(InputModel):
         [kg/m3].
     hardness : float or str
         Maximum total pressure in contact [Pa].
+    contact_endurance, bending_endurance : float or str, optional
+        Of gears of it: endurance limits of contact stress and of nominal root stress, sigma_Hlim and sigma_Flim [Pa].
     name, source : str
         What it is, and where the values come from.
     """
@@ -46,6 +48,8 @@ class Material(InputModel):
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 465.0
     density: Annotated[float, ValueRange("kg/m^3", gt=0.0, le=30000.0)] = 7830.0
     hardness: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)] = 8e9
+    contact_endurance: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)] | None = None
+    bending_endurance: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)] | None = None
 
     @classmethod
     def load(cls, name: str) -> Material:

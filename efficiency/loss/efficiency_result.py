@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.loss.heat_balance import CoolingInput, HeatBalance
+    from efficiency.strength.result import Strength
     from ehl.uncertainty.spread import UncertaintyInput
 
 FloatArray = NDArray[np.float64]
@@ -66,6 +67,9 @@ class ResultSource(Protocol):
 
     def balance(self, result: EfficiencyResult, cooling: CoolingInput | None) -> HeatBalance:
         """Bulk temperatures of the teeth."""
+
+    def strength_of(self, result: EfficiencyResult) -> Strength:
+        """Strength of the teeth."""
 
 
 class Output(Protocol):
@@ -387,6 +391,11 @@ class EfficiencyResult(Presented):
         """
         return self._source("heat_balance").balance(self, cooling)
 
+    @cached_property
+    def strength(self) -> Strength:
+        """Grades of pressure, root stress, safety factors, scuffing and micropitting; computed when asked for."""
+        return self._source("strength").strength_of(self)
+
     def scalars(self) -> dict[str, Any]:
         """The single values by their names, SI units, without the interval by uncertain inputs (the cells of a map)."""
         kept = (str, bool, int, float)
@@ -396,7 +405,8 @@ class EfficiencyResult(Presented):
         """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
         plain = {name: _plain(getattr(self, name)) for name in self._names()}
         interval = {name: _plain(value) for name, value in self._interval().items()}
-        return plain | interval | {"uncertainty": self.inputs.to_dict()}
+        strength = {} if self.source is None else {"strength": self.strength.to_dict()}
+        return plain | interval | {"uncertainty": self.inputs.to_dict()} | strength
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the single values by their names, SI units."""

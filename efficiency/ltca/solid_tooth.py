@@ -169,11 +169,11 @@ def solid_tooth(
     side = 1.0 if grid.sides[1] == loaded else 0.0
     nodes = lobatto_nodes(orders.tooth[1] + 1), lobatto_nodes(orders.tooth[2] + 1)
     b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
-    flank, into = _flank(cell, side, b, c)
+    flank, into = flank_points(cell, side, b, c)
     middle, half = _middle_surface(cell, flank, into, b, c)
-    loading = _along_normal(functions, solid.count, (np.full_like(b, side), b, c), into)
+    loading = along_normal(functions, solid.count, (np.full_like(b, side), b, c), into)
     count = b.size
-    reading = np.concatenate([loading, _along_normal(functions, solid.count, middle, into)])
+    reading = np.concatenate([loading, along_normal(functions, solid.count, middle, into)])
     response = ring_response(solid, cell.pitch, cells or cell.teeth, reading, count)
     on_flank, on_middle = response.own[:count], response.own[count:]
     near = _nearness(flank, half)
@@ -183,7 +183,7 @@ def solid_tooth(
     return SolidTooth(cell, nodes, own, ahead, half, 3 * solid.count, discarded)
 
 
-def _flank(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+def flank_points(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points (n, 3) of a flank [m] and unit normals into the tooth."""
     points, tangents = cell.tooth.place(np.full_like(b, side), b, c)
     normal = np.cross(tangents[:, 1], tangents[:, 2])
@@ -217,7 +217,7 @@ def _nearness(flank: FloatArray, half: FloatArray) -> FloatArray:
     return np.asarray(np.exp(-((distance / reach) ** 4)))
 
 
-def _along_normal(
+def along_normal(
     functions: BlockFunctions, count: int, places: tuple[FloatArray, FloatArray, FloatArray], direction: FloatArray
 ) -> FloatArray:
     """Displacement in given directions (n, 3) at places of the tooth as functionals of all components (n, 3 count)."""

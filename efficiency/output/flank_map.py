@@ -116,12 +116,14 @@ class FlankMap:
     def local(self, name: str) -> FloatArray:
         """A value of the loaded points by its name; nan without load.
 
-        ``friction_coefficient``, ``loss_density``, a name of `ContactState` or of `LocalLubrication`.
+        ``friction_coefficient``, ``loss_density``, ``film_specific``, a name of `ContactState` or `LocalLubrication`.
         """
         if name == "friction_coefficient":
             return self.of_loaded(self.result.friction.mu)
         if name == "loss_density":
             return self.loss_density
+        if name == "film_specific":
+            return self.of_loaded(self.result.strength.points_film_specific)
         lubrication, state = self.result.lubrication, self.result.points.state
         return self.of_loaded(getattr(lubrication if hasattr(lubrication, name) else state, name))
 

@@ -114,7 +114,8 @@ class GearOutput:
         if isinstance(result, DutyCycle):
             return [tables.duty_table(result)]
         if isinstance(result, EfficiencyResult):
-            return [tables.efficiency_table(result), *_added(parts.get("balance"), parts.get("uncertainty"))]
+            strength = tables.strength_tables(result)[:1]
+            return [tables.efficiency_table(result), *strength, *_added(parts.get("balance"), parts.get("uncertainty"))]
         if isinstance(result, MisalignmentGrid):
             return [misalignment_table.misalignment_table(study) for study in result.studies]
         return geometry_tables.geometry_tables(result, parts.get("units", "metric"))

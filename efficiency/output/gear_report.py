@@ -18,6 +18,7 @@ from efficiency.output.plots_load import (
     plot_friction_and_loss,
     plot_load_sharing,
     plot_pair_load,
+    plot_root_stress,
     plot_transmission_error,
 )
 from efficiency.output.plots_map import is_map, map_figures
@@ -98,11 +99,28 @@ def mesh_figures(result: EfficiencyResult) -> Iterator[Named]:
     )
 
 
+def strength_figures(flank: FlankMap) -> Iterator[Named]:
+    """(name, figure, caption) of root stress and micropitting; none of a result without its pair."""
+    result = flank.result
+    if result.source is None:
+        return
+    if result.strength.pinion is not None or result.strength.gear is not None:
+        yield (
+            "root_stress",
+            plot_root_stress(result),
+            "Greatest tensile stress of the root fillets, over the roll of a tooth pair and along the face.",
+        )
+    if flank.drawable:
+        field = flank_plots.FILM_SPECIFIC
+        caption = "Film over the mean Ra of both flanks: micropitting begins where it is least."
+        yield field.name, flank_plots.field_figure(flank, field), caption
+
+
 def gear_figures(design: Design, result: EfficiencyResult) -> list[Named]:
     """(name, figure, caption) of all figures of one operating point, friction and loss first."""
     flank = FlankMap.of(design.flanks(), result)
     on_tooth = [*load_figures(flank), *loss_figures(flank)] if flank.drawable else []
-    return [*reversed(list(mesh_figures(result))), *on_tooth]
+    return [*reversed(list(mesh_figures(result))), *on_tooth, *strength_figures(flank)]
 
 
 def write_gear_report(
@@ -134,6 +152,7 @@ def write_gear_report(
     parts += [
         ("Result", [efficiency_table(result), *more]),
         *([("What is not known of the inputs", _input_blocks(result))] if result.inputs.sources else []),
+        *([("Strength", _strength_blocks(result, flank))] if result.source else []),
         *(on_tooth if flank.drawable else ()),
         ("Over the mesh", [_pictures(mesh_figures(result)), position_table(result)]),
         ("Design", _design_blocks(design, units)),
@@ -181,6 +200,8 @@ def _headline(result: EfficiencyResult) -> Section:
     ]
     blocks: list[Block] = [KeyFigures(figures)]
     warnings = [f"not converged: {result.reason}"] if result.status != "converged" else []
+    if result.source is not None:
+        warnings += [str(grade) for grade in result.strength.grades if grade.level == "warning"]
     warnings += list(result.notes)
     if result.outside_range_share > 0.0:
         share = percent(result.outside_range_share, 1)
@@ -198,6 +219,10 @@ def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:
         blocks.append(Table(("note", "points"), rows))
     blocks.append(Text(f"The sections below are of one point of it, {operating_point(shown)}."))
     return blocks
+
+
+def _strength_blocks(result: EfficiencyResult, flank: FlankMap) -> list[Block]:
+    return [result.strength.table(), _pictures(strength_figures(flank))]
 
 
 def _input_blocks(result: EfficiencyResult) -> list[Block]:

@@ -46,6 +46,7 @@ LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-
 FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0, "cividis")
 FILM_RATIO = Field("film_ratio", "film ratio", "film ratio λ [-]", 1.0, "YlGnBu")
 FLASH = Field("temperature_flash", "greatest surface temperature", "surface temperature [degC]", 1.0, "YlOrRd")
+FILM_SPECIFIC = Field("film_specific", "specific film", "film over mean Ra [-]", 1.0, "YlGnBu")
 LOSS = Field("loss_density", "loss density", "power loss per area [W/mm²]", 1e-6, "inferno_r")
 SLIDE_TO_ROLL = Field("slide_to_roll_total", "sliding over rolling", "sliding over rolling, total [-]", 1.0, "PuBu")
 

@@ -77,6 +77,28 @@ def plot_pair_load(result: EfficiencyResult) -> Figure:
     return figure
 
 
+def plot_root_stress(result: EfficiencyResult) -> Figure:
+    """Greatest root stress of both members over the roll of the tooth pair, and along the face."""
+    from matplotlib.figure import Figure
+
+    strength, pitch = result.strength, _pitch(result)
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    over, along = figure.subplots(1, 2)
+    for root, color in ((strength.pinion, BLUE), (strength.gear, ORANGE)):
+        if root is None:
+            continue
+        tension, pressed = (to_display("root_stress_pinion", x) for x in (root.history, root.history_compression))
+        over.plot(root.roll / pitch, tension, color=color, marker=".", ms=4, label=f"{root.member}, loaded side")
+        over.plot(root.roll / pitch, pressed, color=color, lw=0.8, ls="--", label=f"{root.member}, other side")
+        along.plot(to_display("face_gear", root.station), to_display("root_stress_pinion", root.along), color=color)
+    over.axhline(0.0, color=GREY, lw=0.6)
+    over.set(xlabel="roll of one tooth pair from the design point [pinion pitches]", ylabel=axis_label("root_stress"))
+    over.legend(frameon=False, fontsize=8)
+    along.set(xlabel="distance from the toe [mm]", ylabel="greatest of the mesh [MPa]", ylim=(0.0, None))
+    figure.suptitle(f"Root stress at {result.torque_pinion:g} N m")
+    return figure
+
+
 def plot_transmission_error(result: EfficiencyResult) -> Figure:
     """Loaded and unloaded transmission error over one pinion pitch, each about its mean."""
     figure, axes = _figure()

@@ -155,10 +155,18 @@ def range_table(result: EfficiencyResult) -> Table:
     return Table(("end", *found), ends, title=title, vertical=True)
 
 
+def strength_tables(result: EfficiencyResult) -> list[Table]:
+    """Strength of the teeth and root stress over the mesh; none of a result without its pair."""
+    if result.source is None:
+        return []
+    return [result.strength.table(), result.strength.root_table()]
+
+
 def result_tables(result: EfficiencyResult) -> list[Table]:
-    """One operating point: the result, its remarks, the mesh positions, every point that carries load."""
+    """One operating point: the result, its remarks, strength, the mesh positions, every point that carries load."""
     inputs = [result.inputs.table()] if result.inputs.sources else []
-    return [result_table(result), *inputs, remarks_table([result]), position_table(result), point_table(result)]
+    head = [result_table(result), *inputs, remarks_table([result]), *strength_tables(result)]
+    return [*head, position_table(result), point_table(result)]
 
 
 def result_table(result: EfficiencyResult) -> Table:
@@ -228,6 +236,8 @@ def point_table(result: EfficiencyResult) -> Table:
     columns |= {f.name: getattr(points.state, f.name) for f in fields(ContactState)}
     columns |= {name: getattr(points.state, name) for name in _DERIVED}
     columns |= {name: getattr(result.lubrication, name) for name in _LUBRICATION}
+    if result.source is not None:
+        columns["film_specific"] = result.strength.points_film_specific
     columns |= {
         "friction_coefficient": friction.mu,
         "friction_lower": friction.lower,

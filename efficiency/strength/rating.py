@@ -1,0 +1,278 @@
+"""Strength of a loaded pair: pressures against their limits, root stress, safety factors, scuffing, micropitting.
+
+load  ->  pressures and their grades; root stress over the mesh  ->  permissible stresses  ->  safety factors
+local conditions  ->  flash and integral temperature, specific film
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.mesh_surface import EDGES
+from efficiency.ltca.load_distribution import EdgeLoad, LoadDistribution, TeethElasticity
+from efficiency.strength import iso_10300
+from efficiency.strength.pressure_limits import shakedown_pressure, yield_pressure, yield_stress
+from efficiency.strength.result import Grade, Strength
+from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
+from ehl.io.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+EDGE_NOTE, EDGE_WARNING = 1e-3, 0.02
+"""Shares of the torque on edges from which they are worth a note and a warning (ours)."""
+INTEGRAL = 1.5
+"""C_2: weight of the mean flash in the integral temperature (ISO/TS 6336-21, from memory)."""
+RA_OF_RQ = math.sqrt(2.0 / math.pi)
+ASSUMED = (
+    "torque as given, even speed: application and dynamic factor 1; load distribution by the loaded tooth contact",
+    "left out, factor 1: life, work hardening, hypoid factor (no public source), bevel factor (of nominal stresses)",
+    "no scuffing temperature and no permissible film on oil cards: no safety factor against scuffing and micropitting",
+)
+
+
+@dataclass(frozen=True)
+class LocalConditions:
+    """What the strength needs of lubrication and motion.
+
+    Attributes
+    ----------
+    friction : (n,) array
+        At the loaded points [-].
+    film : (n,) array
+        Central film thickness there [m].
+    temperature : (n,) array
+        Greatest surface temperature there [K].
+    bulk : (float, float)
+        Bulk temperatures of pinion and gear teeth [K].
+    roughness : (float, float)
+        Rq of both flanks [m].
+    viscosity_40 : float
+        Kinematic viscosity of the oil at 40 degC [m2/s].
+    speed : float
+        Of the pitch circle of the gear at its mean point [m/s].
+    module : float
+        Mean normal module [m].
+    """
+
+    friction: FloatArray
+    film: FloatArray
+    temperature: FloatArray
+    bulk: tuple[float, float]
+    roughness: tuple[float, float]
+    viscosity_40: float
+    speed: float
+    module: float
+
+
+def rate_strength(
+    load: LoadDistribution,
+    teeth: TeethElasticity,
+    edges: EdgeLoad,
+    roots: tuple[RootTooth | str, RootTooth | str],
+    local: LocalConditions,
+    pitch: float,
+) -> Strength:
+    """Strength at one operating point.
+
+    Parameters
+    ----------
+    load : LoadDistribution
+        Over the mesh cycle.
+    teeth : TeethElasticity
+        Materials and edges.
+    edges : EdgeLoad
+        Load at the edges.
+    roots : (RootTooth or str, RootTooth or str)
+        Of pinion and gear; a text says why there is none.
+    local : LocalConditions
+        At the loaded points of `load`.
+    pitch : float
+        Angular pitch of the pinion [rad].
+
+    Raises
+    ------
+    InputError
+        Arrays of other than the loaded points.
+    """
+    loaded = load.loaded
+    count = loaded["force"].size
+    for name in ("friction", "film", "temperature"):
+        if getattr(local, name).shape != (count,):
+            raise InputError(name, getattr(local, name).shape, f"a value for each of the {count} loaded points")
+    grades: list[Grade] = []
+    notes = list(ASSUMED)
+    inside = loaded["at_edge"] < 0.5
+    pressure = np.where(inside, loaded["pressure_hertz"], 0.0)
+    worst = int(np.argmax(pressure))
+    flank = float(pressure[worst])
+    materials = {"pinion": teeth.material_pinion, "gear": teeth.material_gear}
+    soft = yield_stress(min(m.hardness for m in materials.values()))
+    known = np.isfinite(local.friction)
+    mu = float(np.max(np.abs(local.friction), where=known, initial=0.0))
+    first, shakes = yield_pressure(soft), float(shakedown_pressure(soft, mu))
+    limits = [m.contact_endurance for m in materials.values() if m.contact_endurance is not None]
+    endurance = min(limits) if len(limits) == len(materials) else math.nan
+    where = _where(load, teeth, worst)
+    grades += _flank_grades(flank, endurance, first, shakes, where)
+    if not math.isfinite(endurance):
+        unknown = ", ".join(f"{name} ({m.name})" for name, m in materials.items() if m.contact_endurance is None)
+        grades.append(
+            Grade("contact endurance", "note", f"contact_endurance not in the material of {unknown}: not graded")
+        )
+    grades += _edge_grades(edges, first, shakes)
+    rz = iso_10300.RZ_OF_RQ * 0.5 * sum(local.roughness)
+    factors = _contact_factors(endurance, local, rz, float(loaded["radius_equivalent"][worst]))
+    permissible = endurance * math.prod(factors.values())
+    safety = permissible / flank if flank > 0.0 else math.nan
+    if safety < 1.0 and flank <= endurance:
+        grades.append(
+            Grade(
+                "pitting",
+                "note",
+                f"pitting safety {safety:.3f} below 1 with the factors of film and roughness ({where}): finer finish, "
+                "thicker oil",
+            )
+        )
+    results, safeties = [], []
+    for (member, material), root in zip(materials.items(), roots, strict=True):
+        stress = _root(member, root, load, pitch, grades)
+        results.append(stress)
+        safeties.append(math.nan)
+        if stress is None:
+            continue
+        if stress.fillet.startswith("assumed"):
+            notes.append(f"root fillet of the {member} {stress.fillet}")
+        if material.bending_endurance is None:
+            text = f"bending_endurance not in the material of the {member} ({material.name}): not graded"
+            grades.append(Grade(f"root of the {member}", "note", text))
+            continue
+        own = _root_factors(stress, local.module)
+        factors |= {f"{name}_{member}": value for name, value in own.items()}
+        allowed = material.bending_endurance * iso_10300.STRESS_CORRECTION * math.prod(own.values())
+        safeties[-1] = allowed / stress.tension
+        if stress.tension > allowed:
+            grades.append(
+                Grade(
+                    f"root of the {member}",
+                    "warning",
+                    f"root stress of the {member} {stress.tension / 1e6:.0f} MPa above the permissible "
+                    f"{allowed / 1e6:.0f} MPa, {stress.face * 1e3:.1f} mm from the toe: larger edge radius of the "
+                    "cutter, thicker or larger teeth, less torque",
+                )
+            )
+    bulk = max(local.bulk)
+    weight = np.concatenate([p.position.length[p.force > 0.0] for p in load.positions])
+    hot = np.isfinite(local.temperature)
+    mean = float(np.average(local.temperature[hot] - bulk, weights=weight[hot])) if hot.any() else math.nan
+    rough = RA_OF_RQ * 0.5 * sum(local.roughness)
+    film = local.film / rough if rough > 0.0 else np.full(count, np.inf)
+    usable = film[np.isfinite(film)]
+    grades.sort(key=lambda grade: grade.level != "warning")
+    tension = [math.nan if r is None else r.tension for r in results]
+    compression = [math.nan if r is None else r.compression for r in results]
+    return Strength(
+        status=grades[0].level if grades else "ok",
+        grades=tuple(grades),
+        pressure_flank=flank,
+        contact_endurance=endurance,
+        pressure_yield=first,
+        pressure_shakedown=shakes,
+        pressure_edge=edges.pressure,
+        edge_load_share=edges.share,
+        safety_contact=safety,
+        root_stress_pinion=tension[0],
+        root_stress_gear=tension[1],
+        root_compression_pinion=compression[0],
+        root_compression_gear=compression[1],
+        safety_root_pinion=safeties[0],
+        safety_root_gear=safeties[1],
+        temperature_flash=float(local.temperature[hot].max()) if hot.any() else math.nan,
+        temperature_integral=bulk + INTEGRAL * max(mean, 0.0) if math.isfinite(mean) else math.nan,
+        film_specific=float(usable.min()) if usable.size else math.nan,
+        factors=factors,
+        notes=tuple(notes),
+        pinion=results[0],
+        gear=results[1],
+        points_film_specific=film,
+        points_temperature=local.temperature,
+    )
+
+
+def _where(load: LoadDistribution, teeth: TeethElasticity, number: int) -> str:
+    """Place of a loaded point on the gear flank, in words."""
+    k, point = int(load.loaded_position[number]), int(load.loaded_index[number])
+    position = load.cycle[k]
+    face, height = float(position.face_gear[point]), float(position.height_gear[point])
+    width, depth = teeth.gear.face_width, float(teeth.gear.whole_depth(face))
+    return (
+        f"{face * 1e3:.1f} of {width * 1e3:.1f} mm from the toe, {height * 1e3:.1f} of {depth * 1e3:.1f} mm over the "
+        "root of the gear"
+    )
+
+
+def _flank_grades(flank: float, endurance: float, first: float, shakes: float, where: str) -> list[Grade]:
+    """Pressure inside the flanks; the worse limits only."""
+    found = []
+    value = f"{flank / 1e9:.3g} GPa"
+    remedy = "less torque, a larger pattern (less crowning), larger teeth"
+    if flank > shakes:
+        text = f"flank pressure {value} above shakedown, {shakes / 1e9:.3g} GPa: the material flows at every pass"
+        found.append(Grade("shakedown", "warning", f"{text}; {where}; {remedy}"))
+    elif flank > first:
+        text = f"flank pressure {value} above first yield below the surface, {first / 1e9:.3g} GPa"
+        found.append(Grade("yield", "warning", f"{text}; {where}; {remedy}"))
+    if flank > endurance:
+        text = f"flank pressure {value} above the contact endurance, {endurance / 1e9:.3g} GPa: the flanks pit in time"
+        found.append(Grade("contact endurance", "warning", f"{text}; {where}; {remedy}"))
+    return found
+
+
+def _edge_grades(edges: EdgeLoad, first: float, shakes: float) -> list[Grade]:
+    """Load at the edges, with what to do about it."""
+    if edges.share < EDGE_NOTE:
+        return []
+    names = ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in edges.shares.items())
+    tips = [name.split()[0] for name in EDGES if name.endswith("tip") and edges.shares.get(name, 0.0) >= EDGE_NOTE]
+    ends = [name for name in EDGES if not name.endswith("tip") and edges.shares.get(name, 0.0) >= EDGE_NOTE]
+    remedies = [f"add tip relief to the {' and the '.join(tips)}"] if tips else []
+    if ends:
+        remedies.append(f"more lengthwise crowning, or relief at the {', '.join(ends)}")
+    text = f"edges carry {100.0 * edges.share:.2g} % of the load ({names}): {'; '.join(remedies)}"
+    pressure = f"{edges.pressure / 1e9:.3g} GPa"
+    if edges.pressure > shakes:
+        text += f"; {pressure} at the {edges.edge} is above shakedown, {shakes / 1e9:.3g} GPa: it flows at every pass"
+    elif edges.pressure > first:
+        text += f"; {pressure} at the {edges.edge} is above first yield, {first / 1e9:.3g} GPa: it wears in"
+    severe = edges.share >= EDGE_WARNING or edges.pressure > shakes
+    return [Grade("edges", "warning" if severe else "note", text)]
+
+
+def _contact_factors(endurance: float, local: LocalConditions, rz: float, radius: float) -> dict[str, float]:
+    if not math.isfinite(endurance):
+        return {}
+    return {
+        "Z_L": iso_10300.lubricant_factor(endurance, local.viscosity_40),
+        "Z_v": iso_10300.speed_factor(endurance, local.speed),
+        "Z_R": iso_10300.roughness_factor(endurance, rz, radius),
+    }
+
+
+def _root_factors(stress: RootStress, module: float) -> dict[str, float]:
+    return {
+        "Y_delta_relT": iso_10300.notch_factor(stress.notch),
+        "Y_R_relT": iso_10300.surface_factor(iso_10300.ROOT_ROUGHNESS),
+        "Y_X": iso_10300.size_factor(module),
+    }
+
+
+def _root(
+    member: str, root: RootTooth | str, load: LoadDistribution, pitch: float, grades: list[Grade]
+) -> RootStress | None:
+    if isinstance(root, str):
+        grades.append(Grade(f"root of the {member}", "note", f"root stress of the {member} not computed: {root}"))
+        return None
+    return root_stress(root, load.positions, pitch)

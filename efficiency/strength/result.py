@@ -1,0 +1,183 @@
+"""What the strength of a loaded pair gave: grades, root stress, safety factors, scuffing and micropitting numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.strength.root_stress import RootStress
+from ehl.view.table import Table
+
+if TYPE_CHECKING:
+    import pandas
+
+FloatArray = NDArray[np.float64]
+Level = Literal["note", "warning"]
+
+_SHOWN = (
+    "pressure_flank",
+    "contact_endurance",
+    "safety_contact",
+    "root_stress_pinion",
+    "root_stress_gear",
+    "safety_root_pinion",
+    "safety_root_gear",
+    "temperature_flash",
+    "temperature_integral",
+    "film_specific",
+)
+
+
+@dataclass(frozen=True)
+class Grade:
+    """One kind of limit a load goes beyond, with its worst value.
+
+    Attributes
+    ----------
+    kind : {"contact endurance", "pitting", "yield", "shakedown", "edges", "root of the pinion", "root of the gear"}
+    level : {"note", "warning"}
+    text : str
+        What, where, and what to do about it.
+    """
+
+    kind: str
+    level: Level
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.level.upper() if self.level == 'warning' else self.level}: {self.text}"
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Strength of a pair at one operating point; SI units, nan where something is not known.
+
+    Safety factors are after ISO 10300-2 and -3, from public sources, not a certified calculation. The stresses are
+    those of the loaded tooth contact with the torque as given: the factors K of the standard are 1.
+
+    Attributes
+    ----------
+    status : {"ok", "note", "warning"}
+        Worst level of the grades.
+    grades : tuple of Grade
+        One for each kind of limit, the worst first.
+    pressure_flank : float
+        Greatest Hertz pressure inside the flanks, edges left out [Pa].
+    contact_endurance : float
+        Of the weaker member [Pa].
+    pressure_yield, pressure_shakedown : float
+        Pressure at first yield below the surface, and above which the material flows at every pass [Pa].
+    pressure_edge, edge_load_share : float
+        Greatest elastic pressure at an edge [Pa], share of the torque there [-].
+    safety_contact : float
+        S_H: permissible contact stress over `pressure_flank` [-].
+    root_stress_pinion, root_stress_gear : float
+        Greatest tensile stress of the root fillets over the mesh cycle [Pa].
+    root_compression_pinion, root_compression_gear : float
+        Most negative stress of the fillets on the other side [Pa].
+    safety_root_pinion, safety_root_gear : float
+        S_F: permissible root stress over `root_stress_pinion` or `root_stress_gear` [-].
+    temperature_flash : float
+        Greatest contact temperature, bulk plus flash of Blok [K].
+    temperature_integral : float
+        Bulk temperature plus 1.5 times the mean flash over the contact lines of the mesh [K].
+    film_specific : float
+        Least film thickness over the mean Ra of both flanks [-].
+    factors : dict
+        Factors of the permissible stresses by their names [-].
+    notes : tuple of str
+        What is assumed and what is left out.
+    pinion, gear : RootStress, optional
+        Root stress over the mesh; None where the tooth is no solid.
+    points_film_specific, points_temperature : (n,) arrays
+        At the loaded points [-], [K].
+    """
+
+    status: Literal["ok", "note", "warning"]
+    grades: tuple[Grade, ...]
+    pressure_flank: float
+    contact_endurance: float
+    pressure_yield: float
+    pressure_shakedown: float
+    pressure_edge: float
+    edge_load_share: float
+    safety_contact: float
+    root_stress_pinion: float
+    root_stress_gear: float
+    root_compression_pinion: float
+    root_compression_gear: float
+    safety_root_pinion: float
+    safety_root_gear: float
+    temperature_flash: float
+    temperature_integral: float
+    film_specific: float
+    factors: dict[str, float]
+    notes: tuple[str, ...]
+    pinion: RootStress | None = field(repr=False, default=None)
+    gear: RootStress | None = field(repr=False, default=None)
+    points_film_specific: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
+    points_temperature: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
+
+    def scalars(self) -> dict[str, Any]:
+        """The single values by their names, SI units."""
+        return {n: v for n in self.__dataclass_fields__ if isinstance(v := getattr(self, n), str | float)}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Single values, grades, factors, root stress over the mesh, for JSON; not-a-number becomes None."""
+        plain: dict[str, Any] = {n: _plain(v) for n, v in self.scalars().items()}
+        plain["grades"] = [{"kind": g.kind, "level": g.level, "text": g.text} for g in self.grades]
+        plain["factors"] = {n: _plain(v) for n, v in self.factors.items()}
+        plain["notes"] = list(self.notes)
+        for name, root in (("pinion", self.pinion), ("gear", self.gear)):
+            plain[name] = None if root is None else _root_dict(root)
+        return plain
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row: the single values by their names, SI units."""
+        import pandas
+
+        return pandas.DataFrame([self.scalars() | {"grades": "; ".join(map(str, self.grades))}])
+
+    def table(self) -> Table:
+        """The figures a reader looks for first; grades, assumptions and what is left out below."""
+        values = {name: getattr(self, name) for name in _SHOWN}
+        kept = tuple(name for name in _SHOWN if math.isfinite(values[name]))
+        return Table(
+            kept,
+            [tuple(values[name] for name in kept)],
+            title=f"Strength: {self.status}. Safety factors after ISO 10300, from public sources, not certified.",
+            notes=(*map(str, self.grades), *(f"note     {note}" for note in self.notes)),
+            name="strength",
+            vertical=True,
+        )
+
+    def root_table(self) -> Table:
+        """Root stress of both members over the mesh, one row for each roll of the tooth pair."""
+        rows = [
+            (member.member, *line)
+            for member in (self.pinion, self.gear)
+            if member is not None
+            for line in zip(member.roll, member.history, member.history_compression, strict=True)
+        ]
+        return Table(("member", "pinion_angle", "root_stress", "root_compression"), rows, name="root stress")
+
+    def _repr_html_(self) -> str:
+        return self.table().html() + "".join(f"<p>{escape(str(grade))}</p>" for grade in self.grades)
+
+    def __repr__(self) -> str:
+        roots = f"root {self.root_stress_pinion / 1e6:.4g} and {self.root_stress_gear / 1e6:.4g} MPa"
+        return f"Strength({self.status}: {self.pressure_flank / 1e9:.4g} GPa, {roots}, {len(self.grades)} grades)"
+
+
+def _plain(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _root_dict(root: RootStress) -> dict[str, Any]:
+    plain = {n: getattr(root, n) for n in root.__dataclass_fields__}
+    return {n: v.tolist() if isinstance(v, np.ndarray) else _plain(v) for n, v in plain.items()}

@@ -1,0 +1,197 @@
+"""Force and moment that pass from a tooth to its body, along the face, under loads on its flank.
+
+The solid tooth of `efficiency.ltca.solid_tooth` is cut off at the lower end of its tooth block. What the block's
+stiffness times its displacement leaves on the functions of that cut is the work of the tractions there on these
+functions: constant and linear across the tooth, Legendre polynomials along the face. These sums are far more accurate
+than stresses of the same solution, and forces and moments of the whole tooth are in balance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.gear_flanks import GearFlanks, Member, Side
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.ltca.ring import ring_response
+from efficiency.ltca.ritz_solid import ORDERS, Orders, ritz_solid
+from efficiency.ltca.shape_functions import lagrange_values, legendre_polynomials, lobatto_nodes
+from efficiency.ltca.solid_tooth import along_normal, flank_points
+from efficiency.ltca.teeth import COLUMNS, ROWS, ToothBody
+from efficiency.ltca.tooth_cell import Part, ToothCell, tooth_cell
+
+FloatArray = NDArray[np.float64]
+
+_NEAR = 1e-3
+
+
+@dataclass(frozen=True)
+class RootFrames:
+    """Frames of the root section at stations along the face; s stations.
+
+    Attributes
+    ----------
+    place : (s,) array
+        c of the tooth cell, 0 at the toe and 1 at the heel.
+    origin : (s, 3) array
+        Middle of the cut [m].
+    along, across, up : (s, 3) arrays
+        Unit vectors along the trace to the heel, across the tooth to the upper flank, and out to the tip.
+    rate : (s,) array
+        Length of trace per unit of c [m].
+    half : (s,) array
+        Half of the thickness at the cut, along `across` [m].
+    """
+
+    place: FloatArray
+    origin: FloatArray
+    along: FloatArray
+    across: FloatArray
+    up: FloatArray
+    rate: FloatArray
+    half: FloatArray
+
+    def section(self, station: int, points: FloatArray) -> FloatArray:
+        """Points (n, 3) seen along the trace: across and up from the middle of the cut (n, 2) [m]."""
+        away = points - self.origin[station]
+        return np.stack([away @ self.across[station], away @ self.up[station]], axis=-1)
+
+
+@dataclass(frozen=True)
+class RootForces:
+    """What unit normal forces on the flank send through the root, per length of trace.
+
+    Attributes
+    ----------
+    cell : ToothCell
+        Geometry.
+    grid : ToothGrid
+        Its flanks.
+    frames : RootFrames
+        Stations.
+    nodes : (array, array)
+        Nodes of the flank over the height and along the face.
+    response : (3, s, n) array
+        Shear force across [1/m], force towards the body [1/m] and bending moment that pulls at the loaded side [-], per
+        unit force at each node.
+    side : float
+        1 where the loaded flank is the upper one, -1 where it is the lower one.
+    """
+
+    cell: ToothCell
+    grid: ToothGrid
+    frames: RootFrames
+    nodes: tuple[FloatArray, FloatArray]
+    response: FloatArray
+    side: float
+
+    def of(self, face: FloatArray, height: FloatArray, force: FloatArray) -> FloatArray:
+        """Resultants (3, s) of forces (n,) [N] at distances from the toe and over the root cone [m]."""
+        b, c = self.cell.on_flank(face, height)
+        over, along = (lagrange_values(nodes, x) for nodes, x in zip(self.nodes, (b, c), strict=True))
+        shape = (over[:, :, None] * along[:, None, :]).reshape(b.size, -1)
+        return np.asarray(self.response @ (force @ shape))
+
+
+def root_frames(cell: ToothCell, place: FloatArray) -> RootFrames:
+    """Frames at places c of the cell."""
+
+    def cut(at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        zero = np.zeros_like(at)
+        left, right = (cell.tooth.place(np.full_like(at, a), zero, at)[0] for a in (0.0, 1.0))
+        tip = cell.tooth.place(np.full_like(at, 0.5), np.ones_like(at), at)[0]
+        return left, right, tip
+
+    left, right, tip = cut(place)
+    ends = [np.clip(place + step, 0.0, 1.0) for step in (-_NEAR, _NEAR)]
+    behind, ahead = (0.5 * (a + b) for a, b, _ in map(cut, ends))
+    trace = (ahead - behind) / (ends[1] - ends[0])[:, None]
+    rate = np.linalg.norm(trace, axis=1)
+    along, middle = trace / rate[:, None], 0.5 * (left + right)
+
+    def square(vector: FloatArray) -> FloatArray:
+        vector = vector - np.sum(vector * along, axis=1)[:, None] * along
+        return np.asarray(vector / np.linalg.norm(vector, axis=1)[:, None])
+
+    across = square(right - left)
+    up = np.cross(along, across)
+    up = up * np.sign(np.sum(up * (tip - middle), axis=1))[:, None]
+    half = 0.5 * np.sum((right - left) * across, axis=1)
+    return RootFrames(place, middle, along, across, up, rate, half)
+
+
+def root_forces(
+    flanks: GearFlanks,
+    body: ToothBody,
+    member: Member,
+    side: Side,
+    place: FloatArray,
+    orders: Orders = ORDERS,
+    cells: int | None = None,
+    grid: ToothGrid | None = None,
+) -> RootForces:
+    """Solve one tooth of a member for loads on the flank of a side.
+
+    Parameters
+    ----------
+    flanks : GearFlanks
+        The pair.
+    body : ToothBody
+        Material of the teeth and the body under them.
+    member : {"pinion", "gear"}
+        Which member.
+    side : {"drive", "coast"}
+        Which flanks are in contact.
+    place : (s,) array
+        Stations, 0 at the toe and 1 at the heel.
+    orders, cells
+        As in `efficiency.ltca.solid_tooth.solid_tooth`.
+    grid : ToothGrid, optional
+        The teeth, where they are known.
+
+    Raises
+    ------
+    ConvergenceError
+        A flank does not span its blank, the tooth model is folded, or the body is not held.
+    """
+    grid = grid or tooth_grid(flanks, member, ROWS, COLUMNS)
+    cell = tooth_cell(grid, body.rim_thickness)
+    own = body.material.youngs_modulus
+    under = own if body.youngs_modulus is None else body.youngs_modulus
+    moduli: dict[Part, float] = {"foot": under, "slot": under, "tooth": own}
+    poisson = body.material.poisson_ratio
+    solid = ritz_solid(cell, moduli, poisson, body.held, orders)
+    functions = solid.functions["tooth"]
+    upper = grid.sides[1] == flanks.loaded_side(member, side)
+    at = 1.0 if upper else 0.0
+    nodes = lobatto_nodes(orders.tooth[1] + 1), lobatto_nodes(orders.tooth[2] + 1)
+    b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
+    _, into = flank_points(cell, at, b, c)
+    loading = along_normal(functions, solid.count, (np.full_like(b, at), b, c), into)
+    # functions of the cut, linear across: at the left end, at the right end
+    degrees, count = functions.degrees, int(functions.degrees[:, 2].max()) + 1
+    cut = np.zeros((2, count), np.int64)
+    for index in np.flatnonzero((degrees[:, 0] < 2) & (degrees[:, 1] == 0)):
+        cut[degrees[index, 0], degrees[index, 2]] = index
+    stiffness = functions.stiffness(own, poisson)[:, cut.ravel()]
+    rows = np.zeros((3, cut.size, 3, solid.count))
+    rows[..., functions.number] = stiffness
+    components = rows.reshape(3 * cut.size, -1)
+    response = ring_response(solid, cell.pitch, cells or cell.teeth, np.concatenate([loading, components]), b.size)
+    loads = loading.reshape(b.size, 3, -1)[:, :, functions.number[cut.ravel()]]
+    inner = response.own[b.size :].reshape(3, cut.size, b.size) - np.moveaxis(loads, 0, -1)
+    # what the body does to the tooth, per unit of c: its sum, and its first moment across
+    ends = inner.reshape(3, 2, count, b.size)
+    frames = root_frames(cell, place)
+    series = legendre_polynomials(count - 1, place)[0] * (2.0 * np.arange(count) + 1.0)
+    total = np.einsum("sk,xkn->snx", series, ends.sum(axis=1))
+    linear = np.einsum("sk,xkn->snx", series, 0.5 * (ends[:, 1] - ends[:, 0]))
+    sign = 1.0 if upper else -1.0
+    across, up = (np.einsum("snx,sx->sn", total, v) for v in (frames.across, frames.up))
+    moment = 2.0 * frames.half[:, None] * np.einsum("snx,sx->sn", linear, frames.up)
+    per_length = 1.0 / frames.rate[:, None]
+    # the body pulls the loaded side down (up < 0) and holds against the force
+    resultants = np.stack([sign * across, up, -sign * moment]) * per_length
+    return RootForces(cell, grid, frames, nodes, resultants, sign)
