@@ -102,11 +102,10 @@ def root_peaks(design: Design, member: Member, counts: Counts, cells: int, modul
     for number, name in enumerate(LINES):
         carried = tooth.forces.of(*points[number])
         model = np.einsum("xs,xsp->sp", carried, tooth.loaded).max(axis=1)
-        own = tooth.forces.frames.place * tooth.forces.cell.width
         # greatest over the fillet in each column of elements
         peaks = np.array([stress[station == k, :, number].max() for k in range(counts.along)])
         face = (np.arange(counts.along) + 0.5) / counts.along * tooth.forces.cell.width
-        result[name] = RootPeaks(face, peaks, np.interp(face, own, model), fem.stiffness.shape[0], seconds)
+        result[name] = RootPeaks(face, peaks, np.interp(face, tooth.station, model), fem.stiffness.shape[0], seconds)
     return result
 
 
@@ -162,7 +161,7 @@ def main() -> None:
             axes.plot(1e3 * peaks.face, peaks.model / 1e6, "-", color=color, label="model")
             rows += [[name, member, load, *line] for line in zip(peaks.face, peaks.elements, peaks.model, strict=True)]
         axes.set(title=f"{name}, {member}", xlabel="distance from the toe [mm]", ylabel="root stress [MPa]")
-        axes.legend(frameon=False, fontsize=7)
+    figure.axes[0].legend(frameon=False, fontsize=7, loc="lower center")
     figure.savefig(folder / "root_stress_fem.png", dpi=130)
     with (folder / "root_stress_fem.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

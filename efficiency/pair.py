@@ -35,6 +35,7 @@ from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import TeethElasticity, edge_load
 from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
+from efficiency.ltca.solid_tooth import SolidTooth
 from efficiency.ltca.teeth import elastic_teeth
 from efficiency.output.gear_output import GearOutput
 from efficiency.strength.rating import LocalConditions, rate_strength
@@ -709,9 +710,11 @@ class Mesh:
         """Root sections of pinion and gear, computed once; a text says why there is none."""
         if not self._roots:
             flanks, module = self.design.flanks(), self.pitch.module_normal
-            for member, body in zip(MEMBERS, self.design.tooth_bodies(), strict=True):
+            solids = self.grids.teeth.pinion, self.grids.teeth.gear
+            for member, body, solid in zip(MEMBERS, self.design.tooth_bodies(), solids, strict=True):
                 try:
-                    self._roots.append(root_tooth(flanks, body, member, self.side, module))
+                    grid = solid.grid if isinstance(solid, SolidTooth) else None
+                    self._roots.append(root_tooth(flanks, body, member, self.side, module, grid=grid))
                 except (ConvergenceError, InputError) as error:
                     self._roots.append(str(error))
         pinion, gear = self._roots

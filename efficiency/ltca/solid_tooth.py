@@ -50,6 +50,8 @@ class SolidTooth:
         Number of displacement unknowns.
     discarded : float
         Negative eigenvalue taken from `own` to make it positive semidefinite, over the largest [-].
+    grid : ToothGrid
+        Flanks the cell was made of.
     """
 
     cell: ToothCell
@@ -59,6 +61,7 @@ class SolidTooth:
     half_thickness: FloatArray
     unknowns: int
     discarded: float
+    grid: ToothGrid
 
     @property
     def face_width(self) -> float:
@@ -180,7 +183,7 @@ def solid_tooth(
     own, discarded = _positive(on_flank - near * (on_flank - on_middle))
     # the loaded flank looks to the next tooth in rising azimuth if it is the upper one
     ahead = tuple(matrix[:count] if side == 1.0 else matrix[:count].T for matrix in response.ahead)
-    return SolidTooth(cell, nodes, own, ahead, half, 3 * solid.count, discarded)
+    return SolidTooth(cell, nodes, own, ahead, half, 3 * solid.count, discarded, grid)
 
 
 def flank_points(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -43,6 +43,9 @@ class RootFrames:
         Length of trace per unit of c [m].
     half : (s,) array
         Half of the thickness at the cut, along `across` [m].
+    oblique : (s,) array
+        How far the upper end of the cut lies ahead of its middle, in c: the cut goes along a cone square to the pitch
+        cone, the section stands square to the trace.
     """
 
     place: FloatArray
@@ -52,6 +55,7 @@ class RootFrames:
     up: FloatArray
     rate: FloatArray
     half: FloatArray
+    oblique: FloatArray
 
     def section(self, station: int, points: FloatArray) -> FloatArray:
         """Points (n, 3) seen along the trace: across and up from the middle of the cut (n, 2) [m]."""
@@ -119,7 +123,8 @@ def root_frames(cell: ToothCell, place: FloatArray) -> RootFrames:
     up = np.cross(along, across)
     up = up * np.sign(np.sum(up * (tip - middle), axis=1))[:, None]
     half = 0.5 * np.sum((right - left) * across, axis=1)
-    return RootFrames(place, middle, along, across, up, rate, half)
+    oblique = 0.5 * np.sum((right - left) * along, axis=1) / rate
+    return RootFrames(place, middle, along, across, up, rate, half, oblique)
 
 
 def root_forces(
@@ -185,12 +190,25 @@ def root_forces(
     # what the body does to the tooth, per unit of c: its sum, and its first moment across
     ends = inner.reshape(3, 2, count, b.size)
     frames = root_frames(cell, place)
-    series = legendre_polynomials(count - 1, place)[0] * (2.0 * np.arange(count) + 1.0)
-    total = np.einsum("sk,xkn->snx", series, ends.sum(axis=1))
-    linear = np.einsum("sk,xkn->snx", series, 0.5 * (ends[:, 1] - ends[:, 0]))
+
+    degree = np.arange(count)
+    # factors of Lanczos keep the last of them from rippling
+    weights = (2.0 * degree + 1.0) * np.sinc(degree / count)
+
+    def at_ends(share: float) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper end at the section: what grows towards an end acts at a share of the way to it."""
+        found = []
+        for end, way in enumerate((share, -share)):
+            at = np.clip(place + way * frames.oblique, 0.0, 1.0)
+            series = legendre_polynomials(count - 1, at)[0] * weights
+            found.append(np.asarray(np.einsum("sk,xkn->snx", series, ends[:, end])))
+        return found[0], found[1]
+
+    # an even traction times 1 - a or a acts at a third of the way from the middle, bending at the ends
+    total, (low, high) = sum(at_ends(1.0 / 3.0)), at_ends(1.0)
     sign = 1.0 if upper else -1.0
     across, up = (np.einsum("snx,sx->sn", total, v) for v in (frames.across, frames.up))
-    moment = 2.0 * frames.half[:, None] * np.einsum("snx,sx->sn", linear, frames.up)
+    moment = frames.half[:, None] * np.einsum("snx,sx->sn", high - low, frames.up)
     per_length = 1.0 / frames.rate[:, None]
     # the body pulls the loaded side down (up < 0) and holds against the force
     resultants = np.stack([sign * across, up, -sign * moment]) * per_length

@@ -70,6 +70,13 @@ class RootTooth:
     height: FloatArray
     fillet: str
 
+    @property
+    def station(self) -> FloatArray:
+        """Distance of the fillets on the loaded side from the toe [m], (s,)."""
+        frames = self.forces.frames
+        place = np.clip(frames.place - self.forces.side * frames.oblique, 0.0, 1.0)
+        return np.asarray(place * self.forces.cell.width)
+
 
 @dataclass(frozen=True)
 class RootStress:
@@ -114,7 +121,13 @@ class RootStress:
 
 
 def root_tooth(
-    flanks: GearFlanks, body: ToothBody, member: Member, side: Side, module: float, cells: int | None = None
+    flanks: GearFlanks,
+    body: ToothBody,
+    member: Member,
+    side: Side,
+    module: float,
+    cells: int | None = None,
+    grid: ToothGrid | None = None,
 ) -> RootTooth:
     """Fillets, sections and root forces of one member.
 
@@ -132,6 +145,8 @@ def root_tooth(
         Mean normal module, for the edge radius of a cutter that states none [m].
     cells : int, optional
         Teeth in the ring, all if not given.
+    grid : ToothGrid, optional
+        The teeth, where they are known.
 
     Raises
     ------
@@ -140,7 +155,7 @@ def root_tooth(
     """
     if not (np.isfinite(module) and module > 0.0):
         raise InputError("module", module, "a finite length above 0 m")
-    grid = tooth_grid(flanks, member, ROWS, COLUMNS)
+    grid = grid or tooth_grid(flanks, member, ROWS, COLUMNS)
     place = np.linspace(_END, 1.0 - _END, _STATIONS)
     columns = np.array(_SECTIONS) / (COLUMNS - 1.0)
     forces = root_forces(flanks, body, member, side, np.concatenate([place, columns]), cells=cells, grid=grid)
@@ -206,7 +221,7 @@ def root_stress(tooth: RootTooth, loads: Sequence[PositionLoad], pitch: float) -
     tension = np.einsum("kxs,xsp->ksp", carried, tooth.loaded)
     pressed = np.einsum("kxs,xsp->ksp", carried, tooth.far)
     worst = np.unravel_index(int(np.argmax(tension)), tension.shape)
-    station = tooth.forces.frames.place * tooth.forces.cell.width
+    station = tooth.station
     radius = float(tooth.radius[worst[1]])
     return RootStress(
         tooth.member,
@@ -306,8 +321,7 @@ def _thickness(low: Outline, high: Outline) -> float:
     """Thickness between the points of both fillets whose tangent stands at 30 deg to the middle [m]."""
     total = 0.0
     for outline in (low, high):
-        line = np.concatenate([outline.flank, outline.fillet[1:]])
-        step = np.diff(line, axis=0)
+        step = np.diff(outline.fillet, axis=0)
         steep = np.arctan2(step[:, 0], -step[:, 1]) >= np.pi / 6.0
-        total += float(line[int(np.argmax(steep)), 0])
+        total += float(outline.fillet[int(np.argmax(steep)), 0])
     return total

@@ -222,7 +222,7 @@ def test_workbook_and_csv_hold_the_result(geared: Meshed, result: EfficiencyResu
 def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path) -> None:
     write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html", xlsx=tmp_path / "map.xlsx"))
     text = require_self_contained(tmp_path / "map.html")
-    assert text.count("<svg") == 4 + 14 + 1 + 1
+    assert text.count("<svg") == 4 + 14 + 2 + 1 + 1
     chosen = nearest_point(geared[0], grid)
     assert (chosen.torque_pinion, chosen.speed_pinion, chosen.temperature_oil) == (300.0, 120.0, 363.15)
     assert f"{100.0 * chosen.efficiency:.2f} %" in text

@@ -10,7 +10,7 @@ from efficiency.design.design import load_design
 
 
 def test_greatest_root_stress_under_two_lines_of_load() -> None:
-    """Model over coarse elements: +5.7 and +3.3 %; finer elements, as in docs/strength.md, +0.7 and -4.8 %."""
+    """Model over these coarse elements: +5.6 and +2.0 %; finer ones are in docs/strength.md."""
     design = with_edge_radius(load_design("fm_spiral_bevel_14x39"), 1.1e-3)
     found = root_peaks(design, "gear", Counts(tooth=3, slot=2, rows=12, body=3, along=6), 1, 3.2e-3)
     assert len(found) == 2
