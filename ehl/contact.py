@@ -104,6 +104,8 @@ class Contact(InputModel):
         Rq, correlation length, skewness, lay and a self-affine spectrum, each where it is not given.
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
         Shape of generated roughness; the correlation length [m] is 100 Rq when not given.
+    running_in : {"none", "plastic"}
+        Whether asperities that a dry contact presses beyond the hardness are flattened first (ours, not proven).
     spectrum, hurst_exponent : {"gaussian", "self_affine"}, float
         One correlation length, or waves of all lengths below it.
     lay_angle : float or str
@@ -396,7 +398,7 @@ class Contact(InputModel):
             unused += [(f"model.{name}", "the roughness is deterministic") for name in sorted(law)]
         if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
             waves = ("correlation_length", "spectrum", "hurst_exponent", "lay_angle")
-            shape = (*waves, "skewness", "kurtosis", "peklenik_number", "boundary_film", "seed")
+            shape = (*waves, "skewness", "kurtosis", "peklenik_number", "boundary_film", "running_in", "seed")
             unused += [(f"surface.{name}", "load sharing uses Rq alone") for name in shape if name in given]
         elif "hurst_exponent" in given and self.surface.spectrum == "gaussian":
             unused.append(("surface.hurst_exponent", "the spectrum is gaussian"))

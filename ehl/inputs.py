@@ -120,7 +120,16 @@ class SurfaceInput(InputModel):
     # half and twice every film of an additive or of the default rule must be allowed: that is how its effect is studied
     boundary_film: Annotated[float, ValueRange("m", ge=1e-9, le=1e-6)] | None = None
     boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
+    running_in: Literal["none", "plastic"] = "none"
     seed: Annotated[int, Field(ge=0)] = 1
+
+    @model_serializer(mode="wrap")
+    def _without_default_running_in(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # as of the unit scale of load sharing: the keys of cases stay
+        content: dict[str, Any] = handler(self)
+        if self.running_in == "none":
+            content.pop("running_in", None)
+        return content
 
     @model_validator(mode="after")
     def _one_description(self) -> Self:

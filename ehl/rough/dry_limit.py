@@ -121,7 +121,7 @@ def dry_limit(
             return None
         if NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length:
             return None
-    surfaces = rough_surfaces(surface, contact.half_width)
+    surfaces = rough_surfaces(surface, contact, min(body.hardness for body in bodies))
     boundary = surface.generated_boundary_film
     if surface.measured:
         boundary = surface.boundary_film or surfaces.default_boundary_film(surface.reaction_film)

@@ -17,6 +17,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
+from ehl.rough.running_in import RUNNING_IN, flattened
 from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, share_left_out, split_surfaces
 from ehl.surface.measured_profile import load_profile
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
@@ -95,11 +96,12 @@ def rolling_heat_of(heat: ThermalTraction | None, lubricant: Lubricant) -> tuple
     return (heat.x, heat.rolling_heat) if abs(float(slope[0])) * rise > ROLLING_EFFECT else None
 
 
-def rough_surfaces(surface: SurfaceInput, half_width: float) -> RoughSurfaces:
-    """Both profiles of a contact: measured where a file is given, generated otherwise.
+def rough_surfaces(surface: SurfaceInput, contact: LineContact, hardness: float = math.inf) -> RoughSurfaces:
+    """Both profiles of a contact: measured where a file is given, generated otherwise; run in where that is asked for.
 
     The generated profile depends on seed, Rq, correlation length and contact width alone, never on the mesh.
     """
+    half_width = contact.half_width
     profiles: list[RoughProfile | None] = []
     for number, (rms, path) in enumerate(
         ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)), start=1
@@ -133,6 +135,8 @@ def rough_surfaces(surface: SurfaceInput, half_width: float) -> RoughSurfaces:
             )
         else:
             profiles.append(None)
+    if surface.running_in == "plastic":
+        profiles = [None if profile is None else flattened(profile, contact, hardness) for profile in profiles]
     return RoughSurfaces(*profiles)
 
 
@@ -162,7 +166,7 @@ def roughness_heights(surface: SurfaceInput, contact: LineContact) -> tuple[floa
     """Composite Rq [m], and the Rq of Gaussian surfaces of the same peak-to-valley height where that is larger."""
     if not surface.measured:
         return surface.roughness_rms, surface.roughness_rms
-    surfaces = rough_surfaces(surface, contact.half_width)
+    surfaces = rough_surfaces(surface, contact)
     return surfaces.rms, max(REGULAR_WAVES * surfaces.rms, surfaces.height / GAUSSIAN_HEIGHT)
 
 
@@ -226,23 +230,35 @@ def solve_mixed(
     try:
         if needed > accurate:
             raise ConvergenceError("mesh_budget", "roughness too fine")
-        surfaces = rough_surfaces(surface, contact.half_width)
-        return solve_transient(contact, lubricant, surfaces, **resolved)
+        surfaces = rough_surfaces(surface, contact, common["hardness"])
+        return _with_profile_notes(solve_transient(contact, lubricant, surfaces, **resolved), surfaces)
     except ConvergenceError as error:
         if error.reason != "mesh_budget":
             raise
     coarse = _with_subgrid_film(contact, lubricant, surface, smooth, common)
+    if surface.running_in != "none":
+        coarse = replace(coarse, notes=(*coarse.notes, "running-in is left out: the roughness is finer than the mesh"))
     allowed = ERROR_ALLOWED * (model.friction_tolerance or TOLERANCE[model.accuracy])
     if coarse.status == "converged" and coarse.mesh_error + coarse.subgrid_error <= allowed:
         return coarse
     if needed <= most:
         try:
-            surfaces = rough_surfaces(surface, contact.half_width)
-            return solve_transient(contact, lubricant, surfaces, fine_roughness=True, **resolved)
+            surfaces = rough_surfaces(surface, contact, common["hardness"])
+            fine = solve_transient(contact, lubricant, surfaces, fine_roughness=True, **resolved)
+            return _with_profile_notes(fine, surfaces)
         except ConvergenceError as error:
             if error.reason != "mesh_budget":
                 raise
     return coarse if coarse.status == "failed" else replace(coarse, status="unsettled", reason="mesh_budget")
+
+
+def _with_profile_notes(result: TransientResult, surfaces: RoughSurfaces) -> TransientResult:
+    """The result with what running-in did to the profiles."""
+    found = [
+        note for profile in (surfaces.profile_1, surfaces.profile_2) if profile is not None for note in profile.notes
+    ]
+    said = dict.fromkeys(note for note in found if note.startswith(RUNNING_IN))
+    return replace(result, notes=(*result.notes, *said)) if said else result
 
 
 def _with_subgrid_film(

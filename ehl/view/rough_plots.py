@@ -40,7 +40,7 @@ def plot_transient(problem: ContactProblem, run: TransientResult, smooth: Steady
 
     b = problem.line.half_width
     hot = run.run.problem.settings.thermal
-    surfaces = rough_surfaces(problem.surface, b)
+    surfaces = rough_surfaces(problem.surface, problem.line, min(body.hardness for body in problem.bodies))
     figure = Figure(figsize=(11.0, 13.0), layout="constrained")
     axes = figure.subplot_mosaic(
         [
