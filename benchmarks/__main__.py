@@ -25,6 +25,7 @@ FIGURES = {
     "gear_load_time.png": ("gear_load_time", "docs/figures"),
     "low_slip.png": ("low_slip", "docs/figures"),
     "measured_film.png": ("measured", "--out", "docs/figures"),
+    "root_stress_fem.png": ("root_stress_fem", "docs/figures"),
     "smooth_accuracy.png": ("smooth_accuracy", "--out", "docs/figures"),
     "stress_wide.png": ("stress", "--out", "docs/figures"),
     "tooth_compliance.png": ("compliance_fem", "docs/figures"),

@@ -2,19 +2,20 @@
 
 An independent second computation: the elements of `compliance_fem` (27-node hexahedra of scikit-fem, corners straight
 from `tooth_grid`), loaded along lines on one flank; greatest principal stress at the faces of the elements that make
-the fillet. ``python benchmarks/root_stress_fem.py [FOLDER] [TEETH]`` (folder of the results; teeth in the ring, all of
-them loaded alike, one if not given) prints and writes, per member and load: greatest stress along the face by both.
+the fillet. ``python benchmarks/root_stress_fem.py [FOLDER] [TEETH]`` (folder of the results; teeth in the ring, one if
+not given: a ring of teeth loaded alike) prints and writes, per member and load: greatest stress along the face by both.
 """
 
 from __future__ import annotations
 
 import csv
-import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from common import OUT, command_line
 from compliance_fem import Counts, ToothElements, conjugate_gradients
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -139,10 +140,13 @@ MEMBERS: tuple[tuple[str, Member, float], ...] = (
 COUNTS = Counts(4, 3, 24, 4, 10)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Run all computations."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
-    cells = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    parser = command_line(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=OUT)
+    parser.add_argument("teeth", nargs="?", type=int, default=1)
+    options = parser.parse_args(argv)
+    folder, cells = options.folder, options.teeth
     folder.mkdir(parents=True, exist_ok=True)
     figure = Figure(figsize=(11.0, 3.6), layout="constrained")
     rows: list[list[object]] = []
