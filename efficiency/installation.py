@@ -89,9 +89,10 @@ def _data() -> Check:
 
 
 def _cache() -> Check:
-    folder = os.environ.get("NUMBA_CACHE_DIR") or str(Path(importlib.import_module("ehl").__file__ or "").parent)
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(importlib.import_module("ehl").__file__ or "").parent)
+    existing = next((place for place in (folder, *folder.parents) if place.exists()), folder)  # numba makes the rest
     try:
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.TemporaryFile(dir=existing):
             pass
     except OSError:
         return Check(

@@ -356,7 +356,7 @@ class Oil(InputModel):
         Raises
         ------
         InputError
-            The temperature is outside -40 to 200 degC.
+            The temperature is outside -40 to 200 degC, or the card's constants give no viscosity there.
 
         Examples
         --------
@@ -375,7 +375,13 @@ class Oil(InputModel):
                 "Write degrees Celsius as '80 degC'.",
             )
         outside = bool(np.any((values < self.temperature_valid[0]) | (values > self.temperature_valid[1])))
-        found = self.without_film(temperature)
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            found = self.without_film(temperature)
+        inlet = np.ravel(np.asarray(found.viscosity_inlet))
+        if not np.all(np.isfinite(inlet) & (inlet > 0.0)):
+            impossible = float(np.broadcast_to(values, inlet.shape)[~(np.isfinite(inlet) & (inlet > 0.0))][0])
+            allowed = f"a temperature at which the constants of the oil {self.name} give a viscosity"
+            raise InputError("temperature_oil", f"{impossible:.6g} K", allowed, "Correct [viscosity] of its card.")
         single = {name: value for name, value in vars(found).items() if isinstance(value, np.floating | np.ndarray)}
         numbers = {name: float(value) for name, value in single.items() if value.ndim == 0}
         plain = replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]

@@ -27,9 +27,9 @@ Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_name)
 
 
 class InputModel(BaseModel):
-    """Base of all input models: frozen, and an unknown key is an error."""
+    """Base of all input models: frozen, numbers finite, and an unknown key is an error."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True, allow_inf_nan=False)
 
 
 Model = TypeVar("Model", bound=BaseModel)

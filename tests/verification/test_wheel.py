@@ -35,6 +35,9 @@ def test_wheel_carries_the_data_and_nothing_foreign(wheel: Path) -> None:
             assert f"ehl/_data/{file.relative_to(ROOT / 'data').as_posix()}" in names
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {"ehl", "regression", "efficiency"}
+    # one wheel for all: kernels are compiled where they run, nothing in it depends on Python or machine
+    assert wheel.name.endswith("-py3-none-any.whl")
+    assert not [name for name in names if name.endswith((".so", ".pyd", ".dylib", ".nbi", ".nbc", ".pyc"))]
 
 
 @pytest.mark.wheel
