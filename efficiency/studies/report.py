@@ -123,9 +123,14 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     return [page, *written]
 
 
+def _with_interval(point: StudyPoint) -> str:
+    ends = f"{percent(point.efficiency_lower, 2)} to {percent(point.efficiency_upper, 2)}"
+    return f"{percent(point.efficiency, 2)} % ({ends})"
+
+
 def _headline(study: Study) -> Section:
     figures = [
-        (f"{percent(point.efficiency, 2)} %", f"{point.design}, offset {1e3 * point.hypoid_offset:.4g} mm")
+        (_with_interval(point), f"{point.design}, offset {1e3 * point.hypoid_offset:.4g} mm; 90 % interval by the inputs")
         for point in map(study.reference_point, study.designs)
     ]
     text = (
