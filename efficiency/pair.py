@@ -27,7 +27,7 @@ from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyCycle, DutyRow, duty_cycle, read_duty
 from efficiency.loss.efficiency import solve_balanced
-from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
+from efficiency.loss.efficiency_result import Bulk, EfficiencyResult, LoadBalance
 from efficiency.loss.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
 from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
@@ -846,6 +846,7 @@ class LoadedMesh:
         friction: Friction = CONSTANT,
         *,
         load_balance: LoadBalance | None = None,
+        bulk: Bulk | None = None,
         **conditions: Unpack[Conditions],
     ) -> EfficiencyResult:
         """Friction, power loss and efficiency at one operating point.
@@ -857,6 +858,9 @@ class LoadedMesh:
         load_balance : {"frictional", "frictionless"}, optional
             Whether friction helps to carry the torque (default), or the normal forces carry it alone, as in the paper.
             Forces of a file are taken as they are.
+        bulk : {"balance", "oil"}, optional
+            Bulk temperature of the teeth: by a heat balance, or that of the oil. By default the balance where the
+            design states [cooling].
         **conditions : float or str
             What differs from the design: `speed` of the pinion [rad/s], oil `temperature` [K], `oil` (name of a card
             or `Oil`), `driver` ("pinion" or "gear"), `roughness_rms` of both flanks or `roughness_rms_pinion` and
@@ -872,7 +876,10 @@ class LoadedMesh:
             A value that cannot be used.
         """
         operation, oil = self.operation(**conditions)
-        return self.solve(resolve_friction(friction, self.mesh.design), operation, oil, load_balance)
+        model = resolve_friction(friction, self.mesh.design)
+        if self.balances_heat(bulk):
+            return self._balance(model, operation, oil, None, load_balance).result
+        return self.solve(model, operation, oil, load_balance)
 
     def at(
         self, friction: Friction, *, load_balance: LoadBalance | None = None, **conditions: Unpack[Conditions]
@@ -880,7 +887,21 @@ class LoadedMesh:
         """As `efficiency`, for one of many points: faster, with a larger stated error of the torque balance."""
         operation, oil = self.operation(**conditions)
         model = resolve_friction(friction, self.mesh.design)
+        if self.balances_heat(None):
+            return self._balance(model, operation, oil, None, load_balance, many=True).result
         return self.solve(model, operation, oil, load_balance, many=True)
+
+    def balances_heat(self, bulk: Bulk | None) -> bool:
+        """Whether the bulk temperature of the teeth comes from a heat balance: as asked for, else where it is stated.
+
+        Raises
+        ------
+        InputError
+            Neither "balance" nor "oil".
+        """
+        if bulk not in (None, "balance", "oil"):
+            raise InputError("bulk", bulk, "balance or oil")
+        return bulk == "balance" or (bulk is None and "cooling" in self.mesh.design.model_fields_set)
 
     def heat_balance(
         self,
@@ -1016,6 +1037,8 @@ class LoadedMesh:
         oil: Oil,
         cooling: CoolingInput | None,
         load_balance: LoadBalance | None,
+        *,
+        many: bool = False,
     ) -> HeatBalance:
         design, pitch = self.mesh.design, self.mesh.pitch
         chosen = design.cooling if cooling is None else cooling
@@ -1028,7 +1051,7 @@ class LoadedMesh:
             ),
         )
         return balance_heat(
-            lambda operation: self.solve(model, operation, oil, load_balance),
+            lambda operation: self.solve(model, operation, oil, load_balance, many=many),
             operation,
             resistances,
             (design.pinion.elastic_material(), design.gear.elastic_material()),

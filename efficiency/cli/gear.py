@@ -46,10 +46,10 @@ DriverOption = Annotated[
     str | None, typer.Option(help="Member the power comes from: pinion or gear.", rich_help_panel=LOSS)
 ]
 BulkOption = Annotated[
-    bool,
+    bool | None,
     typer.Option(
-        "--bulk-temperature",
-        help="Bulk temperature of the teeth by a heat balance, [cooling] of the design.",
+        "--bulk-temperature/--oil-temperature",
+        help="Teeth by a heat balance, or as warm as the oil; default: the balance where the design states [cooling].",
         rich_help_panel=LOSS,
     ),
 ]
@@ -105,7 +105,7 @@ def gear(
     alpha: AlphaOption = None,
     driver: DriverOption = None,
     load_balance: LoadBalanceOption = None,
-    bulk_temperature: BulkOption = False,
+    bulk_temperature: BulkOption = None,
     uncertainty: UncertaintyOption = False,
     duty: DutyOption = None,
     load_from: LoadFromOption = None,
@@ -180,11 +180,11 @@ def gear(
     at = axes.pop("torque", None)
     loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
     conditions, balance = axes | fixed, None
-    if bulk_temperature:
+    if loaded.balances_heat(None if bulk_temperature is None else "balance" if bulk_temperature else "oil"):
         balance = loaded.heat_balance(model, load_balance=balance_of, **conditions)
         result = balance.result
     else:
-        result = loaded.efficiency(model, load_balance=balance_of, **conditions)
+        result = loaded.efficiency(model, load_balance=balance_of, bulk="oil", **conditions)
     if save_load is not None:
         loaded.write_load(save_load)
     spread = None

@@ -43,6 +43,7 @@ SKIPPED = (
     "churning, windage and bearing losses",
 )
 FRICTIONLESS = "friction in the torque balance"
+AS_WARM_AS_THE_OIL = "heat balance of the teeth: they are as warm as the oil (state [cooling], or --bulk-temperature)"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded part move past points
 SAFETY = 2.0
 # what a pair that locks has not
@@ -171,7 +172,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         points_loaded=fine.force.size,
         status="failed" if reason else "converged",
         reason=reason,
-        skipped=(*SKIPPED, FRICTIONLESS) if loaded.balance is None else SKIPPED,
+        skipped=_skipped(loaded.balance is None, operation),
         notes=_notes(loaded, friction, estimate, fine, operation),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
@@ -278,6 +279,11 @@ def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
 
 def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
     return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
+
+
+def _skipped(frictionless: bool, operation: Operation) -> tuple[str, ...]:
+    cold = operation.temperature_bulk_pinion is None and operation.temperature_bulk_gear is None
+    return (*SKIPPED, *(FRICTIONLESS,) * frictionless, *(AS_WARM_AS_THE_OIL,) * cold)
 
 
 def _notes(

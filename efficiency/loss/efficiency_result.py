@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 LoadBalance = Literal["frictional", "frictionless"]
+Bulk = Literal["balance", "oil"]
 """What carries the pinion torque: normal and friction forces together, or the normal forces alone."""
 Reason = Literal[
     "",

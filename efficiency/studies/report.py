@@ -130,7 +130,10 @@ def _with_interval(point: StudyPoint) -> str:
 
 def _headline(study: Study) -> Section:
     figures = [
-        (_with_interval(point), f"{point.design}, offset {1e3 * point.hypoid_offset:.4g} mm; 90 % interval by the inputs")
+        (
+            _with_interval(point),
+            f"{point.design}, offset {1e3 * point.hypoid_offset:.4g} mm; 90 % interval by the inputs",
+        )
         for point in map(study.reference_point, study.designs)
     ]
     text = (

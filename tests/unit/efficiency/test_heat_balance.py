@@ -14,6 +14,7 @@ from samples import BEVEL as DESIGN
 from samples import OPERATION, STEEL
 from samples import tiny_load as loaded
 
+from efficiency.design.design import Design
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.heat_balance import (
@@ -143,3 +144,26 @@ def test_run_of_a_design() -> None:
     found = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0).heat_balance("constant:0.05")
     assert found.result.status == "converged"
     assert found.result.temperature_bulk_1 > found.result.temperature_oil
+
+
+def with_cooling(resistance: float) -> Design:
+    member = MemberCooling(thermal_resistance=resistance)
+    return DESIGN.model_copy(update={"cooling": CoolingInput(pinion=member, gear=member)})
+
+
+def test_a_stated_cooling_is_the_default() -> None:
+    """In a point and in a grid; without it the result says that the teeth are as warm as the oil."""
+    plain = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0)
+    cold = plain.efficiency("constant:0.05")
+    assert any("as warm as the oil" in text for text in cold.skipped)
+    mesh = GearPair(with_cooling(0.1)).mesh("drive", 4, 9)
+    loaded = mesh.load(100.0)
+    warm = loaded.efficiency("constant:0.05")
+    assert not any("as warm as the oil" in text for text in warm.skipped)
+    assert warm.temperature_bulk_1 > cold.temperature_bulk_1 + 1.0
+    assert warm.temperature_bulk_1 == loaded.heat_balance("constant:0.05").result.temperature_bulk_1
+    assert loaded.efficiency("constant:0.05", bulk="oil").temperature_bulk_1 == cold.temperature_bulk_1
+    grid = mesh.over("constant:0.05", torque=[100.0], speed=[cold.operation.speed_pinion])
+    assert grid.points[0].result.temperature_bulk_1 == pytest.approx(warm.temperature_bulk_1, abs=0.05)
+    with pytest.raises(InputError, match="balance or oil"):
+        loaded.efficiency("constant:0.05", bulk="hot")
