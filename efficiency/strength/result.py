@@ -150,7 +150,7 @@ class Strength:
         return Table(
             kept,
             [tuple(values[name] for name in kept)],
-            title=f"Strength: {self.status.upper()}. Safety factors after ISO 10300, from public sources, not certified.",
+            title=f"Strength: {self.status.upper()}. Safety factors after ISO 10300, public sources, not certified.",
             notes=(*map(str, self.grades), *(f"note     {note}" for note in self.notes)),
             name="strength",
             vertical=True,
