@@ -9,7 +9,6 @@ friction.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, wraps
@@ -23,6 +22,8 @@ from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPositio
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput, Misalignment, load_design
+from efficiency.loss.axle import AxleLosses, resolve_axle
+from efficiency.loss.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
 from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.duty import DutyCycle, DutyRow, duty_cycle, read_duty
@@ -31,6 +32,7 @@ from efficiency.loss.efficiency_result import Bulk, EfficiencyResult, LoadBalanc
 from efficiency.loss.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
 from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
+from efficiency.loss.loss_map import LossMap, signed_axes, solve_loss_map
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import TeethElasticity, edge_load
 from efficiency.ltca.local_compliance import Tooth
@@ -69,11 +71,12 @@ DEFAULT_MODELS = (
 )
 # where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)
 EDGE_ROUNDING = 0.05
-_KEPT_MESHES, _MAX_VALUES = 8, 10_000
+_KEPT_MESHES, _MAX_STATES = 8, 10_000
 _MISALIGNMENTS = tuple(Misalignment.model_fields)
 
 Friction = FrictionModel | str
 Value = float | str
+Axle = AxleLosses | Path | str | Mapping[str, Value]
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
@@ -388,6 +391,102 @@ class GearPair:
         points = solve_points([row.condition for row in rows], solve, report)
         return duty_cycle(rows, points, self.name, model.name, card, GearOutput(self.design))
 
+    def loss_map(
+        self,
+        torque: Any,
+        speed: Any,
+        friction: Friction = CONSTANT,
+        *,
+        temperature: Value | None = None,
+        oil: str | None = None,
+        axle: Axle | None = None,
+        grid: tuple[int, int] | None = None,
+        report: Report | None = None,
+        load_balance: LoadBalance | None = None,
+    ) -> LossMap:
+        """Torque loss over pinion torque and speed, drive and coast, for `LossMap.to_vecto`.
+
+        Parameters
+        ----------
+        torque : float, str or sequence
+            Of the pinion: numbers in SI units, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``. Torques
+            below zero are coast: the coast flanks carry them and the gear drives.
+        speed : float, str or sequence
+            Of the pinion, likewise.
+        friction : FrictionModel or str
+            Friction model or its name.
+        temperature : float or str, optional
+            Of the oil [K], in place of the design's.
+        oil : str, optional
+            Oil card in place of the design's.
+        axle : mapping, Path, str or AxleLosses, optional
+            Losses beside the mesh: ``{"drag": "2 N m", "load_share": 0.005}`` (constant torque and share of the pinion
+            torque) or a table file with the columns torque, speed, torque_loss; none if not given.
+        grid : (int, int), optional
+            Mesh positions and points per contact line.
+        report : callable, optional
+            Called with the number of points done and of all points.
+        load_balance : {"frictional", "frictionless"}, optional
+            As in `LoadedMesh.efficiency`.
+
+        Raises
+        ------
+        InputError
+            A value out of range.
+        """
+        torques, speeds = signed_axes(torque, speed)
+        kelvin = self.design.operation.temperature_oil if temperature is None else _checked("temperature", temperature)
+        model, card = resolve_friction(friction, self.design), oil or self.design.operation.oil
+
+        def solve(condition: Condition) -> EfficiencyResult:
+            return self.at(model, grid, many=True, oil=card, load_balance=load_balance, **condition)
+
+        about = {"design": self.name, "friction_model": model.name, "oil": card}
+        return solve_loss_map(torques, speeds, kelvin, solve, resolve_axle(axle), report, **about)
+
+    def axle_test(
+        self,
+        application: Literal["single", "tandem"] = "single",
+        friction: Friction = CONSTANT,
+        *,
+        torque_max: Value | None = None,
+        revolutions_per_mile: float = REVOLUTIONS_PER_MILE,
+        axle: Axle | None = None,
+        **options: Any,
+    ) -> AxleTest:
+        """Power loss at the test points of 40 CFR 1037.560, for `AxleTest.to_csv`.
+
+        Parameters
+        ----------
+        application : {"single", "tandem"}
+            Output torques up to 4000 N m, or up to 2000 N m.
+        friction : FrictionModel or str
+            Friction model or its name.
+        torque_max : float or str, optional
+            Greatest output torque of the axle [N m]; test points above are left out.
+        revolutions_per_mile : float
+            Of the smallest tyre, 100 to 2000.
+        axle : mapping, Path, str or AxleLosses, optional
+            Losses beside the mesh, as of `loss_map`.
+        **options
+            `temperature`, `oil`, `grid`, `report`, `load_balance` of `loss_map`.
+
+        Raises
+        ------
+        InputError
+            A value out of range.
+        """
+        ratio = self.design.gear.blank.teeth / self.design.pinion.blank.teeth
+        most = (
+            None
+            if torque_max is None
+            else OPERATION_LIMITS["torque"].check(torque_max, "torque_max", bare=not isinstance(torque_max, str))
+        )
+        points = axle_test_points(application, revolutions_per_mile, most)
+        losses = resolve_axle(axle)
+        found = self.loss_map(points.pinion_torques(ratio), points.pinion_speeds(ratio), friction, **options)
+        return solve_axle_test(points, found, ratio, losses)
+
     def duty_points(
         self, duty: Path | str | Sequence[DutyRow], oil: str | None = None, grid: tuple[int, int] = (12, 21)
     ) -> list[WeightedPoints]:
@@ -467,8 +566,8 @@ class GearPair:
             raise InputError("E, P, G, alpha", None, "at least one of them with its values")
         values: dict[str, Any] = {name: tuple(axis_values(name, given)) for name, given in axes.items()}
         states = math.prod(len(part) for part in values.values())
-        if states > _MAX_VALUES:
-            raise InputError("E, P, G, alpha", f"{states} states", f"at most {_MAX_VALUES} combinations")
+        if states > _MAX_STATES:
+            raise InputError("E, P, G, alpha", f"{states} states", f"at most {_MAX_STATES} combinations")
         studies = [
             misalignment_study(self.design, side=part, marking=thickness, **values) for part in chosen_sides(side)
         ]
@@ -1095,17 +1194,7 @@ def axis_values(name: str, values: Any) -> list[Any]:
         return [values] if isinstance(values, str) else list(values)
     if not isinstance(values, str):
         return [_checked(name, value) for value in ([values] if isinstance(values, float | int) else values)]
-    quantity = _QUANTITIES[name]
-    if ":" not in values:
-        return list(quantity.check_list(values, name))
-    match = re.fullmatch(r"\s*([^:]+):([^:]+):\s*(\d+)\s*([^\d:][^:]*)", values)
-    count = int(match[3]) if match else 0
-    if match is None or not 2 <= count <= _MAX_VALUES:
-        raise InputError(name, values, "'from:to:number unit' such as '-0.2:0.2:9 mm', with a number of at least 2")
-    first, last = (quantity.check(f"{match[k].strip()} {match[4]}", name, bare=False) for k in (1, 2))
-    # values that are zero but for the last binary digit are zero
-    steps = (first + (last - first) * k / (count - 1) for k in range(count))
-    return [0.0 if abs(step) < 1e-12 * abs(last - first) else step for step in steps]
+    return list(_QUANTITIES[name].check_list(values, name))
 
 
 def _checked(name: str, value: Value) -> float:

@@ -10,7 +10,7 @@ import efficiency
 import ehl.cli
 import regression.cli
 import regression.cli.calibration
-from efficiency.cli import design, gear
+from efficiency.cli import design, gear, loss_map
 from ehl import __version__
 from ehl.console import App, run
 
@@ -44,6 +44,7 @@ for commands_of in (
     regression.cli.calibration,
     gear,
     design,
+    loss_map,
 ):
     commands_of.register(app)
 

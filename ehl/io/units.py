@@ -29,6 +29,8 @@ def _registry() -> Any:
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
 # the pattern above takes a time that grows with the square of a text's length, and pint computes any power it finds
 _LONGEST = 200
+_RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40})")
+_MAX_VALUES = 10_000  # of a range
 _POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d^]|\*\*)")
 
 KELVIN = 273.15  # zero of the Celsius scale [K]
@@ -217,8 +219,32 @@ class ValueRange:
         return number
 
     def check_list(self, text: str, field: str) -> list[float]:
-        """Parse and check a comma-separated list; the last unit holds for entries without one."""
-        return [self.check(entry, field, bare=False) for entry in _entries(text)]
+        """Values of a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
+
+        In a list the last unit holds for entries without one. A range has `number` equally
+        spaced values, both ends among them: ``"50:200:4 N m"`` is 50, 100, 150, 200 N m.
+
+        Raises
+        ------
+        InputError
+            Neither of them, or a value out of range.
+        """
+        if ":" not in text:
+            return [self.check(entry, field, bare=False) for entry in _entries(text)]
+        match = _RANGE.fullmatch(text)
+        count = int(match[3]) if match else 0
+        if match is None or not 2 <= count <= _MAX_VALUES:
+            hint = f"The number counts the values, both ends among them: at least 2 and at most {_MAX_VALUES}."
+            raise InputError(field, text, f"'from:to:number unit' such as {self._range_example!r}", hint)
+        first, last = (self.check(f"{match[k].strip()} {match[4]}", field, bare=False) for k in (1, 2))
+        # values that are zero but for the last binary digit are zero
+        steps = (first + (last - first) * k / (count - 1) for k in range(count))
+        return [0.0 if abs(step) < 1e-12 * abs(last - first) else step for step in steps]
+
+    @property
+    def _range_example(self) -> str:
+        number, _, unit = _EXAMPLES.get(self.unit, f"1 {self.unit}").partition(" ")
+        return f"{number}:{4 * float(number):g}:4 {unit}".strip()
 
     def _inside(self, number: float) -> bool:
         return not (

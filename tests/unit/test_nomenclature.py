@@ -14,8 +14,10 @@ from efficiency.blanks.inputs import PairBlankInput
 from efficiency.design.design import Design
 from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.geometry.pair_geometry import FlankSummary, PairGeometry, SideGeometry
+from efficiency.loss.axle_test import AxleTestRow
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.loss.loss_map import LossPoint
 from efficiency.studies.parameter_study import Study, StudyPoint
 from efficiency.synthesis.inputs import SettingsInput
 from ehl.contact import Contact
@@ -65,7 +67,7 @@ def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
         ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow,
         PairGeometry, SideGeometry, FlankSummary, MisalignmentPoint, MisalignmentStudy,
         Calibration, ParameterEstimate,
-        Study, StudyPoint,
+        Study, StudyPoint, LossPoint, AxleTestRow,
     ],
 )  # fmt: skip
 def test_every_result_is_listed(record: type) -> None:

@@ -72,6 +72,25 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
         TORQUE.check_list("100, 2000 N m", "--torque")
 
 
+def test_range_counts_its_values_with_both_ends() -> None:
+    assert TORQUE.check_list("50:200:4 N m", "--torque") == [50.0, 100.0, 150.0, 200.0]
+    assert TORQUE.check_list("0.2:0.1:2kN m", "--torque") == [200.0, 100.0]
+    for text in (
+        "50:200 N m",
+        "50:200:1 N m",
+        "50:200:4",
+        "50:200:4.5 N m",
+        "1:2:3:4 N m",
+        "50:200:20000 N m",
+        "::",
+        "1:2:3",
+    ):
+        with pytest.raises(InputError, match="from:to:number unit"):
+            TORQUE.check_list(text, "--torque")
+    with pytest.raises(InputError, match="at most 1000"):
+        TORQUE.check_list("50:2000:4 N m", "--torque")
+
+
 @pytest.mark.parametrize("name", UNITS)
 def test_common_units_convert_to_the_last_bit_as_by_pint(name: str) -> None:
     unit, _, _ = UNITS[name]

@@ -1,0 +1,205 @@
+"""Loss maps for vehicle simulation: power balance, files, losses beside the mesh, refusals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, partialmethod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.loss.axle import SimpleAxleLosses, read_axle_losses
+from efficiency.loss.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
+from efficiency.loss.loss_map import VECTO_HEAD, LossMap
+from efficiency.pair import GearPair
+from ehl.io.errors import ConvergenceError, InputError
+
+DESIGN, GRID = "fm_spiral_bevel_14x39", (4, 9)
+AXLE = SimpleAxleLosses(drag=1.5, load_share=0.005)
+RATIO = 39.0 / 14.0
+TABLE = """torque [N m],speed [rpm],torque_loss [N m]
+-100,100,2.0
+-100,2000,4.0
+300,100,3.0
+300,2000,7.0
+"""
+
+
+@cache
+def pair() -> GearPair:
+    return GearPair(DESIGN)
+
+
+@cache
+def map_of_pair() -> LossMap:
+    return pair().loss_map("-200:200:3 N m", "100, 1500 rpm", axle=AXLE, grid=GRID)
+
+
+@cache
+def axle_test() -> AxleTest:
+    return pair().axle_test("tandem", torque_max="500 N m", revolutions_per_mile=150.0, axle=AXLE, grid=GRID)
+
+
+def test_losses_are_those_of_single_runs() -> None:
+    """Drive with the pinion driving, coast on the coast flanks with the gear driving; by hand from power and speed."""
+    speed = 1500.0 * 2.0 * np.pi / 60.0
+    at = {"torque": 200.0, "speed": speed, "grid": GRID}
+    drive = pair().at(**at)
+    coast = pair().at(side="coast", driver="gear", **at)
+    losses = [(run.power_loss + run.power_loss_rolling) / speed + 1.5 + 0.005 * 200.0 for run in (coast, drive)]
+    found = map_of_pair().values()[1]
+    # points of a map state an error of the torque balance below 1e-5 of the power
+    assert found[[0, 2]] == pytest.approx(losses, abs=1e-5 * 200.0)
+    assert found[1] == 1.5
+    assert losses[0] != pytest.approx(losses[1], rel=0.01)
+
+
+def test_vecto_file_is_read_back(tmp_path: Path) -> None:
+    path = map_of_pair().to_vecto(tmp_path / "axle.vtlm")
+    head, *rows = path.read_text().splitlines()
+    assert head.split(" #")[0] == VECTO_HEAD
+    assert "at 0 rpm the torque losses of 100 rpm" in head
+    assert "1.5 N m + 0.5 %" in head
+    assert "," not in head.split(" #")[1]
+    values = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    assert values[:, 0].tolist() == [0.0] * 3 + [100.0] * 3 + [1500.0] * 3
+    assert values[:3, 1].tolist() == [-200.0, 0.0, 200.0]
+    assert values[:3, 2].tolist() == values[3:6, 2].tolist()
+    assert values[3:, 2] == pytest.approx(map_of_pair().values().ravel(), abs=5.1e-5)
+    assert (values[:, 2] > 0.0).all()
+
+
+def test_grids_become_the_same_file(tmp_path: Path) -> None:
+    axes: dict[str, Any] = {"torque": "200 N m", "speed": "100, 1500 rpm"}
+    drive = pair().mesh("drive", *GRID).over(**axes)
+    coast = pair().mesh("coast", *GRID).over(fixed={"driver": "gear"}, **axes)
+    found = drive.to_vecto(tmp_path / "grid.vtlm", coast, AXLE)
+    assert found.values() == pytest.approx(map_of_pair().values()[:, [0, 2]], rel=1e-12)
+    assert "mesh alone" in drive.to_vecto(tmp_path / "mesh.vtlm", coast).notes[0]
+    with pytest.raises(InputError, match="below and above zero"):
+        drive.to_vecto(tmp_path / "drive.vtlm")
+    with pytest.raises(InputError, match="each combination once"):
+        drive.to_vecto(tmp_path / "twice.vtlm", drive)
+
+
+def test_no_file_with_points_missing(tmp_path: Path) -> None:
+    found = map_of_pair()
+    torn = replace(found, points=(replace(found.points[0], status="failed", reason="no_contact"), *found.points[1:]))
+    with pytest.raises(ConvergenceError, match="1 of 6 points no_contact"):
+        torn.to_vecto(tmp_path / "torn.vtlm")
+    assert not list(tmp_path.iterdir())
+
+
+def test_equation_of_the_regulation() -> None:
+    """Worked example of 40 CFR 1037.560(e): three repeats of this setting have the mean 1603.9 W."""
+    assert power_loss_40cfr1037(845.1, 3000.0, 10.472, 3.731) == pytest.approx(1603.9, abs=2.0)
+
+
+def test_test_points() -> None:
+    points = axle_test_points("single")
+    rpm = np.array(points.speed_wheel) * 60.0 / (2.0 * np.pi)
+    # 65 miles an hour at 650 turns a mile: 704 rpm
+    assert rpm == pytest.approx([50.0, 150.0, 250.0, 350.0, 450.0, 550.0, 650.0, 750.0])
+    assert points.torque_output == (0.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0)
+    assert axle_test_points("tandem", torque_max=1200.0).torque_output == (0.0, 250.0, 500.0, 1000.0)
+
+
+def test_axle_test_closes_the_power_balance() -> None:
+    """Input torque, as a load of the mesh, loses just what the row says: an interpolated against a computed mesh."""
+    rows = axle_test().rows
+    row = rows[-1]
+    speed = row.speed_wheel * RATIO
+    assert row.torque_output == 500.0
+    run = pair().at(torque=row.torque_input, speed=speed, grid=GRID)
+    power = run.power_loss + run.power_loss_rolling + speed * AXLE.torque_loss(row.torque_input, speed)
+    assert row.power_loss == pytest.approx(power, rel=2e-3)
+    assert row.torque_input * speed == pytest.approx(row.torque_output * row.speed_wheel + row.power_loss, rel=1e-12)
+
+
+def test_unloaded_test_is_what_drag_and_the_mesh_under_drag_lose() -> None:
+    row = axle_test().rows[0]
+    assert row.torque_output == 0.0
+    assert row.power_loss == pytest.approx(row.torque_input * row.speed_wheel * RATIO, rel=1e-12)
+    assert 1.5 / 0.995 < row.torque_input < 1.6
+
+
+def test_axle_test_file_has_the_decimals_of_gem(tmp_path: Path) -> None:
+    lines = axle_test().to_csv(tmp_path / "grid.csv").read_text().splitlines()
+    rows = axle_test().rows
+    assert lines[0] == "Wheel speed [r/min],Output torque [N m],Power loss [kW]"
+    assert len(lines) == 1 + len(rows) == 1 + 3 * 3
+    assert lines[-1] == f"250.0,500.00,{rows[-1].power_loss / 1e3:.4f}"
+
+
+def test_axle_that_loses_too_much_has_no_answer() -> None:
+    mesh = replace(axle_test().map)
+    with pytest.raises(ConvergenceError, match="more than a fifth"):
+        solve_axle_test(axle_test_points("tandem", 150.0, 500.0), mesh, RATIO, SimpleAxleLosses(500.0))
+
+
+def test_table_of_losses_is_bilinear_and_ends(tmp_path: Path) -> None:
+    (tmp_path / "axle.csv").write_text(TABLE)
+    table = read_axle_losses(tmp_path / "axle.csv")
+    rpm = 2.0 * np.pi / 60.0
+    assert table.torque_loss(100.0, 1050.0 * rpm) == pytest.approx(4.0)
+    assert table.torque_loss(-100.0, 100.0 * rpm) == pytest.approx(2.0)
+    for torque, speed in ((301.0, 500.0), (100.0, 99.0)):
+        with pytest.raises(InputError, match="nothing is extrapolated"):
+            table.torque_loss(torque, speed * rpm)
+    (tmp_path / "torn.csv").write_text(TABLE.replace("300,100,3.0\n", ""))
+    with pytest.raises(InputError, match="each combination of torque and speed once"):
+        read_axle_losses(tmp_path / "torn.csv")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("loss-map", "--torque", "-1:1 N m", "--speed", "100 rpm"), "from:to:number unit"),
+        (("loss-map", "--torque", "-1:1:3", "--speed", "100 rpm"), "--torque"),
+        (("loss-map", "--torque", "-1:1:3 N m", "--speed", "0:100:3 rpm"), "--speed"),
+        (("loss-map", "--torque", "-1, 1 N m", "--speed", "1 rpm", "--vecto", "map.csv"), ".vtlm"),
+        (("loss-map", "--torque", "-1, 1 N m", "--speed", "1 rpm", "--drag", "-1 N m"), "at least 0"),
+        (("loss-map", "--torque", "-1, 1 N m", "--speed", "1 rpm", "--load-share", "60 %"), "below 0.5"),
+        (("loss-map", "--torque", "-1, 1 N m", "--speed", "1 rpm", "--axle-losses", "no.csv"), "no.csv"),
+        (("loss-map", "--torque", "-1, 1 N m", "--speed", "1 rpm", "--axle-losses", "t.csv"), "extrapolated"),
+        (("axle-test", "--application", "triple"), "single or tandem"),
+        (("axle-test", "--torque-max", "100 N m"), "at least 500 N m"),
+        (("axle-test", "--revolutions-per-mile", "1"), "at least 100"),
+        (("axle-test", "--drag", "1 N m", "--axle-losses", "t.csv"), "either a table"),
+    ],
+)
+def test_bad_input(
+    mixed_ehl: Callable[..., Any],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    words: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.csv").write_text(TABLE)
+    command, *options = arguments
+    outcome = mixed_ehl(command, DESIGN, *options)
+    assert outcome.code == 2, outcome.err
+    assert words in outcome.err
+
+
+def test_commands_print_and_write(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(GearPair, "loss_map", partialmethod(GearPair.loss_map, grid=GRID))
+    outcome = mixed_ehl(
+        "loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500 rpm", "--drag", "2 N m", "--json",
+        *("--vecto", tmp_path / "m.vtlm", "--xlsx", tmp_path / "m.xlsx", "--csv", tmp_path / "tables"),
+    )  # fmt: skip
+    assert outcome.code == 0, outcome.err
+    found = json.loads(outcome.out)
+    assert [point["torque_pinion"] for point in found["points"]] == [-100.0, 100.0]
+    assert {path.name for path in tmp_path.iterdir()} == {"m.vtlm", "m.xlsx", "tables"}
+    openpyxl = pytest.importorskip("openpyxl")
+    sheet = openpyxl.load_workbook(tmp_path / "m.xlsx")["loss map"]
+    assert sheet["B1"].value == "speed_pinion [rpm]"
+    assert sheet["B2"].value == pytest.approx(500.0)
