@@ -239,7 +239,7 @@ def _edge_grades(edges: EdgeLoad, first: float, shakes: float) -> list[Grade]:
     names = ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in edges.shares.items())
     tips = [name.split()[0] for name in EDGES if name.endswith("tip") and edges.shares.get(name, 0.0) >= EDGE_NOTE]
     ends = [name for name in EDGES if not name.endswith("tip") and edges.shares.get(name, 0.0) >= EDGE_NOTE]
-    remedies = [f"add tip relief to the {' and the '.join(tips)}"] if tips else []
+    remedies = [f"add tip relief (or more of it) to the {' and the '.join(tips)}"] if tips else []
     if ends:
         remedies.append(f"more lengthwise crowning, or relief at the {', '.join(ends)}")
     text = f"edges carry {100.0 * edges.share:.2g} % of the load ({names}): {'; '.join(remedies)}"

@@ -138,7 +138,7 @@ def test_grades_say_what_to_do(loaded: LoadedMesh) -> None:
     assert strength.status == "warning"
     [edges] = [grade for grade in strength.grades if grade.kind == "edges"]
     assert str(edges).startswith("WARNING: edges carry ")
-    assert "add tip relief to the gear and the pinion" in edges.text
+    assert "add tip relief (or more of it) to the gear and the pinion" in edges.text
     hard = loaded.mesh.load("900 N m").strength()
     kinds = [grade.kind for grade in hard.grades]
     assert len(kinds) == len(set(kinds))
