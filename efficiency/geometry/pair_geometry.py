@@ -206,7 +206,7 @@ def pair_geometry(design: Design, sides: Sequence[Side] = SIDES, marking: float 
     """
     start = time.perf_counter()
     MARKING_LIMITS.check(marking, "marking")
-    flanks = {f"{name}_{side}": _flank_summary(design, name, side) for name in MEMBERS for side in FLANK_SIDES}
+    flanks = flank_summaries(design)
     notes = tuple(note for name, flank in flanks.items() for note in _flank_notes(design, name, flank))
     found: dict[Side, SideGeometry] = {}
     failures: dict[Side, str] = {}
@@ -217,6 +217,21 @@ def pair_geometry(design: Design, sides: Sequence[Side] = SIDES, marking: float 
             failures[side] = str(error)
     seconds = time.perf_counter() - start
     return PairGeometry(design, marking, flanks, found, failures, notes, seconds)
+
+
+def flank_summaries(design: Design) -> dict[str, FlankSummary]:
+    """The four flanks at their mean points."""
+    return {f"{name}_{side}": _flank_summary(design, name, side) for name in MEMBERS for side in FLANK_SIDES}
+
+
+def geometry_notes(design: Design, side: Side) -> tuple[str, ...]:
+    """What a designer should know of the members and of the unloaded contact of one side.
+
+    Undercut, flanks that end early, roots too high or too deep, and where the contact pattern runs into edges.
+    """
+    of_members = [note for name, flank in flank_summaries(design).items() for note in _flank_notes(design, name, flank)]
+    pair = flank_pair(design.flanks(), side)
+    return (*of_members, *_side_notes(pair, pair.pattern()))
 
 
 def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideGeometry:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
@@ -139,7 +140,7 @@ def write_gear_report(
         The file cannot be written.
     """
     flank = FlankMap.of(design.flanks(), result)
-    sections = [_headline(result)]
+    sections = [_headline(result, geometry_notes(design, result.side))]
     parts: list[tuple[str, list[Block]]] = []
     if grid is not None and not is_map(grid):
         raise InputError("report", ", ".join(grid.axes), "a grid over torque, speed and temperature")
@@ -186,7 +187,7 @@ def nearest_point(design: Design, grid: Grid) -> EfficiencyResult:
     return min(usable, key=distance)
 
 
-def _headline(result: EfficiencyResult) -> Section:
+def _headline(result: EfficiencyResult, of_design: Sequence[str]) -> Section:
     figures = [(f"{percent(result.efficiency, 2)} %", "mesh efficiency")]
     if result.efficiency_lower < result.efficiency_upper:
         interval = f"{percent(result.efficiency_lower, 1)}–{percent(result.efficiency_upper, 1)} %"
@@ -202,7 +203,7 @@ def _headline(result: EfficiencyResult) -> Section:
     warnings = [f"not converged: {result.reason}"] if result.status != "converged" else []
     if result.source is not None:
         warnings += [str(grade) for grade in result.strength.grades if grade.level == "warning"]
-    warnings += list(result.notes)
+    warnings += [*result.notes, *(note for note in of_design if note not in result.notes)]
     if result.outside_range_share > 0.0:
         share = percent(result.outside_range_share, 1)
         warnings.append(f"{share} % of the sliding power lies outside the stated range of {result.friction_model}")

@@ -232,6 +232,9 @@ def design_text(
         if chosen.finish is None or "roughness_rms" in chosen.model_fields_set:
             extra["roughness_rms"] = f"{chosen.roughness_rms * 1e6:.6g} um"
         tables += _member(name, member, flanks, extra)
+        for edge, relief in chosen.edge_relief:
+            if relief is not None:
+                tables.append((f"{name}.edge_relief.{edge}", relief.model_dump()))
     comment = "".join(f"# {line}".rstrip() + "\n" for line in header)
     return comment + "\n" + _tables(tables)
 

@@ -10,6 +10,7 @@ from pydantic import field_validator, model_validator
 
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.design.design import Rms
+from efficiency.design.relief_input import MemberReliefInput
 from efficiency.loss.kinematics import OperatingPoint
 from ehl.io.data import named_file
 from ehl.io.errors import InputError
@@ -113,11 +114,12 @@ class Targets(InputModel):
 
 
 class MemberTargets(InputModel):
-    """What a design file says of a member besides its geometry: a finish by its name, else the roughness."""
+    """What a design file says of a member besides its cut flanks: a finish by its name, else the roughness; relief."""
 
     material: str = "steel"
     finish: str | None = None
     roughness_rms: Rms = 0.4e-6
+    edge_relief: MemberReliefInput = MemberReliefInput()
 
     @model_validator(mode="after")
     def _known(self) -> Self:

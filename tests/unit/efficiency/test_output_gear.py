@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable
+from html import unescape
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 from openpyxl import load_workbook
 
 from efficiency.design.design import Design, load_design
+from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
@@ -223,6 +225,10 @@ def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path
     write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html", xlsx=tmp_path / "map.xlsx"))
     text = require_self_contained(tmp_path / "map.html")
     assert text.count("<svg") == 4 + 14 + 2 + 1 + 1
+    # undercut and roots are no matter of the loaded flanks: the page has to say them all the same
+    told = geometry_notes(geared[0], "drive")
+    assert any("the blade tips leave a root up to" in note for note in told)
+    assert all(note in unescape(text) for note in told)
     chosen = nearest_point(geared[0], grid)
     assert (chosen.torque_pinion, chosen.speed_pinion, chosen.temperature_oil) == (300.0, 120.0, 363.15)
     assert f"{100.0 * chosen.efficiency:.2f} %" in text

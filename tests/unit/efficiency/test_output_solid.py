@@ -136,7 +136,7 @@ def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
         read_stl(Path("does_not_exist.stl"))
 
 
-@pytest.mark.parametrize("name", data_names("designs"))
+@pytest.mark.parametrize("name", [name for name in data_names("designs") if not name.endswith("_relieved")])
 def test_solids_of_every_shipped_design_close(name: str) -> None:
     shipped = load_design(name)
     for member in MEMBERS:

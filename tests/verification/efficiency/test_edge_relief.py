@@ -14,8 +14,10 @@ from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.relief import EdgeRelief, MemberRelief
 from efficiency.design.design import Design, load_design
 from efficiency.design.relief_input import MemberReliefInput
+from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.pair import Mesh, elastic_bodies
-from ehl.io.data import data_path
+from efficiency.synthesis.inputs import load_targets
+from ehl.io.data import data_names, data_path
 
 PAIR = "fm_hypoid_13x42"
 
@@ -157,3 +159,22 @@ def test_impossible_relief_is_refused_with_the_remedy(
     assert outcome.code == 2
     assert field in outcome.err
     assert remedy in " ".join(outcome.err.split())
+
+
+SHIPPED = [name for name in data_names("designs") if name.endswith("_relieved")]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_pairs_with_relief_are_clean(name: str) -> None:
+    design = load_design(name)
+    side = "coast" if "12x37" in name else "drive"
+    for note in geometry_notes(design, side):
+        # above the root of the whole depth lies the fillet, no working flank
+        assert note.endswith("of the whole depth above the root cone"), note
+    loaded = Mesh.of(design, side, 6, 13).load().grids
+    assert loaded.edges.share < 0.02
+    assert loaded.fine.pressure_max < 1.6e9
+    asked, kept = (given.pinion.edge_relief.tip for given in (load_targets(name), design))
+    assert asked is not None
+    assert kept is not None
+    assert (kept.amount, kept.length) == pytest.approx((asked.amount, asked.length))
