@@ -140,7 +140,7 @@ def write_gear_report(
         The file cannot be written.
     """
     flank = FlankMap.of(design.flanks(), result)
-    sections = [_headline(result, geometry_notes(design, result.side))]
+    sections = [_headline(result, geometry_notes(design, "coast" if result.side == "coast" else "drive"))]
     parts: list[tuple[str, list[Block]]] = []
     if grid is not None and not is_map(grid):
         raise InputError("report", ", ".join(grid.axes), "a grid over torque, speed and temperature")
