@@ -24,7 +24,9 @@ FIGURES = {
     "before_after.png": ("before_after", "figure", "docs/figures/friction_before.csv"),
     "gear_load_time.png": ("gear_load_time", "docs/figures"),
     "low_slip.png": ("low_slip", "docs/figures"),
-    "measured_film.png": ("measured", "--out", "docs/figures"),
+    **dict.fromkeys(
+        ("measured_film.png", "measured_low_slip.png", "measured_oils.png"), ("measured", "--out", "docs/figures")
+    ),
     "root_stress_fem.png": ("root_stress_fem", "docs/figures"),
     "smooth_accuracy.png": ("smooth_accuracy", "--out", "docs/figures"),
     "stress_wide.png": ("stress", "--out", "docs/figures"),
