@@ -603,8 +603,8 @@ class GearPair:
         ----------
         folder : Path or str
             Where to.
-        what : iterable of {"tooth", "member", "grid", "summary"}
-            Tooth space, whole member, points of the flanks, machine summary.
+        what : iterable of {"tooth", "member", "step", "grid", "summary"}
+            Tooth space and whole member (STL), whole member (STEP, extra ``cad``), flank points, machine summary.
         members : iterable of {"pinion", "gear"}
             Which members.
         rows, columns : int
@@ -626,7 +626,13 @@ class GearPair:
         InputError
             A value out of range, a folder that cannot be written.
         """
-        from efficiency.output.files import export_grids, export_member, export_summary, export_tooth_space
+        from efficiency.output.files import (
+            export_grids,
+            export_member,
+            export_step,
+            export_summary,
+            export_tooth_space,
+        )
 
         chosen, into = list(what), Path(folder)
         for part in chosen:
@@ -646,6 +652,8 @@ class GearPair:
                 written.append(export_tooth_space(self.design, member, into, rows, columns, thickness))
             if "member" in chosen:
                 written.append(export_member(self.design, member, into, rows, columns, thickness, hole))
+            if "step" in chosen:
+                written.append(export_step(self.design, member, into, rows, columns, thickness, hole))
             if "grid" in chosen:
                 written += export_grids(self.design, member, into, rows, columns, margin)
         if "summary" in chosen:
@@ -674,7 +682,7 @@ class GearPair:
         return f"<table><caption>{escape(design.name)}</caption>{cells}</table>"
 
 
-_EXPORTS = ("tooth", "member", "grid", "summary")
+_EXPORTS = ("tooth", "member", "step", "grid", "summary")
 
 ElasticTeeth = tuple[tuple[Tooth, Tooth], tuple[str, ...]]
 """Teeth of pinion and gear as elastic bodies, and notes on them."""

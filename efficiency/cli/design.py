@@ -66,7 +66,10 @@ def export(
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for a design's files; file for a formula.")],
     what: Annotated[
-        str, typer.Option(help="Comma-separated: tooth (STL of a space), member (STL), grid (CSV), summary (CSV).")
+        str,
+        typer.Option(
+            help="Comma-separated: tooth (STL of a space), member (STL), step (member, STEP), grid, summary (CSV)."
+        ),
     ] = "tooth, member, grid, summary",
     member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
     rows: Annotated[int, typer.Option(help="Points from root to tip.")] = 15,

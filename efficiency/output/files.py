@@ -39,6 +39,24 @@ def export_member(
     return _solid(design, grid, member_solid(grid, rim, bore), folder / f"{member}.stl")
 
 
+def export_step(
+    design: Design,
+    member: Member,
+    folder: Path,
+    rows: int,
+    columns: int,
+    rim: float | None = None,
+    bore: float | None = None,
+) -> str:
+    """STEP of a whole member."""
+    from efficiency.output.step import require_kernel, write_step
+
+    require_kernel()
+    path = folder / f"{member}.step"
+    volume = write_step(path, tooth_grid(design.flanks(), member, rows, columns), f"{design.name} {member}", rim, bore)
+    return f"{path}: B-spline surfaces, closed, {1e9 * volume:.6g} mm3"
+
+
 def _solid(design: Design, grid: ToothGrid, solid: Solid, path: Path) -> str:
     if not solid.closed:
         raise ConvergenceError("open_solid", f"the surface of {path.name} does not close: other rows or columns")

@@ -175,6 +175,21 @@ def tooth_space_solid(grid: ToothGrid, rim: float | None = None) -> Solid:
     return mesh.solid()
 
 
+def body_section(grid: ToothGrid, rim: float | None, bore: float | None) -> tuple[FloatArray, FloatArray, float]:
+    """Radii and planes [m] where the end cones stop, toe and heel, and the bore; checked, see `member_solid`."""
+    rim = _rim_thickness(grid, rim)
+    blank = grid.blank
+    radii, planes = blank.axial(grid.u[0, [0, -1]], grid.height[0, [0, -1]] - rim)
+    smallest = float(radii.min())
+    if bore is None:
+        bore = 1.2 * smallest if blank.pitch_angle > np.pi / 4.0 else 0.0
+    if not 0.0 <= 0.5 * bore < smallest:
+        raise InputError(
+            "bore", f"{bore * 1e3:.6g} mm", f"from 0 to below {2e3 * smallest:.6g} mm, where the body ends"
+        )
+    return radii, planes, bore
+
+
 def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None = None) -> Solid:
     """A whole member: all teeth, toe and heel cones, plane faces, bore.
 
@@ -193,16 +208,8 @@ def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None =
     InputError
         Rim or bore do not fit into the member.
     """
-    rim = _rim_thickness(grid, rim)
     blank = grid.blank
-    radii, planes = blank.axial(grid.u[0, [0, -1]], grid.height[0, [0, -1]] - rim)
-    smallest = float(radii.min())
-    if bore is None:
-        bore = 1.2 * smallest if blank.pitch_angle > np.pi / 4.0 else 0.0
-    if not 0.0 <= 0.5 * bore < smallest:
-        raise InputError(
-            "bore", f"{bore * 1e3:.6g} mm", f"from 0 to below {2e3 * smallest:.6g} mm, where the body ends"
-        )
+    radii, planes, bore = body_section(grid, rim, bore)
     turns = np.arange(blank.teeth)[:, None, None] * grid.pitch
     mesh = _Mesh()
     edge = _toothed_surface(mesh, grid, grid.lower + turns, grid.upper + turns, closed=True)

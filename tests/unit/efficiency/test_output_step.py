@@ -1,0 +1,83 @@
+"""STEP solids, re-read by the kernel: closed, of the volume of the STL, flanks where the cutter leaves them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.contact.tooth_grid import tooth_grid
+from efficiency.design.design import load_design
+from efficiency.output.solid import member_solid
+from efficiency.output.step import read_step, shape_volume, write_step
+
+DESIGN = "fm_spiral_bevel_14x39"
+
+
+def faces_of(shape: Any) -> list[Any]:
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    explorer, found = TopExp_Explorer(shape, TopAbs_FACE), []
+    while explorer.More():
+        found.append(TopoDS.Face_s(explorer.Current()))
+        explorer.Next()
+    return found
+
+
+def distance(face: Any, point: Any) -> float:
+    """From a point [m] to a face, in m."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.gp import gp_Pnt
+
+    vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*(1e3 * float(x) for x in point))).Vertex()
+    return 1e-3 * float(BRepExtrema_DistShapeShape(vertex, face).Value())
+
+
+def test_step_of_a_member_is_read_back(tmp_path: Path) -> None:
+    pytest.importorskip("OCP.TColgp", reason="extra cad")
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.TopAbs import TopAbs_SOLID
+
+    flanks = load_design(DESIGN).flanks()
+    grid = tooth_grid(flanks, "pinion", 15, 31)
+    written = write_step(tmp_path / "pinion.step", grid, "pinion")
+    shape = read_step(tmp_path / "pinion.step")
+    assert shape.ShapeType() == TopAbs_SOLID
+    assert BRepCheck_Analyzer(shape).IsValid()
+    assert shape_volume(shape) == pytest.approx(written, rel=1e-9)
+    assert shape_volume(shape) == pytest.approx(member_solid(grid).volume, rel=1e-3)
+
+    # 100 points of each flank between those of the grid, from the cutting simulation itself
+    draw = np.random.default_rng(7)
+    faces = faces_of(shape)
+    for side, azimuth in zip(grid.sides, (grid.lower, grid.upper), strict=True):
+        flank = flanks.of("pinion")[side]
+        middle = flank.solve(grid.u[10, 15:16], grid.height[10, 15:16])[0]
+        turn = azimuth[10, 15] - middle.azimuth[0]
+        u = draw.uniform(0.98 * grid.u[0, 0], 0.98 * grid.u[0, -1], 100)
+        lowest, highest = (np.interp(u, grid.u[0], grid.height[row]) for row in (6, 14))
+        h = lowest + draw.uniform(0.02, 0.98, 100) * (highest - lowest)
+        cut, found = flank.solve(u, h)
+        assert found.all()
+        points = grid.point(cut.azimuth + turn, u, h)
+        face = min(
+            faces, key=lambda face: distance(face, grid.point(azimuth[10, 15], grid.u[10, 15], grid.height[10, 15]))
+        )
+        assert max(distance(face, point) for point in points) < 1e-6
+
+
+def test_missing_kernel_is_named(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "OCP.Message", None)
+    outcome = mixed_ehl("export", DESIGN, "-o", tmp_path, "--what", "step")
+    assert outcome.code == 2
+    assert "mixed-ehl[cad]" in outcome.err
+    assert not list(tmp_path.iterdir())
