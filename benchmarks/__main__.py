@@ -18,7 +18,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]  # benchmarks share scenes and second algorithms with tests
 
-from common import OUT, command_line, write_rows  # noqa: E402
+from common import OUT, command_line, one_of, write_rows  # noqa: E402
 
 FIGURES = {
     "before_after.png": ("before_after", "figure", "docs/figures/friction_before.csv"),
@@ -83,7 +83,7 @@ def main(argv: Sequence[str]) -> int:
     if what != "figures":
         return run(what, argv[1:])
     parser = command_line(draw.__doc__)
-    parser.add_argument("names", nargs="*", choices=FIGURES, metavar="FIGURE")
+    parser.add_argument("names", nargs="*", type=one_of(FIGURES), metavar="FIGURE")
     return draw(parser.parse_args(argv[1:]).names)
 
 

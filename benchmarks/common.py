@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,17 @@ OUT = Path("benchmarks/out")
 def command_line(head: str | None) -> argparse.ArgumentParser:
     """The parser of a benchmark; its help is the head of the file."""
     return argparse.ArgumentParser(description=head, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def one_of(known: Collection[str]) -> Callable[[str], str]:
+    """Type of an argument that is one of these names; for lists of names that may be empty."""
+
+    def checked(text: str) -> str:
+        if text not in known:
+            raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(known)}")
+        return text
+
+    return checked
 
 
 def write_rows(path: Path, rows: Sequence[Any]) -> None:

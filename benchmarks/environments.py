@@ -1,6 +1,6 @@
 """Commands in odd surroundings: no HOME, no room for temporary files, other locales, paths with any sign, no compiler.
 
-    python -m benchmarks environments [NAME ...]
+    python -m benchmarks environments [NAME ...] [--commands COMMAND ...]
 
 Every command runs in a process and a folder of its own. It must end with 0 and its answer, or with 2 and one sentence;
 answers must be those of an ordinary surrounding, digit for digit. Needs /dev/full for the full disk.
@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from common import OUT, command_line, write_rows
+from common import OUT, command_line, one_of, write_rows
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "docs" / "examples" / "contact.toml"
@@ -120,12 +120,16 @@ def numbers(text: str) -> list[str]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run all commands in all surroundings; 1 where one ends in another way than it must."""
     parser = command_line(__doc__)
-    parser.add_argument("names", nargs="*", choices=SURROUNDINGS)
-    names = ["ordinary", *(parser.parse_args(argv).names or list(SURROUNDINGS)[1:])]
+    parser.add_argument("names", nargs="*", type=one_of(SURROUNDINGS))
+    parser.add_argument("--commands", nargs="*", choices=COMMANDS, default=list(COMMANDS))
+    options = parser.parse_args(argv)
+    names = ["ordinary", *(options.names or list(SURROUNDINGS)[1:])]
     rows, answers, wrong = [], dict[str, list[str]](), 0
     with tempfile.TemporaryDirectory() as place:
         for name in names:
-            for command in LIGHT if name == "without_compiler" else COMMANDS:
+            for command in options.commands:
+                if name == "without_compiler" and command not in LIGHT:
+                    continue
                 folder = Path(place) / name / NAME / command
                 clock = time.perf_counter()
                 done = run(COMMANDS[command], SURROUNDINGS[name](Path(place) / name), folder)

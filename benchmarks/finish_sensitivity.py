@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from common import command_line
+from common import command_line, one_of
 
 import efficiency
 import ehl
@@ -144,7 +144,7 @@ PARTS = {part.__name__: part for part in (waves, film, cutoff, lay, finishes, ge
 def main(argv: Sequence[str] | None = None) -> None:
     """Run the parts asked for."""
     parser = command_line(__doc__)
-    parser.add_argument("parts", nargs="*", choices=PARTS)
+    parser.add_argument("parts", nargs="*", type=one_of(PARTS))
     for part in parser.parse_args(argv).parts or PARTS:
         print(f"== {part}")
         PARTS[part]()
