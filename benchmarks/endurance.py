@@ -6,8 +6,8 @@ Sound files are mutated: bits, pieces and lines at random, and values, keys and 
 answer or a refusal not seen before joins the sound files and is mutated further (guidance by outcome). Each kind goes
 through its reader and what is checked and computed before solving; ``--commands`` puts files through whole commands,
 which stop where solving begins. Anything but an answer or an `InputError` of readable length is a traceback; more than
-ten seconds is a hang; numbers that are not finite, or of the wrong sign, are impossible answers. Inputs of all three
-are kept below ``--out``.
+ten seconds of processor time is a hang; numbers that are not finite, or of the wrong sign, are impossible answers.
+Inputs of all three are kept below ``--out``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ import ehl
 from efficiency.cli import main as mixed_ehl
 from ehl import MixedEhlError
 
-HANG = 10  # s
+HANG = 10.0  # s of processor time; and ten times that on the clock, for what only waits
+CLOCKS = ((signal.SIGPROF, signal.ITIMER_PROF, HANG), (signal.SIGALRM, signal.ITIMER_REAL, 10.0 * HANG))
 CORPUS = 300  # files kept for further mutation
 NUMBERS = (
     "0", "-1", "1e308", "-1e308", "1e-320", "nan", "inf", "-inf", "1e400", "9" * 400, "0x10", "1_0", "1,5", "-0.0",
@@ -162,8 +163,9 @@ def outcome(task: Callable[[], object]) -> tuple[str, str]:
     def ring(number: int, frame: object) -> None:
         raise Hang
 
-    signal.signal(signal.SIGALRM, ring)
-    signal.alarm(HANG)
+    for number, timer, seconds in CLOCKS:
+        signal.signal(number, ring)
+        signal.setitimer(timer, seconds)
     try:
         task()
         return "answer", "answer"
@@ -185,7 +187,8 @@ def outcome(task: Callable[[], object]) -> tuple[str, str]:
         steps = " < ".join(f"{Path(step.filename).stem}:{step.lineno}" for step in (own or [where])[-1:-4:-1])
         return "traceback", f"{type(error).__name__}: {str(error)[:100]} [{steps}]"
     finally:
-        signal.alarm(0)
+        for _, timer, _ in CLOCKS:
+            signal.setitimer(timer, 0.0)
 
 
 def command(arguments: Sequence[str]) -> None:

@@ -105,7 +105,7 @@ def stopped() -> Iterator[None]:
         stack.enter_context(mock.patch.object(efficiency.pair.GearPair, "mesh", reach))
         for module, name in (
             (ehl.solve, "_solve"),
-            (efficiency.synthesis.solve, "free_settings"),
+            (efficiency.synthesis.solve, "conjugate_start"),
             (regression.fitting.fit, "fit_families"),
         ):
             function = getattr(module, name)
