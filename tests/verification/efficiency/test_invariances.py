@@ -1,0 +1,92 @@
+"""What must not change: a map point solved alone, the mirror image, another scale; face-hobbed hypoid pairs too."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.design.design import Design, load_design
+from efficiency.pair import Mesh
+from ehl.io.units import ValueRange
+
+NAMES = ("fh_hypoid_9x34", "fm_spiral_bevel_14x39")
+TORQUE = 300.0
+POWERS = {"m": 1, "1/m": -1, "m^2": 2, "1/m^2": -2, "1/m^3": -3}  # of the length, by unit
+
+
+def mesh_of(design: Design) -> Mesh:
+    return Mesh.of(design, "drive", 6, 15)
+
+
+def rebuilt(design: Design, change: Any) -> Design:
+    """The design with every number passed through ``change(unit, name, value)``."""
+
+    def walk(model: BaseModel, name: str) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        for key, info in type(model).model_fields.items():
+            value = getattr(model, key)
+            optional = [part for kind in get_args(info.annotation) for part in getattr(kind, "__metadata__", ())]
+            unit = next((part.unit for part in (*info.metadata, *optional) if isinstance(part, ValueRange)), None)
+            if isinstance(value, BaseModel):
+                value = walk(value, f"{name}.{key}")
+            elif isinstance(value, float | str) and not isinstance(value, bool):
+                value = change(unit, key, value)
+            data[key] = value
+        return data
+
+    return Design.model_validate(walk(design, "design"))
+
+
+def scaled(factor: float) -> Any:
+    def change(unit: str | None, name: str, value: Any) -> Any:
+        return value * factor ** POWERS.get(unit or "", 0) if isinstance(value, float) else value
+
+    return change
+
+
+def mirror(unit: str | None, name: str, value: Any) -> Any:
+    if name == "hand":
+        return {"left": "right", "right": "left"}[value]
+    # of the modified roll the odd terms keep, the even ones change their sign: the cradle turns the other way
+    return -value if name in ("cradle_angle", "swivel", "blank_offset", "modified_roll_2c") else value
+
+
+@pytest.mark.parametrize("name", NAMES[:1])
+def test_the_mirror_image_has_the_same_load_and_efficiency(name: str) -> None:
+    design = load_design(name)
+    one, other = (mesh_of(found).load(TORQUE) for found in (design, rebuilt(design, mirror)))
+    same(one.efficiency("constant:0.06"), other.efficiency("constant:0.06"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_pair_of_twice_the_size_has_the_same_pressure_and_efficiency(name: str) -> None:
+    """Pressures stay where the torque grows with the cube of the lengths; 1e-4 is seen under load."""
+    design = load_design(name)
+    larger = rebuilt(design, scaled(2.0))
+    one, other = mesh_of(design).load(TORQUE), mesh_of(larger).load(8.0 * TORQUE)
+    same(one.efficiency("constant:0.06"), other.efficiency("constant:0.06"), 5e-4)
+    paths = [flank_pair(found.flanks(), "drive").path for found in (design, larger)]
+    np.testing.assert_allclose(paths[0].transmission_error, paths[1].transmission_error, atol=1e-10)
+
+
+def same(one: Any, other: Any, relative: float = 1e-5) -> None:
+    assert other.status == one.status == "converged"
+    assert other.pressure_max == pytest.approx(one.pressure_max, rel=relative)
+    assert 1.0 - other.efficiency == pytest.approx(1.0 - one.efficiency, rel=relative)
+    assert other.transmission_error_loaded == pytest.approx(one.transmission_error_loaded, rel=10.0 * relative)
+
+
+def test_fifty_points_of_a_map_are_those_solved_alone() -> None:
+    """Within the error of the torque balance that the map states for its faster way."""
+    torques, speeds = np.linspace(60.0, 500.0, 5), np.geomspace(10.0, 400.0, 10)
+    mesh = mesh_of(load_design(NAMES[0]))
+    found = mesh.over("75w90", torque=torques, speed=speeds).values()
+    for i, torque in enumerate(torques):
+        loaded = mesh.load(float(torque))
+        for j, speed in enumerate(speeds):
+            alone = loaded.efficiency("75w90", speed=float(speed))
+            assert found[i, j] == pytest.approx(alone.efficiency, abs=alone.efficiency_error_balance + 1e-5)
