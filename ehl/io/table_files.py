@@ -28,6 +28,7 @@ _DECIMAL_COMMA = re.compile(r"^\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*$")
 MAX_ROWS = 1_000_000
 MAX_COLUMNS = 1000
 MAX_CELLS = 10_000_000
+_SHEET_ROWS = 2**20  # of the format
 MAX_UNPACKED = 1_000_000_000  # of a workbook [bytes]
 
 # what a spreadsheet takes for the beginning of a formula
@@ -248,6 +249,8 @@ def _xlsx_rows(path: Path, sheet: Any) -> dict[int, list[Cell]]:
     rows: dict[int, list[Cell]] = {}
     width = 0
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
+        if number > _SHEET_ROWS:  # a row may state any number, and the reader fills up to it
+            raise InputError("file", str(path), f"rows numbered up to {_SHEET_ROWS}, as XLSX has them")
         row = ["" if cell is None else _cell(cell) for cell in cells]
         while row and row[-1] == "":
             row.pop()

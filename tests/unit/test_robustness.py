@@ -210,6 +210,14 @@ def test_a_cell_far_down_a_sheet_takes_no_memory(tmp_path: Path) -> None:
         tracemalloc.stop()
 
 
+def test_a_row_number_without_end_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(workbook(tmp_path / "sound.xlsx")) as old, zipfile.ZipFile(tmp_path / "far.xlsx", "w") as new:
+        for name in old.namelist():
+            new.writestr(name, old.read(name).replace(b'<row r="2"', b'<row r="' + 100 * b"9" + b'"'))
+    with pytest.raises(InputError, match="rows numbered up to 1048576"):
+        read_table(tmp_path / "far.xlsx", TORQUES)
+
+
 def test_a_truncated_sheet_is_refused(tmp_path: Path) -> None:
     sound = workbook(tmp_path / "sound.xlsx")
     for share in (0.0, 0.3, 0.6, 0.9):
