@@ -211,9 +211,8 @@ def _face(surface: _Surface, turn: FloatArray) -> Any:
 
     control = surface.control @ turn
     poles = TColgp_Array2OfPnt(1, control.shape[0], 1, control.shape[1])
-    for i, row in enumerate(control, 1):
-        for j, point in enumerate(row, 1):
-            poles.SetValue(i, j, gp_Pnt(*(float(x) for x in point)))
+    for (i, j), point in zip(np.ndindex(control.shape[:2]), control.reshape(-1, 3).tolist(), strict=True):
+        poles.SetValue(i + 1, j + 1, gp_Pnt(*point))
     (a, m), (b, n) = (_knots(t) for t in surface.knots)
     return BRepBuilderAPI_MakeFace(Geom_BSplineSurface(poles, a, b, m, n, *surface.degrees), 1e-7).Face()
 
@@ -240,7 +239,7 @@ def _plane(rings: list[FloatArray]) -> Any:
     for ring in rings:
         spline = make_interp_spline(np.linspace(0.0, 1.0, len(ring)), ring * _MM, k=3, axis=0)
         poles = TColgp_Array1OfPnt(1, len(spline.c))
-        for i, point in enumerate(spline.c, 1):
-            poles.SetValue(i, gp_Pnt(*(float(x) for x in point)))
+        for i, point in enumerate(spline.c.tolist(), 1):
+            poles.SetValue(i, gp_Pnt(*point))
         wire.Add(BRepBuilderAPI_MakeEdge(Geom_BSplineCurve(poles, *_knots(spline.t), 3)).Edge())
     return BRepBuilderAPI_MakeFace(wire.Wire(), True).Face()
