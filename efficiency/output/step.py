@@ -211,7 +211,8 @@ def _face(surface: _Surface, turn: FloatArray) -> Any:
 
     control = surface.control @ turn
     poles = TColgp_Array2OfPnt(1, control.shape[0], 1, control.shape[1])
-    for (i, j), point in zip(np.ndindex(control.shape[:2]), control.reshape(-1, 3).tolist(), strict=True):
+    points: Any = control.reshape(-1, 3).tolist()
+    for (i, j), point in zip(np.ndindex(control.shape[:2]), points, strict=True):
         poles.SetValue(i + 1, j + 1, gp_Pnt(*point))
     (a, m), (b, n) = (_knots(t) for t in surface.knots)
     return BRepBuilderAPI_MakeFace(Geom_BSplineSurface(poles, a, b, m, n, *surface.degrees), 1e-7).Face()
