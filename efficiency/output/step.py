@@ -240,7 +240,8 @@ def _plane(rings: list[FloatArray]) -> Any:
     for ring in rings:
         spline = make_interp_spline(np.linspace(0.0, 1.0, len(ring)), ring * _MM, k=3, axis=0)
         poles = TColgp_Array1OfPnt(1, len(spline.c))
-        for i, point in enumerate(spline.c.tolist(), 1):
+        points: Any = spline.c.tolist()
+        for i, point in enumerate(points, 1):
             poles.SetValue(i, gp_Pnt(*point))
         wire.Add(BRepBuilderAPI_MakeEdge(Geom_BSplineCurve(poles, *_knots(spline.t), 3)).Edge())
     return BRepBuilderAPI_MakeFace(wire.Wire(), True).Face()
