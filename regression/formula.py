@@ -30,7 +30,7 @@ from regression.friction.models import (
     PublishedFriction,
     flags_of,
 )
-from regression.friction.oil_cards import card_hash
+from regression.friction.oil_cards import card_hash, names_card
 from regression.friction.published_registry import PUBLISHED
 
 if TYPE_CHECKING:
@@ -430,11 +430,30 @@ class Formula(PointFriction):
             raise InputError("dataset", None, "the results the formula was fitted to", hint)
         return self.dataset
 
+    def oil_note(self, oil: Oil) -> str:
+        """One sentence where the formula was fitted to another oil or to another card of it; else empty.
+
+        Parameters
+        ----------
+        oil : Oil
+            Oil card the formula is used with.
+        """
+        flag = self._oil_flag(oil)
+        if flag == FrictionFlag.OTHER_CARD:
+            return f"the card of {oil.name} has other figures now than when the data of {self.name} were computed"
+        if flag == FrictionFlag.OK:
+            return ""
+        names = ", ".join(str(identity.name or "a lubricant by numbers") for identity in self.formula.oils)
+        return (
+            f"friction model {self.name} was fitted to {names}, not to {oil.name}: its interval is at least its "
+            f"largest error seen, and nothing says how far {oil.name} differs; fit a formula to it, or use ehl"
+        )
+
     def _oil_flag(self, oil: Oil) -> FrictionFlag:
         if not self.formula.oils:
             return FrictionFlag.OK
         for identity in self.formula.oils:
-            if identity.name == oil.name:
+            if names_card(identity.name, identity.card_hash, oil):
                 same = identity.card_hash in (None, card_hash(oil))
                 return FrictionFlag.OK if same else FrictionFlag.OTHER_CARD
         return FrictionFlag.OTHER_OIL

@@ -173,7 +173,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         status="failed" if reason else "converged",
         reason=reason,
         skipped=_skipped(loaded.balance is None, operation),
-        notes=_notes(loaded, friction, estimate, fine, operation),
+        notes=_notes(loaded, friction, estimate, fine, oil),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
         power_loss_positions=losses,
@@ -287,9 +287,11 @@ def _skipped(frictionless: bool, operation: Operation) -> tuple[str, ...]:
 
 
 def _notes(
-    loaded: LoadedGrids, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, operation: Operation
+    loaded: LoadedGrids, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, oil: Oil
 ) -> tuple[str, ...]:
     notes, name = loaded.notes, model.name
+    if isinstance(model, Formula) and (other := model.oil_note(oil)):
+        notes += (other,)
     if name in PUBLISHED and PUBLISHED[name].mark:
         notes += (f"friction model {name} {PUBLISHED[name].certainty_words}",)
     missing = int(np.count_nonzero(_missing(friction)))

@@ -263,8 +263,25 @@ def efficiency_grids(grid: Grid) -> list[Table]:
         celsius = quantity("temperature_oil").to_display(kelvin)
         rows = [(torque, *line) for torque, line in zip(grid.axes["torque"], values[:, :, number], strict=True)]
         title = f"Mesh efficiency at {celsius:.4g} degC."
-        tables.append(Table(columns, rows, title=title, name=f"efficiency at {celsius:.4g} degC"))
+        note = _outside_note(grid, number)
+        tables.append(Table(columns, rows, title, (note,) * bool(note), name=f"efficiency at {celsius:.4g} degC"))
     return tables
+
+
+def _outside_note(grid: Grid, number: int) -> str:
+    """How much of the sliding power of one temperature lies outside the range of the friction model, and where most."""
+    share = grid.values("outside_range_share")[:, :, number]
+    outside = np.nan_to_num(share)
+    if not outside.any():
+        return ""
+    row, column = np.unravel_index(int(np.argmax(outside)), outside.shape)
+    torque = quantity("torque_pinion").text(grid.axes["torque"][row])
+    speed = quantity("speed_pinion").text(grid.axes["speed"][column])
+    points = f"{np.count_nonzero(outside)} of {np.count_nonzero(np.isfinite(share))} points"
+    return (
+        f"outside the range of {grid.results[0].friction_model} at {points}: "
+        f"up to {percent(float(outside.max()), 1)} % of the sliding power, at {torque}, {speed}"
+    )
 
 
 def map_tables(grid: Grid) -> list[Table]:

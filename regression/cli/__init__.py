@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+import ehl
 import regression
 from ehl import InputError
 from ehl.console import FIGURE, App, check_outputs, check_suffix, print_json, write_figure
@@ -91,6 +92,7 @@ def mu(
         **({} if correlation_length is None else {"correlation_length": correlation_length}),
     }
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
+    other = friction.oil_note(ehl.Oil.load(name)) if isinstance(friction, regression.Formula) else ""
     content |= {"friction_model": friction.name, "oil": name}
     if friction.certainty is not None:
         content["certainty"] = friction.certainty
@@ -105,6 +107,8 @@ def mu(
             typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     if content["flag"] != "ok":
         typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
+    if other:
+        typer.echo(f"note: {other}", err=True)
     if content["friction_coefficient"] is None:
         raise typer.Exit(1)
 

@@ -34,7 +34,7 @@ from regression.friction.conditions import (
 from regression.friction.data_cloud import DataCloud
 from regression.friction.formula import FittedFormula, corrected
 from regression.friction.models import FrictionFlag, flags_of
-from regression.friction.oil_cards import card_hash
+from regression.friction.oil_cards import card_hash, names_card
 
 MEANING: dict[str, str] = {
     "pressure_hertz": "maximum Hertz pressure",
@@ -190,7 +190,7 @@ def _outputs(formula: FittedFormula, oil: Oil | None, loops: bool) -> tuple[Valu
 
 
 def _card_flag(formula: FittedFormula, oil: Oil) -> FrictionFlag:
-    hashes = [identity.card_hash for identity in formula.oils if identity.name == oil.name]
+    hashes = [o.card_hash for o in formula.oils if names_card(o.name, o.card_hash, oil)]
     same = not hashes or hashes[0] in (None, card_hash(oil))
     return FrictionFlag.OK if same else FrictionFlag.OTHER_CARD
 

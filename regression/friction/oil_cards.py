@@ -15,6 +15,18 @@ def card_hash(oil: Oil) -> str:
     return hashlib.sha256(oil.model_dump_json(exclude={"description", "source"}).encode()).hexdigest()
 
 
+def names_card(name: str | None, known_hash: str | None, oil: Oil) -> bool:
+    """Whether data that name their oil `name`, or the path of its card, were computed for this oil."""
+    if name is None or name == oil.name or known_hash == card_hash(oil):
+        return name is not None
+    if not name.endswith(".toml"):
+        return False
+    try:
+        return Oil.load(name).name == oil.name
+    except InputError:  # the file is elsewhere now, and its figures are others than they were
+        return False
+
+
 def cards_hash(hashes: list[str]) -> str:
     """One hash for the oil cards of a run; that of the card itself where there is one."""
     if len(hashes) <= 1:

@@ -20,6 +20,7 @@ from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.files import make_folder
+from regression.data.row_format import TEXT_WIDTHS
 from regression.data.store import ResultStore, finished_keys
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.cost import checked_jobs, duration
@@ -305,7 +306,18 @@ def _failed_settings(status: str, reason: str, attempts: int) -> int:
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
-    """What every file of a run carries."""
+    """What every file of a run carries.
+
+    Raises
+    ------
+    InputError
+        The rows cannot hold the name of an oil: it would come back as another one.
+    """
+    width = TEXT_WIDTHS["oil"]
+    for name in plan.oils:
+        if not name.isascii() or len(name) > width or ", " in name:
+            allowed = f"at most {width} letters, digits and signs of ASCII, no comma before a blank"
+            raise InputError("lubricant.oil", name, allowed, "Run in the folder of the card, and name it by its file.")
     return {
         "plan": plan.model_dump_json(),
         "plan_name": plan.name,

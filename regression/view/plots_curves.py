@@ -40,6 +40,8 @@ class CurveConditions:
         Rows of one oil are shown beside the curves.
     oil : Oil
         Its card.
+    oil_name : str
+        The oil as the rows name it: of a card of the user the path, not the name on the card.
     held : mapping
         SI value of every variable; curves and maps vary some of them.
     ranges : mapping
@@ -48,6 +50,7 @@ class CurveConditions:
 
     dataset: Dataset
     oil: Oil
+    oil_name: str
     held: Mapping[str, float]
     ranges: Mapping[str, tuple[float, float]]
 
@@ -75,7 +78,7 @@ class CurveConditions:
     def near(self, *free: str) -> tuple[Array, dict[str, Array]]:
         """Friction and variables of the computed cases near the held values; those in `free` may be anywhere."""
         frame = fitted_rows(self.dataset)
-        frame = frame[frame["oil"] == self.oil.name]
+        frame = frame[frame["oil"] == self.oil_name]
         inside = np.ones(len(frame), dtype=bool)
         for name in (*_HELD, "roughness_rms"):
             low, high = self.ranges[name]
@@ -105,7 +108,7 @@ def middle_conditions(dataset: Dataset, oil: str) -> CurveConditions:
     names = (*_HELD, "roughness_rms", "correlation_length", "effective_modulus")
     held = {name: float(frame[name].median()) for name in names}
     ranges = {name: (float(frame[name].min()), float(frame[name].max())) for name in names}
-    return CurveConditions(dataset, Oil.load(oil), held, ranges)
+    return CurveConditions(dataset, Oil.load(oil), oil, held, ranges)
 
 
 def varies(middle: CurveConditions, name: str) -> bool:
@@ -213,7 +216,7 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
 def _spread(middle: CurveConditions, name: str) -> tuple[float, float, float]:
     """A low, the middle and a high value of a variable: 15, 50 and 85 % of the cases lie below."""
     frame = fitted_rows(middle.dataset)
-    values = frame.loc[frame["oil"] == middle.oil.name, name].to_numpy(dtype=float)
+    values = frame.loc[frame["oil"] == middle.oil_name, name].to_numpy(dtype=float)
     low, centre, high = (float(value) for value in np.quantile(values, (0.15, 0.5, 0.85)))
     return low, centre, high
 
@@ -246,6 +249,6 @@ def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
 def _ends(middle: CurveConditions, name: str) -> tuple[float, float]:
     """Values that 3 and 97 % of the cases lie below."""
     frame = fitted_rows(middle.dataset)
-    values = frame.loc[frame["oil"] == middle.oil.name, name].to_numpy(dtype=float)
+    values = frame.loc[frame["oil"] == middle.oil_name, name].to_numpy(dtype=float)
     low, high = (float(value) for value in np.quantile(values[values > 0.0], (0.03, 0.97)))
     return low, high

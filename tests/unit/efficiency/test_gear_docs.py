@@ -44,6 +44,18 @@ def test_pages_show_the_commands_of_this_stage() -> None:
     assert {"gear", "compare", "study", "misalignment", "export", "settings", "blank"} <= shown
 
 
+def test_no_command_of_the_readme_writes_over_another() -> None:
+    written = [
+        Path(words[number + 1])
+        for page, words in printed()
+        for number, word in enumerate(words)
+        if page == "README.md" and word in ("-o", "--plot", "--report", "--xlsx", "--csv", "--animate")
+    ]
+    assert len(written) > 10
+    # a folder and a file of one name are told apart, two folders or two files are not
+    assert sorted(set(written)) == sorted(written)
+
+
 def test_every_option_of_the_study_is_in_its_table() -> None:
     page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
     command = COMMAND.commands["study"]  # type: ignore[attr-defined]

@@ -178,6 +178,22 @@ def test_contours_hold_the_map(grid: Grid) -> None:
     assert high >= grid.values("power_loss").max()
 
 
+def test_another_oil_and_what_lies_outside_the_range_are_said(geared: Meshed, tmp_path: Path) -> None:
+    mesh, rough = geared[1], {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6, "oil": "fva3"}
+    grid = mesh.map(friction_model("75w90"), [300.0], [10.0, 125.0], [363.15], fixed=rough)
+    shares = [point.outside_range_share for point in grid.results]
+    assert shares[0] > shares[1]
+    [table] = efficiency_grids(grid)
+    assert f"up to {100.0 * shares[0]:.1f} % of the sliding power, at 300" in table.notes[0]
+    other = [note for note in grid.results[0].notes if "was fitted to 75w90, not to fva3" in note]
+    assert len(other) == 1
+    assert not any("was fitted to" in note for note in mesh.load(300.0).efficiency("75w90", oil="75w90").notes)
+    write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html"))
+    page = (tmp_path / "map.html").read_text(encoding="utf-8")
+    assert "was fitted to 75w90, not to fva3" in page
+    assert table.notes[0] in page
+
+
 def sheet_rows(path: Path, name: str) -> list[tuple[Any, ...]]:
     book = load_workbook(path, read_only=True)
     rows = list(book[name].iter_rows(values_only=True))

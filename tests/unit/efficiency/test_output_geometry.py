@@ -209,7 +209,7 @@ def test_example_commands_run(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytes
     for words in ("machine root angle", "Ease-off", "mixed-ehl", "notes", "4. Drive side"):
         assert words in page
     assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL)
-    names = {path.stem for path in (tmp_path / "figures").glob("*.png")}
+    names = {path.stem for path in (tmp_path / "geometry").glob("*.png")}
     assert {"blank_section", "coast_ease_off_gear", "coast_contact_pattern_pinion", "coast_teeth_in_mesh"} <= names
     assert len(names) == 10
     assert {path.name for path in (tmp_path / "files").iterdir()} >= {

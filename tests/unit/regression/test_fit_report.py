@@ -13,16 +13,19 @@ import pytest
 from matplotlib.figure import Figure
 from small_plans import gear_plan
 
+from ehl.fluid.oil import Oil
+from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.fit import fit_formula
 from regression.fitting.rows import fitted_rows, usable_rows
 from regression.fitting.sensitivity import formula_sensitivity
+from regression.formula import Formula
 from regression.friction.formula import FittedFormula
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
-from regression.sweeping.sweep import sweep_shard
+from regression.sweeping.sweep import run_meta, sweep_shard
 from regression.view.fit_report import write_fit_report
 from regression.view.plots import plot_regimes, plot_residuals, plot_sensitivity
 from regression.view.plots_curves import middle_conditions, plot_maps, plot_stribeck, plot_traction
@@ -170,3 +173,36 @@ def test_command(mixed_ehl: Callable[..., Any], run: Path, tmp_path: Path) -> No
     outcome = mixed_ehl("fit", run, "-o", tmp_path / "f.json", "--family", "power_law", "--report", target)
     assert outcome.code == 0
     assert "power_law" in target.read_text(encoding="utf-8")
+
+
+def test_an_oil_named_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    card = Path("vg220.toml")
+    Oil.generic("mineral", iso_vg=220, name="our VG 220").save(card)
+    content = {**gear_plan("own", {"size": 32}), "lubricant": {"oil": str(card)}}
+    evaluate = partial(published_outputs, name="arana_2019")
+    sweep_shard(validate(Plan, content), tmp_path / "run", evaluate=evaluate, version="arana_2019")
+    dataset = load_dataset(tmp_path / "run")
+    formula = fit_formula(dataset, "power_law")
+    write_fit_report(tmp_path / "fit.html", dataset, [formula])
+    assert f"Curves and maps, {card}" in (tmp_path / "fit.html").read_text(encoding="utf-8")
+    middle = middle_conditions(dataset, str(card))
+    assert len(middle.near(*middle.held)[0]) == len(fitted_rows(dataset))
+    # the formula knows its own oil, by whatever path it is read, and names any other
+    model = Formula(formula, "own")
+    assert model.oil_note(Oil.load(str(card))) == ""
+    copy = card.rename("moved.toml")
+    assert model.oil_note(Oil.load(str(copy))) == ""
+    assert "not to fva3" in model.oil_note(Oil.load("fva3"))
+
+
+@pytest.mark.parametrize("name", ["folder/" * 8 + "oil.toml", "öl.toml", "a, b.toml"])
+def test_a_file_name_that_rows_cannot_hold_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(name).parent.mkdir(parents=True, exist_ok=True)
+    Oil.load("fva3").save(name)
+    plan = validate(Plan, {**gear_plan("own", {"size": 32}), "lubricant": {"oil": name}})
+    with pytest.raises(InputError, match="at most 48 letters"):
+        run_meta(plan, "1")
