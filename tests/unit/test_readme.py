@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -25,3 +26,20 @@ def test_the_three_stories_in_one_notebook(tmp_path: Path, monkeypatch: pytest.M
     assert notebook["result"].friction_model == notebook["formula"].name
     written = {path.name for path in tmp_path.iterdir()}
     assert {"contact.html", "run", "formula.json", "mu.c"} <= written
+
+
+def test_citation_and_licence_are_those_of_the_package() -> None:
+    root = README.parent
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (root / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    assert f"version: {project['version']}" in citation
+    assert f"license: {project['license']}" in citation
+    [licence] = project["license-files"]
+    assert (root / licence).read_text(encoding="utf-8").startswith("BSD 3-Clause License")
+
+
+def test_every_file_the_readme_links_to_exists() -> None:
+    links = re.findall(r"\]\(([^)#]+)", README.read_text(encoding="utf-8"))
+    missing = [link for link in links if "://" not in link and not (README.parent / link).exists()]
+    assert len(links) > 20
+    assert missing == []
