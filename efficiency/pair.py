@@ -1008,7 +1008,7 @@ class LoadedMesh:
         """
         if bulk not in (None, "balance", "oil"):
             raise InputError("bulk", bulk, "balance or oil")
-        return bulk == "balance" or (bulk is None and "cooling" in self.mesh.design.model_fields_set)
+        return bulk == "balance" or (bulk is None and self.mesh.design.cooling.stated)
 
     def heat_balance(
         self,

@@ -81,6 +81,11 @@ class CoolingInput(InputModel):
     gear: MemberCooling = MemberCooling()
     oil_inlet: Literal["bulk", "oil"] = "bulk"
 
+    @property
+    def stated(self) -> bool:
+        """Whether anything of it is given: resistance, coefficient, area or inlet."""
+        return self.model_dump() != CoolingInput().model_dump()
+
 
 @dataclass(frozen=True, repr=False)
 class HeatBalance:
