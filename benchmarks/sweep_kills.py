@@ -157,7 +157,7 @@ def dask_deadly_case(bench: Bench) -> Outcome:
     with dask_executor("local:2") as executor:
         report = sweep_shard(bench.plan, run, evaluate=evaluate, version=NAME, executor=executor)
     sweep_shard(bench.plan, run, evaluate=EVALUATE, version=NAME, retry_failed=True)
-    return f"{report.converged} converged, {report.reasons}", bench.resumed(run)
+    return f"{report.converged} converged, {report.reasons_failed}", bench.resumed(run)
 
 
 def dask_dying_workers(bench: Bench) -> Outcome:

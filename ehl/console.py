@@ -84,6 +84,7 @@ class App(typer.Typer):
         return super().command(name, cls=Command, **settings)
 
 
+STOPPED = 130  # exit code where the user stopped it, as of a shell
 SOFTWARE_FAULT = 70  # exit code of a fault of the program, EX_SOFTWARE of sysexits.h
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE)
 OUTPUT_FAULT = 74  # exit code where standard output takes no more, EX_IOERR
@@ -100,8 +101,8 @@ def run(command: Callable[[], object]) -> None:
     Raises
     ------
     SystemExit
-        0; 1 where a solution failed; 2 for an input that cannot be used; 70 for a fault of the program, which a log
-        file describes; 74 where standard output takes no more; 130 where the user stopped it.
+        0; 1 where something has no answer; 2 for an input that cannot be used; 70 for a fault of the program, which a
+        log file describes; 74 where standard output takes no more; 130 where the user stopped it.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters shows question marks
@@ -116,7 +117,7 @@ def run(command: Callable[[], object]) -> None:
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
         print("mixed-ehl: stopped", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(STOPPED)
     except OSError as error:
         if error.errno not in _FULL or error.filename is not None:
             _last_resort(error)
@@ -248,7 +249,7 @@ def print_json(content: dict[str, Any]) -> None:
 
 
 def fail_unless_converged(status: str, reason: str) -> None:
-    """Exit code 1 with the reason on standard error."""
+    """Exit code 1 with the reason on standard error where a result is not what was asked for."""
     if status != "converged":
         if reason:
             typer.echo(f"not converged: {reason}", err=True)

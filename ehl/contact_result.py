@@ -75,8 +75,8 @@ class ContactResult:
     Parameters
     ----------
     status : str
-        "converged"; "unsettled" where the time mean is usable but its interval wider than asked for; "failed", all
-        figures nan. `reason` says why.
+        "converged"; "unsettled", an answer whose interval `friction_error` is known and wider than asked for; "failed",
+        no answer, all figures nan. `reason` says why.
     reason : str
         Empty when converged; else a reason of the solver that ended it, or one of
 
@@ -186,6 +186,14 @@ class ContactResult:
     def _repr_html_(self) -> str:
         return self.table().html()
 
+    @property
+    def outcome(self) -> str:
+        """Status and reason in words; of an unsettled contact how closely its friction is known."""
+        if self.status == "unsettled":
+            error = f"{100.0 * self.friction_error:.2g} %"
+            return f"unsettled ({self.reason}): mu is known to ±{error}, an interval wider than asked for"
+        return self.status if not self.reason else f"{self.status} ({self.reason})"
+
     def table(self) -> Table:
         """Results with their units, what was left out and the notes; for terminal, page and files.
 
@@ -198,7 +206,7 @@ class ContactResult:
             known,
             [[getattr(self, name) for name in known]] if known else [],
             title=self._title(),
-            notes=(self._outcome(), *self._remarks(), self._cost()),
+            notes=(self.outcome, *self._remarks(), self._cost()),
             name="contact",
             vertical=True,
         )
@@ -286,7 +294,7 @@ class ContactResult:
                 figures.append((f"{100.0 * self.asperity_load_share:.3g} %", "load on asperities"))
             answer.append(KeyFigures(figures))
         if self.status != "converged":
-            answer.append(Text(self._outcome()))
+            answer.append(Text(self.outcome))
         answer += map(Text, self._remarks())
         sections = [Section("", answer)]
         if self.status != "failed":
@@ -333,9 +341,6 @@ class ContactResult:
             f"p_h {line.pressure_hertz / 1e9:.3g} GPa, R {line.radius_equivalent * 1e3:.3g} mm, "
             f"u_r {line.speed_entrainment:.3g} m/s, SR {line.slide_to_roll:.3g}"
         )
-
-    def _outcome(self) -> str:
-        return self.status if not self.reason else f"{self.status} ({self.reason})"
 
     def _cost(self) -> str:
         seconds = f", {self.seconds:.3g} s" if math.isfinite(self.seconds) else ""

@@ -120,8 +120,8 @@ class PathResult:
         return results_frame(self.results)
 
     def __repr__(self) -> str:
-        done = self.status.count("converged")
-        return f"PathResult({done} of {len(self.results)} contacts converged, {self.warm} warm, {self.seconds:.3g} s)"
+        solved = len(self.results) - self.status.count("failed")
+        return f"PathResult({solved} of {len(self.results)} contacts solved, {self.warm} warm, {self.seconds:.3g} s)"
 
     def _repr_html_(self) -> str:
         return str(self.to_frame().to_html(max_rows=20))

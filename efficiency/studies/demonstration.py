@@ -133,8 +133,8 @@ def demo_summary(result: DemoResult) -> dict[str, object]:
     return {
         "sweep": {
             "cases": report.total,
-            "failed": report.failed,
-            "reasons": report.reasons,
+            "failed": report.unanswered,
+            "reasons": report.reasons_failed,
         },
         "formula": {
             "family": best.family,

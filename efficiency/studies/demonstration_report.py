@@ -54,7 +54,7 @@ def _summary(result: DemoResult) -> Section:
                     (f"{percent(constant.efficiency, 2)} %", "with a constant mu of 0.05"),
                     (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
                     (f"{100 * best.validation.mape:.1f} %", "mean error of the formula on held-out contacts"),
-                    (f"{result.run.reports[0].total - result.run.reports[0].failed}", "contacts solved"),
+                    (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
                 ]
             )
         ],
@@ -72,9 +72,10 @@ def _contacts(result: DemoResult) -> Section:
             Text(
                 f"{report.total} line contacts drawn by a scrambled Sobol sequence over what the contact points of the "
                 f"pair see, each solved as a smooth film with heat where an estimate says it matters ({heated} of "
-                f"{len(frame)}), and mixed friction by load sharing. {report.failed} failed. The solver's own error of "
-                f"mu is {100 * friction_error.median():.2g} % in the median and {100 * friction_error.max():.2g} % at "
-                "worst; it covers the discretisation and the heat left out, not the load-sharing model or the oil data."
+                f"{len(frame)}), and mixed friction by load sharing. {result.run.unanswered} failed. The solver's own "
+                f"error of mu is {100 * friction_error.median():.2g} % in the median and "
+                f"{100 * friction_error.max():.2g} % at worst; it covers the discretisation and the heat left out, not "
+                "the load-sharing model or the oil data."
             ),
             Pictures(
                 [

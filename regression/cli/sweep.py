@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.console import App, print_json
+from ehl.console import STOPPED, App, print_json
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -60,7 +60,11 @@ def sweep_run(
     estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
     slurm: Annotated[int | None, typer.Option(metavar="N", help="Print a Slurm job array of N tasks.")] = None,
 ) -> None:
-    """Compute the cases of a plan that are not on disk yet (the default command)."""
+    """Compute the cases of a plan that are not on disk yet (the default command).
+
+    Exit code 0 where every case has an answer with its error; 1 where one has none, on disk or computed now; 130 where
+    it was stopped.
+    """
     content = regression.Plan.from_file(plan, changes or ())
     if estimate:
         typer.echo(content.estimate().to_text(jobs))
@@ -79,10 +83,11 @@ def sweep_run(
         result = regression.sweep(content, run, **options)
     except KeyboardInterrupt:
         typer.echo("stopped; finished cases are on disk, the same command resumes", err=True)
-        raise typer.Exit(1) from None
+        raise typer.Exit(STOPPED) from None
     typer.echo(result.to_text())
-    if result.unfinished:
-        typer.echo(f"not converged: {result.unfinished} cases, recorded with their reasons", err=True)
+    if result.unanswered:
+        cases = "1 case has" if result.unanswered == 1 else f"{result.unanswered} cases have"
+        typer.echo(f"{cases} no answer: `mixed-ehl sweep status {run} --failed` lists them", err=True)
         raise typer.Exit(1)
 
 

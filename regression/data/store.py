@@ -11,8 +11,8 @@ import math
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -26,6 +26,7 @@ from regression import __version__
 from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS, Rows, checksums, pack
 
 STORE_SCHEMA = 2
+CaseStatus = tuple[str, str, int]  # status, reason, settings tried
 # the oldest format of the superblock has no "opened for writing" mark, which a killed writer would leave behind
 LIBVER = ("earliest", "v110")
 # rows of a block: what one corrupt block of the disk can cost
@@ -111,11 +112,10 @@ class ResultStore:
             self._file.flush()
         return longest - complete
 
-    def rows(self) -> dict[str, tuple[str, str, int]]:
+    def rows(self) -> dict[str, CaseStatus]:
         """Status, reason and attempts of every case that was on disk when the file was opened, by key."""
-        texts = ([text.decode() for text in self._rows[name]] for name in ("key", "status", "reason"))
-        tries = np.nan_to_num(self._rows["attempts"], nan=1.0)
-        return {key: (status, reason, int(n)) for key, status, reason, n in zip(*texts, tries, strict=True)}
+        keys, status, reasons = ([text.decode() for text in self._rows[name]] for name in ("key", "status", "reason"))
+        return _case_status(keys, status, reasons, self._rows["attempts"])
 
     def append(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows and put them on disk; the keys go last.
@@ -477,17 +477,24 @@ def merge(run: Path, target: Path) -> int:
     return len(frame)
 
 
-def finished_keys(path: Path) -> set[str]:
-    """Keys of the cases that have a result in the other files of a run's folder.
+def rows_of_other_files(path: Path) -> dict[str, CaseStatus]:
+    """Status, reason and attempts of the cases in the other files of a run's folder, by key.
 
     A file that cannot be read (it is being written, or corrupt) is ignored: its cases are computed again.
     """
-    keys: set[str] = set()
+    frames = []
     for other in sorted(path.parent.glob("*.h5")):
         if other != path:
-            try:
-                _, frame = read_file(other, locking=False)
-            except InputError:
-                continue
-            keys |= set(frame["key"][frame["status"] != "failed"])
-    return keys
+            with suppress(InputError):
+                frames.append(read_file(other, locking=False)[1])
+    if not frames:
+        return {}
+    rows = one_row_per_case(frames)
+    return _case_status(rows["key"], rows["status"], rows["reason"], rows["attempts"].to_numpy())
+
+
+def _case_status(
+    keys: Iterable[str], status: Iterable[str], reasons: Iterable[str], attempts: Any
+) -> dict[str, CaseStatus]:
+    rows = zip(keys, status, reasons, np.nan_to_num(attempts, nan=1.0), strict=True)
+    return {key: (word, reason, int(count)) for key, word, reason, count in rows}

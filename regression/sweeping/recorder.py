@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -47,7 +47,7 @@ class Recorder:
     stop: threading.Event
     costs: Mapping[str, float]
     counts: Counter[str] = field(default_factory=Counter)
-    reasons: dict[str, int] = field(default_factory=dict)
+    reasons: defaultdict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
     recorded: set[str] = field(default_factory=set)
     fallback: int = 0
     seconds_cases: float = 0.0
@@ -67,7 +67,7 @@ class Recorder:
         self.recorded.add(row["key"])
         self.counts[row["status"]] += 1
         if row["status"] != "converged":
-            self.reasons[row["reason"]] = self.reasons.get(row["reason"], 0) + 1
+            self.reasons[row["status"]][row["reason"]] += 1
         if row["status"] != "failed" and row.get("setting"):
             self.fallback += 1
         self.seconds_cases += float(row.get("seconds", 0.0))

@@ -81,9 +81,9 @@ class Run(PathLike[str]):
         return run_status(self.path)
 
     @property
-    def unfinished(self) -> int:
-        """Cases that the last call of `sweep` left unsettled or failed."""
-        return sum(report.failed + report.unsettled for report in self.reports)
+    def unanswered(self) -> int:
+        """Cases without an answer among those of the last call of `sweep`, computed by it or found on disk."""
+        return sum(report.unanswered for report in self.reports)
 
     def dataset(self) -> Dataset:
         """All results as a dataset.

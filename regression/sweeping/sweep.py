@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,7 +22,7 @@ from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.io.files import make_folder
 from regression.data.row_format import TEXT_WIDTHS
-from regression.data.store import ResultStore, finished_keys
+from regression.data.store import CaseStatus, ResultStore, rows_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.cost import checked_jobs, duration
 from regression.plan.plan import Plan
@@ -45,9 +46,11 @@ class SweepReport:
     resumed : int
         Of these, found on disk.
     converged, unsettled, failed : int
-        Computed in this call; unsettled cases have a result whose interval is wider than requested.
-    reasons : dict
-        Number of unsettled and failed cases by reason.
+        Computed in this call. An unsettled case has an answer; its interval is wider than asked for.
+    reasons_unsettled : dict
+        Number of these unsettled cases by reason.
+    reasons_failed : dict
+        Number of cases without an answer by reason: those of this call, and those found on disk.
     restarts : int
         How often workers crashed and were replaced.
     truncated : int
@@ -70,7 +73,8 @@ class SweepReport:
     converged: int
     unsettled: int
     failed: int
-    reasons: dict[str, int]
+    reasons_unsettled: dict[str, int]
+    reasons_failed: dict[str, int]
     restarts: int
     truncated: int
     corrupt: int
@@ -80,6 +84,11 @@ class SweepReport:
     seconds_cases: float
     seconds_cpu: float
     workers: int | None
+
+    @property
+    def unanswered(self) -> int:
+        """Cases of this shard without an answer, whichever call computed them."""
+        return sum(self.reasons_failed.values())
 
     @property
     def occupancy(self) -> float | None:
@@ -114,10 +123,15 @@ class SweepReport:
             lines.append(f"{self.truncated} incomplete rows of an interrupted process were computed again")
         if self.restarts:
             lines.append(f"workers crashed and were replaced {self.restarts} times")
-        if self.reasons:
-            listed = ", ".join(f"{count} {reason}" for reason, count in sorted(self.reasons.items()))
-            lines.append(f"not converged: {listed}")
+        if self.reasons_unsettled:
+            lines.append(f"with an interval wider than asked for: {_listed(self.reasons_unsettled)}")
+        if self.reasons_failed:
+            lines.append(f"without an answer: {_listed(self.reasons_failed)}")
         return "\n".join(lines)
+
+
+def _listed(reasons: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
 
 
 @dataclass(frozen=True)
@@ -234,21 +248,23 @@ def compute_cases(
     # the longest first: the last cases are short, and no core waits long for another
     order = np.lexsort((np.arange(len(points)), -cost))
     with ResultStore(path, meta) as store, stop_requests() as stop:
-        known = store.rows()
+        # cases of another division into shards count as well
+        known = _joined(rows_of_other_files(path), store.rows())
         done = {key for key, (status, _, _) in known.items() if not (options.retry_failed and status == "failed")}
-        # results of another division into shards count as well
-        done |= finished_keys(path)
         failures = {key: _failed_settings(*entry) for key, entry in known.items()}
         costs: dict[str, float] = {}
         waiting: list[tuple[str, PlannedCase]] = []
+        kept: dict[str, str] = {}  # reason of each failed case on disk that is not computed again
         for position in order:
             point = points[int(position)]
             case = point.case()
             key = case_key(case, options.version)
-            if failures.get(key) and fallback_settings(case, failures[key]) is None:
-                # no settings are left: the row keeps the solver's reason
-                continue
-            if key not in done and key not in costs:
+            # where no settings are left the row keeps the solver's reason
+            exhausted = bool(failures.get(key)) and fallback_settings(case, failures[key]) is None
+            if exhausted or key in done:
+                if known[key][0] == "failed":
+                    kept[key] = known[key][1]
+            elif key not in costs:
                 costs[key] = float(cost[position])
                 waiting.append((key, point))
         resumed = len(points) - len(waiting)
@@ -275,7 +291,8 @@ def compute_cases(
         recorder.counts["converged"],
         recorder.counts["unsettled"],
         recorder.counts["failed"],
-        recorder.reasons,
+        dict(recorder.reasons["unsettled"]),
+        dict(recorder.reasons["failed"] + Counter(kept.values())),
         restarts,
         store.truncated,
         store.corrupt,
@@ -286,6 +303,16 @@ def compute_cases(
         recorder.seconds_cpu,
         options.jobs if options.executor is None else None,
     )
+
+
+def _joined(*rows: Mapping[str, CaseStatus]) -> dict[str, CaseStatus]:
+    """One status per case: the later one, unless that failed and the earlier has an answer."""
+    joined: dict[str, CaseStatus] = {}
+    for part in rows:
+        for key, entry in part.items():
+            if entry[0] != "failed" or joined.get(key, entry)[0] == "failed":
+                joined[key] = entry
+    return joined
 
 
 def shard_path(folder: Path, number: int, shards: int) -> Path:

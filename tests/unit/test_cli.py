@@ -6,10 +6,13 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+import ehl
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
@@ -49,6 +52,19 @@ def test_solve_prints_one_json_object(mixed_ehl: Cli, example: str) -> None:
     assert result["status"] == "converged"
     assert result["friction_coefficient"] == pytest.approx(result["friction_fluid"] + result["friction_asperity"])
     assert 0.0 < result["film_min"] < result["film_central"]
+
+
+@pytest.mark.parametrize(("status", "code"), [("unsettled", 0), ("failed", 1)])
+def test_a_wide_interval_is_an_answer_and_no_result_is_none(
+    mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, status: str, code: int
+) -> None:
+    contact = ehl.Contact.from_file(EXAMPLES / "contact.toml")
+    result = replace(contact.solve(), status=status, reason="statistical_interval", friction_error=0.25)
+    monkeypatch.setattr(ehl.Contact, "solve", lambda self: result)
+    outcome = mixed_ehl("solve", EXAMPLES / "contact.toml")
+    assert outcome.code == code
+    assert f"{status} (statistical_interval)" in outcome.err
+    assert ("±25 %, an interval wider than asked for" in outcome.err) == (status == "unsettled")
 
 
 def test_solve_table_and_figure(mixed_ehl: Cli, tmp_path: Path) -> None:

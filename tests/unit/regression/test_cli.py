@@ -12,6 +12,9 @@ from typing import Any
 import pytest
 from small_plans import GEAR_VARIABLES
 
+from regression.sweeping import run as sweep_module
+from regression.sweeping.evaluators import published_outputs
+
 PLAN = 'name = "cli"\n[sampling]\nsize = 32\n' + GEAR_VARIABLES
 POINT = {
     "--pressure": "1 GPa",
@@ -213,7 +216,33 @@ def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, 
     swept = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
     assert swept.code == 1
     assert "undefined" in swept.out
-    assert "not converged" in swept.err
+    assert "have no answer" in swept.err
+    # a resumed run says the same of the failures on disk, whoever computed them
+    resumed = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
+    assert (resumed.code, resumed.err.splitlines()[-1]) == (1, swept.err.splitlines()[-1])
+    assert "32 found on disk, 0 converged, 0 failed" in resumed.out
+    assert resumed.out.splitlines()[-1] == swept.out.splitlines()[-1]
+
+
+def test_an_interval_wider_than_asked_for_is_an_answer(
+    mixed_ehl: Call, plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[float] = []
+
+    def unsettled(case: Any, name: str) -> dict[str, Any]:
+        tried.append(case.contact.slide_to_roll)
+        return {**published_outputs(case, name), "status": "unsettled", "reason": "statistical_interval"}
+
+    monkeypatch.setattr(sweep_module, "published_outputs", unsettled)
+    arguments = ("sweep", plan, "-o", tmp_path / "run", "--with", "xu_kahraman_2007", "--jobs", "1")
+    swept = mixed_ehl(*arguments)
+    assert swept.code == 0
+    assert "with an interval wider than asked for: 32 statistical_interval" in swept.out
+    assert len(tried) == 32
+    # nothing failed, so nothing is tried again
+    assert mixed_ehl(*arguments, "--retry-failed").code == 0
+    assert len(tried) == 32
+    assert mixed_ehl("fit", tmp_path / "run", "-o", tmp_path / "f.json", "--family", "xu").code == 0
 
 
 def test_estimate_and_changes_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:

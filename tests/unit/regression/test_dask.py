@@ -65,7 +65,7 @@ def test_a_case_that_always_kills_its_worker_is_the_only_one_lost(
 
     report = sweep_shard(plan, tmp_path, evaluate=evaluate, executor=cluster, time_cap=0.3)
     frame = load_dataset(tmp_path).frame.set_index("slide_to_roll")
-    assert report.reasons == {"worker_lost": 1, "time_cap": 1}
+    assert report.reasons_failed == {"worker_lost": 1, "time_cap": 1}
     assert frame.loc[deadly, "reason"] == "worker_lost"
     # in the thread of a worker no alarm clock rings, and the cap holds all the same
     assert frame.loc[slow, "reason"] == "time_cap"

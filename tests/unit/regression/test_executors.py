@@ -71,7 +71,7 @@ def test_only_the_cases_that_kill_are_lost(tmp_path: Path, count: int) -> None:
     report = sweep_shard(plan, tmp_path, evaluate=XU, executor=Fragile(deadly))
     frame = load_dataset(tmp_path).frame
     assert set(frame[frame["reason"] == "worker_lost"]["slide_to_roll"]) == deadly
-    assert report.reasons == {"worker_lost": len(deadly)}
+    assert report.reasons_failed == {"worker_lost": len(deadly)}
     assert report.converged == 16 - len(deadly)
 
 
@@ -91,7 +91,7 @@ def test_a_few_cases_that_all_kill_are_recorded(tmp_path: Path) -> None:
     plan = make_plan()
     sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 8))
     report = sweep_shard(plan, tmp_path, evaluate=XU, executor=Fragile(set(ratios(plan))), shard=(2, 8))
-    assert (report.failed, report.reasons) == (2, {"worker_lost": 2})
+    assert (report.failed, report.reasons_failed) == (2, {"worker_lost": 2})
 
 
 def needs(accuracy: str, seen: list[str] | None = None) -> Any:
@@ -150,7 +150,7 @@ def test_retrying_failed_cases_goes_on_where_the_ladder_ended(tmp_path: Path) ->
 
 def test_a_case_with_nothing_left_to_try_keeps_its_reason(tmp_path: Path) -> None:
     plan = make_plan(accuracy="reference", shortcuts="off")
-    assert sweep_shard(plan, tmp_path, evaluate=needs("fast"), retries=3).reasons == {"diverged": 16}
+    assert sweep_shard(plan, tmp_path, evaluate=needs("fast"), retries=3).reasons_failed == {"diverged": 16}
     again = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
     assert (again.resumed, again.converged) == (16, 0)
     failed = run_status(tmp_path).failed

@@ -29,7 +29,7 @@ def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> Non
     plan = regression.Plan.from_dict(sweep_plan("small"))
     run = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1)
     assert run.status.complete
-    assert (run.unfinished, run.reports[0].converged) == (0, 16)
+    assert (run.unanswered, run.reports[0].converged) == (0, 16)
     assert repr(run).endswith("'small', 16 of 16 cases")
     frame = run.to_frame(units=True)
     assert {"pressure_hertz [Pa]", "friction_coefficient", "key"} <= set(frame)

@@ -14,7 +14,7 @@ import pytest
 
 from ehl.io.errors import InputError
 from regression.data.row_format import NUMBER_UNITS
-from regression.data.store import STORE_SCHEMA, ResultStore, finished_keys, merge, read_file, read_run
+from regression.data.store import STORE_SCHEMA, ResultStore, merge, read_file, read_run, rows_of_other_files
 
 META: dict[str, str | int] = {
     "plan": "{}",
@@ -265,4 +265,5 @@ def test_of_two_shards_the_one_with_a_result_counts(path: Path) -> None:
     frame = read_run(path.parent)[1]
     assert frame["status"].tolist() == ["converged"] * 3
     assert frame["friction_coefficient"].tolist() == [0.01, 0.02, 0.03]
-    assert finished_keys(path) == {row(3)["key"]}
+    others = rows_of_other_files(path)
+    assert {key: entry[0] for key, entry in others.items()} == {row(2)["key"]: "failed", row(3)["key"]: "converged"}

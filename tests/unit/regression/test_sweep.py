@@ -6,6 +6,7 @@ import contextlib
 import os
 import signal
 import time
+from collections import Counter
 from functools import partial
 from pathlib import Path
 
@@ -94,14 +95,14 @@ def test_failures_are_rows_with_reasons(plan: Plan, tmp_path: Path) -> None:
     assert set(frame[high]["reason"]) == {"diverged"}
     assert set(frame[middle]["reason"]) == {"error:ZeroDivisionError"}
     assert frame[high | middle]["friction_coefficient"].isna().all()
-    assert report.reasons == {"diverged": high.sum(), "error:ZeroDivisionError": middle.sum()}
+    assert report.reasons_failed == {"diverged": high.sum(), "error:ZeroDivisionError": middle.sum()}
     assert report.converged + report.failed == 16
 
 
 def test_a_case_that_hangs_is_given_up(plan: Plan, tmp_path: Path) -> None:
     report = sweep_shard(plan, tmp_path, evaluate=some_hang, time_cap=0.05)
     frame = load_dataset(tmp_path).frame
-    assert report.reasons == {"time_cap": (frame["slide_to_roll"] > 0.9).sum()}
+    assert report.reasons_failed == {"time_cap": (frame["slide_to_roll"] > 0.9).sum()}
     assert report.failed > 0
 
 
@@ -185,6 +186,19 @@ def test_failed_cases_can_be_tried_again(plan: Plan, tmp_path: Path) -> None:
     assert run_status(tmp_path).shards[0].finished == 16
 
 
+def test_failed_cases_on_disk_count_in_every_call_and_in_every_division_into_shards(plan: Plan, tmp_path: Path) -> None:
+    reports = [sweep_shard(plan, tmp_path, evaluate=some_fail, retries=0, shard=(k, 2)) for k in (1, 2)]
+    failed = sum(report.failed for report in reports)
+    assert 0 < failed == sum(report.unanswered for report in reports)
+    again = sweep_shard(plan, tmp_path, evaluate=some_fail, retries=0)
+    assert (again.resumed, again.failed, again.unanswered) == (16, 0, failed)
+    assert again.reasons_failed == dict(sum((Counter(report.reasons_failed) for report in reports), Counter()))
+    # retried as one run: only what failed is computed, from the settings not tried yet
+    solved = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
+    assert (solved.converged, solved.unanswered) == (failed, 0)
+    assert sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 2)).unanswered == 0
+
+
 def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def no_space(file: h5py.File) -> None:
         raise OSError("No space left on device")
@@ -252,6 +266,6 @@ def test_unsettled_results_are_kept_and_counted_apart(plan: Plan, tmp_path: Path
     report = sweep_shard(plan, tmp_path, evaluate=some_unsettled)
     dataset = load_dataset(tmp_path)
     assert report.unsettled == (dataset.frame["slide_to_roll"] > 0.5).sum() > 0
-    assert report.reasons == {"interval": report.unsettled}
+    assert report.reasons_unsettled == {"interval": report.unsettled}
     assert report.converged + report.unsettled == len(dataset.converged) == 16
     assert run_status(tmp_path).shards[0].unsettled == report.unsettled
