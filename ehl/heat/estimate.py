@@ -9,7 +9,7 @@ import numpy as np
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat.conduction import PECLET_FLOOR, peclet_number
+from ehl.heat.conduction import bounded_rate
 from ehl.heat.film import inlet_thermal_factors
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -94,8 +94,7 @@ def estimate_thermal_effect(
     # at the trailing edge of a band: 2 q sqrt(2 b/(pi u))/e for each body alone, both in parallel
     parallel = 0.0
     for u, body in zip((contact.speed_1, contact.speed_2), bodies, strict=True):
-        floor = PECLET_FLOOR * 2.0 * body.thermal_diffusivity / b
-        u_used = abs(u) if peclet_number(u, b, body) > PECLET_FLOOR else floor
+        u_used = 2.0 * body.thermal_diffusivity * bounded_rate(u / (2.0 * body.thermal_diffusivity), b)
         parallel += body.thermal_effusivity * math.sqrt(math.pi * u_used / (2.0 * b)) / 2.0
     rise_flash = heat / parallel
     slope = -float(lubricant.dlog_viscosity_dtemperature(pressure, temperature)[0])

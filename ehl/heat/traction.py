@@ -66,8 +66,9 @@ class ThermalTraction:
     iterations : int
         Newton iterations.
     notes : tuple of str
-        "peclet_low" (below 2: heat spreads against the motion), "peclet_floor" (a body nearly at rest was held at
-        Peclet number 0.1), "limiting_shear_stress" (it acts where the pressure is above a tenth of its maximum).
+        "peclet_low" (below 2: heat spreads against the motion), "peclet_floor" (below 0.1: the heat field of a body
+        nearly at rest is bounded in depth), "limiting_shear_stress" (it acts where the pressure is above a tenth of
+        its maximum).
     """
 
     status: Literal["converged", "failed"]

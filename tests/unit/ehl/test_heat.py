@@ -296,6 +296,35 @@ def test_opposed_surfaces_and_a_body_at_rest():
         solve(contact(slide_to_roll=2.0), oil(), conduction="one_dimensional")
 
 
+def test_heat_field_of_a_body_at_rest_is_even_and_turns_over_with_the_motion():
+    """At rest the kernel is even in x, its slope in speed alike on both sides, and a reversed speed mirrors it."""
+    x = np.linspace(-2.0, 2.0, 41) * 2e-4
+    slow = 0.02 * 2.0 * STEEL.thermal_diffusivity / 2e-4
+    onward, rest, against = (jaeger_matrix(x, u, STEEL, 2e-4) for u in (slow, 0.0, -slow))
+    flux = np.ones_like(x)
+    assert_allclose(against[::-1, ::-1], jaeger_matrix(-x[::-1], slow, STEEL, 2e-4), rtol=1e-12)
+    assert_allclose(rest[::-1, ::-1] @ flux, jaeger_matrix(-x[::-1], 0.0, STEEL, 2e-4) @ flux, rtol=1e-12)
+    assert_allclose(0.5 * (onward + against), rest, rtol=1e-6)
+    # exp(u (x - s)/(2 chi)) at the source: the rise grows along the motion by 0.02 per half-width
+    distance = (x[:, None] - x[None, :]) / 2e-4
+    near = (np.abs(distance) < 0.5) & (np.abs(distance) > 0.2)
+    near[:, [0, -1]] = False  # the flux of the end nodes is one-sided
+    growth = np.log(onward / against)[near] / (2.0 * distance[near])
+    assert_allclose(growth, 0.02, rtol=0.02)  # the logarithm at the source bends within a cell
+
+
+@pytest.mark.parametrize("opposed", [1.0, -1.0])
+def test_bound_of_the_heat_field_leaves_moving_surfaces_alone(opposed):
+    """From Peclet number 0.5 on the band source of Jaeger is met within 3e-7 of the unbounded kernel's."""
+    x = 2e-4 * np.linspace(-1.5, 1.5, 121)
+    wide = 2e-4 * 100.0  # the same speed with a bound a hundred times as deep
+    speed = opposed * 0.5 * 2.0 * STEEL.thermal_diffusivity / 2e-4
+    flux = np.sqrt(np.maximum(1.0 - (x / 2e-4) ** 2, 0.0))
+    bounded, free = (jaeger_matrix(x, speed, STEEL, b) @ flux for b in (2e-4, wide))
+    assert_allclose(bounded, free, atol=3e-7 * free.max())
+    assert not np.array_equal(bounded, free)
+
+
 def test_low_peclet_number_is_noted():
     assert solve(contact(speed_entrainment=0.1), oil()).notes == ("peclet_low",)
 
@@ -499,7 +528,7 @@ def test_estimate_of_heat_by_hand():
 
 
 def test_slow_surfaces_are_held_at_the_floor_of_the_peclet_number():
-    """Opposed surfaces of nearly no speed: |u| b/(2 chi) is taken as 0.1."""
+    """Opposed surfaces at a Peclet number of 0.003 and 0.002: |u| b/(2 chi) counts as 0.1."""
     line = LineContact.from_pressure(
         radius_equivalent=0.01, effective_modulus=226e9, pressure_hertz=0.4e9, speed_entrainment=1e-3, slide_to_roll=0.4
     )

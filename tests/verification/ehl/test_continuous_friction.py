@@ -1,0 +1,93 @@
+"""No shortcut, switch or bound of the model makes friction or film jump by more than the stated error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import ehl
+from ehl.rough import RoughSurfaces, solve_transient
+from ehl.surface.roughness import generate_profile
+
+STEP = 1e-4  # of the scanned quantity, where the curves themselves change by far less than the errors
+
+
+def at(**change) -> ehl.Contact:
+    values = {
+        "oil": "75w90",
+        "temperature": 333.15,
+        "pressure_hertz": 1e9,
+        "radius_equivalent": 15e-3,
+        "speed_entrainment": 5.0,
+        "slide_to_roll": 0.2,
+        "accuracy": "fast",
+    }
+    return ehl.Contact(**(values | change))
+
+
+def solved(**change) -> ehl.ContactResult:
+    result = at(**change).solve()
+    assert result.status == "converged"
+    return result
+
+
+def assert_no_jump(one: ehl.ContactResult, two: ehl.ContactResult) -> None:
+    for name, error in (("friction_coefficient", "friction_error"), ("film_central", "film_error")):
+        a, b = getattr(one, name), getattr(two, name)
+        assert abs(a - b) <= max(getattr(one, error) * a, getattr(two, error) * b), name
+
+
+@pytest.mark.parametrize(("temperature", "speed", "pressure"), [(60.0, 10.0, 0.8e9), (90.0, 2.0, 1.5e9)])
+def test_friction_and_film_pass_a_surface_at_rest(temperature, speed, pressure):
+    """Through SR = 2: each step of SR changes mu and film by as much as the next; a mirrored contact is the same."""
+    slips = 2.0 + STEP * np.arange(-3.0, 4.0, 2.0)
+    scan = [
+        solved(temperature=273.15 + temperature, speed_entrainment=speed, pressure_hertz=pressure, slide_to_roll=slip)
+        for slip in slips
+    ]
+    for values in ([r.friction_coefficient for r in scan], [r.film_central for r in scan]):
+        steps = np.diff(np.log(values))
+        assert steps[1] == pytest.approx(0.5 * (steps[0] + steps[2]), rel=0.05)
+        assert abs(steps[1]) < 5e-3
+    mirrored = solved(
+        temperature=273.15 + temperature, speed_entrainment=speed, pressure_hertz=pressure, slide_to_roll=-slips[0]
+    )
+    assert mirrored.friction_coefficient == pytest.approx(scan[0].friction_coefficient, rel=1e-12)
+
+
+SCANS = {
+    "slip": ("slide_to_roll", 1e-4, 0.5, {"speed_entrainment": 0.3}),
+    "speed": ("speed_entrainment", 0.01, 10.0, {"slide_to_roll": 0.01}),
+    "temperature": ("temperature", 300.0, 420.0, {"speed_entrainment": 0.3, "slide_to_roll": 0.02}),
+}
+
+
+@pytest.mark.parametrize("name", SCANS)
+def test_heat_left_out_or_not_makes_no_jump(name):
+    """At the very place where "auto" begins to compute heat, both sides agree within the stated errors."""
+    key, low, high, others = SCANS[name]
+
+    def heated(value: float) -> bool:
+        return solved(**others, **{key: value}).heat is not None
+
+    first = heated(low)
+    assert heated(high) != first
+    while abs(high / low - 1.0) > STEP:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if heated(middle) == first else (low, middle)
+    assert_no_jump(solved(**others, **{key: low}), solved(**others, **{key: high}))
+
+
+def test_rough_run_passes_a_surface_at_rest():
+    """The memory of a surface turns round with its motion: a step of 2e-6 in SR changes mu by less than 1e-4."""
+    found = []
+    for slip in (2.0 - 1e-6, 2.0, 2.0 + 1e-6):
+        problem = at(slide_to_roll=slip, speed_entrainment=3.0).problem()
+        half_width = problem.line.half_width
+        rough = generate_profile(0.2e-6, 0.4 * half_width, 16.0 * half_width, 0.02 * half_width, 3)
+        surfaces = RoughSurfaces(rough, None)
+        run = solve_transient(
+            problem.line, problem.lubricant, surfaces, accuracy="fast", thermal=True, nodes=128, travel=1.0
+        )
+        found.append(run.friction_coefficient)
+    assert found == pytest.approx([found[1]] * 3, rel=1e-4)
