@@ -61,8 +61,13 @@ class Command(typer.core.TyperCommand):
         try:
             return super().invoke(ctx)
         except InputError as error:
-            field = ", ".join(self._option(ctx, part, error.value) for part in error.field.split(", "))
-            raise InputError(field, error.value, error.allowed, error.hint) from None
+            raise error.changed(lambda problem: self._as_typed(ctx, problem)) from None
+
+    def _as_typed(self, ctx: Any, problem: InputError) -> InputError:
+        """The problem of the option as typed, and where to look if it does not say what to do."""
+        field = ", ".join(self._option(ctx, part, problem.value) for part in problem.field.split(", "))
+        hint = problem.hint or f"See `{ctx.command_path} --help`."
+        return InputError(field, problem.value, problem.allowed, hint)
 
     def _option(self, ctx: Any, field: str, value: object) -> str:
         """The option of a field, if it was given or nothing was; else the value comes from a file."""

@@ -157,12 +157,15 @@ class Contact(InputModel):
         try:
             super().__init__(**tables)
         except ValidationError as error:
-            problem = input_error(error, type(self))
-            field = written.get(problem.field, problem.field)
-            table, _, key = field.partition(".")
-            if written and key and table not in values:
-                field = key
-            raise InputError(field, problem.value, problem.allowed, problem.hint) from None
+
+            def as_written(problem: InputError) -> InputError:
+                field = written.get(problem.field, problem.field)
+                table, _, key = field.partition(".")
+                if written and key and table not in values:
+                    field = key
+                return InputError(field, problem.value, problem.allowed, problem.hint)
+
+            raise input_error(error, type(self)).changed(as_written) from None
 
     __init__.__signature__ = _SIGNATURE  # type: ignore[attr-defined]
 
@@ -183,7 +186,7 @@ class Contact(InputModel):
         InputError
             The file cannot be read, or naming field, value and what is allowed.
         """
-        return cls(**read_toml(path))
+        return cls(**read_toml(path, "contact"))
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:

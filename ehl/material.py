@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import AliasChoices, Field
 
 from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
@@ -93,7 +93,7 @@ def _load(name: str) -> Material:
     # asked for once per contact
     names = data_names("materials")
     if name not in names:
-        raise InputError("material", name, "one of " + ", ".join(names))
+        raise InputError("material", name, "one of " + ", ".join(names), near(name, names))
     return validate(Material, read_toml(data_path("materials", f"{name}.toml")), f"materials/{name}.toml")
 
 

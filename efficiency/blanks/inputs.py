@@ -220,4 +220,4 @@ def load_blank(name: str | Path) -> PairBlankInput:
         Naming field, value and allowed range.
     """
     path = named_file("blank", "blanks", name)
-    return validate(PairBlankInput, read_toml(path))
+    return validate(PairBlankInput, read_toml(path, "blank"))

@@ -523,7 +523,7 @@ def load_design(name: str | Path) -> Design:
     True
     """
     path = named_file("design", "designs", name)
-    return validate(Design, _with_places(read_toml(path), path.parent))
+    return validate(Design, _with_places(read_toml(path, "design"), path.parent))
 
 
 def _with_places(content: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -195,4 +195,4 @@ def load_targets(name: str | Path) -> SettingsInput:
         Naming field, value and allowed range.
     """
     path = named_file("targets", "targets", name)
-    return validate(SettingsInput, read_toml(path))
+    return validate(SettingsInput, read_toml(path, "targets"))

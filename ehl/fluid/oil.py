@@ -48,7 +48,7 @@ from ehl.fluid.rheology import RisingStress
 from ehl.fluid.shear_family import FAMILIES, SHEAR_MODULUS
 from ehl.fluid.viscosity import walther_1931, walther_slope
 from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 from ehl.io.units import KELVIN, ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
@@ -509,11 +509,11 @@ def _load_card(name: str, changed: int) -> Oil:
     # a sweep asks for the same card once per case
     names = data_names("oils")
     if name.endswith(".toml") and Path(name).is_file():
-        return validate(Oil, read_toml(name), name)
+        return validate(Oil, read_toml(name, "oil"), name)
     generic = generic_name(name)
     if generic is not None:
         return validate(Oil, generic_card(**generic), name)
     if name not in names:
         allowed = "one of " + ", ".join(names) + "; a generic oil such as 'pao 97.5/13.3' or 'mineral vg 220'"
-        raise InputError("oil", name, allowed + "; or the path of a card ending in .toml")
+        raise InputError("oil", name, allowed + "; or the path of a card ending in .toml", near(name, names))
     return validate(Oil, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")

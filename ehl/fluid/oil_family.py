@@ -14,7 +14,7 @@ from typing import Any
 
 from ehl.fluid.density import density_at
 from ehl.fluid.viscosity import walther_1931
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 from ehl.io.units import KELVIN
 
 LEVEL_TEMPERATURE = 80.0 + KELVIN  # where the secant of a family is taken [K]
@@ -105,7 +105,7 @@ def modulus_constants(base: str, secant: float) -> dict[str, float]:
 def family_of(base: str) -> OilFamily:
     """The family of a base oil; `InputError` where there is none."""
     if base not in OIL_FAMILIES:
-        hint = "Semi-synthetic: take the base there is most of."
+        hint = near(base, OIL_FAMILIES) or "Semi-synthetic: take the base there is most of."
         raise InputError("base", base, "one of " + ", ".join(OIL_FAMILIES), hint)
     return OIL_FAMILIES[base]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 
 _PACKAGED = Path(__file__).resolve().parents[1] / "_data"
 _CHECKOUT = Path(__file__).resolve().parents[2] / "data"
@@ -62,10 +62,22 @@ def shipped(kind: str) -> tuple[str, ...]:
 def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
     """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
     path = Path(name)
-    if path.suffix or os.path.exists(path):  # and not Path.exists, which raises where the name is too long
-        return path
     names = data_names(folder, suffix)
+    if os.path.exists(path):  # and not Path.exists, which raises where the name is too long
+        return path
+    if path.suffix:
+        if path.suffix == suffix and path.stem in names:
+            raise InputError(field, str(path), "an existing file", f"Without {suffix} it is the shipped {path.stem}.")
+        return path
     if str(name) not in names:
         kind = suffix.removeprefix(".").upper()
-        raise InputError(field, str(name), f"a {kind} file or one of " + ", ".join(names))
+        raise InputError(field, str(name), f"a {kind} file or one of " + ", ".join(names), _meant(str(name), names))
     return data_path(folder, f"{name}{suffix}")
+
+
+def _meant(name: str, names: tuple[str, ...]) -> str:
+    """What a name that is unknown here may stand for: one of another kind, or a misspelt one."""
+    for folder, words in (("designs", "a design"), ("oils", "an oil"), ("plans", "a plan"), ("blanks", "a blank")):
+        if name in data_names(folder):
+            return f"{name} is {words}."
+    return near(name, names)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
+_MOST_SHOWN = 20  # problems of one input that a message tells
+
 
 def _shown(value: object) -> str:
     try:
@@ -36,15 +40,41 @@ class InputError(MixedEhlError, ValueError):
         What would be accepted, with its unit.
     hint : str, optional
         What to do about it.
+    also : iterable of InputError, optional
+        What else is wrong with the same input; each has a line of its own in the message.
     """
 
     exit_code = 2
 
-    def __init__(self, field: str, value: object, allowed: str, hint: str = "") -> None:
+    def __init__(
+        self, field: str, value: object, allowed: str, hint: str = "", also: Iterable[InputError] = ()
+    ) -> None:
         self.field, self.value, self.allowed, self.hint = field, value, allowed, hint
+        self.also = tuple(problem for error in also for problem in error.problems)
         super().__init__(str(self))
 
+    @property
+    def problems(self) -> tuple[InputError, ...]:
+        """Every problem of the input as an error of its own, this one first."""
+        return (InputError(self.field, self.value, self.allowed, self.hint), *self.also) if self.also else (self,)
+
+    @classmethod
+    def of(cls, problems: Iterable[InputError]) -> InputError:
+        """One error of several; at least one."""
+        first, *others = problems
+        return cls(first.field, first.value, first.allowed, first.hint, (*first.also, *others))
+
+    def changed(self, change: Callable[[InputError], InputError]) -> InputError:
+        """The same with every problem changed."""
+        return InputError.of(change(problem) for problem in self.problems)
+
     def __str__(self) -> str:
+        lines = [self._sentence(), *(problem._sentence() for problem in self.also[: _MOST_SHOWN - 1])]
+        if len(self.also) >= _MOST_SHOWN:
+            lines.append(f"And {len(self.also) - _MOST_SHOWN + 1} more.")
+        return lines[0] if len(lines) == 1 else "\n  ".join([f"{1 + len(self.also)} problems:", *lines])
+
+    def _sentence(self) -> str:
         field, allowed = _one_line(self.field, 300), _one_line(self.allowed, 2000)
         if self.value is None:
             sentence = f"{field} is missing; needed: {allowed}."
@@ -52,8 +82,17 @@ class InputError(MixedEhlError, ValueError):
             sentence = f"{field} = {_shown(self.value)} cannot be used; allowed: {allowed}."
         return f"{sentence} {_one_line(self.hint, 2000)}" if self.hint else sentence
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
-        return (type(self), (self.field, self.value, self.allowed, self.hint))
+    def __reduce__(self) -> tuple[type[InputError], tuple[object, ...]]:
+        return (type(self), (self.field, self.value, self.allowed, self.hint, self.also))
+
+
+def near(name: object, known: Iterable[str]) -> str:
+    """The hint "Did you mean ...?" where one of the known names is nearly the one given; else nothing."""
+    from difflib import get_close_matches  # only when something is wrong
+
+    given = {text.lower(): text for text in known}
+    found = get_close_matches(str(name)[:100].lower(), given, n=2, cutoff=0.7)
+    return f"Did you mean {' or '.join(repr(given[text]) for text in found)}?" if found else ""
 
 
 class ConvergenceError(MixedEhlError):

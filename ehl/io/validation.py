@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError
 from pydantic.fields import FieldInfo
 
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 from ehl.io.files import parse_toml, read_text
+from ehl.io.kinds import refuse_other_kind, refuse_unreadable
 from ehl.io.units import ValueRange
 
 
@@ -35,19 +36,32 @@ class InputModel(BaseModel):
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
+def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
     """Read a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    kind : str
+        Which of `ehl.io.kinds.KINDS` is wanted; empty where any will do.
 
     Raises
     ------
     InputError
-        The file does not exist, cannot be read or is not TOML.
+        The file does not exist, cannot be read, is not TOML, or is of another kind, which the message names.
     """
-    return parse_toml(read_text(path, "file", "an existing TOML file"), "file", str(path))
+    text = read_text(path, "file", "an existing TOML file")
+    try:
+        content = parse_toml(text, "file", str(path))
+    except InputError as error:
+        refuse_unreadable(text, path, kind, error)
+    refuse_other_kind(content, path, kind)
+    return content
 
 
 def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Model:
-    """Build a model, turning the first of pydantic's complaints into one `InputError`.
+    """Build a model, turning pydantic's complaints into one `InputError` that tells all of them.
 
     Parameters
     ----------
@@ -65,30 +79,55 @@ def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Mo
 
 
 def input_error(error: ValidationError, model: type[BaseModel], where: str = "") -> InputError:
-    """The `InputError` that says the same as pydantic's first complaint."""
-    complaints = error.errors(include_url=False)
-    first = complaints[0]
-    place = locate_field(model, first["loc"])
+    """The `InputError` that says the same as pydantic's complaints, each place once."""
+    found: list[tuple[str, InputError]] = []
+    for complaint in error.errors(include_url=False):
+        problem = _problem(complaint, model, where)
+        # the members of a union complain each, of the place itself and of what is in it
+        places = (".".join(filter(None, (where, *locate_field(model, complaint["loc"]).path))), problem.field)
+        if not any(_nested(place, told) for place in places for told, _ in found):
+            found.append((places[0], problem))
+    meant = {problem.field: _meant(problem) for _, problem in found}
+    kept = [problem for _, problem in found if problem.value is not None or problem.field not in meant.values()]
+    return InputError.of(kept or [problem for _, problem in found])
+
+
+def _nested(one: str, other: str) -> bool:
+    return one == other or one.startswith(f"{other}.") or other.startswith(f"{one}.")
+
+
+def _meant(problem: InputError) -> str:
+    """The key that a misspelt one stands for: that it is missing need not be told as well."""
+    _, asked, rest = problem.hint.partition("Did you mean '")
+    parent, _, _ = problem.field.rpartition(".")
+    return ".".join(filter(None, (parent, rest.partition("'")[0]))) if asked else ""
+
+
+def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
+    place = locate_field(model, complaint["loc"])
     parts = ([where] if where else []) + list(place.path)
     field = ".".join(parts) or model.__name__
-    kind = first["type"]
-    value = None if kind == "missing" else first["input"]
+    kind = complaint["type"]
+    value = None if kind == "missing" else complaint["input"]
     if isinstance(value, dict):
         value = "table with " + ", ".join(sorted(map(str, value))[:8])
-    more = f"({len(complaints) - 1} more problem(s) in this input.)" if len(complaints) > 1 else ""
-    context = first.get("ctx") or {}
+    context = complaint.get("ctx") or {}
     if kind.startswith("quantity"):
-        return InputError(field, value, str(context["allowed"]), _join(context["hint"], more))
+        return InputError(field, value, str(context["allowed"]), str(context["hint"]))
     if kind == "value_error" and isinstance(context.get("error"), InputError):
-        inner: InputError = context["error"]
-        return InputError(".".join([*parts, inner.field]), inner.value, inner.allowed, _join(inner.hint, more))
+        return context["error"].changed(
+            lambda inner: InputError(".".join([*parts, inner.field]), inner.value, inner.allowed, inner.hint)
+        )
     if kind == "extra_forbidden":
-        known = ", ".join(sorted(_keys(place.owner)))
-        return InputError(field, value, "only the documented keys of this table", _join(f"Known keys: {known}.", more))
+        known = sorted(_keys(place.owner))
+        hint = _join(near(place.path[-1], known), f"Known keys: {', '.join(known)}.")
+        return InputError(field, value, "only the documented keys of this table", hint)
     if kind.startswith("union_tag"):
         key = str(context["discriminator"]).strip("'")
-        return InputError(".".join([*parts, key]), context.get("tag"), _tags(place.annotation, key), more)
-    return InputError(field, value, expected_input(place, ".".join(place.path)) or first["msg"], more)
+        return InputError(".".join([*parts, key]), context.get("tag"), _tags(place.annotation, key))
+    choices = get_args(place.annotation) if get_origin(place.annotation) is Literal else ()
+    hint = "" if value is None else near(value, map(str, choices))
+    return InputError(field, value, expected_input(place, ".".join(place.path)) or complaint["msg"], hint)
 
 
 def _join(*texts: str) -> str:

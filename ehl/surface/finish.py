@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
 from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel, read_toml, validate
 
@@ -213,7 +213,7 @@ class Additive:
 def _finish_file(name: str) -> _FinishFile:
     names = data_names("finishes")
     if name not in names:
-        raise InputError("finish", name, "one of " + ", ".join(names))
+        raise InputError("finish", name, "one of " + ", ".join(names), near(name, names))
     return validate(_FinishFile, read_toml(data_path("finishes", f"{name}.toml")), name)
 
 
@@ -221,7 +221,7 @@ def _finish_file(name: str) -> _FinishFile:
 def _additive_file(name: str) -> _AdditiveFile:
     names = data_names("additives")
     if name not in names:
-        raise InputError("additive", name, "one of " + ", ".join(names))
+        raise InputError("additive", name, "one of " + ", ".join(names), near(name, names))
     return validate(_AdditiveFile, read_toml(data_path("additives", f"{name}.toml")), name)
 
 

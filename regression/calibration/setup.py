@@ -136,4 +136,4 @@ def load_setup(path: Path, changes: dict[str, Any]) -> CalibrationSetup:
     InputError
         Naming field, value and allowed range.
     """
-    return validate(CalibrationSetup, read_toml(path) | changes, path.name)
+    return validate(CalibrationSetup, read_toml(path, "setup") | changes, path.name)

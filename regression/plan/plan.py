@@ -222,7 +222,7 @@ class Plan(InputModel):
         """
         if str(path) in data_names("plans"):
             path = data_path("plans", f"{path}.toml")
-        content = read_toml(path)
+        content = read_toml(path, "plan")
         if not content:
             hint = "Copy a shipped plan, or see docs/sweep.md."
             raise InputError("file", str(path), "a plan with name, [variables], [sampling] and [lubricant]", hint)
