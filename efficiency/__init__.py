@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from efficiency.loss.duty import DutyCycle as DutyCycle
     from efficiency.loss.efficiency_result import EfficiencyResult as EfficiencyResult
     from efficiency.loss.grid import Grid as Grid
+    from efficiency.new_files import new_file as new_file
+    from efficiency.new_files import new_questions as new_questions
     from efficiency.pair import GearPair as GearPair
     from efficiency.pair import LoadedMesh as LoadedMesh
     from efficiency.pair import Mesh as Mesh
@@ -31,6 +33,8 @@ _HOMES = {
     "EfficiencyResult": "efficiency.loss.efficiency_result",
     "Grid": "efficiency.loss.grid",
     "DutyCycle": "efficiency.loss.duty",
+    "new_file": "efficiency.new_files",
+    "new_questions": "efficiency.new_files",
     "blank": "efficiency.blanks.pair:pair_blank",
     "settings": "efficiency.synthesis.solve:machine_settings",
     "study": "efficiency.studies.parameter_study:run_study",

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import ehl
-from ehl.console import App, check_outputs, given, print_json
+from ehl.console import App, check_outputs, given, names_of, print_json
 
 
 def solve(
@@ -99,7 +99,12 @@ def _oil_list() -> ehl.Table:
 
 def oil(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Shipped oil, card.toml, 'pao 97.5/13.3' or 'mineral vg 220'.")
+        str | None,
+        typer.Argument(
+            metavar="NAME",
+            help="Shipped oil, card.toml, 'pao 97.5/13.3' or 'mineral vg 220'.",
+            autocompletion=names_of("oils"),
+        ),
     ] = None,
     temperature: Annotated[
         str | None, typer.Option("--temperature", "-T", help="Temperatures, e.g. '40, 80, 120 degC'.")

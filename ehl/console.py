@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 import typer
 import typer.core
 
-from ehl import InputError, MixedEhlError, __version__
+from ehl import InputError, MixedEhlError, __version__, shipped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -173,6 +173,11 @@ def _write_log() -> str:
             path.write_text("\n".join(lines), encoding="utf-8", errors="backslashreplace")
             return f"What is known of it is in {path}: please send it with your input."
     return "No log could be written."
+
+
+def names_of(kind: str) -> Callable[[], list[str]]:
+    """What the shell completes an argument to: the shipped names of a kind, as of `ehl.shipped`."""
+    return lambda: list(shipped(kind))
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:

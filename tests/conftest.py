@@ -4,6 +4,7 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,10 +35,22 @@ class Outcome:
     err: str
 
 
+@cache
+def _commands() -> Any:
+    """The parsers of all commands, built once: that takes longer than most of the commands tested."""
+    from typer.main import get_command
+
+    from efficiency.cli import app
+
+    return get_command(app)
+
+
 @pytest.fixture
 def mixed_ehl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
     """Call the command line in this process: ``mixed_ehl("solve", "case.toml", "--json")``."""
     from efficiency.cli import main
+
+    monkeypatch.setattr("efficiency.cli.app", _commands())
 
     def call(*arguments: object) -> Outcome:
         monkeypatch.setattr(sys, "argv", ["mixed-ehl", *map(str, arguments)])

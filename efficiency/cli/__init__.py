@@ -10,7 +10,7 @@ import efficiency
 import ehl.cli
 import regression.cli
 import regression.cli.calibration
-from efficiency.cli import design, gear, loss_map
+from efficiency.cli import design, gear, loss_map, new
 from ehl import __version__
 from ehl.console import App, run
 
@@ -19,7 +19,6 @@ app = App(
     help="Friction and efficiency of hypoid and spiral bevel gears.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
 
 
@@ -45,6 +44,7 @@ for commands_of in (
     gear,
     design,
     loss_map,
+    new,
 ):
     commands_of.register(app)
 
@@ -71,7 +71,7 @@ def main() -> None:
 
 def _command() -> None:
     efficiency.doctor(installation_only=True)
-    app()
+    app(prog_name="mixed-ehl")  # also where the module is run by another program
 
 
 if __name__ == "__main__":

@@ -27,13 +27,18 @@ from efficiency.cli.options import (
     unit_system,
 )
 from ehl import InputError, shipped
-from ehl.console import App, fail_unless_converged, given, print_json, progress, write_text
+from ehl.console import App, fail_unless_converged, given, names_of, print_json, progress, write_text
 
 PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
 
 
 def blank(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A blank file, or the name of a shipped one.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE", help="A blank file, or the name of a shipped one.", autocompletion=names_of("blanks")
+        ),
+    ],
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:
     """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings."""
@@ -42,7 +47,12 @@ def blank(
 
 
 def settings(
-    targets: Annotated[str, typer.Argument(metavar="TARGETS", help="A targets file, or the name of a shipped one.")],
+    targets: Annotated[
+        str,
+        typer.Argument(
+            metavar="TARGETS", help="A targets file, or the name of a shipped one.", autocompletion=names_of("targets")
+        ),
+    ],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the design file here.")] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:

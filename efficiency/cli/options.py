@@ -8,12 +8,17 @@ from typing import Annotated, Any, Literal, cast
 import typer
 
 from ehl import InputError
-from ehl.console import check_suffix, fail_unless_converged, print_json
+from ehl.console import check_suffix, fail_unless_converged, names_of, print_json
 
 OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
 OUTPUT, GEOMETRY = "Output", "Geometry only"
 
-DesignArgument = Annotated[str, typer.Argument(metavar="DESIGN", help="A design file, or the name of a shipped one.")]
+DesignArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="DESIGN", help="A design file, or the name of a shipped one.", autocompletion=names_of("designs")
+    ),
+]
 SideOption = Annotated[str, typer.Option(help="Flanks that carry the load: drive or coast.", rich_help_panel=OPERATION)]
 TorqueOption = Annotated[
     str | None, typer.Option(help="Pinion torque with its unit: '250 N m'.", rich_help_panel=OPERATION)
@@ -24,7 +29,10 @@ SpeedOption = Annotated[
 TemperatureOption = Annotated[
     str | None, typer.Option(help="Oil temperature with its unit: '80 degC'.", rich_help_panel=OPERATION)
 ]
-OilOption = Annotated[str | None, typer.Option(help="Oil card in place of the design's.", rich_help_panel=OPERATION)]
+OilOption = Annotated[
+    str | None,
+    typer.Option(help="Oil card in place of the design's.", rich_help_panel=OPERATION, autocompletion=names_of("oils")),
+]
 EOption = Annotated[str | None, typer.Option("--E", help="Along the offset: '0.1 mm'.", rich_help_panel=MISALIGNMENT)]
 POption = Annotated[
     str | None, typer.Option("--P", help="Along the pinion axis, from apex to heel.", rich_help_panel=MISALIGNMENT)

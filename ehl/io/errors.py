@@ -91,7 +91,7 @@ def near(name: object, known: Iterable[str]) -> str:
     from difflib import get_close_matches  # only when something is wrong
 
     given = {text.lower(): text for text in known}
-    found = get_close_matches(str(name)[:100].lower(), given, n=2, cutoff=0.7)
+    found = get_close_matches(str(name)[:100].lower(), given, n=2, cutoff=0.65)
     return f"Did you mean {' or '.join(repr(given[text]) for text in found)}?" if found else ""
 
 

@@ -39,7 +39,11 @@ KINDS = {
     ),
     "plan": Kind("a plan", (("variables",), ("sampling",)), "mixed-ehl sweep FILE"),
     "setup": Kind("the setup of a calibration", (("conditions",), ("specimens",)), "mixed-ehl calibrate --setup FILE"),
-    "blank": Kind("a blank", (("teeth_pinion",), ("face_width_gear",)), 'mixed-ehl blank FILE, and blank = "FILE" in targets'),
+    "blank": Kind(
+        "a blank",
+        (("teeth_pinion",), ("face_width_gear",)),
+        'mixed-ehl blank FILE, and blank = "FILE" in targets',
+    ),
     "targets": Kind("a targets file", (("targets",), ("cutting",), ("blank", "operation")), "mixed-ehl settings FILE"),
     "design": Kind("a design", (("assembly",), ("pinion", "gear")), "mixed-ehl gear FILE"),
 }  # fmt: skip
@@ -59,7 +63,9 @@ def refuse_other_kind(content: Mapping[str, Any], path: str | Path, wanted: str)
     found = kind_of(content)
     if wanted and found and found != wanted:
         kind = KINDS[found]
-        raise InputError("file", str(path), KINDS[wanted].words, f"It is {kind.words}, for {kind.use}. {_write(wanted)}")
+        raise InputError(
+            "file", str(path), KINDS[wanted].words, f"It is {kind.words}, for {kind.use}. {_write(wanted)}"
+        )
 
 
 def refuse_unreadable(text: str, path: str | Path, wanted: str, error: InputError) -> NoReturn:

@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.console import STOPPED, App, print_json
+from ehl.console import STOPPED, App, names_of, print_json
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -36,7 +36,9 @@ def sweep_run(
     plan: Annotated[
         str,
         typer.Argument(
-            metavar="PLAN", help="Plan file, or a shipped plan: gear_default, gear_mesh, demo, gear_range..."
+            metavar="PLAN",
+            help="Plan file, or a shipped plan: gear_default, gear_mesh, demo, gear_range...",
+            autocompletion=names_of("plans"),
         ),
     ],
     run: Annotated[Path | None, typer.Option("-o", "--output", metavar="RUN", help="Folder of the results.")] = None,

@@ -12,7 +12,7 @@ from ehl import inputs as case_inputs
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
 from ehl.fluid.oil_laws import Temperature
 from ehl.inputs import SurfaceInput
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 from ehl.io.units import ValueRange
 from ehl.io.validation import InputModel
 
@@ -71,7 +71,12 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
         return PlanAxis(values=(quantity.check(value, "value"),))
     unknown = sorted(set(value) - {"low", "high", "scale", "levels"})
     if unknown:
-        raise InputError(unknown[0], value[unknown[0]], "low, high, scale and levels")
+        raise InputError(
+            unknown[0],
+            value[unknown[0]],
+            "low, high, scale and levels",
+            near(unknown[0], ("low", "high", "scale", "levels")),
+        )
     low, high = read_ends(value, quantity)
     if low is None or high is None:
         raise InputError("low" if low is None else "high", None, "both ends of the range")

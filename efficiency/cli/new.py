@@ -1,0 +1,109 @@
+"""Command `new`: input files to begin with, from flags or from answers at the terminal."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+import typer.core
+import typer.main
+
+import efficiency
+from ehl import InputError
+from ehl.console import App, check_outputs, check_suffix, write_text
+
+# kind: what it is, and what one does with it
+_KINDS = {
+    "oil": ("A card for your oil, from ISO VG or two viscosities and the base.", "mixed-ehl oil {file}"),
+    "contact": ("One lubricated contact.", "mixed-ehl solve {file}"),
+    "plan": ("The contacts a friction formula is made from.", "mixed-ehl sweep {file} --estimate"),
+    "design": ("A gear pair with the flanks of a shipped one.", "mixed-ehl gear {file} --friction 75w90"),
+    "targets": ("A gear pair of your own, from its blank.", "mixed-ehl settings {file} -o design.toml"),
+    "duty": ("A duty cycle (CSV).", "mixed-ehl gear fm_spiral_bevel_14x39 --friction 75w90 --duty {file}"),
+}
+
+OutputOption = Annotated[
+    Path | None, typer.Option("--output", "-o", metavar="FILE", help="File to write; my_... if not given.")
+]
+ForceOption = Annotated[bool, typer.Option("--force", help="Write over a file that exists.")]
+
+
+class NewGroup(typer.core.TyperGroup):
+    """Kinds of files as commands, made when they are asked for: they would double the time of `mixed-ehl --help`."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Kinds in the order of the work."""
+        return list(_KINDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of a kind; `InputError` where there is none."""
+        efficiency.new_questions(cmd_name)
+        app = App(add_completion=False)
+        app.command(cmd_name)(_command(cmd_name))
+        return typer.main.get_command(app)
+
+
+new_app = App(
+    cls=NewGroup,
+    no_args_is_help=True,
+    help="Write a commented input file that works as it is. On a terminal and without options it asks.",
+)
+
+
+def _command(kind: str) -> Callable[..., None]:
+    """The command that writes one kind of file; its options are the questions of the file."""
+    questions = efficiency.new_questions(kind)
+
+    def write(**given: Any) -> None:
+        suffix = ".csv" if kind == "duty" else ".toml"
+        output, force = given.pop("output"), given.pop("force")
+        path = output or Path(f"my_{kind}{suffix}")
+        check_suffix(path, "output", (suffix,))
+        check_outputs({"output": path})
+        if path.exists() and not force:
+            raise InputError("output", str(path), "a file that does not exist yet", "--force writes over it.")
+        answers = {name: value for name, value in given.items() if value is not None}
+        if not answers and sys.stdin.isatty():
+            answers = _ask(questions)
+        write_text(path, efficiency.new_file(kind, path.stem, **answers))
+        print(f"written: {path}\nnext: {_KINDS[kind][1].format(file=path)}")
+
+    options = {
+        name: Annotated[str | None, typer.Option(help=text, show_default=default or False)]
+        for name, (text, default) in questions.items()
+    }
+    annotations: dict[str, Any] = {**options, "output": OutputOption, "force": ForceOption}
+    defaults = {"force": False}
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    write.__annotations__ = annotations
+    write.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [inspect.Parameter(name, keyword, default=defaults.get(name), annotation=a) for name, a in annotations.items()]
+    )
+    write.__doc__ = _KINDS[kind][0]
+    return write
+
+
+def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:
+    """Answers from the terminal; Enter takes what stands in brackets."""
+    print("Enter takes what stands in brackets.")
+    asked = {
+        name: str(
+            typer.prompt(f"{name.replace('_', ' ')}: {text.rstrip('.')}", default=default, show_default=bool(default))
+        )
+        for name, (text, default) in questions.items()
+    }
+    return {name: answer for name, answer in asked.items() if answer != questions[name][1]}
+
+
+@new_app.callback()
+def _new() -> None:
+    """Write a commented input file that works as it is. On a terminal and without options it asks."""
+
+
+def register(app: App) -> None:
+    """Add the commands to the application."""
+    app.add_typer(new_app, name="new")

@@ -1,0 +1,142 @@
+"""`mixed-ehl new` and `efficiency.new_file`: what they write works as it is."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import efficiency
+import ehl
+import regression
+from efficiency.loss.duty import read_duty
+from efficiency.synthesis.inputs import load_targets
+
+Cli = Callable[..., Any]
+READERS: dict[str, Callable[[Path], Any]] = {
+    "oil": lambda path: ehl.Oil.load(str(path)).viscosity_kinematic_40,
+    "contact": lambda path: ehl.Contact.from_file(path).contact.pressure_hertz,
+    "plan": lambda path: regression.Plan.from_file(path).sampling.size,
+    "design": lambda path: efficiency.load(path).name,
+    "targets": lambda path: load_targets(path).blank.teeth_gear,
+    "duty": lambda path: sum(row.hours for row in read_duty(path)),
+}
+EXPECTED = {
+    "oil": 220e-6, "contact": 1.2e9, "plan": 256, "design": "my_design", "targets": 42, "duty": 1000.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_file_is_read_by_the_command_it_is_for(
+    mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = mixed_ehl("new", kind)
+    assert outcome.code == 0
+    [file] = tmp_path.iterdir()
+    assert f"written: {file.name}" in outcome.out
+    assert "next: mixed-ehl " in outcome.out
+    assert READERS[kind](file) == pytest.approx(EXPECTED[kind]) if kind != "design" else EXPECTED[kind]
+    text = file.read_text(encoding="utf-8")
+    assert text.startswith("#") or kind == "duty"
+    again = mixed_ehl("new", kind)
+    assert again.code == 2
+    assert "--force" in again.err
+    assert file.read_text(encoding="utf-8") == text
+    assert mixed_ehl("new", kind, "--force").code == 0
+
+
+def test_oil_by_two_viscosities_is_the_generic_oil(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(efficiency.new_file("oil", "mine", base="pao", nu40="97.5 cSt", nu100="13.3 cSt"), encoding="utf-8")
+    mine, generic = ehl.Oil.load(str(path)), ehl.Oil.generic("pao", nu_40="97.5 cSt", nu_100="13.3 cSt")
+    assert mine.name == "mine"
+    assert mine.viscosity_dynamic(363.15) == generic.viscosity_dynamic(363.15)
+    assert mine.alpha(363.15) == generic.alpha(363.15)
+
+
+@pytest.mark.parametrize(
+    "answers",
+    [
+        {"offset": "0 mm", "teeth_pinion": 14, "teeth_gear": 39},
+        {"process": "face_hobbing", "teeth_pinion": 11, "teeth_gear": 37, "offset": "25 mm", "spiral_angle": "27 deg"},
+        {"process": "face_hobbing", "offset": "0 mm", "finish": "lapped"},
+    ],
+)
+def test_blank_of_targets_can_be_made(tmp_path: Path, answers: dict[str, str]) -> None:
+    text = efficiency.new_file("targets", **answers)
+    content = tomllib.loads(text)["blank"]
+    path = tmp_path / "blank.toml"
+    path.write_text("\n".join(line for line in _blank_lines(text)), encoding="utf-8")
+    found = efficiency.blank(path).to_dict()
+    assert content["teeth_gear"] == int(answers.get("teeth_gear", 42))
+    assert found["gear"]["teeth"] == content["teeth_gear"]
+    assert ("blade_groups" in content) == ("process" in answers)
+
+
+def _blank_lines(text: str) -> list[str]:
+    """The tables of the blank as a file of their own."""
+    lines, inside = [], False
+    for line in text.splitlines():
+        if line.startswith("["):
+            inside = line.startswith("[blank")
+            line = line.replace("[blank.", "[") if not line.startswith("[blank]") else ""
+        if inside:
+            lines.append(line)
+    return lines
+
+
+def test_design_keeps_what_is_not_asked_for() -> None:
+    text = efficiency.new_file("design", "mine", like="fh_hypoid_9x34", oil="mineral vg 150")
+    mine, shipped = (
+        tomllib.loads(text),
+        tomllib.loads((ehl_data() / "designs" / "fh_hypoid_9x34.toml").read_text(encoding="utf-8")),
+    )
+    assert mine["operation"] == shipped["operation"] | {"oil": "mineral vg 150"}
+    assert mine["pinion"] == shipped["pinion"]
+    assert mine["gear"] == shipped["gear"]
+
+
+def ehl_data() -> Path:
+    return Path(__file__).resolve().parents[3] / "data"
+
+
+@pytest.mark.parametrize("name", ['a"b', "back\\slash", "1e5", "line"])
+def test_names_cannot_break_the_file(name: str) -> None:
+    assert tomllib.loads(efficiency.new_file("plan", name))["name"] == name
+    with pytest.raises(ehl.InputError, match="control characters"):
+        efficiency.new_file("plan", name + "\n")
+
+
+def test_terminal_is_asked_question_by_question(
+    mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    answers = iter(["pao", "", "97.5 cSt", "13.3 cSt", ""])
+    asked: list[str] = []
+
+    def prompt(text: str, default: str, show_default: bool) -> str:
+        asked.append(text)
+        return next(answers) or default
+
+    monkeypatch.setattr("typer.prompt", prompt)
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    assert mixed_ehl("new", "oil").code == 0
+    assert len(asked) == 5
+    assert ehl.Oil.load(str(tmp_path / "my_oil.toml")).viscosity_kinematic_100 == pytest.approx(13.3e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [("gear fm_h", "fm_hypoid_13x42"), ("new pl", "plan"), ("oil 75", "75w90"), ("sweep run de", "demo")],
+)
+def test_shell_completes_names(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, words: str, expected: str) -> None:
+    monkeypatch.setenv("_MIXED_EHL_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", f"mixed-ehl {words}")
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split())))
+    outcome = mixed_ehl()
+    assert expected in outcome.out.split()

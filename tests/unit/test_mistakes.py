@@ -1,0 +1,347 @@
+"""Twenty plausible mistakes for each command: field, value, what is allowed and what to do next, and no traceback.
+
+A mistake is a value in place of a right one: in the file the command reads, or in its options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import efficiency
+import ehl
+
+Cli = Callable[..., Any]
+ROOT = Path(__file__).resolve().parents[2]
+PAIR = "fm_spiral_bevel_14x39"
+
+# (what stands in the right file, what the user wrote, field of the message, what it must say besides)
+Change = tuple[str, str, str, str]
+CONTACT: list[Change] = [
+    ('"1.2 GPa"', '"1.2 Gpa s"', "contact.pressure_hertz", "1.2 GPa"),
+    ('"1.2 GPa"', '"1200"', "contact.pressure_hertz", "1200"),
+    ('"1.2 GPa"', '"120 GPa"', "contact.pressure_hertz", "at most"),
+    ('"1.2 GPa"', "-1e9", "contact.pressure_hertz", "at least"),
+    ("pressure_hertz", "presure_hertz", "contact.presure_hertz", "'pressure_hertz'"),
+    ('"15 mm"', '"15 GPa"', "contact.radius_equivalent", "dimension"),
+    ('"15 mm"', "15", "contact.radius_equivalent", "at most 10 m"),
+    ('"15 mm"', "true", "contact.radius_equivalent", "10 mm"),
+    ('"5 m/s"', '"5 rpm"', "contact.speed_entrainment", "dimension"),
+    ('"5 m/s"', '"-5 m/s"', "contact.speed_entrainment", "sign"),
+    ('"75w90"', '"75w-90"', "lubricant.oil", "'75w90'"),
+    ('"75w90"', '"my_oil.toml"', "lubricant.oil", "my_oil.toml"),
+    ('"75w90"', '"minral vg 220"', "lubricant.base", "mineral"),
+    ('"90 degC"', '"9000 degC"', "lubricant.temperature_oil", "at most"),
+    ('"90 degC"', "90", "lubricant.temperature_oil", "at least"),
+    ('"steel"', '"stel"', "solid_1.material", "'steel'"),
+    ('"0.3 um"', '"3 mm"', "surface.roughness_rms_1", "at most"),
+    ('"EP"', '"EPP"', "surface.additive", "'EP'"),
+    ('"deterministic"', '"determinstic"', "model.roughness", "'deterministic'"),
+    ('"standard"', '"standart"', "model.accuracy", "'standard'"),
+    ("[surface]", "[surfaces]", "surfaces", "surface"),
+]
+PLAN: list[Change] = [
+    ('"2.0 GPa"', '"20 GPa"', "variables.pressure_hertz", "at most"),
+    ('"0.3 GPa"', '"0.3 mm"', "variables.pressure_hertz", "dimension"),
+    ('"0.3 GPa"', '"3 GPa"', "variables.pressure_hertz", "low"),
+    ("pressure_hertz", "pressure_herz", "variables.pressure_herz", "'pressure_hertz'"),
+    ('"60 mm"', '"60 m"', "variables.radius_equivalent", "at most"),
+    ('scale = "log"', 'scale = "logarithmic"', "variables.radius_equivalent.scale", "log"),
+    ('"15 m/s"', '"15 rpm"', "variables.speed_entrainment", "dimension"),
+    ("low = 0.01", 'low = "a"', "variables.slide_to_roll", "number"),
+    ("high = 1.2", "hihg = 1.2", "variables.slide_to_roll.hihg", "'high'"),
+    ('"120 degC"', '"1200 degC"', "variables.temperature_oil", "at most"),
+    ('"40 degC"', "40", "variables.temperature_oil", "at least"),
+    ('"1.0 um"', '"1.0 mm"', "variables.roughness_rms", "at most"),
+    ("size = 256", "size = -1", "sampling.size", "-1"),
+    ("size = 256", "size = 10.5", "sampling.size", "whole number"),
+    ("seed = 1", 'seed = "x"', "sampling.seed", "whole number"),
+    ("[sampling]", "[sample]", "sample", "'sampling'"),
+    ('"3000 N/mm"', '"3000 mm"', "constraints.load_per_length", "dimension"),
+    ("film_ratio", "film_rato", "constraints.film_rato", "'film_ratio'"),
+    ('"75w90"', '"75W90"', "lubricant.oil", "'75w90'"),
+    ('"deterministic"', '"load sharing"', "model.roughness", "'load_sharing'"),
+    ('"fast"', '"quick"', "model.accuracy", "fast"),
+]
+TARGETS: list[Change] = [
+    ("teeth_pinion = 13", "teeth_pinion = 1", "blank.teeth_pinion", "at least"),
+    ("teeth_pinion = 13", "teeth_pinion = 13.5", "blank.teeth_pinion", "whole number"),
+    ("teeth_pinion = 13", "teeth_pinion = 50", "blank.teeth_gear", "pinion"),
+    ("teeth_pinion", "teeth_pinon", "blank.teeth_pinon", "'teeth_pinion'"),
+    ('"170 mm"', '"170"', "blank.outer_pitch_diameter_gear", "at most"),
+    ('"170 mm"', '"17 rpm"', "blank.outer_pitch_diameter_gear", "dimension"),
+    ('"30 mm"', '"-30 mm"', "blank.face_width_gear", "-30 mm"),
+    ('"34 deg"', '"134 deg"', "blank.mean_spiral_angle_gear", "134 deg"),
+    ("mean_spiral_angle_gear", "mean_spiral_angle_pinion", "blank.mean_spiral_angle_gear", "Method 2"),
+    ('"15 mm"', '"-15 mm"', "blank.hypoid_offset", "at least"),
+    ("method = 2", "method = 0", "blank.hypoid_offset", "Method 1, 2 or 3"),
+    ("method = 2", "method = 4", "blank.method", "4"),
+    ('"face_milling"', '"face_hobbing"', "blank.blade_groups", "number"),
+    ('"face_milling"', '"face-milling"', "blank.process", "'face_milling'"),
+    ('"20 deg"', '"80 deg"', "blank.pressure_angle.drive", "80 deg"),
+    ('"tilted_root"', '"tilted"', "blank.taper.type", "'tilted_root'"),
+    ('"0.2 mm"', '"20 mm"', "blank.backlash.value", "at most"),
+    ('"each_flank"', '"each"', "cutting.pinion", "each_flank"),
+    ("crowning_toe", "crowning_toes", "targets.drive.crowning_toes", "'crowning_toe'"),
+    ('"ground"', '"grinded"', "pinion.finish", "ground"),
+    ('"250 N m"', '"250 Nm/s"', "operation.torque", "250 N m"),
+]
+DESIGN: list[Change] = [
+    ('"300 N m"', '"300 N"', "operation.torque", "dimension"),
+    ('"300 N m"', '"300 kg"', "operation.torque", "250 N m"),
+    ('"300 N m"', '"3e9 N m"', "operation.torque", "at most"),
+    ('"1200 rpm"', '"1200 Hz m"', "operation.speed", "1500 rpm"),
+    ('"1200 rpm"', '"fast"', "operation.speed", "1500 rpm"),
+    ('"90 degC"', '"-300 degC"', "operation.temperature_oil", "at least"),
+    ("torque =", "torqe =", "operation.torqe", "'torque'"),
+    ('"75w90"', '"75w80"', "operation.oil", "'75w90'"),
+    ('"ground"', '"groud"', "pinion.finish", "'ground'"),
+    ('"steel"', '"Steel"', "pinion.material", "'steel'"),
+    ("teeth = 14", "teeth = 0", "pinion.blank.teeth", "0"),
+    ("teeth = 14", 'teeth = "fourteen"', "pinion.blank.teeth", "whole number"),
+    ('"left"', '"lefthand"', "pinion.blank.hand", "'left'"),
+    ('"concave"', '"concav"', "assembly.drive_flank_pinion", "'concave'"),
+    ('"0.127 mm"', '"127 MPa"', "assembly.normal_backlash", "dimension"),
+    ("shaft_angle", "shaftangle", "assembly.shaftangle", "'shaft_angle'"),
+    ('"90 deg"', '"90"', "assembly.shaft_angle", "90"),
+    ("hypoid_offset = 0.0", 'hypoid_offset = "31 s"', "assembly.hypoid_offset", "dimension"),
+    ("[pinion.blank]", "[pinion.blanks]", "pinion.blanks", "'blank'"),
+    ("[operation]", "[operations]", "operations", "'operation'"),
+]
+SETUP: list[Change] = [
+    ('"fva3"', '"fva33"', "oil", "'fva3'"),
+    ('"eyring_stress"', '"eyring_stres"', "parameters", "eyring_stress"),
+    ('"9.525 mm"', '"9.525 s"', "conditions.radius_equivalent", "dimension"),
+    ('"9.525 mm"', '"9525 m"', "conditions.radius_equivalent", "at most"),
+    ('"80 degC"', '"80"', "conditions.temperature_oil", "at least"),
+    ('"80 nm"', '"80 mm"', "conditions.roughness_rms", "at most"),
+    ("roughness_rms", "roughnes_rms", "conditions.roughnes_rms", "'roughness_rms'"),
+    ('"point"', '"ball"', "specimens.geometry", "point"),
+    ('"hertz_pressure"', '"pressure"', "specimens.match", "hertz_pressure"),
+    ("geometry =", "geometri =", "specimens.geometri", "'geometry'"),
+    ("absolute = 0.0006", "absolute = -1", "noise.absolute", "-1"),
+    ("absolute = 0.0006", 'absolute = "a bit"', "noise.absolute", "a bit"),
+    ("absolute =", "absolut =", "noise.absolut", "'absolute'"),
+    ('"load_sharing"', '"loadsharing"', "model.roughness", "'load_sharing'"),
+    ('"fast"', '"fastest"', "model.accuracy", "'fast'"),
+    ("[specimens]", "[specimen]", "specimen", "'specimens'"),
+    ("[conditions]", "[condition]", "condition", "'conditions'"),
+    ("[noise]", "[noises]", "noises", "'noise'"),
+    ("[model]", "[models]", "models", "'model'"),
+    ("oil =", "oill =", "oill", "'oil'"),
+]
+CARD: list[Change] = [
+    ('base = "mineral"', 'base = "minerale"', "base", "'mineral'"),
+    ("viscosity_kinematic_40 = ", "viscosity_kinematic_40 = -", "viscosity_kinematic_40", "above"),
+    ("viscosity_kinematic_40 = ", 'viscosity_kinematic_40 = "220 mPa s" #', "viscosity_kinematic_40", "dimension"),
+    ("viscosity_kinematic_40 = ", "viscosity_kinematic_40 = 220 #", "viscosity_kinematic_40", "220"),
+    ("viscosity_kinematic_100 = ", "viscosity_kinematic_100 = 3e-4 #", "viscosity_kinematic_100", "exchanged"),
+    ("viscosity_kinematic_100", "viscosity_kinematic100", "viscosity_kinematic100", "'viscosity_kinematic_100'"),
+    ("density_15 = ", "density_15 = 0.88 #", "density_15", "0.88"),
+    ("thermal_conductivity = ", "thermal_conductivity = -", "thermal_conductivity", "-"),
+    ("heat_capacity = ", 'heat_capacity = "2 degC" #', "heat_capacity", "dimension"),
+    ("[viscosity]", "[viscosities]", "viscosities", "'viscosity'"),
+]
+FILES = {
+    "solve": ("contact", CONTACT, ("solve", "FILE")),
+    "sweep": ("plan", PLAN, ("sweep", "FILE", "--estimate")),
+    "settings": ("targets", TARGETS, ("settings", "FILE")),
+    "gear": ("design", DESIGN, ("gear", "FILE")),
+    "calibrate": ("setup", SETUP, ("calibrate", ROOT / "docs/examples/synthetic_traction.csv", "--setup", "FILE")),
+    "oil": ("oil", CARD, ("oil", "FILE")),
+}
+IN_FILES = [(command, change) for command, (_, changes, _) in FILES.items() for change in changes]
+
+
+@cache
+def right_file(kind: str) -> str:
+    if kind == "setup":
+        return (ROOT / "docs/examples/calibration.toml").read_text(encoding="utf-8")
+    return efficiency.new_file(kind)
+
+
+def told(outcome: Any, field: str, *words: str) -> None:
+    """Exit code 2, and a sentence with field, value or what is missing, what is allowed, and what to do."""
+    assert outcome.code == 2, outcome
+    assert "Traceback" not in outcome.err
+    assert field in outcome.err
+    for word in words:
+        assert word in outcome.err
+    _, allowed, rest = outcome.err.partition("allowed: ")
+    _, needed, missing = outcome.err.partition("needed: ")
+    assert allowed or needed
+    assert ". " in (rest or missing), "no next step"
+
+
+@pytest.mark.parametrize(("command", "change"), IN_FILES, ids=lambda part: part if isinstance(part, str) else part[1])
+def test_mistake_in_a_file(mixed_ehl: Cli, tmp_path: Path, command: str, change: Change) -> None:
+    kind, _, arguments = FILES[command]
+    right, wrong, field, word = change
+    text = right_file(kind)
+    assert right in text
+    file = tmp_path / "file.toml"
+    lines = text.splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if right in line and not line.startswith("#"))
+    lines[at] = lines[at].replace(right, wrong, 1)
+    file.write_text("".join(lines), encoding="utf-8")
+    told(mixed_ehl(*(file if part == "FILE" else part for part in arguments)), field, word)
+
+
+def test_twenty_mistakes_for_each_command() -> None:
+    for command, (_, changes, _) in FILES.items():
+        assert len(changes) + len(OPTIONS.get(command, ((), {}, []))[2]) >= 20
+    assert len(OPTIONS["mu"][2]) >= 20
+    assert sum(len(OPTIONS[command][2]) for command in ("new contact", "new others")) >= 20
+
+
+POINT = {
+    "--pressure": "1 GPa", "--radius": "15 mm", "--speed": "3 m/s", "--slide-to-roll": "0.3", "--temperature": "90 degC",
+}  # fmt: skip
+# right options of a command, and (option, what the user wrote, what the message must say besides)
+# ruff: noqa: E501
+OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, str]]]] = {
+    "mu": (
+        ("mu", "75w90"), POINT,
+        [
+            ("--pressure", "1", "unit"), ("--pressure", "1 mm", "dimension"), ("--pressure", "100 GPa", "at most"),
+            ("--pressure", "-1 GPa", "at least"), ("--pressure", "one GPa", "1.2 GPa"),
+            ("--radius", "15", "unit"), ("--radius", "15 s", "dimension"), ("--radius", "0 mm", "at least"),
+            ("--radius", "15 km", "at most"), ("--speed", "3", "unit"), ("--speed", "3 rpm", "dimension"),
+            ("--speed", "-3 m/s", "at least"), ("--speed", "3000 m/s", "at most"),
+            ("--slide-to-roll", "a", "number"), ("--slide-to-roll", "3 m/s", "dimension"),
+            ("--slide-to-roll", "nan", "finite"), ("--temperature", "90", "unit"),
+            ("--temperature", "9000 degC", "at most"), ("--temperature", "90 mm", "dimension"),
+            ("--roughness", "0.5 mm", "at most"), ("--oil", "75w91", "'75w90'"),
+        ],
+    ),
+    "gear": (
+        ("gear", PAIR), {},
+        [
+            ("--torque", "300", "unit"), ("--torque", "300 rpm", "dimension"), ("--torque", "-300 N m", "above"),
+            ("--torque", "1:2 N m", "from:to:number"), ("--torque", "1, x N m", "N m"),
+            ("--speed", "1500", "unit"), ("--speed", "1500 N m", "dimension"), ("--speed", "1e9 rpm", "at most"),
+            ("--temperature", "90", "unit"), ("--temperature", "900 degC", "at most"),
+            ("--oil", "75w-90", "'75w90'"), ("--side", "drives", "drive"), ("--driver", "pinon", "pinion"),
+            ("--load-balance", "friction", "frictional"), ("--friction", "constant:2", "at most"),
+            ("--friction", "75w91", "75w90"), ("--friction", "ehl:rough", "ehl"),
+            ("--friction", "nothing.json", "nothing.json"), ("--units", "si", "metric"), ("--E", "0.1", "unit"),
+            ("--report", "x.txt", ".html"), ("--duty", "none.csv", "none.csv"),
+        ],
+    ),
+    "oil": (
+        ("oil",), {"--base": "pao", "--nu40": "97.5 cSt", "--nu100": "13.3 cSt"},
+        [
+            ("--base", "poa", "'pao'"), ("--base", "synthetic", "polyglycol"), ("--nu40", "97 mPa s", "dimension"),
+            ("--nu40", "-97 cSt", "above"), ("--nu40", "thick", "cSt"), ("--nu100", "130 cSt", "exchanged"),
+            ("--nu100", "0.1 cSt", "above"), ("--density", "0.88 kg/m^3", "at least"), ("--density", "9 m", "dimension"),
+            ("--plot", "x.xls", ".png"),
+        ],
+    ),
+    "new contact": (
+        ("new", "contact"), {},
+        [
+            ("--pressure", "100 GPa", "at most"), ("--pressure", "1 mm", "dimension"), ("--radius", "15 s", "dimension"),
+            ("--radius", "15", "at most"), ("--speed", "-1 m/s", "sign"), ("--slide-to-roll", "much", "number"),
+            ("--roughness", "1 mm", "at most"), ("--model", "rough", "deterministic"), ("--oil", "75W90", "'75w90'"),
+            ("--temperature", "90", "at least"), ("--output", "x.csv", ".toml"),
+        ],
+    ),
+    "new others": (
+        ("new",), {},
+        [
+            ("oil --base", "minral", "'mineral'"), ("oil --vg", "221", "220"), ("oil --vg", "thick", "whole number"),
+            ("plan --size", "many", "whole number"),
+            ("plan --oil", "75w91", "'75w90'"), ("design --like", "fm_bevel", "fm_spiral_bevel_14x39"),
+            ("design --torque", "300 mm", "dimension"), ("targets --offset", "5", "unit"),
+            ("targets --process", "milling", "'face_milling'"), ("targets --teeth-pinion", "1", "at least"),
+            ("targets --finish", "groud", "'ground'"), ("duty --torque", "300", "unit"),
+            ("duty --speed", "0 rpm", "above 0"),
+        ],
+    ),
+    "compare": (
+        ("compare", PAIR), {},
+        [
+            ("--torque", "300", "unit"), ("--torque", "1, 2 N m", "one value"), ("--speed", "1 mm", "dimension"),
+            ("--friction", "xu_kahraman_2006", "xu_kahraman_2007"), ("--side", "both", "drive"), ("--oil", "oil", "75w90"),
+        ],
+    ),
+    "loss-map": (
+        ("loss-map", PAIR), {"--torque": "100, 200 N m", "--speed": "500 rpm"},
+        [
+            ("--torque", "100", "unit"), ("--speed", "500 N m", "dimension"), ("--friction", "constant:-1", "at least"),
+            ("--temperature", "hot", "80 degC"), ("--drag", "2", "unit"), ("--vecto", "x.csv", ".vtlm"),
+        ],
+    ),
+    "misalignment": (
+        ("misalignment", PAIR), {"--E": "0, 0.1 mm"},
+        [("--E", "0.1", "unit"), ("--P", "1 deg", "dimension"), ("--alpha", "1 mm", "dimension"), ("--side", "up", "drive")],
+    ),
+    "names": (
+        (), {},
+        [
+            ("gear", "fm_spiral_bevel_14x40", "'fm_spiral_bevel_14x39'"), ("gear", "75w90", "is an oil"),
+            ("gear", f"{PAIR}.toml", "Without .toml"), ("gear", "mine.toml", "check the path"),
+            ("blank", "iso23509_f9", "iso23509_f2"), ("settings", "fh_hypoid_9x35", "'fh_hypoid_9x34'"),
+            ("solve", "contact.toml", "check the path"), ("solve", str(ROOT / "docs"), "folder"),
+            ("sweep", "demos", "demo"), ("oil", "fva", "fva3"), ("compare", "demo", "is a plan"),
+            ("new", "targts", "'targets'"),
+        ],
+    ),
+}  # fmt: skip
+IN_OPTIONS = [(command, *mistake) for command, (_, _, mistakes) in OPTIONS.items() for mistake in mistakes]
+
+
+@pytest.mark.parametrize(("command", "option", "value", "word"), IN_OPTIONS)
+def test_mistake_in_an_option(
+    mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, option: str, value: str, word: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    start, right, _ = OPTIONS[command]
+    *before, last = option.split()
+    given = {name: text for name, text in right.items() if name != last} | {last: value}
+    outcome = mixed_ehl(*start, *before, *(part for pair in given.items() for part in pair))
+    told(outcome, last if last in outcome.err else value, word)
+    assert list(tmp_path.iterdir()) == []
+
+
+SHIPPED = ROOT / "data"
+KINDS = {
+    "a contact file": ROOT / "docs/examples/contact.toml",
+    "an oil card": SHIPPED / "oils/75w90.toml",
+    "a plan": SHIPPED / "plans/demo.toml",
+    "a blank": SHIPPED / "blanks/iso23509_f4.toml",
+    "a targets file": SHIPPED / "targets/fm_hypoid_13x42.toml",
+    "a design": SHIPPED / "designs/fm_hypoid_13x42.toml",
+    "the setup of a calibration": ROOT / "docs/examples/calibration.toml",
+    "JSON": SHIPPED / "formulas/75w90.json",
+    "a table": ROOT / "docs/examples/synthetic_traction.csv",
+}
+READERS = {
+    "solve": "a contact file", "oil": "an oil card", "sweep": "a plan", "blank": "a blank",
+    "settings": "a targets file", "gear": "a design",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("command", READERS)
+def test_file_of_another_kind_is_named(mixed_ehl: Cli, command: str, kind: str) -> None:
+    if READERS[command] == kind or (command == "oil" and KINDS[kind].suffix != ".toml"):
+        return
+    outcome = mixed_ehl(command, KINDS[kind], *(["--estimate"] if command == "sweep" else []))
+    told(outcome, KINDS[kind].name, f"It is {kind}", READERS[command])
+
+
+def test_all_problems_of_a_file_at_once(mixed_ehl: Cli, tmp_path: Path) -> None:
+    text = right_file("contact").replace("1.2 GPa", "120 GPa").replace("75w90", "75w91", 1).replace('"EP"', '"PE"')
+    file = tmp_path / "contact.toml"
+    file.write_text(text, encoding="utf-8")
+    outcome = mixed_ehl("solve", file)
+    told(outcome, "contact.pressure_hertz", "lubricant.oil", "surface.additive", "3 problems")
+    with pytest.raises(ehl.InputError, match="3 problems") as caught:
+        ehl.Contact.from_file(file)
+    fields = [problem.field for problem in caught.value.problems]
+    assert fields == ["contact.pressure_hertz", "lubricant.oil", "surface.additive"]
