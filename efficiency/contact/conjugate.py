@@ -188,12 +188,12 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
     low, high = -blank.mean_addendum, own.mean_addendum
     lowest = (low + own.mean_dedendum) / (own.mean_addendum + own.mean_dedendum)
     u_range, v_range = (-half, half), (lowest - _BEYOND_DEPTH, 1.0 + _BEYOND_DEPTH)
-    u, v, points, present = _regular_points(gear, u_range, v_range, _SHAPE)
+    u, v, points, present = regular_points(gear, u_range, v_range, _SHAPE)
     whole = bool(present.all())
     if not whole:
         # undercut, as a rule below the working depth: least squares over the part that exists
         denser = int(np.ceil(_OVERSAMPLING * _SHAPE[0])), int(np.ceil(_OVERSAMPLING * _SHAPE[1]))
-        u, v, points, present = _regular_points(gear, u_range, v_range, denser)
+        u, v, points, present = regular_points(gear, u_range, v_range, denser)
         u, v, points = u[present], v[present], gear.points(points.parameters[:, present])
     h = own.height(u, v)
     length, depth = 2.0 * u / own.face_width, (h - 0.5 * (low + high)) / (0.5 * (high - low))
@@ -216,7 +216,7 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
     return ConjugateFlank(side, blank, assembly, patch, -float(np.sign(looks[0])), start, place, ORIGIN, error)
 
 
-def _regular_points(
+def regular_points(
     gear: Flank, u_range: tuple[float, float], v_range: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray, FlankPoints, NDArray[np.bool_]]:
     """Gear points at the nodes of a patch, and where the flank is regular there."""

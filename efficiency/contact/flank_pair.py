@@ -8,9 +8,11 @@ from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.flank_grid import SHAPE, FlankGrid
 from efficiency.contact.gear_flanks import GearFlanks, Side
 from efficiency.contact.grid_flank import GridFlank
+from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
 from efficiency.contact.transmission import ContactPath, Transmission, transmission
+from ehl.quantities import to_display
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,16 @@ class FlankPair:
         """What a designer has to know of the contact without load."""
         notes = []
         for name, flank in (("pinion", self.surface.pinion), ("gear", self.surface.gear)):
-            if isinstance(flank, (ConjugateFlank, GridFlank)):
+            if isinstance(flank, (ConjugateFlank, GridFlank, MeasuredFlank)):
                 error = f"{flank.error * 1e6:.2g} um" if flank.error > 1e-9 else "below 1 nm"
-                notes.append(f"the {flank.side} {name} flank is {flank.origin}; error of that surface {error}")
+                more = f"; {flank.note}" if isinstance(flank, MeasuredFlank) else ""
+                notes.append(f"the {flank.side} {name} flank is {flank.origin}; error of that surface {error}{more}")
+        if self.transmission.interval is not None:
+            low, high = (to_display("transmission_error", x) for x in self.transmission.interval)
+            notes.append(
+                f"by the uncertainty of the measured flanks the unloaded transmission error is {low:.3g} to {high:.3g} "
+                "arcsec peak to peak (95 %)"
+            )
         missing = self.surface.undercut
         if missing is not None:
             u, v = (tuple(1e3 * x for x in missing.u), missing.fraction)

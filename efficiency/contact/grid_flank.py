@@ -224,24 +224,15 @@ def _check_names(grid: PointGrid) -> None:
             raise InputError(grid.place(worst), f"a normal of length {length[worst]:.4g}", "unit normals")
 
 
-def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> GridFlank:
-    """Smooth flank through a grid of points.
-
-    Parameters
-    ----------
-    grid : PointGrid
-        Points.
-    side : str
-        Flank they belong to.
-    blank : Blank
-        Of the member.
-    hand : str
-        Of the member.
+def placed_points(
+    grid: PointGrid, side: FlankSide, blank: Blank
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Where the points lie on a blank: u [m], depth fraction, height over the pitch cone [m], azimuth [rad]; each (n,).
 
     Raises
     ------
     InputError
-        The points do not lie on this blank, do not span it, or do not make one surface.
+        The points are those of another flank, do not lie on this blank, or do not span it.
     """
     if grid.flank and grid.flank != side:
         raise InputError(f"{grid.path}: flank", grid.flank, side)
@@ -264,8 +255,29 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Gr
             raise InputError("grid", f"{grid.path} over {100.0 * share:.3g} % of the {name}", f"at least {least:.0%}")
     turn = np.arctan2(grid.position[1], grid.position[0])
     middle = turn[int(np.argmin((u / blank.face_width) ** 2 + (v - 0.5) ** 2))]
-    azimuth = middle + np.angle(np.exp(1j * (turn - middle)))
+    return u, v, h, middle + np.angle(np.exp(1j * (turn - middle)))
 
+
+def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> GridFlank:
+    """Smooth flank through a grid of points.
+
+    Parameters
+    ----------
+    grid : PointGrid
+        Points.
+    side : str
+        Flank they belong to.
+    blank : Blank
+        Of the member.
+    hand : str
+        Of the member.
+
+    Raises
+    ------
+    InputError
+        The points do not lie on this blank, do not span it, or do not make one surface.
+    """
+    u, v, h, azimuth = placed_points(grid, side, blank)
     samples = _Samples(u, v, azimuth, (float(u.min()), float(u.max())), (float(v.min()), float(v.max())), None)
     shape = _best_shape(grid, samples)
     if grid.normal is not None:

@@ -17,7 +17,16 @@ from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.contact.relief import PairRelief
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
-from efficiency.design.flank_input import ConjugateFlankInput, CutFlankInput, Depth, FlankInput, Hand, Length, Shift
+from efficiency.design.flank_input import (
+    ConjugateFlankInput,
+    CutFlankInput,
+    Depth,
+    FlankInput,
+    GridFlankInput,
+    Hand,
+    Length,
+    Shift,
+)
 from efficiency.design.relief_input import MemberReliefInput
 from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
@@ -223,7 +232,7 @@ class MemberInput(InputModel):
                 flank = own.get(side, {})
                 if not isinstance(flank, dict) or not isinstance(flank.get(part, {}), dict):
                     continue
-                if {"grid", "ease_off"} & flank.keys():
+                if "ease_off" in flank or ("grid" in flank and "measurement_uncertainty" not in flank):
                     continue
                 own[side] = flank | {part: shared | flank.get(part, {})}
         return own
@@ -248,10 +257,11 @@ class MemberInput(InputModel):
         except InputError as error:
             raise InputError(f"edge_relief.{error.field}", error.value, error.allowed, error.hint) from None
         for side, given in (("concave", self.concave), ("convex", self.convex)):
-            if not isinstance(given, CutFlankInput):
+            cut = given.nominal if isinstance(given, GridFlankInput) else given
+            if not isinstance(cut, CutFlankInput):
                 continue
             try:
-                given.require_hand(self.blank.hand)
+                cut.require_hand(self.blank.hand)
             except InputError as error:
                 raise InputError(f"{side}.{error.field}", error.value, error.allowed, error.hint) from None
         return self
@@ -269,7 +279,7 @@ class MemberInput(InputModel):
             raise InputError(f"{side}.ease_off", "a flank of one member alone", "a flank of a pair")
         if isinstance(given, CutFlankInput):
             return _cut_flank(given, side, self.blank.hand, self.blank.blank())
-        return given.flank(side, self.blank.hand, self.blank.blank())
+        return _grid_flank(given, side, self.blank.hand, self.blank.blank(), Path(given.grid).stat().st_mtime_ns)
 
     def elastic_material(self) -> Material:
         """Material of the member."""
@@ -284,6 +294,12 @@ class MemberInput(InputModel):
 @lru_cache(maxsize=16)
 def _cut_flank(given: CutFlankInput, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
     """The same flank serves both flank pairs and the teeth: it keeps where its points begin."""
+    return given.flank(side, hand, blank)
+
+
+@lru_cache(maxsize=16)
+def _grid_flank(given: GridFlankInput, side: FlankSide, hand: Hand, blank: Blank, _changed: int) -> Flank:
+    """The same flank while the file stays what it is."""
     return given.flank(side, hand, blank)
 
 

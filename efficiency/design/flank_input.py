@@ -12,6 +12,7 @@ from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.conjugate import EaseOff, EaseOffTarget, conjugate_flank, read_ease_off_map
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
+from efficiency.contact.measured_flank import measured_flank
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.edge import Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
@@ -340,18 +341,44 @@ class GridFlankInput(InputModel):
     ----------
     grid : str
         Path of the CSV file, see `contact.grid_flank`.
+    measurement_uncertainty : float, optional
+        Standard uncertainty of one point along the normal [m]: the points are then smoothed, see
+        `contact.measured_flank`.
+    cutter, machine : optional
+        What the flank should be (nominal settings): the points then tell the deviation from it.
     """
 
     grid: str
+    measurement_uncertainty: Annotated[float, ValueRange("m", ge=1e-8, le=1e-4)] | None = None
+    cutter: Annotated[FaceMillingCutter | FaceHobbingCutter, Field(discriminator="type")] | None = None
+    machine: Annotated[GeneratedMachine | FormateMachine, Field(discriminator="process")] | None = None
 
     @model_validator(mode="after")
     def _readable(self) -> Self:
         read_point_grid(Path(self.grid))
+        if (self.cutter is None) != (self.machine is None):
+            missing = "cutter" if self.cutter is None else "machine"
+            raise InputError(missing, None, "given together with the other of cutter and machine: the nominal flank")
+        if self.cutter is not None and self.measurement_uncertainty is None:
+            raise InputError(
+                "measurement_uncertainty", None, "a length such as '1 um' where a nominal flank is given with the grid"
+            )
         return self
+
+    @property
+    def nominal(self) -> CutFlankInput | None:
+        """Settings of the nominal flank, where they are given."""
+        if self.cutter is None or self.machine is None:
+            return None
+        return CutFlankInput(cutter=self.cutter, machine=self.machine)
 
     def flank(self, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
         """The flank through the points."""
-        return grid_flank(read_point_grid(Path(self.grid)), side, blank, hand)
+        grid = read_point_grid(Path(self.grid))
+        if self.measurement_uncertainty is None:
+            return grid_flank(grid, side, blank, hand)
+        nominal = None if self.nominal is None else self.nominal.flank(side, hand, blank)
+        return measured_flank(grid, side, blank, hand, self.measurement_uncertainty, nominal)
 
 
 class EaseOffTerm(InputModel):

@@ -82,6 +82,7 @@ class SideGeometry:
         kept_out = ("pair", "cycle", "pattern")
         return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in kept_out} | {
             "transmission_error_peak_to_peak": mesh.peak_to_peak,
+            "transmission_error_interval": mesh.interval,
             "harmonics": mesh.harmonics.tolist(),
             "interpolation_error": self.pair.surface.interpolation_error,
             "pattern": {

@@ -1,0 +1,120 @@
+"""Measured flanks: noise smoothed by the stated uncertainty, its effect on the transmission error, wrong files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.grid_flank import PointGrid
+from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
+from efficiency.cutting.flank import Flank
+from efficiency.design.design import Design, load_design
+from efficiency.output.inspection_grid import InspectionGrid, inspection_grid, write_inspection_grid
+from ehl.io.errors import InputError
+
+NAME = "fm_spiral_bevel_14x39"
+ARCSEC = np.pi / 648000.0
+
+
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return load_design(NAME)
+
+
+@pytest.fixture(scope="module")
+def gear(design: Design) -> Flank:
+    return design.flanks().mating("drive")[1]
+
+
+@pytest.fixture(scope="module")
+def exact(gear: Flank) -> InspectionGrid:
+    return inspection_grid(gear, 9, 15, 0.04)
+
+
+def points(grid: InspectionGrid, shift: NDArray[np.float64]) -> PointGrid:
+    """The grid as an inspection machine gives it, each point moved along its normal."""
+    row, column = np.meshgrid(np.arange(1, 10), np.arange(1, 16), indexing="ij")
+    position = (grid.position + shift * grid.normal).reshape(3, -1)
+    return PointGrid("measured.csv", row.ravel(), column.ravel(), position, None, "", "")
+
+
+def measured(design: Design, gear: Flank, grid: PointGrid, uncertainty: float, nominal: bool = True) -> MeasuredFlank:
+    return measured_flank(grid, gear.side, gear.blank, design.gear.blank.hand, uncertainty, gear if nominal else None)
+
+
+def test_noise_of_a_micrometre_costs_less_than_half_an_arc_second(
+    design: Design, gear: Flank, exact: InspectionGrid
+) -> None:
+    flanks = design.flanks()
+    truth = flank_pair(flanks, "drive").transmission.peak_to_peak
+    rng = np.random.default_rng(11)
+    errors, inside = [], 0
+    for _ in range(6):
+        flank = measured(design, gear, points(exact, 1e-6 * rng.standard_normal(exact.u.shape)), 1e-6)
+        found = flank_pair(replace(flanks, gear={**flanks.gear, gear.side: flank}), "drive").transmission
+        assert found.interval is not None
+        errors.append(found.peak_to_peak - truth)
+        inside += found.interval[0] <= truth <= found.interval[1]
+    assert np.std(errors) < 0.35 * ARCSEC
+    assert abs(np.mean(errors)) < 0.25 * ARCSEC
+    assert inside >= 5
+
+
+@pytest.mark.parametrize("nominal", [True, False])
+def test_a_deviation_of_low_order_is_found_through_the_noise(
+    design: Design, gear: Flank, exact: InspectionGrid, nominal: bool
+) -> None:
+    x, y = 2.0 * exact.u / gear.blank.face_width, np.linspace(-1.0, 1.0, 9)[:, None]
+    shape = 1e-6 * (20.0 * x - 12.0 * y + 8.0 * x**2 + 5.0 * x * y + 2.0 * np.sin(2.0 * x))
+    noise = 1e-6 * np.random.default_rng(5).standard_normal(shape.shape)
+    flank = measured(design, gear, points(exact, shape + noise), 1e-6, nominal)
+    there, found = flank.solve(exact.u.ravel(), exact.height.ravel())
+    assert found.all()
+    normal, position = exact.normal.reshape(3, -1), exact.position.reshape(3, -1)
+    error = np.sum((there.position - position) * normal, axis=0) - shape.ravel()
+    assert np.sqrt(np.mean(error**2)) < (0.4e-6 if nominal else 0.6e-6)
+    assert np.abs(error).max() < max(flank.error, 1e-6) * 1.3
+
+
+def test_scatter_beyond_the_stated_uncertainty_is_used_and_told(
+    design: Design, gear: Flank, exact: InspectionGrid
+) -> None:
+    noise = 3e-6 * np.random.default_rng(7).standard_normal(exact.u.shape)
+    flank = measured(design, gear, points(exact, noise), 0.5e-6)
+    assert flank.scatter == pytest.approx(3e-6, rel=0.25)
+    assert "scatter by" in flank.note
+    calm = measured(design, gear, points(exact, noise), 5e-6)
+    assert calm.scatter == pytest.approx(5e-6)
+    assert "scatter" not in calm.note
+
+
+def test_points_of_another_flank_are_refused(design: Design, gear: Flank) -> None:
+    other = design.flanks().of("gear")["concave" if gear.side == "convex" else "convex"]
+    grid = points(inspection_grid(other, 9, 15, 0.04), np.zeros((9, 15)))
+    with pytest.raises(InputError, match="member and flank"):
+        measured(design, gear, grid, 1e-6)
+
+
+def design_file(folder: Path, more: str) -> Path:
+    """The shipped design with a measured drive flank of the gear."""
+    design = load_design(NAME)
+    gear = design.flanks().mating("drive")[1]
+    write_inspection_grid(folder / "gear.csv", design, "gear", gear.side, inspection_grid(gear, 9, 15, 0.04))
+    text = (Path(__file__).parents[3] / "data" / "designs" / f"{NAME}.toml").read_text(encoding="utf-8")
+    path = folder / "design.toml"
+    path.write_text(text + f'\n[gear.{gear.side}]\ngrid = "gear.csv"\n{more}', encoding="utf-8")
+    return path
+
+
+def test_a_design_with_measured_points_tells_the_interval(tmp_path: Path) -> None:
+    pair = flank_pair(load_design(design_file(tmp_path, 'measurement_uncertainty = "1 um"\n')).flanks(), "drive")
+    truth = flank_pair(load_design(NAME).flanks(), "drive").transmission.peak_to_peak
+    assert isinstance(pair.surface.gear, MeasuredFlank)
+    assert pair.transmission.peak_to_peak == pytest.approx(truth, abs=0.3 * ARCSEC)
+    assert any("uncertainty of the measured flanks" in note for note in pair.notes)
+    assert any("standard uncertainty of one point 1 um" in note for note in pair.notes)
