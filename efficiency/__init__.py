@@ -41,6 +41,7 @@ _HOMES = {
     "import_design": "efficiency.output.design_import:design_from_sheet",
     "demo": "efficiency.studies.demonstration:run_demo",
     "doctor": "efficiency.installation:examine",
+    "warmup": "ehl.warmup:warm_up",
 }
 __all__ = ["__version__", *_HOMES]
 

@@ -12,7 +12,7 @@ import regression.cli
 import regression.cli.calibration
 from efficiency.cli import design, gear, loss_map, new
 from ehl import __version__
-from ehl.console import App, run
+from ehl.console import App, print_json, run
 
 app = App(
     name="mixed-ehl",
@@ -62,6 +62,22 @@ def doctor() -> None:
         console.print(mark, f"{check.name}: {check.detail}")
     if not all(check.passed for check in checks):
         raise typer.Exit(1)
+
+
+@app.command()
+def warmup(
+    kind: Annotated[
+        str,
+        typer.Argument(metavar="[KIND]", help="smooth, rough (with smooth), or gear: what --friction ehl needs."),
+    ] = "gear",
+    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+) -> None:
+    """Compile what is not compiled yet, so that no later command waits for it."""
+    ready = efficiency.warmup(kind)
+    if json_output:
+        print_json(ready.to_dict())
+        return
+    ready.table().print()
 
 
 def main() -> None:

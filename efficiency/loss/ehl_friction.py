@@ -24,6 +24,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.solve import solve_contact
 from ehl.state import ContactState
+from ehl.warmup import prepare_workers
 from regression.friction.models import FrictionFlag
 
 FloatArray = NDArray[np.float64]
@@ -139,6 +140,7 @@ class EhlFriction:
         else:
             from joblib import Parallel, delayed, parallel_config
 
+            prepare_workers(rough=not self.smooth and self.model.roughness == "deterministic")
             with parallel_config(backend="loky", inner_max_num_threads=1):
                 found = Parallel(n_jobs=jobs)(delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
         order = np.argsort(path)

@@ -1,32 +1,102 @@
-"""Compiled kernels on disk, and which of them are out of date."""
+"""Compiled kernels on disk: which sources each was made from, what is compiled in this process, and the word about it.
+
+The compiler's own cache looks at the file of a function alone. A kernel keeps what it calls inlined, so each carries
+the hash of all sources its code can come from: contents decide, not times of files, which copies and clocks change.
+"""
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
+from typing import Any
 
-_FLUID = Path(__file__).resolve().parents[1] / "fluid"
-FLUID_LAWS = tuple(_FLUID / name for name in ("_kernels.py", "lookup.py", "rheology.py"))
+from numba.core.caching import CompileResultCacheImpl
+
+_EHL = Path(__file__).resolve().parents[1]
+_SHARED = (*(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),)
+_COMPILER = (_EHL / "io" / "kernel_compiler.py",)
+# what is compiled for a rough contact, and for any: the words of the user, and processor time on a slow core
+ROUGH, SMOOTH = "rough", "smooth"
+_TAKES = {SMOOTH: "smooth contacts, about 10 s", ROUGH: "rough contacts, about a minute"}
+
+compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
+_nested = False
 
 
-def drop_outdated_cache(folder: Path, *elsewhere: Path) -> int:
-    """Remove compiled kernels older than any source of the folder, or than those elsewhere; returns how many.
+def source_hash(folder: Path) -> bytes:
+    """Hash of all sources that the kernels of a folder are made from.
 
-    The compiler's cache looks at the file of a function only. A kernel keeps what it calls inlined, so after an edit
-    of one module the others would go on with its old code.
+    Parameters
+    ----------
+    folder : Path
+        Of the kernels; the laws of the fluid and the way of compiling belong to each.
+
+    Raises
+    ------
+    OSError
+        A source cannot be read.
     """
-    places = [folder / "__pycache__"]
-    if shared := os.environ.get("NUMBA_CACHE_DIR"):
-        places.append(
-            Path(shared) / f"{folder.name}_{hashlib.sha1(str(folder).encode(), usedforsecurity=False).hexdigest()}"
-        )
-    newest = max(source.stat().st_mtime for source in (*folder.glob("*.py"), *elsewhere))
-    dropped = 0
-    for index in (index for place in places for index in place.glob("*.nbi")):
-        with contextlib.suppress(OSError):  # another process was faster, or the installation is read-only
-            if index.stat().st_mtime < newest:
-                index.unlink()
-                dropped += 1
-    return dropped
+    own = folder.glob("*.py") if folder.name == "_kernels" else folder.glob("_kernels.py")
+    digest = hashlib.sha256()
+    for source in sorted({*own, *_SHARED, *_COMPILER}):
+        digest.update(source.name.encode() + b"\n" + hashlib.sha256(source.read_bytes()).digest())
+    return digest.digest()
+
+
+_hash_of_folder = cache(source_hash)
+
+
+class _ContentLocator:
+    """Where numba would put a kernel anyway, under the hash of its sources."""
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
+        """As of numba's locators; None for code that is not ours."""
+        folder = Path(py_file).resolve().parent
+        if _EHL not in folder.parents:
+            return None
+        try:
+            stamp = _hash_of_folder(folder)
+        except OSError:  # sources in an archive: numba's own stamp will do
+            return None
+        for other in CompileResultCacheImpl._locator_classes:
+            locator = None if other is cls else other.from_function(py_func, py_file)
+            if locator is not None:
+                locator.get_source_stamp = lambda: stamp
+                return locator
+        return None
+
+
+CompileResultCacheImpl._locator_classes.insert(0, _ContentLocator)
+
+
+@contextmanager
+def announced(function: Callable[..., Any]) -> Iterator[None]:
+    """Say on standard error, once for each kind of kernels, that compiling begins; keep how long each takes."""
+    global _nested
+    if _nested:
+        yield
+        return
+    kind = ROUGH if function.__module__.startswith("ehl.rough") else SMOOTH
+    if kind not in {done for done, _, _ in compiled}:
+        print(f"mixed-ehl: compiling for {_TAKES[kind]}, once on this machine", file=sys.stderr, flush=True)
+    clock = time.thread_time()
+    _nested = True
+    try:
+        yield
+    finally:
+        _nested = False
+        compiled.append((kind, f"{function.__module__}.{function.__name__}", time.thread_time() - clock))
+
+
+def missing_on_disk(kernel: Any) -> bool:
+    """Whether a kernel has a place on disk, and nothing made from the present sources is there."""
+    try:
+        return not kernel._cache._cache_file._load_index()
+    except (AttributeError, OSError):  # no compiler, or nowhere to keep it: nothing would be found the next time either
+        return False

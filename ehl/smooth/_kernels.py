@@ -7,21 +7,18 @@ the hat functions of the reference nodes ``s``. Each function has a plain NumPy 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 from numba import njit
 
 from ehl.fluid._kernels import inlet_laws, log_mobility
-from ehl.io.kernel_cache import FLUID_LAWS, drop_outdated_cache
-
-drop_outdated_cache(Path(__file__).parent, *FLUID_LAWS)
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
 
 FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INTERNAL_KERNEL)
 def _second_primitive(r):
     """Twice integrated logarithm, r^2/2 ln|r| - 3 r^2/4."""
     if r == 0.0:
@@ -29,7 +26,7 @@ def _second_primitive(r):
     return 0.5 * r * r * math.log(abs(r)) - 0.75 * r * r
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INTERNAL_KERNEL)
 def _hat_integral(r, left, right):
     """Integral of ln|r - t| over the hat (0 where a side is missing) with its node at t = 0."""
     here = _second_primitive(r)
@@ -44,7 +41,7 @@ def _hat_integral(r, left, right):
     return value
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def log_kernel(s):
     """Matrix K[i, j] = integral of ln|s_i - t| phi_j(t) dt, phi_j the hat function of node j."""
     n = s.size
@@ -73,7 +70,7 @@ def log_kernel(s):
     return k
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INTERNAL_KERNEL)
 def _mobility(log_eta, h, gamma, cross):
     """Film mobility f = S-factor/eta with its derivatives in ln(eta) and h.
 
@@ -104,7 +101,7 @@ def _mobility(log_eta, h, gamma, cross):
     return f, f_eta, f_h
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**INTERNAL_KERNEL)
 def _log_mean(u, v):
     """Logarithmic mean of two positive numbers with both derivatives."""
     z = math.log(v / u)
@@ -115,7 +112,7 @@ def _log_mean(u, v):
     return m, (m / u - 1.0) / z, (1.0 - m / v) / z
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
     """Density, ln(eta/eta0), mobility and their slopes at the nodes.
 
@@ -151,13 +148,13 @@ def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
     return rho, rho_p, log_eta, f, f_p, f_h, f_o
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def film(x, kernel_pressure, stretch, h00):
     """Film thickness at the nodes."""
     return h00 + 0.5 * x * x - stretch / math.pi * kernel_pressure
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def open_inlet(x, size):
     """Parabola x^2/2 switched on smoothly upstream of -1.5 size, and its slope.
 
@@ -177,7 +174,7 @@ def open_inlet(x, size):
     return value, slope
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def residual(x, x_face, size, lam, p, h, flow, rho, f, out):
     """Rows of the first integral eps P' = rho H - Q on the faces, and rho H = Q at the exit.
 
@@ -206,7 +203,7 @@ def residual(x, x_face, size, lam, p, h, flow, rho, f, out):
     return good
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def jacobian(
     x, x_face, size, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h, f_x, kernel, h_a, weights, jac, scale
 ):

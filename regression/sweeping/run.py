@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
+from ehl.warmup import prepare_workers
 from regression.data.dataset import Dataset, RunStatus, load_dataset, merge_compressed, results_path, run_status
 from regression.data.store import merge, read_run
 from regression.friction.published_registry import PUBLISHED
@@ -288,6 +289,8 @@ def sweep(
             "retry_failed": retry_failed,
             "progress": show,
         }
+        if formula is None and executor is None and options["jobs"] > 1:
+            prepare_workers(rough=content.model.roughness == "deterministic")
         target = Path(folder)
         if adaptive:
             report = adaptive_sweep(content, target, notify=notify, **options)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
+from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def forward_transform(real, imag, cosines, sines):
     """Radix-2 transform in place, decimation in frequency: natural order in, bit-reversed order out.
 
@@ -37,7 +37,7 @@ def forward_transform(real, imag, cosines, sines):
         half //= 2
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def inverse_transform(real, imag, cosines, sines):
     """The reverse, without the division by the size: bit-reversed order in, natural order out."""
     size = real.size
@@ -60,7 +60,7 @@ def inverse_transform(real, imag, cosines, sines):
         table -= half
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def exact_product(q, spectrum, cosines, sines, real, imag, out):
     """out_i = sum_j K_|i-j| q_j without periodic images; ``spectrum`` carries the division by the size."""
     n = q.size

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from numba import njit
 
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
 from ehl.rough._kernels.quad import four, part, total
 
 FLAGS = {"reassoc", "contract", "arcp", "nsz"}
-# for kernels that only kernels call: without the wrappers for Python they compile a third faster, and a call
-# from Python would crash
-INTERNAL = {
-    "cache": True,
-    "error_model": "numpy",
-    "fastmath": FLAGS,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
+# for kernels that Python calls, and for those that only kernels call
+PUBLIC = KERNEL | {"fastmath": FLAGS, "_nrt": False}
+INTERNAL = INTERNAL_KERNEL | {"fastmath": FLAGS}
 
 
 BLOCK = 12  # modes of one pass, three quads
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def exponential_product(q, weights, ratios, out):
     """out_i = sum_j K_|i-j| q_j with K_d = sum_m weights_m ratios_m^d."""
     n = q.size

@@ -10,7 +10,7 @@ import math
 from numba import njit, types
 from numba.extending import intrinsic
 
-from ehl.rough._kernels.elasticity import FLAGS
+from ehl.rough._kernels.elasticity import PUBLIC
 
 LOG2_E = 1.4426950408889634
 LN2_HIGH = 0.6931471803691238  # the low bits are zero: k LN2_HIGH is exact
@@ -38,7 +38,7 @@ def bits_of_float(typingctx, value):
     return types.int64(types.float64), codegen
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def exp(x):
     """e^x: x = k ln 2 + r, |r| <= ln 2/2, and the Taylor polynomial of degree 11."""
     x = min(max(x, -700.0), 700.0)
@@ -59,7 +59,7 @@ def exp(x):
     return p * float_of_bits((int(k) + 1023) << 52)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def log(x):
     """ln x of a positive normal number: x = 2^e m, sqrt(1/2) <= m < sqrt 2, and the series of artanh."""
     bits = bits_of_float(x)

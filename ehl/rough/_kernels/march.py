@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from ehl.rough._kernels.convolution import correct_film
-from ehl.rough._kernels.elasticity import FLAGS, INTERNAL
+from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.fluid import strain_film
 from ehl.rough._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
 from ehl.rough._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
@@ -199,7 +199,7 @@ def write_record(record, state, macro, work, model):
     record[HEAT_RATE] = heat_in
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def march(steps, state, step, saved, macro, work, model, records, profiles):
     """Advance ``steps`` time steps; fills records[:steps] and adds to the profile sums (6, n).
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.rough._kernels.elasticity import FLAGS, INTERNAL, exponential_product
+from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC, exponential_product
 from ehl.rough._kernels.fluid import density_rows, fluidity_rows
 from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
 from ehl.rough._kernels.records import CAPPED, RIGID_APPROACH
@@ -130,7 +130,7 @@ def add_side_flow(state, step, macro, work, model, mode):
         band[4, i] += w * by_film * excess
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**PUBLIC)
 def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     """Residuals and the bands of the Newton matrix at every node.
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.rough._kernels.elasticity import FLAGS
+from ehl.rough._kernels.elasticity import PUBLIC
 from ehl.rough._kernels.heat import recall_surfaces, store_fluxes
 
 
-@njit(cache=True, error_model="numpy", fastmath=FLAGS)
+@njit(**(PUBLIC | {"_nrt": True}))  # assignment of whole arrays asks for it
 def preheat(steps, flux, state, work, model):
     """Roll the surfaces through the flux (2, n) for a number of steps, from their bulk temperatures."""
     state.memory[:] = 0.0

@@ -15,6 +15,8 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 
+from ehl.io.kernel_compiler import INTERNAL_KERNEL
+
 LANES = 4
 VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 LANE = ir.IntType(32)
@@ -155,7 +157,7 @@ def store(typingctx, values, first, four_values):
     return types.void(values, types.intp, quad), codegen
 
 
-@njit(cache=True)
+@njit(**INTERNAL_KERNEL)
 def part(values, first):
     """Entries first .. first + 3 of a row, zero beyond its end."""
     n = values.size

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
-from ehl.io.kernel_cache import drop_outdated_cache
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
@@ -108,31 +103,3 @@ def test_finer_run_takes_over_the_coarse_state() -> None:
         run.advance(round(0.5 * per_width))
         means.append(float(run.advance(round(1.0 * per_width))[0][:, 0].mean()))
     assert means[1] == pytest.approx(means[0], rel=0.02)
-
-
-def aged(*files: tuple[Path, float]) -> None:
-    for path, age in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("")
-        os.utime(path, (age, age))
-
-
-def test_compiled_kernels_older_than_a_source_are_dropped(tmp_path: Path) -> None:
-    cache = tmp_path / "__pycache__"
-    aged((tmp_path / "one.py", 100.0), (cache / "one.old.nbi", 50.0), (cache / "one.new.nbi", 200.0))
-    assert drop_outdated_cache(tmp_path) == 1
-    assert [p.name for p in cache.iterdir()] == ["one.new.nbi"]
-
-
-def test_kernels_in_a_cache_of_their_own_are_dropped_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the compiler puts them itself: compile a function, then age what it left."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    folder = tmp_path / "kernels"
-    aged((folder / "__init__.py", 100.0))
-    text = "from numba import njit\n@njit(cache=True)\ndef twice(x):\n    return 2 * x\ntwice(1)\n"
-    (folder / "one.py").write_text(text)
-    subprocess.run([sys.executable, str(folder / "one.py")], check=True)
-    indices = list((tmp_path / "cache").rglob("*.nbi"))
-    assert len(indices) == 1
-    os.utime(indices[0], (50.0, 50.0))
-    assert drop_outdated_cache(folder) == 1

@@ -1,0 +1,102 @@
+"""How kernels are compiled: a function that Python calls becomes one closed piece of machine code.
+
+By itself the compiler makes machine code of every function, optimises each once more within all that call it, and
+leaves open which of several copies a call meets: the caller's, or one that was loaded before. Here what only kernels
+call goes unoptimised into its callers, is optimised there once, and stays private to them. So a process that compiles,
+one that loads, and one that did other work before run the same instructions, and compiling takes a third less.
+"""
+
+from __future__ import annotations
+
+import gc
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+
+from ehl.io.kernel_cache import announced
+
+
+class KernelLibrary(JITCodeLibrary):
+    """Code of a function that Python calls: what it calls is private to it."""
+
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self._own: set[str] = set()  # names of the function and its wrappers
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """As of numba."""
+        self._own |= {function.name for function in ir_module.functions if not function.is_declaration}
+        super().add_ir_module(ir_module)
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.name not in self._own:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+class _NoEnvironment:
+    @staticmethod
+    def set_env(name: str, env: Any) -> None:
+        """No machine code, no place for the environment of the function."""
+
+
+class InternalLibrary(JITCodeLibrary):
+    """Code of a function that only kernels call: it waits, unoptimised, to be put into those."""
+
+    @property
+    def codegen(self) -> Any:
+        """What the compiler tells of a finished function."""
+        return _NoEnvironment
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None: nobody calls it by itself."""
+        self._ensure_finalized()
+        return 0
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+class KernelCompiler(Compiler):
+    """Compiles functions that Python calls."""
+
+    library: type[JITCodeLibrary] = KernelLibrary
+
+    def compile_extra(self, func: Any) -> Any:
+        """As of numba."""
+        self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        collecting = gc.isenabled()
+        gc.disable()  # a compiler's many objects live to its end: looking for garbage among them takes an eighth more
+        try:
+            with announced(func):
+                return super().compile_extra(func)
+        finally:
+            if collecting:
+                gc.enable()
+
+
+class InternalCompiler(KernelCompiler):
+    """Compiles functions that only kernels call."""
+
+    library = InternalLibrary
+
+
+# options of a kernel that Python calls
+KERNEL: dict[str, Any] = {"cache": True, "error_model": "numpy", "pipeline_class": KernelCompiler}
+# and of one that only kernels call; a call from Python would crash. Without the wrappers for Python it compiles faster,
+# and so it does without counting references: kernels keep no array
+INTERNAL_KERNEL: dict[str, Any] = {
+    "error_model": "numpy",
+    "pipeline_class": InternalCompiler,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+}

@@ -1,0 +1,126 @@
+"""Kernels compiled before they are needed: for the command `mixed-ehl warmup`, and for worker processes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ehl.contact import Contact
+from ehl.io.errors import InputError
+from ehl.io.kernel_cache import ROUGH, SMOOTH, compiled, missing_on_disk
+from ehl.view.table import Column, Table
+
+# a small contact with heat, whose solution needs the kernels of its kind
+_CONTACT: dict[str, Any] = {
+    "oil": "75w90",
+    "temperature": "90 degC",
+    "pressure_hertz": "0.8 GPa",
+    "radius_equivalent": "5 mm",
+    "speed_entrainment": "5 m/s",
+    "slide_to_roll": 0.3,
+    "thermal": "on",
+    "accuracy": "fast",
+}
+_ROUGH: dict[str, Any] = {"roughness_rms": "0.4 um", "correlation_length": "100 um", "friction_tolerance": 0.3}
+KINDS = {SMOOTH: (SMOOTH,), ROUGH: (SMOOTH, ROUGH), "gear": (SMOOTH, ROUGH)}
+
+
+@dataclass(frozen=True)
+class Warmup:
+    """What is compiled now.
+
+    Parameters
+    ----------
+    kinds : tuple of str
+        smooth, rough: the contacts whose kernels are ready.
+    compiled : dict
+        Kernels compiled by this call, by kind; the others were on disk.
+    seconds_cpu : dict
+        Processor time of compiling, by kind [s].
+    seconds : float
+        Wall time of the call, its solutions included [s].
+    """
+
+    kinds: tuple[str, ...]
+    compiled: dict[str, int]
+    seconds_cpu: dict[str, float]
+    seconds: float
+
+    def table(self) -> Table:
+        """One row per kind of contact."""
+        rows = [(f"{kind} contacts", self.compiled[kind], self.seconds_cpu[kind]) for kind in self.kinds]
+        count = sum(self.compiled.values())
+        note = f"{count} kernels compiled" if count else "nothing to compile: all kernels were on disk"
+        return Table(
+            ("kernels of", "compiled", Column("seconds_cpu", label="CPU time")),
+            rows,
+            title=f"ready in {self.seconds:.1f} s",
+            notes=(note,),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it, for JSON."""
+        return {
+            "kinds": list(self.kinds),
+            "compiled": self.compiled,
+            "seconds_cpu": self.seconds_cpu,
+            "seconds": self.seconds,
+        }
+
+
+def warm_up(kind: str = "gear") -> Warmup:
+    """Compile the kernels that are not on disk yet, by solving a small contact of each kind.
+
+    Parameters
+    ----------
+    kind : str
+        ``smooth``, ``rough`` (smooth too), or ``gear``: what ``--friction ehl`` needs, which is both.
+
+    Returns
+    -------
+    Warmup
+
+    Raises
+    ------
+    InputError
+        Another kind.
+
+    Examples
+    --------
+    >>> from ehl.warmup import warm_up
+    >>> warm_up("smooth").kinds
+    ('smooth',)
+    """
+    if kind not in KINDS:
+        raise InputError("kind", kind, " or ".join(KINDS))
+    clock, before = time.perf_counter(), len(compiled)
+    for part in KINDS[kind]:
+        result = Contact(**_CONTACT, **(_ROUGH if part == ROUGH else {})).solve()
+        if result.transient is not None:  # fine roughness alone asks for it
+            run = result.transient.run
+            run.preheat(0.0, np.zeros((2, run.problem.x.size)))
+    new = compiled[before:]
+    return Warmup(
+        KINDS[kind],
+        {part: sum(name == part for name, _, _ in new) for part in KINDS[kind]},
+        {part: sum(seconds for name, _, seconds in new if name == part) for part in KINDS[kind]},
+        time.perf_counter() - clock,
+    )
+
+
+def prepare_workers(*, rough: bool) -> None:
+    """Compile what is not on disk here, so that worker processes load it and do not each compile it.
+
+    Parameters
+    ----------
+    rough : bool
+        Whether transient rough contacts are among their work.
+    """
+    from ehl.rough._kernels.march import march
+    from ehl.smooth._kernels import jacobian
+
+    if missing_on_disk(jacobian) or (rough and missing_on_disk(march)):
+        warm_up(ROUGH if rough else SMOOTH)

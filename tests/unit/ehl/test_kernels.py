@@ -1,0 +1,121 @@
+"""Compiled kernels: the same code however they came, on disk under the contents of their sources, never in silence."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit
+
+from ehl import InputError
+from ehl.io import kernel_cache
+from ehl.io.kernel_cache import announced, missing_on_disk, source_hash
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
+from ehl.rough._kernels.march import march
+from ehl.smooth import _kernels as smooth_kernels
+from ehl.smooth._kernels import jacobian
+from ehl.warmup import warm_up
+
+ANSWER = """
+import numpy as np
+from ehl.rough._kernels.elasticity import exponential_product
+x, out = np.linspace(-2.0, 1.0, 41), np.zeros(41)
+exponential_product(np.cos(x), np.linspace(0.1, 1.0, 20), np.linspace(0.3, 0.99, 20), out)
+print(out.tobytes().hex())
+"""
+
+
+@njit(**INTERNAL_KERNEL)
+def inner(x):
+    return 0.1 * x if x < 3.0 else 0.2 * x
+
+
+@njit(**(KERNEL | {"cache": False}))
+def outer(x):
+    total = 0.0
+    for k in range(9):
+        total += inner(x + k)
+    return total
+
+
+def test_what_a_kernel_calls_is_private_to_it() -> None:
+    assert outer(0.5) == pytest.approx(sum(0.1 * x if x < 3.0 else 0.2 * x for x in 0.5 + np.arange(9.0)), rel=1e-15)
+    (result,) = outer.overloads.values()
+    # no copy of another function that a process could have loaded before
+    shared = [f.name for f in result.library.get_defined_functions() if f.linkage.name.startswith("linkonce")]
+    assert shared == []
+    (called,) = inner.overloads.values()
+    assert called.library.get_pointer_to_function(called.fndesc.llvm_func_name) == 0
+
+
+def test_a_process_that_compiles_says_so_and_gives_the_bits_of_one_that_loads(tmp_path: Path) -> None:
+    surrounding = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    runs = [
+        subprocess.run([sys.executable, "-c", ANSWER], env=surrounding, capture_output=True, text=True, check=True)
+        for _ in range(2)
+    ]
+    assert runs[0].stdout == runs[1].stdout
+    assert runs[0].stderr == "mixed-ehl: compiling for rough contacts, about a minute, once on this machine\n"
+    assert runs[1].stderr == ""
+
+
+def test_the_stamp_of_a_kernel_follows_the_contents_of_all_its_sources(tmp_path: Path) -> None:
+    folder = tmp_path / "_kernels"
+    folder.mkdir()
+    (folder / "one.py").write_text("a = 1\n")
+    (folder / "two.py").write_text("b = 2\n")
+    before = source_hash(folder)
+    os.utime(folder / "two.py", (50.0, 50.0))
+    assert source_hash(folder) == before
+    (folder / "two.py").write_text("b = 3\n")
+    assert source_hash(folder) != before
+    # files that trade their contents are other sources
+    (folder / "one.py").write_text("b = 2\n")
+    (folder / "two.py").write_text("a = 1\n")
+    assert source_hash(folder) != before
+
+
+def test_kernels_on_disk_carry_the_stamp_and_another_one_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    warm_up("smooth")
+    stored = jacobian._cache
+    assert stored._impl.locator.get_source_stamp() == source_hash(Path(str(smooth_kernels.__file__)).parent)
+    assert not missing_on_disk(jacobian)
+    monkeypatch.setattr(stored._cache_file, "_source_stamp", b"of other sources")
+    assert missing_on_disk(jacobian)
+    # where nothing is compiled, or kept, nothing is missing
+    assert not missing_on_disk(lambda: None)
+
+
+def test_compiling_is_announced_once_for_each_kind(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(kernel_cache, "compiled", [])
+    for function in (jacobian.py_func, march.py_func, jacobian.py_func):
+        with announced(function), announced(march.py_func):  # what it calls is part of it
+            pass
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(", ")[0] for line in lines] == [
+        "mixed-ehl: compiling for smooth contacts",
+        "mixed-ehl: compiling for rough contacts",
+    ]
+    assert [kind for kind, _, _ in kernel_cache.compiled] == ["smooth", "rough", "smooth"]
+
+
+def test_warmup(mixed_ehl: Callable[..., Any]) -> None:
+    warm_up("smooth")
+    again = warm_up("smooth")
+    assert (again.kinds, again.compiled, again.seconds_cpu) == (("smooth",), {"smooth": 0}, {"smooth": 0})
+    assert json.loads(mixed_ehl("warmup", "smooth", "--json").out)["compiled"] == {"smooth": 0}
+    assert "all kernels were on disk" in mixed_ehl("warmup", "smooth").out
+    refused = mixed_ehl("warmup", "wet")
+    assert refused.code == 2
+    assert "smooth or rough or gear" in refused.err
+    with pytest.raises(InputError, match="kind"):
+        warm_up("all")
