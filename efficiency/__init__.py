@@ -39,6 +39,7 @@ _HOMES = {
     "settings": "efficiency.synthesis.solve:machine_settings",
     "study": "efficiency.studies.parameter_study:run_study",
     "import_design": "efficiency.output.design_import:design_from_sheet",
+    "optimise": "efficiency.optimisation.optimise:optimise",
     "demo": "efficiency.studies.demonstration:run_demo",
     "doctor": "efficiency.installation:examine",
     "warmup": "ehl.warmup:warm_up",

@@ -192,8 +192,23 @@ class GearPair:
     def __init__(self, design: Design | str | Path) -> None:
         self.design = design if isinstance(design, Design) else load_design(design)
         self._meshes = lru_cache(maxsize=_KEPT_MESHES)(self._mesh)
-        # misalignments do not change the bodies
+        # misalignments change neither the bodies nor their roots
         self._bodies = lru_cache(maxsize=2)(lambda side: elastic_bodies(self.design, side))
+        self._roots: dict[Side, list[RootTooth | str]] = {"drive": [], "coast": []}
+
+    def sharing_bodies(self, design: Design) -> GearPair:
+        """The pair of another design, with elastic bodies and root sections of this one.
+
+        For designs on the same blanks whose flanks differ by ease-off: micrometres change neither.
+
+        Parameters
+        ----------
+        design : Design
+            The other design.
+        """
+        other = GearPair(design)
+        other._bodies, other._roots = self._bodies, self._roots
+        return other
 
     @property
     def name(self) -> str:
@@ -240,7 +255,7 @@ class GearPair:
 
     def _mesh(self, side: Side, positions: int, points: int, misalignment: tuple[tuple[str, float], ...]) -> Mesh:
         design = self.design.with_misalignment(**dict(misalignment))
-        return Mesh.of(design, side, positions, points, self._bodies(side))
+        return replace(Mesh.of(design, side, positions, points, self._bodies(side)), roots=self._roots[side])
 
     def check(self, frictions: Iterable[Friction] = (), **conditions: Any) -> list[FrictionModel]:
         """Refuse friction models and conditions that cannot be used, before anything is computed.
@@ -704,6 +719,8 @@ class Mesh:
         Contact lines on two grids and compliance of the teeth.
     pitch : PitchGeometry
         Data for the closed forms.
+    roots : list
+        Of pinion and gear, filled when they are asked for (`root_teeth`); meshes of one pair share it.
     """
 
     design: Design
@@ -711,8 +728,8 @@ class Mesh:
     flanks: FlankPair
     grids: MeshGrids
     pitch: PitchGeometry
+    roots: list[RootTooth | str] = field(default_factory=list, repr=False)
     _loaded: dict[float, LoadedMesh] = field(default_factory=dict, init=False, repr=False)
-    _roots: list[RootTooth | str] = field(default_factory=list, init=False, repr=False)
 
     @classmethod
     @_one_thread
@@ -815,16 +832,16 @@ class Mesh:
     @_one_thread
     def root_teeth(self) -> tuple[RootTooth | str, RootTooth | str]:
         """Root sections of pinion and gear, computed once; a text says why there is none."""
-        if not self._roots:
+        if not self.roots:
             flanks, module = self.design.flanks(), self.pitch.module_normal
             solids = self.grids.teeth.pinion, self.grids.teeth.gear
             for member, body, solid in zip(MEMBERS, self.design.tooth_bodies(), solids, strict=True):
                 try:
                     grid = solid.grid if isinstance(solid, SolidTooth) else None
-                    self._roots.append(root_tooth(flanks, body, member, self.side, module, grid=grid))
+                    self.roots.append(root_tooth(flanks, body, member, self.side, module, grid=grid))
                 except (ConvergenceError, InputError) as error:
-                    self._roots.append(str(error))
-        pinion, gear = self._roots
+                    self.roots.append(str(error))
+        pinion, gear = self.roots
         return pinion, gear
 
     def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:

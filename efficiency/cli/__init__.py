@@ -10,7 +10,7 @@ import efficiency
 import ehl.cli
 import regression.cli
 import regression.cli.calibration
-from efficiency.cli import design, gear, loss_map, new
+from efficiency.cli import design, gear, loss_map, new, optimise
 from ehl import __version__
 from ehl.console import App, print_json, run
 
@@ -45,6 +45,7 @@ for commands_of in (
     design,
     loss_map,
     new,
+    optimise,
 ):
     commands_of.register(app)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.flank_pair import flank_pair
@@ -25,7 +27,7 @@ from efficiency.synthesis.design_file import Table, design_text, ease_off_table,
 from efficiency.synthesis.fit import FitResult, FittedFlank, fit, measure
 from efficiency.synthesis.free_settings import FreeSettings, free_settings, with_motions
 from efficiency.synthesis.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
-from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
+from efficiency.synthesis.inputs import Cutting, FlankTarget, MemberTargets, SettingsInput, Targets, load_targets
 from efficiency.synthesis.settings_result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
 from efficiency.synthesis.target_flank import backlash_angle, target_flank, target_relief
 from ehl.io.errors import ConvergenceError
@@ -73,11 +75,8 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     began = perf_counter()
     if isinstance(inputs, Path | str):
         inputs = load_targets(inputs)
-    blank = pair_blank(inputs.blank.model_copy(update={"gear_cutting": inputs.cutting.gear}))
-    pair = pair_dimensions(blank, inputs.cutting.gear == "generated")
-    gear = cut_gear(pair)
-    grid = grid_on_gear(pair, gear)
-    starts = {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES}
+    start = _start(inputs.blank, inputs.cutting)
+    blank, pair, gear, grid, starts = start.blank, start.pair, start.gear, start.grid, start.starts
 
     targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     scale = dict.fromkeys(FLANK_SIDES, 1.0)
@@ -85,7 +84,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         if inputs.cutting.pinion == "conjugate":
             fits, fitted = [], {side: _uncut(pair, starts[side]) for side in FLANK_SIDES}
         else:
-            fits = _fit(inputs, pair, gear, grid, starts, scale)
+            fits = _fit(inputs, scale)
             fitted = _by_side(fits)
         text, design = _design(inputs, blank, pair, gear, fitted, scale)
         amplitudes = {side: targets[side].transmission_error for side in FLANK_SIDES}
@@ -128,28 +127,57 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     )
 
 
-def _fit(
-    inputs: SettingsInput,
-    pair: PairDimensions,
-    gear: GearCut,
-    grid: FitGrid,
-    starts: dict[FlankSide, ConjugateFlankStart],
-    scale: dict[FlankSide, float],
-) -> list[FitResult]:
-    free = free_settings(inputs)
+@dataclass(frozen=True)
+class _Start:
+    """What does not depend on the ease-off: blanks, the cut gear, the conjugate pinion."""
+
+    blank: PairBlank
+    pair: PairDimensions
+    gear: GearCut
+    grid: FitGrid
+    starts: dict[FlankSide, ConjugateFlankStart]
+
+
+@lru_cache(maxsize=4)
+def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
+    blank = pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear}))
+    pair = pair_dimensions(blank, cutting.gear == "generated")
+    gear = cut_gear(pair)
+    grid = grid_on_gear(pair, gear)
+    return _Start(blank, pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
+
+
+def _fit(inputs: SettingsInput, scale: dict[FlankSide, float]) -> list[FitResult]:
     targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    together = [FLANK_SIDES] if free_settings(inputs).common else [(side,) for side in FLANK_SIDES]
+    return [
+        _fit_flanks(
+            inputs.model_copy(update={"targets": Targets(root_weight=inputs.targets.root_weight), **_NO_LOAD}),
+            tuple((side, targets[side], scale[side]) for side in sides),
+        )
+        for sides in together
+    ]
+
+
+# what a fit of flanks does not depend on
+_NO_LOAD: dict[str, object] = {"name": "", "source": "", "pinion": MemberTargets(), "gear": MemberTargets()}
+
+
+@lru_cache(maxsize=8)
+def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarget, float], ...]) -> FitResult:
+    """Settings of flanks that share them; `wanted`: flank, its target, and the scale of its ease-off."""
+    start = _start(inputs.blank, inputs.cutting)
+    pair, grid, free = start.pair, start.grid, free_settings(inputs)
     # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
     thinning = backlash_angle(pair) if free.common and not pair.blade_groups else 0.0
 
-    def attempt(sides: Sequence[FlankSide], weight: float, settings: FreeSettings) -> FitResult:
+    def attempt(weight: float, settings: FreeSettings) -> FitResult:
         flanks = [
-            target_flank(
-                pair, starts[side], scale[side] * target_relief(targets[side], grid.x, grid.y), weight, thinning
-            )
-            for side in sides
+            target_flank(pair, start.starts[side], scale * target_relief(target, grid.x, grid.y), weight, thinning)
+            for side, target, scale in wanted
         ]
         if inputs.cutting.machine == "cradle":
-            return fit_on_cradle(pair, flanks, gear.screw, settings, inputs.cutting.tilt_limit)
+            return fit_on_cradle(pair, flanks, start.gear.screw, settings, inputs.cutting.tilt_limit)
         return fit(flanks, settings.common, settings.own)
 
     # where the plain settings do not do: more motions, then a root somewhat off the blank's as the lesser evil
@@ -157,17 +185,14 @@ def _fit(
     ways = [(weight, free), (weight, with_motions(free))]
     if weight > 0.0 and inputs.targets.root_weight is None:
         ways.append((_LOOSER * weight, with_motions(free)))
-    fits = []
-    for sides in [FLANK_SIDES] if free.common else [(side,) for side in FLANK_SIDES]:
-        best: FitResult | None = None
-        for way in ways:
-            result = attempt(sides, *way)
-            best = result if best is None or result.rms < best.rms else best
-            if best.rms < RESIDUAL_LIMIT:
-                break
-        assert best is not None
-        fits.append(best)
-    return fits
+    best: FitResult | None = None
+    for way in ways:
+        result = attempt(*way)
+        best = result if best is None or result.rms < best.rms else best
+        if best.rms < RESIDUAL_LIMIT:
+            break
+    assert best is not None
+    return best
 
 
 def root_weight(inputs: SettingsInput, pair: PairDimensions) -> float:

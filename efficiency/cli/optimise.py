@@ -1,0 +1,140 @@
+"""Command that searches a better ease-off: `optimise`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import efficiency
+from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, JobsOption, JsonOption, OilOption
+from ehl import InputError
+from ehl.console import App, fail_unless_converged, given, print_json, progress
+from ehl.io.files import make_folder
+
+SEARCH = "Search"
+
+
+def optimise(
+    targets: Annotated[str, typer.Argument(metavar="TARGETS", help="A targets file, or the name of a shipped one.")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", help="Folder for page, designs, tables and figures.", rich_help_panel=OUTPUT),
+    ] = Path("mixed-ehl-optimise"),
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A variable, with bounds or without: 'lengthwise_crowning=20:120 um', 'bias'; repeat for several.",
+            rich_help_panel=SEARCH,
+        ),
+    ] = None,
+    objective: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Figure to minimise, the most important first; default: power_loss, pressure_max, "
+            "transmission_error_loaded.",
+            rich_help_panel=SEARCH,
+        ),
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Figure that may not rise above today's, or above a value: 'pressure_max=1.4 GPa'; 'none' for none. "
+            "Default: pressure, transmission error, edge load, root stresses, not above today's.",
+            rich_help_panel=SEARCH,
+        ),
+    ] = None,
+    duty: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours. Default: the targets' operating point.",
+            rich_help_panel=OPERATION,
+        ),
+    ] = None,
+    friction: Annotated[
+        str | None,
+        typer.Option(help="Friction formula; default: the one shipped for the oil.", rich_help_panel=OPERATION),
+    ] = None,
+    oil: OilOption = None,
+    e: Annotated[
+        str | None,
+        typer.Option(
+            "--E", help="Half width of the box; default '0.05 mm', '0 mm' for none.", rich_help_panel=MISALIGNMENT
+        ),
+    ] = None,
+    p: Annotated[
+        str | None, typer.Option("--P", help="The same along the pinion axis.", rich_help_panel=MISALIGNMENT)
+    ] = None,
+    g: Annotated[
+        str | None, typer.Option("--G", help="Along the gear axis; default none.", rich_help_panel=MISALIGNMENT)
+    ] = None,
+    alpha: Annotated[
+        str | None, typer.Option("--alpha", help="Of the shaft angle; default none.", rich_help_panel=MISALIGNMENT)
+    ] = None,
+    over: Annotated[
+        str, typer.Option(help="Loss over the box: mean or worst; all else is the worst.", rich_help_panel=MISALIGNMENT)
+    ] = "mean",
+    flanks: Annotated[
+        str, typer.Option(help="Whose ease-off is varied: drive, coast or both.", rich_help_panel=SEARCH)
+    ] = "drive",
+    evaluations: Annotated[int, typer.Option(help="Evaluations of the search.", rich_help_panel=SEARCH)] = 120,
+    batch: Annotated[int, typer.Option(help="Evaluations at the same time.", rich_help_panel=SEARCH)] = 4,
+    check: Annotated[int, typer.Option(help="Points checked on the full mesh.", rich_help_panel=SEARCH)] = 4,
+    check_friction: Annotated[
+        str | None,
+        typer.Option(help="Check the gain of the best with solved contacts: 'ehl' (minutes).", rich_help_panel=SEARCH),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.", rich_help_panel=SEARCH)] = 1,
+    jobs: JobsOption = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
+    json_output: JsonOption = False,
+) -> None:
+    """Search the ease-off of a pair for less loss within limits of pressure, transmission error, edges and roots.
+
+    Writes the front, and each checked point as a design file that `gear` opens. A search that was killed goes on. Exit
+    code 1: no point is better within the limits.
+    """
+    store = output / "points.jsonl"
+    if fresh and os.path.exists(store):
+        store.unlink()
+    make_folder(output, "output")
+    box = {"E": "0.05 mm", "P": "0.05 mm"} | given({"E": e, "P": p, "G": g, "alpha": alpha})
+    chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
+    chosen |= {"over": over, "flanks": flanks, "friction": friction, "oil": oil, "solved": check_friction}
+    chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "seed": seed, "jobs": jobs, "store": store}
+    with progress("evaluations") as move:
+        result = efficiency.optimise(targets, _variables(vary), report=move, **chosen)
+    written = result.write(folder=output)
+    if json_output:
+        print_json(result.to_dict())
+    else:
+        result.show()
+        for path in written:
+            print(path)
+    fail_unless_converged(result.status, result.reason)
+
+
+def _variables(texts: list[str] | None) -> dict[str, Any] | None:
+    if not texts:
+        return None
+    parts = [[part.strip() for part in text.partition("=")] for text in texts]
+    return {name: bounds if equals else None for name, equals, bounds in parts}
+
+
+def _limits(texts: list[str] | None) -> dict[str, Any] | None:
+    if not texts:
+        return None
+    if "none" in texts:
+        if len(texts) > 1:
+            raise InputError("limit", "none", "nothing beside it")
+        return {}
+    parts = [[part.strip() for part in text.partition("=")] for text in texts]
+    return {name: value if equals else "start" for name, equals, value in parts}
+
+
+def register(app: App) -> None:
+    """Add the command to the application."""
+    app.command()(optimise)

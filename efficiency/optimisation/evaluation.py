@@ -1,0 +1,342 @@
+"""One evaluation: ease-off -> machine settings -> loaded contact in every state -> figures, or the reason for none."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from efficiency.design.design import Design
+from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.optimisation.problem import EDGE_FREE, START, Problem, with_values
+from efficiency.pair import GearPair, resolve_friction
+from efficiency.synthesis.settings_result import SettingsResult
+from efficiency.synthesis.solve import machine_settings
+from ehl import __version__
+from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.files import make_folder
+from ehl.io.numbers import finite_or_none
+
+_ROOT = ("root_stress_pinion", "root_stress_gear")
+_LOSS = "power_loss"
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """One point of the search.
+
+    Attributes
+    ----------
+    key : str
+        Hash of all it depends on.
+    variables : dict
+        Values of the variables, SI.
+    figures : dict
+        Figures over duty and states, SI; nan where there is none.
+    reason : str
+        Why it has no figures, or cannot be made; empty where neither.
+    notes : tuple of str
+        Of the settings.
+    seconds : float
+        Wall time.
+    losses : dict
+        Of an exact evaluation: loss of the aligned pair over the duty with each uncertain input of the friction at the
+        lower and the upper end of its interval [W]; under ``"interval"`` both ends of the loss with all of them, under
+        ``"aligned"`` the loss and the error of its solution.
+    solved : tuple of float
+        Loss of the aligned pair with another friction model and its error [W]; empty where none was asked for.
+    """
+
+    key: str
+    variables: dict[str, float]
+    figures: dict[str, float] = field(default_factory=dict)
+    reason: str = ""
+    notes: tuple[str, ...] = ()
+    seconds: float = 0.0
+    losses: dict[str, tuple[float, float]] = field(default_factory=dict)
+    solved: tuple[float, ...] = ()
+
+    def excess(self, allowed: Mapping[str, float]) -> dict[str, float]:
+        """How far figures are above what is allowed, in shares of it; met limits are left out."""
+        found = {}
+        for name, limit in allowed.items():
+            value = self.figures.get(name, math.nan)
+            if not value <= limit:
+                found[name] = value / limit - 1.0 if limit > 0.0 else math.inf
+        return found
+
+    def feasible(self, allowed: Mapping[str, float]) -> bool:
+        """Whether it can be made and keeps all limits."""
+        return not self.reason and not self.excess(allowed)
+
+
+@dataclass(frozen=True)
+class Task:
+    """A point to be evaluated.
+
+    Attributes
+    ----------
+    problem : Problem
+    values : dict
+        Of the variables; empty for the start itself.
+    states : tuple of dict
+        Misalignments.
+    grid : (int, int)
+        Positions and points per line.
+    bodies : str
+        Design (JSON) whose elastic bodies and roots are taken; empty for the own ones, and the interval of the loss.
+    accepted : str
+        Status of the settings that is accepted besides ``converged``: that of the start.
+    solved : str
+        Friction model the loss of the aligned pair is checked with; empty for none.
+    """
+
+    problem: Problem
+    values: dict[str, float]
+    states: tuple[dict[str, float], ...]
+    grid: tuple[int, int]
+    bodies: str = ""
+    accepted: str = "converged"
+    solved: str = ""
+
+    @property
+    def key(self) -> str:
+        """Hash of all that the figures depend on, the version of the program included."""
+        p = self.problem
+        content = (
+            *(__version__, p.start.model_dump_json(), p.flanks, p.figures, [asdict(row) for row in p.duty], p.over),
+            *(_friction_key(p.friction), p.oil, sorted(self.values.items()), self.states, self.grid),
+            *(bool(self.bodies), self.accepted, self.solved),
+        )
+        return hashlib.sha256(repr(content).encode()).hexdigest()[:24]
+
+    @property
+    def settings(self) -> SettingsResult:
+        """Machine settings of the point."""
+        return settings_of(self.problem, self.values)
+
+
+def _friction_key(name: str) -> str:
+    """The model, a file by what it holds."""
+    path = Path(name)
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else name
+
+
+def settings_of(problem: Problem, values: Mapping[str, float], name: str = "") -> SettingsResult:
+    """Machine settings of the start with variables at these values."""
+    inputs = with_values(problem.start, values, problem.flanks, name)
+    return machine_settings(inputs, transmission=False)
+
+
+def evaluate(task: Task) -> Evaluation:
+    """Figures of a point; what cannot be computed or made keeps its reason."""
+    clock = time.perf_counter()
+    found = Evaluation(task.key, task.values)
+    try:
+        made = task.settings
+        if made.status not in ("converged", task.accepted):
+            reason = f"{made.status}: {next(iter(made.warnings), '')}"
+            return replace(found, reason=reason, seconds=time.perf_counter() - clock)
+        pair = _reference(task.bodies).sharing_bodies(made.design) if task.bodies else GearPair(made.design)
+        if task.solved:
+            return replace(found, solved=solved_loss(pair, task), seconds=time.perf_counter() - clock)
+        figures = pair_figures(pair, task.problem, task.states, task.grid)
+        losses = {} if task.bodies else loss_interval(pair, task)
+    except (ConvergenceError, InputError) as error:
+        reason = f"{error.reason}: {error.detail}" if isinstance(error, ConvergenceError) else str(error)
+        return replace(found, reason=reason, seconds=time.perf_counter() - clock)
+    seconds = time.perf_counter() - clock
+    return replace(found, figures=figures, notes=made.warnings, losses=losses, seconds=seconds)
+
+
+@lru_cache(maxsize=2)
+def _reference(design: str) -> GearPair:
+    """The pair whose bodies are shared; computed once in each process."""
+    return GearPair(Design.model_validate_json(design))
+
+
+def pair_figures(
+    pair: GearPair, problem: Problem, states: Iterable[Mapping[str, float]], grid: tuple[int, int]
+) -> dict[str, float]:
+    """Figures of a pair over duty and states.
+
+    The loss is the mean power over the duty [W], mean or worst over the states; all else is the worst over both.
+
+    Raises
+    ------
+    ConvergenceError
+        An operating point has no efficiency in one of the states.
+    """
+    return over_states([state_figures(pair, problem, state, grid) for state in states], problem)
+
+
+def over_states(found: list[dict[str, float]], problem: Problem) -> dict[str, float]:
+    """Figures over the states from those of each."""
+    loss = np.mean if problem.over == "mean" else np.max
+    return {name: float((loss if name == _LOSS else np.max)([figures[name] for figures in found])) for name in found[0]}
+
+
+def state_figures(
+    pair: GearPair, problem: Problem, state: Mapping[str, float], grid: tuple[int, int]
+) -> dict[str, float]:
+    """Figures of a pair over the duty in one state."""
+    results = duty_results(pair, problem, state, grid)
+    names = [name for name in problem.figures if name != _LOSS]
+    hours = [row.hours for row in problem.duty]
+    worst = {name: max(_figure(result, name) for result in results) for name in names}
+    return {_LOSS: float(np.average([result.power_loss for result in results], weights=hours)), **worst}
+
+
+def duty_results(
+    pair: GearPair,
+    problem: Problem,
+    state: Mapping[str, float],
+    grid: tuple[int, int],
+    friction: str | None = None,
+) -> list[EfficiencyResult]:
+    """Results of all operating points in one state; a point without one raises `ConvergenceError`."""
+    model = resolve_friction(friction or problem.friction, pair.design)
+    own = pair.design.assembly.misalignment.model_dump()
+    shifted = {name: own[name] + value for name, value in state.items()}
+    results = []
+    for row in problem.duty:
+        result = pair.at(model, grid, many=True, oil=problem.oil, **shifted, **row.condition)
+        if result.reason:
+            raise ConvergenceError(result.reason, f"{abs(row.torque):g} N m")
+        results.append(result)
+    return results
+
+
+def loss_interval(pair: GearPair, task: Task) -> dict[str, tuple[float, float]]:
+    """`Evaluation.losses` of the aligned pair."""
+    problem = task.problem
+    results = duty_results(pair, problem, problem.states[0], task.grid)
+    hours = np.array([row.hours for row in problem.duty])
+
+    def mean(efficiencies: list[float]) -> float:
+        losses = [_loss_at(result, value) for result, value in zip(results, efficiencies, strict=True)]
+        return float(np.average(losses, weights=hours))
+
+    names = dict.fromkeys(source.name for result in results for source in result.inputs.sources)
+    found = {
+        name: (mean([_moved(r, name, "below") for r in results]), mean([_moved(r, name, "above") for r in results]))
+        for name in names
+    }
+    ends = mean([r.efficiency_upper for r in results]), mean([r.efficiency_lower for r in results])
+    loss = float(np.average([r.power_loss for r in results], weights=hours))
+    error = float(np.average([r.efficiency_error * r.power_input for r in results], weights=hours))
+    return found | {"interval": ends, "aligned": (loss, error)}
+
+
+def _moved(result: EfficiencyResult, name: str, end: str) -> float:
+    moved = {source.name: float(getattr(source, end)) for source in result.inputs.sources}
+    return moved.get(name, result.efficiency)
+
+
+def _loss_at(result: EfficiencyResult, efficiency: float) -> float:
+    """Loss at another efficiency; the power at the pinion is given [W]."""
+    power = result.torque_pinion * result.speed_pinion
+    return power * (1.0 - efficiency) if result.driver == "pinion" else power * (1.0 / efficiency - 1.0)
+
+
+def solved_loss(pair: GearPair, task: Task) -> tuple[float, float]:
+    """Loss of the aligned pair over the duty with the friction model of the check, and its error [W]."""
+    problem = task.problem
+    results = duty_results(pair, problem, problem.states[0], task.grid, task.solved)
+    hours = [row.hours for row in problem.duty]
+    loss = float(np.average([r.power_loss for r in results], weights=hours))
+    return loss, float(np.average([r.efficiency_error * r.power_input for r in results], weights=hours))
+
+
+def _figure(result: EfficiencyResult, name: str) -> float:
+    if name in _ROOT:
+        return float(getattr(result.strength, name))
+    if name == "temperature_flash":
+        return float(np.nanmax(result.lubrication.temperature_flash))
+    return float(getattr(result, name))
+
+
+def allowed_of(problem: Problem, start: Evaluation) -> dict[str, float]:
+    """What each limited figure may be: a value, or that of the start.
+
+    Raises
+    ------
+    InputError
+        A figure that is asked for has no value at the start.
+    """
+    allowed = {}
+    for name, limit in problem.limits.items():
+        value = start.figures[name] if limit == START else float(limit)
+        allowed[name] = max(value, EDGE_FREE) if name == "edge_load_share" and limit == START else value
+    return allowed
+
+
+class Store:
+    """Evaluations of a folder, a line each; a line cut off when a run was killed counts as not computed.
+
+    Parameters
+    ----------
+    path : Path, optional
+        File; None keeps nothing.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.known: dict[str, Evaluation] = {}
+        self.reused = 0
+        if path is not None and path.is_file():
+            for line in path.read_text(encoding="utf-8").splitlines():
+                try:
+                    row = json.loads(line)
+                    row["figures"] = {k: math.nan if v is None else v for k, v in row["figures"].items()}
+                    row["losses"] = {k: tuple(v) for k, v in row["losses"].items()}
+                    row["notes"], row["solved"] = tuple(row["notes"]), tuple(row["solved"])
+                    self.known[row["key"]] = Evaluation(**row)
+                except (ValueError, KeyError, TypeError, AttributeError):
+                    continue
+        elif path is not None:
+            make_folder(path.parent, "output")
+
+    def add(self, found: Evaluation) -> None:
+        """Keep an evaluation, and write it down."""
+        self.known[found.key] = found
+        if self.path is None:
+            return
+        line = json.dumps(finite_or_none(found), allow_nan=False)
+        try:
+            with self.path.open("a", encoding="utf-8") as file:
+                # a line that was cut off must not swallow this one
+                file.write(f"\n{line}\n" if file.tell() else f"{line}\n")
+        except OSError as error:
+            raise InputError("output", str(self.path.parent), "a folder that can be written", f"{error}.") from None
+
+
+def evaluate_all(tasks: list[Task], jobs: int, store: Store, done: Any = None) -> list[Evaluation]:
+    """Evaluations of tasks in their order; those known are read, the rest computed in worker processes."""
+    waiting = {task.key: task for task in tasks if task.key not in store.known}
+    store.reused += len(tasks) - len(waiting)
+    for found in _computed(list(waiting.values()), jobs):
+        store.add(found)
+        if done is not None:
+            done()
+    return [store.known[task.key] for task in tasks]
+
+
+def _computed(tasks: list[Task], jobs: int) -> Any:
+    if jobs == 1 or len(tasks) < 2:
+        yield from map(evaluate, tasks)
+        return
+    from joblib import Parallel, delayed, parallel_config
+
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
+            delayed(evaluate)(task) for task in tasks
+        )

@@ -1,0 +1,140 @@
+"""Figures of a search: loss against the other objectives, parallel coordinates, progress."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ehl.quantities import quantities
+from ehl.view.plots import BLUE, GREY, ORANGE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from efficiency.optimisation.evaluation import Evaluation
+    from efficiency.optimisation.optimise import Optimisation
+
+_LIGHT = "0.8"
+# points far beyond the start would press the front into a corner
+_VIEW = 1.6
+
+
+def optimisation_figures(result: Optimisation) -> Iterator[tuple[str, Figure, str]]:
+    """(name, figure, caption) of a search."""
+    yield (
+        "trade",
+        trade_figure(result),
+        "Points of the search: grey beyond a limit, blue within all limits, orange the front; the square is the start. "
+        "Both axes in shares of the start.",
+    )
+    yield (
+        "parallel",
+        parallel_figure(result),
+        "Parallel coordinates of the front: variables between their bounds, then figures in shares of the start; a "
+        "line for each point, dark for little loss.",
+    )
+    yield "progress", progress_figure(result), "Least first objective within the limits over the evaluations."
+
+
+def _shares(points: list[Evaluation], result: Optimisation, name: str) -> np.ndarray:
+    start = result.start.figures[name]
+    scale = start if start > 0.0 else 1.0
+    return np.array([point.figures[name] / scale for point in points])
+
+
+def _label(result: Optimisation, name: str) -> str:
+    quantity = quantities()[name]
+    start = result.start.figures[name]
+    if start > 0.0:
+        return f"{quantity.label}\nover that of the start, {quantity.text(start)} [-]"
+    return quantity.axis_label
+
+
+def trade_figure(result: Optimisation) -> Figure:
+    """First objective against each of the others and the limited figures."""
+    first, *rest = result.problem.figures
+    names = rest[:3] or [first]
+    figure = Figure(figsize=(1.0 + 3.6 * len(names), 3.8), layout="constrained")
+    computed = [point for point in result.evaluations if point.figures]
+    front = list(result.front)
+    within = [p for p in computed if p.feasible(result.allowed)]
+    beyond = [p for p in computed if not p.feasible(result.allowed)]
+    for axes, name in zip(np.atleast_1d(figure.subplots(1, len(names), sharey=True)), names, strict=True):
+        for points, style in (
+            (beyond, {"color": _LIGHT, "s": 12, "label": "beyond a limit"}),
+            (within, {"color": BLUE, "s": 16, "label": "within the limits"}),
+            (front, {"color": ORANGE, "s": 26, "label": "front"}),
+            ([result.start], {"color": "k", "s": 40, "marker": "s", "label": "start"}),
+        ):
+            axes.scatter(_shares(points, result, name), _shares(points, result, first), **style)
+        if name in result.allowed:
+            start = result.start.figures[name]
+            axes.axvline(result.allowed[name] / (start if start > 0.0 else 1.0), color=GREY, lw=0.8, ls="--")
+        _window(axes, _shares(computed, result, name), _shares(computed, result, first))
+        axes.set_xlabel(_label(result, name))
+        axes.grid(alpha=0.3)
+    figure.axes[0].set_ylabel(_label(result, first))
+    figure.axes[0].legend(fontsize=8, frameon=False)
+    return figure
+
+
+def _window(axes: Axes, across: np.ndarray, up: np.ndarray) -> None:
+    """The part about the start; few far points may fall outside."""
+    for values, limits in ((across, axes.set_xlim), (up, axes.set_ylim)):
+        near = values[values < _VIEW * max(1.0, float(np.median(values)))]
+        low, high = float(near.min()), float(near.max())
+        gap = 0.06 * max(high - low, 1e-3)
+        limits(low - gap, high + gap)
+
+
+def parallel_figure(result: Optimisation) -> Figure:
+    """A line for each point of the front over variables and figures."""
+    variables, names = result.problem.variables, result.problem.figures
+    front = list(result.front) or [result.start]
+    columns = [np.array([v.place(point.variables[v.name]) for point in front]) for v in variables]
+    shares = [_shares(front, result, name) for name in names]
+    own = [v.place(result.problem.start_values[v.name]) for v in variables]
+    ranges = [(min(float(s.min()), 1.0), max(float(s.max()), 1.0)) for s in shares]
+    figure = Figure(figsize=(2.0 + 1.1 * (len(variables) + len(names)), 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    scaled = [
+        (s - low) / (high - low) if high > low else 0.0 * s + 0.5 for s, (low, high) in zip(shares, ranges, strict=True)
+    ]
+    lines = np.array([*columns, *scaled])
+    start = [*own, *((1.0 - low) / (high - low) if high > low else 0.5 for low, high in ranges)]
+    order = np.argsort(np.argsort(shares[0]))
+    for k in range(len(front)):
+        strength = 1.0 - 0.8 * order[k] / max(len(front) - 1, 1)
+        axes.plot(lines[:, k], color=BLUE, alpha=float(strength), lw=1.2)
+    axes.plot(start, color="k", lw=1.6, ls="--", marker="s", ms=4, label="start")
+    heads = [f"{v.quantity.label}\n{v.quantity.span(v.low, v.high)}" for v in variables]
+    heads += [
+        f"{quantities()[name].label}\n{100.0 * low:.0f} to {100.0 * high:.0f} %"
+        for name, (low, high) in zip(names, ranges, strict=True)
+    ]
+    axes.set_xticks(range(len(heads)), heads, rotation=60, ha="right", fontsize=8)
+    axes.set_yticks([0.0, 1.0], ["low", "high"])
+    axes.set_xlabel("variables between their bounds, figures in shares of the start [-]")
+    axes.grid(axis="x", alpha=0.4)
+    axes.legend(fontsize=8, frameon=False, loc="upper right")
+    return figure
+
+
+def progress_figure(result: Optimisation) -> Figure:
+    """Least value of the first objective so far, over the evaluations."""
+    name = result.problem.objectives[0]
+    figure = Figure(figsize=(6.4, 3.4), layout="constrained")
+    axes = figure.add_subplot()
+    kept = np.array([p.figures[name] if p.feasible(result.allowed) else np.inf for p in result.evaluations])
+    least = np.minimum.accumulate(kept)
+    scale = result.start.figures[name]
+    known = np.isfinite(least)
+    axes.step(np.flatnonzero(known), least[known] / scale, where="post", color=BLUE, lw=1.5)
+    within = np.isfinite(kept)
+    axes.scatter(np.flatnonzero(within), kept[within] / scale, color=GREY, s=10)
+    axes.set(xlabel="evaluations [-]", ylabel=_label(result, name))
+    axes.grid(alpha=0.3)
+    return figure

@@ -1,0 +1,364 @@
+"""What is optimised: variables of the ease-off, figures that are minimised or limited, states they are taken over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import product
+from operator import mul
+from typing import Any, Literal
+
+from efficiency.design.design import Misalignment
+from efficiency.loss.duty import DutyRow
+from efficiency.synthesis.inputs import FlankTarget, MemberTargets, SettingsInput
+from ehl.io.errors import InputError
+from ehl.io.units import ValueRange
+from ehl.io.validation import value_range_of
+from ehl.quantities import Quantity, quantities
+
+Flanks = Literal["drive", "coast", "both"]
+Over = Literal["mean", "worst"]
+Bounds = tuple[float, float]
+
+_AMOUNT = value_range_of(FlankTarget, "crowning_toe")
+_RELIEF = ValueRange("m", gt=0.0, le=1e-3)
+# each variable, the keys of a flank target it sets, and what it may be
+_TARGETS: dict[str, tuple[tuple[str, ...], ValueRange]] = {
+    "lengthwise_crowning": (("crowning_toe", "crowning_heel"), _AMOUNT),
+    "profile_crowning": (("relief_root", "relief_tip"), _AMOUNT),
+    **{
+        name: ((name,), value_range_of(FlankTarget, name))
+        for name in (
+            *("crowning_toe", "crowning_heel", "relief_root", "relief_tip"),
+            *("bias", "twist", "contact_face", "contact_depth"),
+        )
+    },
+}
+# edges of both members whose relief a variable sets
+_EDGES = {"tip_relief": ("tip",), "end_relief": ("toe", "heel")}
+VARIABLES: dict[str, ValueRange] = {
+    **{name: allowed for name, (_, allowed) in _TARGETS.items()},
+    **dict.fromkeys(_EDGES, _RELIEF),
+}
+_DEFAULT = ("lengthwise_crowning", "profile_crowning", "bias", "twist", "contact_face", "contact_depth")
+
+# default bounds: amounts in shares of the start's but at least of the floor, slopes and places about the start (ours)
+_SHARES, _FLOOR, _RELIEF_SHARES = (0.25, 3.5), {"lengthwise_crowning": 20e-6, "profile_crowning": 6e-6}, (0.25, 3.0)
+_BIAS, _PLACE, _MAX_PLACE = 0.8, 0.35, 0.6
+
+BOX = {"E": 5e-5, "P": 5e-5}
+"""Half widths of the default misalignment box [m]: bearings and housings of an axle (ours)."""
+_SHIFTS = {name: value_range_of(Misalignment, name) for name in Misalignment.model_fields}
+
+FIGURES = (
+    "power_loss",
+    "pressure_max",
+    "transmission_error_loaded",
+    "edge_load_share",
+    "root_stress_pinion",
+    "root_stress_gear",
+    "temperature_flash",
+)
+"""What can be an objective or a limit; all are better the smaller they are."""
+OBJECTIVES = ("power_loss", "pressure_max", "transmission_error_loaded")
+LIMITS = ("pressure_max", "transmission_error_loaded", "edge_load_share", "root_stress_pinion", "root_stress_gear")
+EDGE_FREE = 1e-3
+"""Share of the torque at edges that counts as none: where the strength begins to note it."""
+
+START = "start"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the ease-off with its bounds.
+
+    Attributes
+    ----------
+    name : str
+        One of `VARIABLES`.
+    low, high : float
+        Bounds, SI.
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def quantity(self) -> Quantity:
+        """What it is."""
+        return variable_quantity(self.name)
+
+    def at(self, place: float) -> float:
+        """Value at a place from 0 to 1 between the bounds; rounded to what a design file holds."""
+        return round(self.low + place * (self.high - self.low), 10)
+
+    def place(self, value: float) -> float:
+        """The place of a value, the nearest one inside the bounds."""
+        return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
+
+
+def variable_quantity(name: str) -> Quantity:
+    """Label and unit of a variable."""
+    known = quantities()
+    return known.get(f"optimise.{name}") or known[name]
+
+
+def variables_of(
+    start: SettingsInput, given: Mapping[str, Any] | Sequence[str] | None, flanks: Flanks
+) -> list[Variable]:
+    """Variables with their bounds.
+
+    Parameters
+    ----------
+    start : SettingsInput
+        Targets the search starts from.
+    given : mapping or sequence, optional
+        Names, or names with their bounds: two values, a text ``"from:to unit"``, or None for the default ones.
+    flanks : {"drive", "coast", "both"}
+        Whose ease-off they are.
+
+    Raises
+    ------
+    InputError
+        An unknown variable, bounds out of range or out of order, or one that sets the same as another.
+    """
+    names = dict.fromkeys(given) | dict(given if isinstance(given, Mapping) else {}) if given else _default_names(start)
+    found: list[Variable] = []
+    taken: dict[str, str] = {}
+    for name, bounds in names.items():
+        if name not in VARIABLES:
+            raise InputError("variable", name, "one of " + ", ".join(VARIABLES))
+        for key in _TARGETS[name][0] if name in _TARGETS else _EDGES[name]:
+            if key in taken:
+                raise InputError("variable", name, f"not beside {taken[key]}, which sets {key} too")
+            taken[key] = name
+        low, high = _default_bounds(start, name, flanks) if bounds is None else _given_bounds(name, bounds)
+        found.append(Variable(name, low, high))
+    if not found:
+        raise InputError("variables", 0, "at least one of " + ", ".join(VARIABLES))
+    return found
+
+
+def _default_names(start: SettingsInput) -> dict[str, None]:
+    names = dict.fromkeys(_DEFAULT)
+    for name in _EDGES:
+        if _reliefs(start, name):
+            names[name] = None
+    return names
+
+
+def _given_bounds(name: str, bounds: Any) -> Bounds:
+    allowed = VARIABLES[name]
+    if isinstance(bounds, str):
+        first, colon, last = bounds.partition(":")
+        number, _, unit = last.strip().partition(" ")
+        example = variable_quantity(name)
+        if not colon or ":" in last:
+            text = example.span(1e-5, 8e-5).replace(" to ", ":") if example.unit == "m" else "-0.3:0.3"
+            raise InputError(name, bounds, f"'from:to unit' such as '{text}'")
+        ends = [
+            f"{part.strip()} {unit}".strip() if unit and " " not in part.strip() else part.strip()
+            for part in (first, number)
+        ]
+        low, high = (allowed.check(end, name, bare=False) for end in ends)
+    else:
+        pair = tuple(bounds)
+        if len(pair) != 2:
+            raise InputError(name, bounds, "two values, the lower and the upper bound")
+        low, high = (allowed.check(end, name, bare=not isinstance(end, str)) for end in pair)
+    if not low < high:
+        raise InputError(name, bounds if isinstance(bounds, str) else list(bounds), "a lower bound below the upper one")
+    return low, high
+
+
+def _default_bounds(start: SettingsInput, name: str, flanks: Flanks) -> Bounds:
+    own = start_value(start, name, flanks)
+    allowed = VARIABLES[name]
+    most = 1.0 if allowed.le is None else allowed.le
+    if name in _EDGES:
+        if not own:
+            raise InputError(
+                name,
+                None,
+                "its bounds, or relief in the targets to start from",
+                f"State [pinion.edge_relief] and [gear.edge_relief] with {' and '.join(_EDGES[name])}.",
+            )
+        return _RELIEF_SHARES[0] * own, min(_RELIEF_SHARES[1] * own, most)
+    if name in ("contact_face", "contact_depth"):
+        return max(own - _PLACE, -_MAX_PLACE), min(own + _PLACE, _MAX_PLACE)
+    if name == "bias":
+        return own - _BIAS, own + _BIAS
+    if name == "twist":
+        reach = max(start_value(start, "lengthwise_crowning", flanks), _FLOOR["lengthwise_crowning"])
+        return max(own - reach, -most), min(own + reach, most)
+    across = name in ("profile_crowning", "relief_root", "relief_tip")
+    base = max(own, _FLOOR["profile_crowning" if across else "lengthwise_crowning"])
+    return _SHARES[0] * base, min(_SHARES[1] * base, most)
+
+
+def _sides(flanks: Flanks) -> tuple[str, ...]:
+    return ("drive", "coast") if flanks == "both" else (flanks,)
+
+
+def _reliefs(start: SettingsInput, name: str) -> list[float]:
+    amounts = []
+    for member in (start.pinion, start.gear):
+        for edge in _EDGES[name]:
+            relief = getattr(member.edge_relief, edge)
+            if relief is not None:
+                amounts.append(float(relief.amount))
+    return amounts
+
+
+def start_value(start: SettingsInput, name: str, flanks: Flanks) -> float:
+    """Value of a variable at the start: the mean of what it sets."""
+    if name in _EDGES:
+        values = _reliefs(start, name)
+    else:
+        values = [
+            float(getattr(getattr(start.targets, side), key)) for side in _sides(flanks) for key in _TARGETS[name][0]
+        ]
+    return round(math.fsum(values) / len(values), 12) if values else 0.0
+
+
+def with_values(start: SettingsInput, values: Mapping[str, float], flanks: Flanks, name: str = "") -> SettingsInput:
+    """The targets with variables at these values."""
+    targets, members = start.targets, {"pinion": start.pinion, "gear": start.gear}
+    own = {key: value for n, value in values.items() if n in _TARGETS for key in _TARGETS[n][0]}
+    changed: dict[str, Any] = (
+        {side: getattr(targets, side).model_copy(update={**own, "transmission_error": None}) for side in _sides(flanks)}
+        if own
+        else {}
+    )
+    for variable, edges in _EDGES.items():
+        if variable in values:
+            for which, member in members.items():
+                members[which] = _relieved(member, edges, values[variable])
+    update = {"targets": targets.model_copy(update=changed), **members}
+    return start.model_copy(update=update | ({"name": name} if name else {}))
+
+
+def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float) -> MemberTargets:
+    relief = member.edge_relief
+    parts = {
+        edge: getattr(relief, edge).model_copy(update={"amount": amount})
+        for edge in edges
+        if getattr(relief, edge) is not None
+    }
+    return member.model_copy(update={"edge_relief": relief.model_copy(update=parts)})
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything a search depends on besides the seed.
+
+    Attributes
+    ----------
+    start : SettingsInput
+        Targets the search starts from.
+    variables : tuple of Variable
+    flanks : {"drive", "coast", "both"}
+        Whose ease-off the variables are.
+    objectives : tuple of str
+        Of `FIGURES`, the first one the most important.
+    limits : dict
+        Figures that are not to become greater than a value, or than `START`.
+    duty : tuple of DutyRow
+        Operating points.
+    states : tuple of dict
+        Misalignments added to none, the aligned pair first.
+    over : {"mean", "worst"}
+        Whether the loss is the mean over the states or the worst; all else is the worst.
+    friction, oil : str
+        Friction model and oil card.
+    """
+
+    start: SettingsInput
+    variables: tuple[Variable, ...]
+    flanks: Flanks
+    objectives: tuple[str, ...]
+    limits: dict[str, float | str]
+    duty: tuple[DutyRow, ...]
+    states: tuple[dict[str, float], ...]
+    over: Over
+    friction: str
+    oil: str
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Objectives and limits, each once."""
+        return tuple(dict.fromkeys((*self.objectives, *self.limits)))
+
+    @property
+    def start_values(self) -> dict[str, float]:
+        """Variables at the start."""
+        return {v.name: start_value(self.start, v.name, self.flanks) for v in self.variables}
+
+
+def checked_objectives(given: Sequence[str] | None) -> tuple[str, ...]:
+    """Objectives by their names; `InputError` for an unknown one."""
+    names = tuple(dict.fromkeys(given or OBJECTIVES))
+    for name in names:
+        if name not in FIGURES:
+            raise InputError("objective", name, "one of " + ", ".join(FIGURES))
+    return names
+
+
+def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
+    """Limits by their names: a value, or `START` for not more than today; `InputError` for anything else."""
+    found: dict[str, float | str] = {}
+    for name, value in (dict.fromkeys(LIMITS, START) if given is None else given).items():
+        if name not in FIGURES:
+            raise InputError("limit", name, "one of " + ", ".join(FIGURES))
+        if value in (START, "", None):
+            found[name] = START
+            continue
+        unit = quantities()[name].unit
+        example = "Not more than today: the name alone, or 'start'."
+        bounds = ValueRange(unit, ge=0.0, hint=example)
+        found[name] = bounds.check(value, f"limit {name}", bare=not isinstance(value, str))
+    return found
+
+
+def box_states(box: Mapping[str, Any] | None) -> tuple[dict[str, float], ...]:
+    """The aligned pair and corners of a misalignment box.
+
+    All corners of one and two misalignments; of three and four the half in which the product of their signs is one
+    (a fractional design of two levels: no two main effects share their sums).
+
+    Parameters
+    ----------
+    box : mapping, optional
+        Half widths of E, P, G [m] and alpha [rad]; zero leaves one out. By default `BOX`.
+
+    Raises
+    ------
+    InputError
+        An unknown misalignment, or a half width out of range.
+    """
+    widths: dict[str, float] = {}
+    for name, value in (BOX if box is None else box).items():
+        if name not in _SHIFTS:
+            raise InputError("misalignment", name, "one of " + ", ".join(_SHIFTS))
+        width = _SHIFTS[name].check(value, name, bare=not isinstance(value, str))
+        if width < 0.0:
+            raise InputError(name, value, "a half width, zero or above", "The box goes to both sides.")
+        if width > 0.0:
+            widths[name] = width
+    aligned = dict.fromkeys(widths, 0.0)
+    corners = (
+        [signs for signs in product((-1.0, 1.0), repeat=len(widths)) if len(signs) < 3 or reduce(mul, signs) > 0.0]
+        if widths
+        else []
+    )
+    return (aligned, *(dict(zip(widths, map(mul, signs, widths.values()), strict=True)) for signs in corners))
+
+
+def state_text(state: Mapping[str, float]) -> str:
+    """A misalignment in words."""
+    known = quantities()
+    moved = [f"{name} {known[f'misalignment.{name}'].text(value)}" for name, value in state.items() if value]
+    return ", ".join(moved) or "aligned"

@@ -1,0 +1,343 @@
+"""A search as tables, design files and one HTML page for print."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.optimisation.evaluation import duty_results
+from efficiency.optimisation.optimise import CHECK_GRID, state_of
+from efficiency.optimisation.plots import optimisation_figures
+from efficiency.optimisation.problem import EDGE_FREE, START, state_text
+from efficiency.output.flank_map import FlankMap
+from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure
+from efficiency.output.plots_load import plot_transmission_error
+from efficiency.pair import GearPair
+from ehl import __version__
+from ehl.io.files import write_file
+from ehl.quantities import quantities
+from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
+from ehl.view.plots import save_figures
+from ehl.view.table import Column, Table, write_csv, write_xlsx
+
+if TYPE_CHECKING:
+    from efficiency.optimisation.evaluation import Evaluation
+    from efficiency.optimisation.optimise import Candidate, Optimisation
+
+_POINTS_SHOWN = 8
+
+
+def _variable(name: str) -> Column:
+    return Column(name, of=f"optimise.{name}")
+
+
+def change_text(share: float) -> str:
+    """A change with its sign, in percent."""
+    return f"{100.0 * share:+.1f} %" if math.isfinite(share) else "–"
+
+
+def evaluations_table(result: Optimisation) -> Table:
+    """Every evaluation of the search, in its order."""
+    variables = [v.name for v in result.problem.variables]
+    names, front = result.problem.figures, {point.key for point in result.front}
+    rows = [
+        (
+            number,
+            *(point.variables[name] for name in variables),
+            *(point.figures.get(name, math.nan) for name in names),
+            state_of(point, result.allowed),
+            point.key in front,
+            point.reason or limit_text(point, result.allowed),
+            point.seconds,
+        )
+        for number, point in enumerate(result.evaluations)
+    ]
+    columns: tuple[Column | str, ...] = (
+        "number",
+        *map(_variable, variables),
+        *names,
+        "status",
+        "front",
+        "reason",
+        "seconds",
+    )
+    return Table(columns, rows, name="evaluations")
+
+
+def limit_text(point: Evaluation, allowed: dict[str, float]) -> str:
+    """Limits a point exceeds, and by how much."""
+    above = [f"{quantities()[name].label} {change_text(share)}" for name, share in point.excess(allowed).items()]
+    return ", ".join(above)
+
+
+def front_table(result: Optimisation) -> Table:
+    """The Pareto front of the search, least of the first objective first."""
+    variables = [v.name for v in result.problem.variables]
+    names = result.problem.figures
+    checked = {candidate.point.key: candidate.name for candidate in result.candidates}
+    start = result.start.figures
+    rows = [
+        (
+            checked.get(point.key, ""),
+            point.figures["power_loss"] / start["power_loss"] - 1.0 if "power_loss" in start else math.nan,
+            *(point.figures[name] for name in names),
+            *(point.variables[name] for name in variables),
+        )
+        for point in result.front
+    ]
+    columns: tuple[Column | str, ...] = (
+        Column("design", label="checked as"),
+        "loss_change",
+        *names,
+        *map(_variable, variables),
+    )
+    return Table(
+        columns,
+        rows,
+        title="Pareto front of the search, on its coarse mesh: within the limits nothing beats one of these in all.",
+        name="pareto",
+    )
+
+
+def candidates_table(result: Optimisation) -> Table:
+    """Start and checked points on the full mesh in all states: a column for each."""
+    names, variables = result.problem.figures, [v.name for v in result.problem.variables]
+    rows: list[tuple[object, ...]] = []
+    if result.candidates:
+        first = result.candidates[0]
+        own = result.problem.start_values
+        rows.append(
+            (
+                f"{result.name} (start)",
+                0.0,
+                *(math.nan,) * 4,
+                *(first.start.figures[name] for name in names),
+                *(own[name] for name in variables),
+                "",
+            )
+        )
+    for c in result.candidates:
+        rows.append(
+            (
+                c.name,
+                c.change("power_loss"),
+                *c.gain_interval,
+                *c.solved_gain,
+                *(c.exact.figures.get(name, math.nan) for name in names),
+                *(c.point.variables[name] for name in variables),
+                c.verdict,
+            )
+        )
+    heads = ("loss_change", "gain_lower", "gain_upper", "solved_gain", "solved_gain_error")
+    columns = [
+        Column("design"),
+        *map(Column, heads),
+        *map(Column, names),
+        *map(_variable, variables),
+        Column("verdict"),
+    ]
+    kept = [k for k, c in enumerate(columns) if not c.name.startswith("solved") or any(_known(r[k]) for r in rows)]
+    return Table(
+        [columns[k] for k in kept],
+        [tuple(row[k] for k in kept) for row in rows],
+        title=headline(result),
+        notes=(*(f"note     {note}" for note in result.notes), timing(result)),
+        name="candidates",
+        vertical=True,
+    )
+
+
+def _known(value: object) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
+
+
+def headline(result: Optimisation) -> str:
+    """The answer in one sentence."""
+    best = result.best
+    if best is None:
+        return f"{result.name}: {result.reason}."
+    low, high = best.gain_interval
+    interval = f" (90 % interval {100.0 * low:.1f} to {100.0 * high:.1f} %)" if math.isfinite(low) else ""
+    first = quantities()[result.problem.objectives[0]].label
+    if result.problem.objectives[0] == "power_loss":
+        return f"{result.name}: {100.0 * best.gain:.1f} % less loss{interval} within all limits, as {best.name}."
+    change = change_text(best.change(result.problem.objectives[0]))
+    return f"{result.name}: {first} {change}, loss {change_text(best.change('power_loss'))}{interval}, as {best.name}."
+
+
+def timing(result: Optimisation) -> str:
+    """How many evaluations in what time."""
+    again = f", {result.reused} computed before" if result.reused else ""
+    workers = "process" if result.jobs == 1 else "processes"
+    count = len(result.evaluations)
+    return f"{result.status}: {count} evaluations{again}, {result.seconds:.0f} s with {result.jobs} {workers}"
+
+
+def write_optimisation(result: Optimisation, folder: Path) -> list[Path]:
+    """Page, tables, figures, and design file and machine summary of each checked point.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    tables = [front_table(result), candidates_table(result), evaluations_table(result)]
+    written = write_csv(folder, tables)
+    written.append(write_xlsx(folder / "optimise.xlsx", tables, headline(result)))
+    pairs: dict[str, GearPair] = {}
+    for candidate in result.candidates:
+        made = result.settings(candidate)
+        path = folder / f"{candidate.name}.toml"
+        write_file(path, design_head(result, candidate) + made.text, "output", folder=True)
+        pairs[candidate.name] = GearPair(path)
+        pairs[candidate.name].export(folder / candidate.name, ("summary",))
+        written.append(path)
+    figures = list(optimisation_figures(result))
+    save_figures(figures, folder)
+    page = write_report(
+        folder / "optimise.html",
+        f"Ease-off for less loss: {result.name}",
+        f"{duty_text(result)}; {result.problem.oil}, friction {result.problem.friction}",
+        [
+            _answer(result),
+            Section("1. Checked designs", [candidates_table(result)]),
+            Section("2. The trade", [Picture(figure, caption) for _, figure, caption in figures]),
+            *_before_after(result, pairs),
+            Section(f"{4 if result.best else 3}. The search", _search(result)),
+        ],
+        f"mixed-ehl {__version__}, Python {platform.python_version()}. {timing(result).capitalize()}. Churning, "
+        "windage and bearing losses are not part of any figure here.",
+    )
+    return [page, *written]
+
+
+def duty_text(result: Optimisation) -> str:
+    """The duty in words."""
+    rows, known = result.problem.duty, quantities()
+    if len(rows) == 1:
+        at = (("torque", rows[0].torque), ("speed", rows[0].speed), ("temperature_oil", rows[0].temperature_oil))
+        return ", ".join(known[name].text(value) for name, value in at)
+    return f"duty cycle of {len(rows)} operating points, {sum(row.hours for row in rows):.4g} h"
+
+
+def design_head(result: Optimisation, candidate: Candidate) -> str:
+    """Comment over a design file: where its ease-off comes from and what it does."""
+    changes = ", ".join(
+        f"{quantities()[name].label} {change_text(candidate.change(name))}" for name in result.problem.figures
+    )
+    values = ", ".join(f"{name} {candidate.point.variables[name]:.10g}" for name in candidate.point.variables)
+    lines = [
+        f"Ease-off found by `mixed-ehl optimise` from {result.name}, {duty_text(result)}, over",
+        f"{len(result.problem.states)} states of misalignment: {changes} against the start.",
+        f"Targets of the {result.problem.flanks} flanks in SI units: {values}.",
+    ]
+    return "".join(f"# {line}\n" for line in lines)
+
+
+def _answer(result: Optimisation) -> Section:
+    best = result.best
+    blocks: list[Block] = []
+    if best is None:
+        blocks.append(Text(f"{headline(result)} The start is as good as this search finds within its limits."))
+        return Section("", blocks)
+    known = quantities()
+    tiles = [(change_text(best.change(name)), known[name].label) for name in result.problem.figures]
+    blocks += [KeyFigures(tiles), Text(headline(result))]
+    low, high = best.gain_interval
+    if math.isfinite(low):
+        ends = best.exact.losses["interval"]
+        loss = best.exact.losses["aligned"][0]
+        certain = (
+            "The whole interval is a gain: it does not hang on what is unknown of the friction."
+            if low > 0.0
+            else "The interval reaches zero: the gain is smaller than what is not known of the friction."
+        )
+        blocks.append(
+            Text(
+                f"{certain} The loss itself is known to {change_text(ends[0] / loss - 1.0)} and "
+                f"{change_text(ends[1] / loss - 1.0)} (90 %, by oil, surfaces and formula); before and after are wrong "
+                f"in the same way, which leaves {100.0 * low:.1f} to {100.0 * high:.1f} % of gain for the aligned pair."
+            )
+        )
+    uncertain = [c.name for c in result.candidates if c.holds and c.gain > 0.0 and c.gain_interval[0] <= 0.0]
+    if uncertain:
+        blocks.append(Text(f"Gains smaller than the uncertainty of friction: {', '.join(uncertain)}."))
+    gain, error = best.solved_gain
+    if math.isfinite(gain):
+        blocks.append(
+            Text(
+                f"With solved contacts the aligned pair loses {100.0 * gain:.1f} % less, error of the solution "
+                f"{100.0 * error:.1f} %; the formula promises {100.0 * aligned_gain(best):.1f} %."
+            )
+        )
+    costs = [(known[name].label, best.change(name)) for name in result.problem.figures if best.change(name) > 0.005]
+    price = ", ".join(f"{label} {change_text(change)}" for label, change in costs)
+    blocks.append(
+        Text(f"What it costs: {price}." if price else "No figure of objectives and limits is worse than before.")
+    )
+    return Section("", blocks)
+
+
+def aligned_gain(candidate: Candidate) -> float:
+    """Gain of the aligned pair by the formula [-]."""
+    return 1.0 - candidate.exact.losses["aligned"][0] / candidate.start.losses["aligned"][0]
+
+
+def _before_after(result: Optimisation, pairs: dict[str, GearPair]) -> list[Section]:
+    """Pattern, pressure, loss and transmission error of start and best, aligned, at the first operating point."""
+    best = result.best
+    if best is None:
+        return []
+    from efficiency.optimisation.evaluation import settings_of
+
+    before = GearPair(settings_of(result.problem, {}).design)
+    both = before, pairs[best.name]
+    results: list[EfficiencyResult] = [duty_results(pair, result.problem, {}, CHECK_GRID)[0] for pair in both]
+    maps = [FlankMap.of(pair.design.flanks(), found) for pair, found in zip(both, results, strict=True)]
+    names = (f"Start: {result.name}", f"After: {best.name}")
+    blocks: list[Block] = [
+        Pictures([Picture(contact_figure(m), f"{n}, pattern under load.") for m, n in zip(maps, names, strict=True)]),
+        *(
+            Pictures([Picture(field_figure(m, what), f"{n}, {what.title}.") for m, n in zip(maps, names, strict=True)])
+            for what in (PRESSURE, LOSS)
+        ),
+        Pictures(
+            [
+                Picture(plot_transmission_error(found), f"{n}, transmission error.")
+                for found, n in zip(results, names, strict=True)
+            ]
+        ),
+    ]
+    return [Section("3. Before and after, aligned, at the first operating point", blocks)]
+
+
+def _search(result: Optimisation) -> list[Block]:
+    problem, known = result.problem, quantities()
+    spans = ", ".join(f"{v.quantity.label} {v.quantity.span(v.low, v.high)}" for v in problem.variables)
+    allowed = ", ".join(
+        f"{known[name].label} {known[name].text(value)}{' (start)' if problem.limits[name] == START else ''}"
+        for name, value in result.allowed.items()
+    )
+    states = "; ".join(state_text(state) for state in problem.states)
+    loss = "the mean" if problem.over == "mean" else "the worst"
+    counts = Counter(state_of(point, result.allowed) for point in result.evaluations)
+    reasons = Counter(p.reason.partition(":")[0] for p in result.evaluations if p.reason)
+    rows = [(reason, count) for reason, count in reasons.most_common(_POINTS_SHOWN)]
+    blocks: list[Block] = [
+        Text(f"Variables ({problem.flanks} flanks): {spans}."),
+        Text(f"Limits: {allowed or 'none'}. Edge load below {100.0 * EDGE_FREE:g} % of the torque counts as none."),
+        Text(f"States of misalignment: {states}. The loss is {loss} over them, all else the worst."),
+        Text(
+            f"{len(result.evaluations)} evaluations with seed {result.seed}: {counts['feasible']} within the limits, "
+            f"{counts['limit']} beyond one, {counts['failed']} that cannot be made or computed. All are in "
+            "evaluations.csv, and in points.jsonl with the problem in problem.json; the same command goes on."
+        ),
+    ]
+    if rows:
+        blocks.append(Table(("why a point cannot be made", "points"), rows))
+    blocks += [front_table(result), *(Text(note) for note in result.notes)]
+    return blocks

@@ -1,0 +1,293 @@
+"""Where to evaluate next: a Gaussian process of each figure, and the expected improvement of weighted objectives.
+
+Each figure has its own process (scikit-learn, Matern 5/2, a length scale for each variable). A point of a batch looks
+for the greatest expected improvement of an augmented Chebyshev sum
+
+    g = max_j w_j f_j + 0.05 sum_j w_j f_j
+
+of the objectives f_j, scaled to 0 and 1 at the ends of the front (Knowles 2006, ParEGO), over a set of normal draws
+that also have to keep the limits; its weights differ from point to point, so that a batch goes after the whole front.
+What a point of the batch is expected to give counts for the next ones. Points that could not be made count as
+neighbours without result.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm, qmc
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_AUGMENTED = 0.05
+_DRAWS = 64
+_FIRST_WIDTHS = 0.6, 0.25
+# candidates: anywhere, and about points of the front
+_ANYWHERE, _NEAR, _ROUNDS = 512, 512, 3
+_STEPS = (0.2, 0.06, 0.02)
+# cases that the overall share of successes counts as, against that of the neighbours (as in a sweep)
+_PRIOR = 0.3
+_NOISE, _SCALES = (1e-8, 1e-1), (0.05, 20.0)
+_MAX_ITERATIONS = 25
+
+
+@dataclass
+class Processes:
+    """Gaussian processes of all figures over the unit cube, and the share of points without result.
+
+    Parameters
+    ----------
+    dimension, outputs : int
+        Variables and figures.
+    """
+
+    dimension: int
+    outputs: int
+    _thetas: list[FloatArray] = field(default_factory=list)
+    _models: list[object] = field(default_factory=list)
+    _inputs: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    _failed: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def fit(self, inputs: FloatArray, values: FloatArray, failed: FloatArray, *, scales: bool) -> None:
+        """Take all points known.
+
+        Parameters
+        ----------
+        inputs : (n, d) array
+            Points of the unit cube with a result.
+        values : (n, m) array
+            Their figures, transformed.
+        failed : (k, d) array
+            Points without a result.
+        scales : bool
+            Whether length scales and noise are found anew, from the last ones; else they are kept.
+        """
+        from sklearn.exceptions import ConvergenceWarning
+        from sklearn.gaussian_process import GaussianProcessRegressor
+        from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
+        self._inputs, self._failed, models = inputs, failed, []
+        for k in range(self.outputs):
+            kernel = ConstantKernel(1.0, (1e-2, 1e3)) * Matern(np.ones(self.dimension), _SCALES, nu=2.5)
+            kernel = kernel + WhiteKernel(1e-4, _NOISE)
+            if self._thetas:
+                kernel = kernel.clone_with_theta(self._thetas[k])
+            model = GaussianProcessRegressor(kernel, optimizer=_few_steps if scales else None, normalize_y=True)
+            with warnings.catch_warnings():
+                # a length scale at its bound: the variable has no effect on the figure
+                warnings.simplefilter("ignore", ConvergenceWarning)
+                model.fit(inputs, values[:, k])
+            models.append(model)
+        self._models = list(models)
+        self._thetas = [np.array(model.kernel_.theta) for model in models]
+
+    def predict(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Means and standard deviations of all figures at points, (n, m) each."""
+        found = [model.predict(points, return_std=True) for model in self._models]  # type: ignore[attr-defined]
+        return np.stack([mean for mean, _ in found], axis=1), np.stack([sd for _, sd in found], axis=1)
+
+    def success(self, points: FloatArray) -> FloatArray:
+        """Probability of a result: its share among the neighbours, drawn to that of all."""
+        if not len(self._failed):
+            return np.ones(len(points))
+        width = (len(self._inputs) + len(self._failed)) ** (-1.0 / self.dimension)
+
+        def weight(known: FloatArray) -> FloatArray:
+            squared = ((points[:, None] - known[None]) ** 2).sum(axis=2) / width**2
+            return np.asarray(np.exp(-0.5 * squared).sum(axis=1))
+
+        good, bad = weight(self._inputs), weight(self._failed)
+        rate = len(self._inputs) / (len(self._inputs) + len(self._failed))
+        return np.asarray((_PRIOR * rate + good) / (_PRIOR + good + bad))
+
+
+def _few_steps(objective: Any, start: FloatArray, bounds: Any) -> tuple[FloatArray, float]:
+    from scipy.optimize import minimize
+
+    found = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": _MAX_ITERATIONS})
+    return np.asarray(found.x), float(found.fun)
+
+
+def first_points(dimension: int, count: int, seed: int, start: FloatArray) -> FloatArray:
+    """Points to begin with, about the start: half of them within 0.6 of the bounds, half within 0.25 (scrambled Sobol).
+
+    Limits of the start are kept near it if anywhere; farther away the processes lead.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a count that is no power of two
+        points = qmc.Sobol(dimension, seed=seed).random(count)
+    width = np.where(np.arange(count) % 2 == 0, *_FIRST_WIDTHS)[:, None]
+    return np.asarray(np.clip(start + width * (points - 0.5), 0.0, 1.0))
+
+
+def weights_of(objectives: int, number: int, seed: int) -> FloatArray:
+    """Weights of the point of that number: the first objective, which is what is asked for, every other time.
+
+    Between them the corners of the others and weights drawn from the simplex take turns.
+    """
+    if number % 2 == 0 or objectives == 1:
+        return np.asarray(np.eye(objectives)[0])
+    turn = (number // 2) % (2 * (objectives - 1))
+    if turn % 2 == 0:
+        return np.asarray(np.eye(objectives)[1 + turn // 2])
+    drawn = np.random.default_rng([seed, number]).exponential(size=objectives)
+    return np.asarray(drawn / drawn.sum())
+
+
+def next_points(
+    known: FloatArray,
+    values: FloatArray,
+    failed: FloatArray,
+    limits: FloatArray,
+    objectives: int,
+    processes: Processes,
+    *,
+    count: int,
+    number: int,
+    seed: int,
+    scales: bool,
+) -> FloatArray:
+    """The next batch.
+
+    Parameters
+    ----------
+    known : (n, d) array
+        Points of the unit cube with a result.
+    values : (n, m) array
+        Their figures, transformed; the objectives first.
+    failed : (k, d) array
+        Points without a result.
+    limits : (m,) array
+        What each transformed figure may be; infinite where it is not limited.
+    objectives : int
+        How many of the figures are objectives.
+    processes : Processes
+        Of the figures; fitted here.
+    count : int
+        Points of the batch.
+    number : int
+        Evaluations so far: it leads the weights.
+    seed : int
+        Of candidates and weights.
+    scales : bool
+        As in `Processes.fit`.
+
+    Returns
+    -------
+    (count, d) array
+    """
+    points, figures = known, values
+    rng = np.random.default_rng([seed, number])
+    draws = norm.ppf(qmc.Sobol(values.shape[1], seed=seed).random(_DRAWS))
+    taken: list[FloatArray] = []
+    for k in range(count):
+        processes.fit(points, figures, failed, scales=scales and k == 0)
+        weights = weights_of(objectives, number + k, seed)
+        candidate = _best_candidate(
+            points, figures, limits, weights, processes, draws, rng, centres=_centres(points, figures, limits, weights)
+        )
+        mean, _ = processes.predict(candidate[None])
+        points, figures = np.vstack([points, candidate]), np.vstack([figures, mean])
+        taken.append(candidate)
+    return np.array(taken)
+
+
+def _scaled(figures: FloatArray, within: FloatArray, count: int) -> FloatArray:
+    """Objectives from 0 to 1 between the ends of those that keep the limits."""
+    low, high = within[:, :count].min(axis=0), within[:, :count].max(axis=0)
+    return np.asarray((figures[..., :count] - low) / np.maximum(high - low, 1e-3))
+
+
+def _sum(scaled: FloatArray, weights: FloatArray) -> FloatArray:
+    return np.asarray((scaled * weights).max(axis=-1) + _AUGMENTED * (scaled * weights).sum(axis=-1))
+
+
+def _within(figures: FloatArray, limits: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray(np.all(figures <= limits, axis=-1))
+
+
+def _centres(points: FloatArray, figures: FloatArray, limits: FloatArray, weights: FloatArray) -> FloatArray:
+    """The points to look about: the best ones by these weights, or the nearest to the limits."""
+    kept = _within(figures, limits)
+    if kept.any():
+        cost = np.where(kept, _sum(_scaled(figures, figures[kept], weights.size), weights), np.inf)
+    else:
+        cost = np.maximum(figures - limits, 0.0, where=np.isfinite(limits), out=np.zeros_like(figures)).sum(axis=1)
+    return points[np.argsort(cost, kind="stable")[: max(3, min(6, int(kept.sum())))]]
+
+
+def _best_candidate(
+    points: FloatArray,
+    figures: FloatArray,
+    limits: FloatArray,
+    weights: FloatArray,
+    processes: Processes,
+    draws: FloatArray,
+    rng: np.random.Generator,
+    centres: FloatArray,
+) -> FloatArray:
+    dimension = points.shape[1]
+    best: FloatArray | None = None
+    top = -np.inf
+    for turn in range(_ROUNDS):
+        step = _STEPS[turn]
+        # moves of some variables only: figures follow few of them at a time
+        base = centres[rng.integers(len(centres), size=_NEAR)]
+        moved = rng.random((_NEAR, dimension)) < max(0.35, 1.0 / dimension)
+        near = np.clip(base + step * moved * rng.standard_normal((_NEAR, dimension)), 0.0, 1.0)
+        candidates = np.vstack([rng.random((_ANYWHERE, dimension)), near]) if turn == 0 else near
+        worth = _improvement(candidates, figures, limits, weights, processes, draws)
+        first = int(np.argmax(worth))
+        if worth[first] > top:
+            top, best = float(worth[first]), candidates[first]
+        assert best is not None
+        centres = np.vstack([best, candidates[np.argsort(-worth, kind="stable")[:4]]])
+    assert best is not None
+    return best
+
+
+def _improvement(
+    candidates: FloatArray,
+    figures: FloatArray,
+    limits: FloatArray,
+    weights: FloatArray,
+    processes: Processes,
+    draws: FloatArray,
+) -> FloatArray:
+    """Expected improvement of the sum, over draws that keep the limits; of the limits where nothing keeps them yet."""
+    mean, sd = processes.predict(candidates)
+    drawn = mean[:, None, :] + sd[:, None, :] * draws
+    kept = _within(figures, limits)
+    bounded = np.isfinite(limits)
+    excess = np.maximum(drawn[..., bounded] - limits[bounded], 0.0).sum(axis=-1)
+    if not kept.any():
+        return np.asarray(-excess.mean(axis=1) + np.log(processes.success(candidates)))
+    count = weights.size
+    best = float(_sum(_scaled(figures[kept], figures[kept], count), weights).min())
+    gain = np.maximum(best - _sum(_scaled(drawn, figures[kept], count), weights), 0.0)
+    expected = np.where(excess <= 0.0, gain, 0.0).mean(axis=1) * processes.success(candidates)
+    # where no draw improves, the mean nearest to it
+    nearest = _sum(_scaled(mean, figures[kept], count), weights) - best
+    return np.asarray(np.where(expected > 0.0, expected, -1e-9 * np.maximum(nearest + excess.mean(axis=1), 1e-6)))
+
+
+def transformed(name: str, values: FloatArray) -> FloatArray:
+    """A figure as a process takes it: the logarithm, of shares the root, temperatures as they are."""
+    if name == "temperature_flash":
+        return np.asarray(values / 100.0)
+    if name == "edge_load_share":
+        return np.asarray(np.sqrt(np.maximum(values, 0.0)))
+    return np.asarray(np.log(np.maximum(values, 1e-12)))
+
+
+def table_of(figures: Sequence[dict[str, float]], names: Sequence[str]) -> FloatArray:
+    """Transformed figures, (n, m)."""
+    rows = [[point[name] for name in names] for point in figures]
+    raw = np.array(rows, dtype=np.float64).reshape(len(rows), len(names))
+    return np.stack([transformed(name, raw[:, k]) for k, name in enumerate(names)], axis=1)

@@ -1,0 +1,288 @@
+"""Search for a better ease-off: front, kill and resume, bounds, figures without data, files, command."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import efficiency
+from efficiency.optimisation import optimise as search
+from efficiency.optimisation import report
+from efficiency.optimisation.evaluation import Evaluation, Task, settings_of
+from efficiency.optimisation.optimise import Candidate, Optimisation, make_problem, optimise
+from efficiency.optimisation.pareto import hypervolume, non_dominated, spread_out
+from efficiency.optimisation.problem import box_states, checked_limits, variables_of, with_values
+from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
+from efficiency.pair import GearPair, Mesh
+from efficiency.synthesis.inputs import SettingsInput, load_targets
+from ehl.io.errors import ConvergenceError, InputError
+
+PAIR = "fh_spiral_bevel_12x37"
+BOUNDS = {"lengthwise_crowning": "30:90 um", "profile_crowning": (8e-6, 24e-6)}
+LIMITS = {"pressure_max": "1.9 GPa", "edge_load_share": "start"}
+RUN: dict[str, Any] = {
+    "objectives": ["power_loss", "pressure_max"],
+    "limits": LIMITS,
+    "misalignment": {},
+    "friction": "constant:0.05",
+    "evaluations": 7,
+    "batch": 2,
+    "check": 1,
+}
+SMALL = (4, 9)
+
+
+@pytest.fixture(scope="module")
+def start() -> SettingsInput:
+    return load_targets(PAIR)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("optimise")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_meshes() -> Any:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(search, "SEARCH_GRID", SMALL)
+        patch.setattr(search, "_FIRST", 2)
+        for module in (search, report):
+            patch.setattr(module, "CHECK_GRID", (6, 11))
+        yield
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path) -> Optimisation:
+    return optimise(PAIR, BOUNDS, store=folder / "points.jsonl", **RUN)
+
+
+def values(result: Optimisation) -> list[str]:
+    return [repr((e.key, e.variables, e.figures, e.reason)) for e in result.evaluations]
+
+
+def test_front_is_within_the_limits_and_nothing_beats_it(found: Optimisation) -> None:
+    assert len(found.evaluations) == 7
+    assert found.start.variables == {"lengthwise_crowning": 40e-6, "profile_crowning": 12e-6}
+    assert found.allowed["pressure_max"] == 1.9e9
+    assert found.allowed["edge_load_share"] == max(found.start.figures["edge_load_share"], 1e-3)
+    names = found.problem.objectives
+    figures = np.array([[e.figures[n] for n in names] for e in found.evaluations if e.feasible(found.allowed)])
+    front = np.array([[e.figures[n] for n in names] for e in found.front])
+    assert 0 < len(front) <= len(figures)
+    for point in front:
+        assert not (np.all(figures <= point, axis=1) & np.any(figures < point, axis=1)).any()
+    assert list(front[:, 0]) == sorted(front[:, 0])
+
+
+def test_a_point_is_what_its_parts_give(found: Optimisation, start: SettingsInput) -> None:
+    point = found.evaluations[1]
+    inputs = with_values(start, point.variables, "drive")
+    assert inputs.targets.drive.crowning_toe == inputs.targets.drive.crowning_heel
+    assert inputs.targets.coast == start.targets.coast
+    pair = GearPair(efficiency.settings(start, transmission=False).design).sharing_bodies(
+        efficiency.settings(inputs, transmission=False).design
+    )
+    result = pair.at("constant:0.05", SMALL, many=True, oil="75w90", driver="pinion")
+    assert point.figures["power_loss"] == pytest.approx(result.power_loss, rel=1e-12)
+    assert point.figures["pressure_max"] == pytest.approx(result.pressure_max, rel=1e-12)
+
+
+def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: Path, tmp_path: Path) -> None:
+    lines = [line for line in (folder / "points.jsonl").read_text("utf-8").splitlines(keepends=True) if line.strip()]
+    cut = tmp_path / "points.jsonl"
+    # the start, six points of the search, two checks: the last point of the search is gone, the one before it cut off
+    assert len(lines) == 9
+    cut.write_text("".join(lines[:5]) + lines[5][:50] + "\n" + "".join(lines[7:]), encoding="utf-8")
+    again = optimise(PAIR, BOUNDS, store=cut, **RUN)
+    assert again.reused == 7
+    assert values(again) == values(found)
+    assert [c.exact.figures for c in again.candidates] == [c.exact.figures for c in found.candidates]
+    # another problem takes nothing from it
+    other = make_problem(start=found.problem.start, **{**_arguments(), "friction": "constant:0.06"})
+    assert Task(other, found.evaluations[1].variables, other.states, SMALL).key not in {
+        json.loads(x)["key"] for x in lines
+    }
+
+
+def _arguments() -> dict[str, Any]:
+    names = ("objectives", "limits", "misalignment", "friction")
+    own = {name: RUN[name] for name in names}
+    return own | {"variables": BOUNDS, "duty": None, "over": "mean", "flanks": "drive", "oil": None}
+
+
+def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
+    def exact(loss: float, low: float, high: float) -> Evaluation:
+        losses = {"aligned": (loss, 0.1), "interval": (low, high), "viscosity": (low, high)}
+        return Evaluation("k", {}, {"power_loss": loss, "pressure_max": 1e9}, losses=losses)
+
+    # one input moves both losses alike, but the second less
+    sure = Candidate("a", found.start, exact(90.0, 81.0, 99.0), exact(100.0, 90.0, 110.0), {})
+    assert sure.gain == pytest.approx(0.1)
+    assert sure.gain_interval == pytest.approx((0.1, 0.1))
+    assert sure.verdict == "gain certain at 90 %"
+    vague = Candidate("a", found.start, exact(97.0, 96.0, 112.0), exact(100.0, 90.0, 110.0), {})
+    assert vague.gain_interval[0] < 0.0 < vague.gain_interval[1]
+    assert "smaller than the uncertainty" in vague.verdict
+    above = Candidate("a", found.start, exact(97.0, 96.0, 112.0), sure.start, {"pressure_max": 0.9e9})
+    assert not above.holds
+    assert above.verdict.startswith("above the limit: pressure_max +11.1 %")
+    assert math.isnan(sure.solved_gain[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"variables": {"crowning": None}}, "lengthwise_crowning"),
+        ({"variables": {"lengthwise_crowning": "90:30 um"}}, "lower bound"),
+        ({"variables": {"lengthwise_crowning": "30 um"}}, "from:to"),
+        ({"variables": {"lengthwise_crowning": "-5:30 um"}}, "at least 0"),
+        ({"variables": {"lengthwise_crowning": None, "crowning_toe": None}}, "lengthwise_crowning, which sets"),
+        ({"variables": {"tip_relief": None}}, "edge_relief"),
+        ({"objectives": ["loss"]}, "power_loss"),
+        ({"limits": {"noise": "start"}}, "pressure_max"),
+        ({"misalignment": {"E": "-0.1 mm"}}, "half width"),
+        ({"flanks": "coast"}, "carry load"),
+        ({"over": "best"}, "mean or worst"),
+    ],
+)
+def test_what_cannot_be_used_is_told(start: SettingsInput, change: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        make_problem(start, **(_arguments() | change))
+
+
+def test_a_figure_without_data_is_refused_or_left_out(monkeypatch: pytest.MonkeyPatch, found: Optimisation) -> None:
+    monkeypatch.setattr(Mesh, "root_teeth", lambda self: ("no fillet, for the test",) * 2)
+    with pytest.raises(InputError, match=r"no fillet, for the test.*To do"):
+        optimise(PAIR, BOUNDS, **RUN | {"objectives": ["root_stress_gear"]})
+    bare = Evaluation("k", {}, dict.fromkeys(found.problem.figures, 1.0) | {"pressure_max": math.nan})
+    pair = GearPair(settings_of(found.problem, {}).design)
+    with pytest.raises(InputError, match="pressure_max"):
+        search._with_data(found.problem, pair, bare, default=False)
+
+
+def test_reasons_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(task: Task) -> Evaluation:
+        if task.values.get("lengthwise_crowning", 0.0) > 45e-6:
+            return Evaluation(task.key, task.values, reason="no_contact: for the test")
+        return Evaluation(
+            task.key, task.values, {name: 1.0 + sum(task.values.values()) for name in task.problem.figures}
+        )
+
+    monkeypatch.setitem(search.evaluate_all.__globals__, "evaluate", fails)
+    result = optimise(PAIR, BOUNDS, **RUN | {"check": 0, "evaluations": 16})
+    failed = [e for e in result.evaluations if e.reason]
+    assert failed
+    frame = result.to_frame()
+    assert set(frame.loc[frame["status"] == "failed", "reason"]) == {"no_contact: for the test"}
+    assert json.loads(json.dumps(result.to_dict(), allow_nan=False))["status"] == "failed"
+    monkeypatch.setitem(
+        search.evaluate_all.__globals__, "evaluate", lambda task: Evaluation(task.key, {}, reason="no_contact: nowhere")
+    )
+    with pytest.raises(ConvergenceError, match="nowhere"):
+        optimise(PAIR, BOUNDS, **RUN)
+
+
+def test_states_of_a_box_are_balanced() -> None:
+    assert box_states({}) == ({},)
+    for box, count in (({"E": 5e-5}, 3), ({"E": 5e-5, "P": "0.1 mm"}, 5), ({"E": 1e-5, "P": 2e-5, "G": 3e-5}, 5)):
+        aligned, *corners = box_states(box)
+        assert len(corners) + 1 == count
+        assert not any(aligned.values())
+        signs = np.sign([list(corner.values()) for corner in corners])
+        assert np.all(signs.sum(axis=0) == 0)
+        np.testing.assert_array_equal(signs.T @ signs, len(corners) * np.eye(len(box)))
+    assert len(box_states({"E": 1e-5, "P": 1e-5, "G": 1e-5, "alpha": 1e-4})) == 9
+
+
+def test_default_bounds_hold_the_start(start: SettingsInput) -> None:
+    for targets in (start, load_targets(f"{PAIR}_relieved")):
+        problem = make_problem(targets, **(_arguments() | {"variables": None}))
+        for variable in problem.variables:
+            assert variable.low < problem.start_values[variable.name] < variable.high
+    assert {v.name for v in problem.variables} >= {"tip_relief", "end_relief"}
+    relieved = with_values(targets, {"tip_relief": 2e-5}, "drive")
+    assert relieved.gear.edge_relief.tip is not None
+    assert relieved.gear.edge_relief.tip.amount == 2e-5
+    assert checked_limits({"edge_load_share": "2 %"}) == {"edge_load_share": 0.02}
+    assert variables_of(start, {"bias": "-0.3:0.3"}, "both")[0].high == 0.3
+
+
+def test_hypervolume_and_front_of_known_points() -> None:
+    points = np.array([[0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]])
+    assert non_dominated(points).tolist() == [True, True, False, False, True]
+    assert hypervolume(points, np.array([2.0, 2.0])) == pytest.approx(2.0 + 1.0 + 0.25)
+    cube = np.array([[0.0, 0.0, 0.5], [0.5, 0.5, 0.0]])
+    assert hypervolume(cube, np.ones(3)) == pytest.approx(0.5 + 0.5**2 * 0.5)
+    assert hypervolume(cube, np.zeros(3)) == 0.0
+    assert spread_out(np.array([[0.0, 1.0], [0.1, 0.9], [0.5, 0.5], [1.0, 0.0]]), 3) == [0, 3, 2]
+
+
+def test_the_search_finds_the_front_of_two_variables() -> None:
+    # both objectives and a limit that cuts the front; the truth by a grid of 201 x 201
+    def figures(z: np.ndarray) -> np.ndarray:
+        x, y = z[:, 0], z[:, 1]
+        first = (x - 0.2) ** 2 + 0.5 * (y - 0.3) ** 2
+        return np.stack([first, (x - 0.8) ** 2 + (y - 0.6) ** 2, np.sin(3.0 * x) + y], axis=1)
+
+    limits, corner = np.array([np.inf, np.inf, 1.2]), np.array([0.6, 0.7])
+
+    def volume(z: np.ndarray) -> float:
+        values = figures(z)
+        kept = values[np.all(values <= limits, axis=1), :2]
+        return hypervolume(kept[non_dominated(kept)], corner)
+
+    axis = np.linspace(0.0, 1.0, 61)
+    truth = volume(np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2))
+    points, processes = first_points(2, 8, 1, np.array([0.5, 0.5])), Processes(2, 3)
+    for k in range(7):
+        batch = next_points(
+            points, figures(points), np.zeros((0, 2)), limits, 2, processes,
+            count=3, number=len(points), seed=1, scales=k % 3 == 0,
+        )  # fmt: skip
+        points = np.vstack([points, batch])
+    assert volume(points) > 0.95 * truth
+    assert volume(first_points(2, len(points), 1, np.array([0.5, 0.5]))) < volume(points)
+    assert [weights_of(3, k, 1).argmax() for k in (0, 1, 2, 5)] == [0, 1, 0, 2]
+
+
+def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder: Path) -> None:
+    # the arguments are those of a user; the points are known from the fixture
+    call = ["optimise", PAIR, "-o", str(folder), "--vary", "lengthwise_crowning=30:90 um"]
+    call += ["--vary", "profile_crowning=8:24 um", "--objective", "power_loss", "--objective", "pressure_max"]
+    call += ["--limit", "pressure_max=1.9 GPa", "--limit", "edge_load_share", "--friction", "constant:0.05"]
+    call += ["--E", "0 mm", "--P", "0 mm", "--evaluations", "7", "--batch", "2", "--check", "1", "--jobs", "1"]
+    outcome = mixed_ehl(*call)
+    assert outcome.code == 0, outcome.err
+    best = found.best
+    assert best is not None
+    assert f"{100.0 * best.gain:.1f} % less loss" in outcome.out
+    written = {path.name for path in folder.iterdir()}
+    assert {"optimise.html", "pareto.csv", "candidates.csv", "evaluations.csv", "optimise.xlsx"} <= written
+    assert {f"{best.name}.toml", "trade.png", "parallel.png", "progress.png", "problem.json"} <= written
+    assert (folder / best.name / "setting_sheet.csv").is_file()
+    page = (folder / "optimise.html").read_text("utf-8")
+    assert f"{100.0 * best.gain:.1f} % less loss" in page
+    assert "<script" not in page
+    # the design that was written does what was promised; a constant friction leaves its gain no interval
+    reopened = efficiency.load(folder / f"{best.name}.toml").at("constant:0.05", (6, 11), many=True, oil="75w90")
+    assert reopened.power_loss == pytest.approx(best.exact.figures["power_loss"], rel=1e-6)
+    low, high = best.gain_interval
+    assert low <= 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0] <= high
+    for arguments, words in (
+        (["optimise", "no_such_pair"], "no_such_pair"),
+        (["optimise", PAIR, "--vary", "bias=1:9"], "bias"),
+        (["optimise", PAIR, "--vary", "lengthwise_crowning=30:90"], "unit"),
+        (["optimise", PAIR, "--evaluations", "3"], "evaluations"),
+        (["optimise", PAIR, "--friction", "ehl"], "check-friction"),
+        (["optimise", str(Path("data/designs") / f"{PAIR}.toml")], "targets"),
+    ):
+        refused = mixed_ehl(*arguments, "-o", str(folder / "refused"))
+        assert refused.code == 2, refused.err
+        assert words in refused.err
