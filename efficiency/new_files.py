@@ -190,7 +190,8 @@ def _oil(name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str
     if viscosities and "vg" in given:
         raise InputError("vg", given["vg"], "either vg, or nu40 and nu100", "Leave one of them out.")
     if len(viscosities) == 1:
-        raise InputError(*{"nu40", "nu100"} - viscosities, None, "the viscosities at 40 and 100 degC, or vg alone")
+        missing = "nu100" if "nu40" in viscosities else "nu40"
+        raise InputError(missing, None, "the viscosities at 40 and 100 degC, or vg alone")
     if not viscosities and not answers["vg"].isdigit():
         raise InputError("vg", answers["vg"], "a whole number such as 220")
     grade: dict[str, Any] = {"nu_40": given["nu40"], "nu_100": given["nu100"]} if viscosities else {}

@@ -139,7 +139,7 @@ class ContactState:
 
     @property
     def slide_to_roll_total(self) -> Array:
-        """|sliding vector|/|u_r| [-]."""
+        """Magnitude of the sliding vector over that of u_r [-]."""
         return np.asarray(self.speed_sliding / np.abs(self.speed_entrainment))
 
     @property

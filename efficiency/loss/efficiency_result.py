@@ -190,7 +190,7 @@ class EfficiencyResult(Presented):
     power_input, power_output : float
         Of the driving and from the driven member, apart by `power_loss`; torque times speed at the pinion [W].
     friction_coefficient_mean : float
-        Weighted with the sliding power density: power_loss/sum(F |v_s|) [-]; nan without sliding.
+        Weighted with the sliding power density: ``power_loss/sum(F |v_s|)`` [-]; nan without sliding.
     pressure_max : float
         Greatest Hertz pressure of the flanks in the cycle [Pa].
     pressure_edge, pressure_edge_lower, pressure_edge_upper : float

@@ -115,7 +115,8 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
     if kind.startswith("quantity"):
         return InputError(field, value, str(context["allowed"]), str(context["hint"]))
     if kind == "value_error" and isinstance(context.get("error"), InputError):
-        return context["error"].changed(
+        told: InputError = context["error"]
+        return told.changed(
             lambda inner: InputError(".".join([*parts, inner.field]), inner.value, inner.allowed, inner.hint)
         )
     if kind == "extra_forbidden":

@@ -1,0 +1,92 @@
+"""Documentation site: sphinx-build -W -b html docs docs/_build/html."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import warnings
+from importlib import import_module
+from pathlib import Path
+
+import ehl
+
+HERE = Path(__file__).parent
+project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__version__
+release = version
+language = "en"
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery"]
+exclude_patterns = ["_build", "examples", "**/*.ipynb", "gallery/GALLERY_HEADER.rst"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+templates_path: list[str] = []
+nitpicky = False
+
+autodoc_typehints = "none"  # numpydoc tells types, with units
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "min_reported_time": 10**6,
+    "download_all_examples": False,
+    "show_signature": False,
+    "remove_config_comments": True,
+    "abort_on_example_error": True,
+}
+
+html_theme = "pydata_sphinx_theme"
+html_title = "mixed-ehl"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sourcelink = False
+html_theme_options = {
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "show_prev_next": False,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "header_links_before_dropdown": 7,
+}
+html_sidebars = {"index": []}
+copyright = "BSD-3-Clause"
+# outside addresses answer or not as they like: they are no part of the build
+linkcheck_ignore = [r"https?://.*"]
+
+os.environ.setdefault("MPLBACKEND", "Agg")
+warnings.filterwarnings("ignore", category=DeprecationWarning)
+
+_TITLES = {
+    "ehl": "ehl: one lubricated contact",
+    "regression": "regression: friction formulas",
+    "efficiency": "efficiency: gear pairs",
+}
+
+
+def _write_reference() -> None:
+    """Pages of the public names, from what the packages export."""
+    folder = HERE / "api"
+    folder.mkdir(exist_ok=True)
+    for package, title in _TITLES.items():
+        module = import_module(package)
+        lines = [title, "=" * len(title), "", f".. currentmodule:: {package}", ""]
+        for name in sorted(module.__all__, key=str.lower):
+            thing = getattr(module, name)
+            if inspect.isclass(thing):
+                lines += [name, "-" * len(name), "", f".. autoclass:: {name}", "   :members:", ""]
+            elif callable(thing):
+                lines += [name, "-" * len(name), "", f".. autofunction:: {name}", ""]
+        text = "\n".join(lines)
+        path = folder / f"{package}.rst"
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+
+
+_write_reference()

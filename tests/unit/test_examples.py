@@ -1,0 +1,79 @@
+"""The gallery of examples runs, with the number each one ends with; tutorials run as they are printed."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import shlex
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ANSWERS = {
+    "plot_blank": 39 / 14,
+    "plot_contact_pattern": 12.2771,
+    "plot_efficiency_map": 99.2317,
+    "plot_film_and_pressure": 305.04,
+    "plot_formula": 0.0185696,
+    "plot_gear_efficiency": 99.2317,
+    "plot_oil_under_pressure": 11.2358,
+    "plot_stribeck_curve": 5.8728,
+}
+
+
+def test_every_example_has_a_number() -> None:
+    assert {path.stem for path in (ROOT / "examples").glob("*.py")} == set(ANSWERS)
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_example_gives_its_number(name: str) -> None:
+    outcome = runpy.run_path(str(ROOT / "examples" / f"{name}.py"))
+    plt.close("all")
+    assert outcome["answer"] == pytest.approx(ANSWERS[name], rel=2e-3)
+
+
+def test_five_lines_of_the_landing_page() -> None:
+    text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    [block] = re.findall(r"```python\n(.*?)```", text, re.S)
+    notebook: dict[str, Any] = {}
+    exec(compile(block, "index.md", "exec"), notebook)
+    assert 0.98 < notebook["result"].efficiency < 1.0
+
+
+def commands(page: str) -> list[list[str]]:
+    """Commands of the ``sh`` blocks of a page, without the name of the program."""
+    text = (ROOT / "docs" / "tutorials" / f"{page}.md").read_text(encoding="utf-8")
+    lines = [line for block in re.findall(r"```sh\n(.*?)```", text, re.S) for line in block.splitlines()]
+    found = [shlex.split(line) for line in lines]
+    assert all(words[0] == "mixed-ehl" for words in found)
+    return [words[1:] for words in found]
+
+
+WRITTEN = {
+    "oil": {"my_oil.toml", "my_contact.toml", "my_plan.toml", "run", "formula.json", "fit.html", "friction.c"},
+    "gear": {"my_pair.toml", "my_design.toml", "geometry.html", "gear.html", "map"},
+    "calibrate": {"card.toml", "curves.png", "calibration.toml", "synthetic_traction.csv"},
+    "cluster": {"plan.toml", "run", "cases.h5", "formula.json"},
+}
+
+
+@pytest.mark.parametrize("page", WRITTEN)
+def test_tutorial_runs_as_it_is_printed(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, page: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if page == "calibrate":
+        for name in ("calibration.toml", "synthetic_traction.csv"):
+            shutil.copy(ROOT / "docs" / "examples" / name, tmp_path)
+    told = commands(page)
+    assert len(told) >= 2
+    for words in told:
+        outcome = mixed_ehl(*words)
+        assert outcome.code == 0, (words, outcome.err)
+        assert outcome.out
+    assert {path.name for path in tmp_path.iterdir()} == WRITTEN[page]
