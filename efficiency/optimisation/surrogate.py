@@ -27,6 +27,8 @@ IntArray = NDArray[np.int64]
 
 _AUGMENTED = 0.05
 _DRAWS = 64
+# a point nearer to a known one tells nothing new; an expected improvement below this is none; weights tried then
+_APART, _NOTHING, _TURNS = 2e-3, 1e-5, 4
 _FIRST_WIDTHS = 0.6, 0.25
 # candidates: anywhere, and about points of the front
 _ANYWHERE, _NEAR, _ROUNDS = 512, 512, 3
@@ -136,7 +138,12 @@ def weights_of(objectives: int, number: int, seed: int) -> FloatArray:
     turn = (number // 2) % (2 * (objectives - 1))
     if turn % 2 == 0:
         return np.asarray(np.eye(objectives)[1 + turn // 2])
-    drawn = np.random.default_rng([seed, number]).exponential(size=objectives)
+    return _drawn(objectives, number, seed, 0)
+
+
+def _drawn(objectives: int, number: int, seed: int, turn: int) -> FloatArray:
+    """Weights drawn evenly from the simplex."""
+    drawn = np.random.default_rng([seed, number, turn]).exponential(size=objectives)
     return np.asarray(drawn / drawn.sum())
 
 
@@ -188,10 +195,15 @@ def next_points(
     taken: list[FloatArray] = []
     for k in range(count):
         processes.fit(points, figures, failed, scales=scales and k == 0)
-        weights = weights_of(objectives, number + k, seed)
-        candidate = _best_candidate(
-            points, figures, limits, weights, processes, draws, rng, centres=_centres(points, figures, limits, weights)
-        )
+        for turn in range(_TURNS if objectives > 1 else 1):
+            # where no improvement is expected any more, other weights have the turn
+            weights = (
+                weights_of(objectives, number + k, seed) if turn == 0 else _drawn(objectives, number + k, seed, turn)
+            )
+            centres = _centres(points, figures, limits, weights)
+            candidate, worth = _best_candidate(points, figures, limits, weights, processes, draws, rng, centres)
+            if worth > _NOTHING or not _within(figures, limits).any():
+                break
         mean, _ = processes.predict(candidate[None])
         points, figures = np.vstack([points, candidate]), np.vstack([figures, mean])
         taken.append(candidate)
@@ -231,7 +243,8 @@ def _best_candidate(
     draws: FloatArray,
     rng: np.random.Generator,
     centres: FloatArray,
-) -> FloatArray:
+) -> tuple[FloatArray, float]:
+    """The candidate that is expected to improve most, and by how much; known points are kept away from."""
     dimension = points.shape[1]
     best: FloatArray | None = None
     top = -np.inf
@@ -243,13 +256,15 @@ def _best_candidate(
         near = np.clip(base + step * moved * rng.standard_normal((_NEAR, dimension)), 0.0, 1.0)
         candidates = np.vstack([rng.random((_ANYWHERE, dimension)), near]) if turn == 0 else near
         worth = _improvement(candidates, figures, limits, weights, processes, draws)
+        apart = np.linalg.norm(candidates[:, None] - points[None], axis=2).min(axis=1)
+        worth = np.where(apart > _APART, worth, -np.inf)
         first = int(np.argmax(worth))
         if worth[first] > top:
             top, best = float(worth[first]), candidates[first]
         assert best is not None
         centres = np.vstack([best, candidates[np.argsort(-worth, kind="stable")[:4]]])
     assert best is not None
-    return best
+    return best, top
 
 
 def _improvement(

@@ -1,0 +1,164 @@
+"""Search of the ease-off: gains of the shipped hypoids, the front against a grid, random search, exact check.
+
+``python -m benchmarks optimise gain`` searches each pair for the least loss within the limits of the start (figures of
+docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
+better; ``grid`` compares the hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved``
+checks the gain of a pair with solved contacts. Evaluations are kept in the folder; what was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from common import OUT, command_line, write_rows
+
+import efficiency
+from efficiency.optimisation.evaluation import Store, Task, evaluate_all
+from efficiency.optimisation.optimise import SEARCH_GRID, Optimisation, front_of, optimise
+from efficiency.optimisation.pareto import hypervolume
+
+PAIRS = (
+    "fm_hypoid_13x42",
+    "fm_hypoid_13x42_relieved",
+    "fh_hypoid_9x34",
+    "fh_hypoid_9x34_relieved",
+    "fh_hypoid_9x34_offset_10",
+    "fh_hypoid_9x34_offset_10_relieved",
+)
+LOSS = "power_loss"
+GRID_PAIR, GRID, GRID_SEARCH = "fh_spiral_bevel_12x37", 13, 40
+BOUNDS = {"lengthwise_crowning": (10e-6, 120e-6), "profile_crowning": (4e-6, 36e-6)}
+TWO: dict[str, Any] = {"objectives": [LOSS, "pressure_max"], "misalignment": {}, "limits": {"edge_load_share": "2 %"}}
+TEN = 10
+
+
+def search(pair: str, folder: Path, evaluations: int, jobs: int, **more: Any) -> Optimisation:
+    """The least loss within the limits of the start."""
+    store = folder / pair / "points.jsonl"
+    return optimise(pair, objectives=[LOSS], evaluations=evaluations, check=1, jobs=jobs, store=store, **more)
+
+
+def gain_row(found: Optimisation, seconds: float) -> dict[str, Any]:
+    """What was gained, in percent of the start, exact figures in all states."""
+    best = found.best
+    row: dict[str, Any] = {"pair": found.name, "evaluations": len(found.evaluations)}
+    row |= {"within": sum(p.feasible(found.allowed) for p in found.evaluations)}
+    row |= {"failed": sum(bool(p.reason) for p in found.evaluations)}
+    changes = {name: round(100.0 * best.change(name), 2) if best else None for name in found.problem.figures}
+    low, high = best.gain_interval if best else (np.nan, np.nan)
+    return row | changes | {"gain from": round(100 * low, 2), "gain to": round(100 * high, 2), "s": round(seconds)}
+
+
+def gain(pairs: Sequence[str], folder: Path, evaluations: int, jobs: int) -> None:
+    """Each pair searched."""
+    rows = []
+    for pair in pairs:
+        clock = time.perf_counter()
+        found = search(pair, folder, evaluations, jobs)
+        rows.append(gain_row(found, time.perf_counter() - clock))
+        print(rows[-1], flush=True)
+        found.write(folder=folder / pair)
+        write_rows(folder / "gain.csv", rows)
+
+
+def random(pairs: Sequence[str], folder: Path, evaluations: int, jobs: int) -> None:
+    """Ten times as many points, evenly drawn between the same bounds."""
+    for pair in pairs:
+        found = search(pair, folder, evaluations, jobs)
+        best = min((p.figures[LOSS] for p in found.front), default=np.inf)
+        task = _task(found)
+        rng, variables = np.random.default_rng(0), found.problem.variables
+        places = rng.random((TEN * evaluations, len(variables)))
+        values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
+        points = evaluate_all([replace(task, values=v) for v in values], jobs, Store(folder / pair / "random.jsonl"))
+        within = [p for p in points if p.feasible(found.allowed)]
+        better = [p for p in within if p.figures[LOSS] < best]
+        least = min((p.figures[LOSS] for p in within), default=np.nan) / found.start.figures[LOSS] - 1.0
+        ours = best / found.start.figures[LOSS] - 1.0
+        print(
+            f"{pair}: {len(points)} random points, {len(within)} within the limits, {len(better)} better than the "
+            f"search; loss {100.0 * least:+.2f} % against {100.0 * ours:+.2f} %",
+            flush=True,
+        )
+
+
+def _task(found: Optimisation) -> Task:
+    """The task of the points of a search."""
+    made = efficiency.settings(found.problem.start, transmission=False)
+    return Task(
+        found.problem,
+        {},
+        found.search_states,
+        SEARCH_GRID,
+        bodies=made.design.model_dump_json(),
+        accepted=made.status,
+    )
+
+
+def grid(folder: Path, jobs: int) -> None:
+    """Hypervolume of the front of a search and of a grid of two variables."""
+    store = folder / "grid" / "points.jsonl"
+    found = optimise(GRID_PAIR, BOUNDS, evaluations=GRID_SEARCH, check=0, jobs=jobs, store=store, **TWO)
+    axes = [np.linspace(0.0, 1.0, GRID)] * 2
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    variables = found.problem.variables
+    values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
+    task = _task(found)
+    points = evaluate_all([replace(task, values=v) for v in values], jobs, Store(folder / "grid" / "grid.jsonl"))
+    names = found.problem.objectives
+    fronts = {"search": found.front, "grid": front_of(points, names, found.allowed)}
+    figures = {kind: np.array([[p.figures[n] for n in names] for p in front]) for kind, front in fronts.items()}
+    every = np.vstack(list(figures.values()))
+    low, high = every.min(axis=0), every.max(axis=0)
+    corner = high + 0.1 * (high - low)
+    rows = []
+    for kind, values_of in figures.items():
+        volume = hypervolume((values_of - low) / (high - low), (corner - low) / (high - low))
+        count = len(found.evaluations) if kind == "search" else len(points)
+        rows.append({"front of": kind, "evaluations": count, "points": len(values_of), "hypervolume": round(volume, 5)})
+        print(rows[-1], flush=True)
+    write_rows(folder / "grid.csv", rows)
+
+
+def solved(pairs: Sequence[str], folder: Path, evaluations: int, jobs: int, friction: str) -> None:
+    """The gain of each pair with solved contacts."""
+    for pair in pairs:
+        best = search(pair, folder, evaluations, jobs, solved=friction).best
+        if best is None:
+            print(f"{pair}: nothing to check")
+            continue
+        formula = 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0]
+        value, error = best.solved_gain
+        low, high = best.gain_interval
+        print(
+            f"{pair}, aligned: formula {100.0 * formula:.2f} % ({100.0 * low:.2f} to {100.0 * high:.2f}), {friction} "
+            f"{100.0 * value:.2f} % +- {100.0 * error:.2f}; losses {best.start.solved}, {best.exact.solved} W"
+        )
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """See the head of the file."""
+    parser = command_line(__doc__)
+    parser.add_argument("what", choices=("gain", "random", "grid", "solved"))
+    parser.add_argument("pairs", nargs="*", default=PAIRS)
+    parser.add_argument("--evaluations", type=int, default=120)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--friction", default="ehl")
+    parser.add_argument("--out", type=Path, default=OUT / "optimise")
+    options = parser.parse_args(argv)
+    chosen = options.pairs, options.out, options.evaluations, options.jobs
+    if options.what == "grid":
+        grid(options.out, options.jobs)
+    elif options.what == "solved":
+        solved(*chosen, options.friction)
+    else:
+        {"gain": gain, "random": random}[options.what](*chosen)
+
+
+if __name__ == "__main__":
+    main()
