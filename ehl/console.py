@@ -12,17 +12,20 @@ import os
 import platform
 import sys
 import tempfile
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+from typing import IO, TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import typer
 import typer.core
 
 from ehl import InputError, MixedEhlError, __version__, shipped
+from ehl.io.duration import duration
+from ehl.io.telling import listening
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -266,18 +269,108 @@ def fail_unless_converged(status: str, reason: str) -> None:
         raise typer.Exit(1)
 
 
-@contextmanager
-def progress(*steps: str) -> Iterator[Callable[..., None]]:
-    """Bars on the terminal for what takes long; gives the function that moves them: ([step], done, total)."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+FIRST_WORD, WORD_EVERY = 3.0, 30.0  # when long work is first heard of, and how often in a log [s]
+NOTHING_KEPT = "nothing of it is kept; the same command begins again"
 
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=len(steps) == 1) as bars:
-        tasks = {step: bars.add_task(step, total=None) for step in steps}
+
+class Pulse:
+    """Says on a stream how long work has taken, how far it is and how long it will take.
+
+    A terminal has one line that is renewed; elsewhere a line comes after `FIRST_WORD` and then every `WORD_EVERY`.
+
+    Parameters
+    ----------
+    what : str
+        The work.
+    stream : file
+        Where to say it.
+    clock : callable
+        Seconds.
+    """
+
+    def __init__(self, what: str, stream: IO[str], clock: Callable[[], float] = time.monotonic) -> None:
+        self.what, self.stream, self.clock = what, stream, clock
+        self.begin = self.step_begin = clock()
+        self.next = self.begin + FIRST_WORD
+        self.step, self.done, self.total = "", 0, 0
+        self.terminal, self.shown = stream.isatty(), False
+
+    def move(self, step: str, done: int, total: int) -> None:
+        """Take note of how far a step is."""
+        if step != self.step:
+            self.step, self.step_begin = step, self.clock()
+        self.done, self.total = done, total
+
+    def words(self) -> str:
+        """The state of the work in words."""
+        now = self.clock()
+        parts = [self.what]
+        if self.total:
+            parts.append(f"{self.step} {self.done} of {self.total}".lstrip())
+        parts.append(f"{duration(now - self.begin)} elapsed")
+        if 0 < self.done < self.total:
+            left = (now - self.step_begin) * (self.total - self.done) / self.done
+            parts.append(f"about {duration(left)} left")
+        return ", ".join(parts)
+
+    def tick(self) -> None:
+        """Say it where it is time to."""
+        if self.clock() < self.next:
+            return
+        if self.terminal:
+            self.stream.write(f"\r\x1b[K{self.words()}")
+        else:
+            self.stream.write(f"mixed-ehl: {self.words()}\n")
+            self.next = self.clock() + WORD_EVERY
+        self.stream.flush()
+        self.shown = True
+
+    def clear(self) -> None:
+        """Leave the line of a terminal empty."""
+        if self.terminal and self.shown:
+            self.stream.write("\r\x1b[K")
+            self.stream.flush()
+
+
+@contextmanager
+def working(what: str, kept: str = NOTHING_KEPT) -> Iterator[Pulse]:
+    """Let long work be heard of on standard error; Ctrl-C says what is kept.
+
+    Parameters
+    ----------
+    what : str
+        The work, as "comparison".
+    kept : str
+        What remains of it where the user stops it, and how to go on.
+    """
+    pulse, over = Pulse(what, sys.stderr), threading.Event()
+
+    def beat() -> None:
+        while not over.wait(0.5):
+            with contextlib.suppress(OSError, ValueError):  # nobody reads any more
+                pulse.tick()
+
+    thread = threading.Thread(target=beat, daemon=True)
+    thread.start()
+    try:
+        with listening(pulse.move):
+            yield pulse
+    except KeyboardInterrupt:
+        print(f"mixed-ehl: stopped after {duration(pulse.clock() - pulse.begin)}; {kept}", file=sys.stderr)
+        raise SystemExit(STOPPED) from None
+    finally:
+        over.set()
+        thread.join()
+        pulse.clear()
+
+
+@contextmanager
+def progress(*steps: str, kept: str = NOTHING_KEPT) -> Iterator[Callable[..., None]]:
+    """Show how far counted work is; gives the function that moves it: ([step], done, total)."""
+    with working(steps[0] if len(steps) == 1 else "work", kept) as pulse:
 
         def move(*state: Any) -> None:
-            step, done, total = state if len(state) == 3 else (steps[0], *state)
-            bars.update(tasks[step], completed=done, total=total)
+            step, done, total = state if len(state) == 3 else ("", *state)
+            pulse.move(step, done, total)
 
         yield move

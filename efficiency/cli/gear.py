@@ -38,7 +38,7 @@ from efficiency.cli.options import (
     unit_system,
 )
 from ehl import InputError
-from ehl.console import App, fail_unless_converged, given, is_list, print_json, progress
+from ehl.console import App, fail_unless_converged, given, is_list, print_json, progress, working
 
 LOSS = "Friction and loss"
 
@@ -178,19 +178,20 @@ def gear(
         refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
     mesh = pair.mesh(flanks)
     at = axes.pop("torque", None)
-    loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
     conditions, balance = axes | fixed, None
-    if loaded.balances_heat(None if bulk_temperature is None else "balance" if bulk_temperature else "oil"):
-        balance = loaded.heat_balance(model, load_balance=balance_of, **conditions)
-        result = balance.result
-    else:
-        result = loaded.efficiency(model, load_balance=balance_of, bulk="oil", **conditions)
-    if save_load is not None:
-        loaded.write_load(save_load)
-    spread = None
-    if uncertainty and result.status == "converged":
-        result = result.with_inputs(result.uncertainty(solved=True))
-        spread = result.inputs
+    with working("gear pair"):
+        loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
+        if loaded.balances_heat(None if bulk_temperature is None else "balance" if bulk_temperature else "oil"):
+            balance = loaded.heat_balance(model, load_balance=balance_of, **conditions)
+            result = balance.result
+        else:
+            result = loaded.efficiency(model, load_balance=balance_of, bulk="oil", **conditions)
+        if save_load is not None:
+            loaded.write_load(save_load)
+        spread = None
+        if uncertainty and result.status == "converged":
+            result = result.with_inputs(result.uncertainty(solved=True))
+            spread = result.inputs
     more = given({"balance": balance, "uncertainty": spread})
     present(result, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
 
@@ -223,8 +224,9 @@ def compare(
     fixed, pair = given({"oil": oil, "driver": driver}), efficiency.load(design)
     models = pair.check(friction or (), **axes, **fixed) or None
     mesh, at = pair.mesh(one_side(side)), axes.pop("torque", None)
-    loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-    comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **axes, **fixed)
+    with working("comparison"):
+        loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
+        comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **axes, **fixed)
     present(comparison, json_output, plot=plot, report=report, xlsx=xlsx, csv=csv)
 
 
@@ -240,7 +242,8 @@ def demo(
     jobs: JobsOption = None,
 ) -> None:
     """The main job, small and real: sweep, fit, gear, compare, one HTML report."""
-    with progress("contacts", "formulas", "gear pair") as move:
+    kept = f"solved contacts are kept in {output}, the same command goes on from there"
+    with progress("contacts", "formulas", "gear pair", kept=kept) as move:
         result = efficiency.demo(output, jobs, move)
     result.comparison.show()
     print(f"report: {output / 'report.html'}")

@@ -20,6 +20,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.io.errors import InputError
+from ehl.io.telling import tell
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.solve import solve_contact
@@ -131,18 +132,23 @@ class EhlFriction:
 
     def _solve(self, state: ContactState, oil: Oil, chosen: IntArray, path: IntArray) -> Solved:
         """The chosen points; the path is the order in which neighbours start each other."""
-        jobs = max(1, min(self.jobs or _cores(), path.size // MIN_PER_JOB))
+        jobs = max(1, min(self.jobs or _cores(), _cores(), path.size // MIN_PER_JOB))
         parts = 1 if jobs == 1 else min(PARTS_PER_JOB * jobs, path.size // MIN_PER_JOB)
         scenes = [self._contact(state, oil, int(at), self.seed + k) for k, at in enumerate(chosen)]
         tasks = [[scenes[k] for k in part] for part in np.array_split(path, parts)]
         if jobs == 1:
-            found = [_solve_chain(tasks[0], self.model, self.bodies)]
+            found = [_solve_chain(tasks[0], self.model, self.bodies, telling=True)]
         else:
             from joblib import Parallel, delayed, parallel_config
 
             prepare_workers(rough=not self.smooth and self.model.roughness == "deterministic")
             with parallel_config(backend="loky", inner_max_num_threads=1):
-                found = Parallel(n_jobs=jobs)(delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
+                work = (delayed(_solve_chain)(task, self.model, self.bodies) for task in tasks)
+                found, total = [], path.size
+                tell("contacts", 0, total)
+                for part in Parallel(n_jobs=jobs, return_as="generator")(work):
+                    found.append(part)
+                    tell("contacts", sum(len(reasons) for *_, reasons in found), total)
         order = np.argsort(path)
         values, scatter, bias = (np.concatenate([part[k] for part in found], axis=-1)[..., order] for k in range(3))
         reasons = [reason for part in found for reason in part[3]]
@@ -170,7 +176,7 @@ def _cores() -> int:
 
 
 def _solve_chain(
-    scenes: list[Scene], model: ModelInput, bodies: tuple[Material, Material]
+    scenes: list[Scene], model: ModelInput, bodies: tuple[Material, Material], *, telling: bool = False
 ) -> tuple[FloatArray, FloatArray, FloatArray, list[str]]:
     """What `Solved` holds, of contacts of which each starts the next."""
     values = np.full((len(_KEPT), len(scenes)), np.nan)
@@ -178,6 +184,8 @@ def _solve_chain(
     reasons = [""] * len(scenes)
     before: ContactResult | None = None
     for k, (line, lubricant, surface, bulk) in enumerate(scenes):
+        if telling:
+            tell("contacts", k, len(scenes))
         result = solve_contact(line, lubricant, surface, model, bodies, bulk, before)
         if result.status == "failed":
             reasons[k] = result.reason

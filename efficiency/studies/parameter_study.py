@@ -554,7 +554,8 @@ Found = tuple[list[StudyPoint], dict[str, int]]
 def _solve_all(tasks: Sequence[StudyTask], jobs: int) -> Iterator[tuple[str, Found]]:
     """Key and result of each task, as they end; long ones first."""
     ordered = sorted(tasks, key=lambda task: -len(task.states))
-    if jobs == 1 or len(ordered) < 2:
+    jobs = min(jobs, len(ordered))
+    if jobs <= 1:
         yield from map(_solve, ordered)
         return
     from joblib import Parallel, delayed, parallel_config

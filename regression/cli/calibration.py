@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import regression
-from ehl.console import FIGURE, App, check_outputs, check_suffix, pairs, print_json, write_figure
+from ehl.console import FIGURE, App, check_outputs, check_suffix, pairs, print_json, working, write_figure
 
 
 def calibrate(
@@ -46,9 +46,10 @@ def calibrate(
         regression.synthetic_measurement(measured, setup, synthetic, true=truth, seed=seed, **chosen)
         typer.echo(f"written: {synthetic}, synthetic")
         return
-    result = regression.calibrate(
-        measured, setup, profile=profile, progress=lambda words: typer.echo(words, err=True), **chosen
-    )
+    with working("calibration"):
+        result = regression.calibrate(
+            measured, setup, profile=profile, progress=lambda words: typer.echo(words, err=True), **chosen
+        )
     if plot is not None:
         write_figure(result.plot(), plot)
     if output is not None:

@@ -84,7 +84,7 @@ def sweep_run(
     try:
         result = regression.sweep(content, run, **options)
     except KeyboardInterrupt:
-        typer.echo("stopped; finished cases are on disk, the same command resumes", err=True)
+        typer.echo(f"stopped; finished cases are kept in {run}, the same command resumes", err=True)
         raise typer.Exit(STOPPED) from None
     typer.echo(result.to_text())
     if result.unanswered:

@@ -20,6 +20,7 @@ from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
 from ehl.io.data import data_names, named_file
+from ehl.io.duration import duration
 from ehl.io.errors import InputError
 from ehl.io.table_files import harmless
 from ehl.view.table import Column, Table
@@ -27,7 +28,6 @@ from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
 from regression.data.store import LIBVER, merge, one_row_per_case, read_file, read_run, run_files
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
-from regression.plan.cost import duration
 from regression.plan.plan import Plan
 
 FOLDER = "datasets"

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.inputs import ModelInput
+from ehl.io.duration import duration
 from ehl.io.errors import InputError
 from ehl.rough.mixed import roughness_matters
 
@@ -91,7 +92,7 @@ def available_jobs() -> int:
 
 
 def checked_jobs(jobs: int | None) -> int:
-    """Number of worker processes, the available ones where none is given.
+    """Number of worker processes: the available ones where none is given, and never more than those.
 
     Raises
     ------
@@ -104,17 +105,7 @@ def checked_jobs(jobs: int | None) -> int:
         raise InputError(
             "jobs", jobs, f"at least 1, at most {most} worker processes", f"This machine has {available} for you."
         )
-    return available if jobs is None else jobs
-
-
-def duration(seconds: float) -> str:
-    """A time a person reads at a glance: ``42 s``, ``3 min 20 s``, ``5 h 12 min``."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+    return available if jobs is None else min(jobs, available)
 
 
 def contact_seconds(model: ModelInput, width: Array, film_ratio: Array) -> tuple[Array, NDArray[np.bool_]]:

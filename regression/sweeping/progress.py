@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as RichProgress
 
-from regression.plan.cost import duration
+from ehl.io.duration import duration
 from regression.sweeping.recorder import Progress
 
 LINE_EVERY = 30.0  # between two lines [s]
@@ -49,14 +49,14 @@ def _bar(name: str, console: Console) -> Iterator[Callable[[Progress], None]]:
 
 
 class _Lines:
-    """One line every half minute, and at the end."""
+    """One line at once, one every half minute, and one at the end."""
 
-    def __init__(self, name: str, stream: IO[str]) -> None:
-        self.name, self.stream = name, stream
-        self.last = time.perf_counter()
+    def __init__(self, name: str, stream: IO[str], clock: Callable[[], float] = time.perf_counter) -> None:
+        self.name, self.stream, self.clock = name, stream, clock
+        self.last = -LINE_EVERY
 
     def show(self, progress: Progress) -> None:
-        now = time.perf_counter()
+        now = self.clock()
         if now - self.last < LINE_EVERY and progress.done < progress.total:
             return
         self.last = now
@@ -66,5 +66,7 @@ class _Lines:
 
 
 def _words(progress: Progress) -> tuple[str, str]:
-    left = "" if progress.remaining is None else f"about {duration(progress.remaining)} left"
-    return left if progress.done < progress.total else "", f"{progress.failed} failed" if progress.failed else ""
+    known = progress.remaining is not None and progress.done < progress.total
+    left = f"about {duration(progress.remaining or 0.0)} left" if known else ""
+    elapsed = f"{duration(progress.elapsed)} elapsed" if progress.elapsed >= 1.0 else ""
+    return ", ".join(filter(None, (elapsed, left))), f"{progress.failed} failed" if progress.failed else ""

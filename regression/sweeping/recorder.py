@@ -26,12 +26,15 @@ class Progress:
     remaining : float or None
         Estimated wall time to the end [s], from the estimated cost of the cases and the pace so far; None before the
         first case.
+    elapsed : float
+        Wall time since the sweep began [s].
     """
 
     done: int
     total: int
     failed: int
     remaining: float | None = None
+    elapsed: float = 0.0
 
 
 @dataclass
@@ -88,8 +91,8 @@ class Recorder:
     def show(self) -> None:
         """Report the progress."""
         if self.progress is not None:
-            done = self.resumed + self.counts.total()
-            self.progress(Progress(done, self.total, self.counts["failed"], self._remaining()))
+            done, elapsed = self.resumed + self.counts.total(), time.perf_counter() - self._start
+            self.progress(Progress(done, self.total, self.counts["failed"], self._remaining(), elapsed))
 
     def _remaining(self) -> float | None:
         if self._cost_done <= 0.0:

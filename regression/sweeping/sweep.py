@@ -19,12 +19,13 @@ import numpy as np
 
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
+from ehl.io.duration import duration
 from ehl.io.errors import InputError
 from ehl.io.files import make_folder
 from regression.data.row_format import TEXT_WIDTHS
 from regression.data.store import CaseStatus, ResultStore, rows_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash
-from regression.plan.cost import checked_jobs, duration
+from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.plan.sampling import Array
 from regression.sweeping.evaluators import SOLVER, Evaluator, case_key, fallback_settings, solve_outputs
@@ -279,7 +280,9 @@ def compute_cases(
 
         try:
             recorder.show()
-            executor = local_executor(options.jobs) if options.executor is None else options.executor
+            # never more workers than cases
+            jobs = max(1, min(options.jobs, len(waiting)))
+            executor = local_executor(jobs) if options.executor is None else options.executor
             runner = CaseRunner(options.evaluate, options.time_cap, options.retries)
             restarts = compute(pending, runner, executor, recorder.record)
         finally:
@@ -301,7 +304,7 @@ def compute_cases(
         time.perf_counter() - clock,
         recorder.seconds_cases,
         recorder.seconds_cpu,
-        options.jobs if options.executor is None else None,
+        jobs if options.executor is None else None,
     )
 
 
