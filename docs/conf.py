@@ -22,6 +22,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 templates_path: list[str] = []
 nitpicky = False
+toc_object_entries = False  # the headings name them already
 
 autodoc_typehints = "none"  # numpydoc tells types, with units
 autodoc_member_order = "bysource"
