@@ -31,7 +31,7 @@ PAIRS = (
     "fh_hypoid_9x34_offset_10_relieved",
 )
 LOSS = "power_loss"
-GRID_PAIR, GRID, GRID_SEARCH = "fh_spiral_bevel_12x37", 13, 40
+GRID_PAIR, GRID, GRID_SEARCH = "fh_spiral_bevel_12x37", 13, 60
 BOUNDS = {"lengthwise_crowning": (10e-6, 120e-6), "profile_crowning": (4e-6, 36e-6)}
 TWO: dict[str, Any] = {"objectives": [LOSS, "pressure_max"], "misalignment": {}, "limits": {"edge_load_share": "50 %"}}
 TEN = 10
