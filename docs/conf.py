@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import sys
 import warnings
 from importlib import import_module
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 import ehl
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
 project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__version__
 release = version
 language = "en"
@@ -36,6 +38,7 @@ sphinx_gallery_conf = {
     "min_reported_time": 10**6,
     "download_all_examples": False,
     "show_signature": False,
+    "image_scrapers": ("own_figures", "matplotlib"),
     "remove_config_comments": True,
     "abort_on_example_error": True,
 }
@@ -57,7 +60,7 @@ html_theme_options = {
     "header_links_before_dropdown": 7,
 }
 html_sidebars = {"index": []}
-copyright = "BSD-3-Clause"
+copyright = "the mixed-ehl developers, BSD-3-Clause"
 # outside addresses answer or not as they like: they are no part of the build
 linkcheck_ignore = [r"https?://.*"]
 
