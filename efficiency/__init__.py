@@ -37,6 +37,7 @@ _HOMES = {
     "new_questions": "efficiency.new_files",
     "blank": "efficiency.blanks.pair:pair_blank",
     "settings": "efficiency.synthesis.solve:machine_settings",
+    "machine_corrections": "efficiency.synthesis.correction",
     "study": "efficiency.studies.parameter_study:run_study",
     "import_design": "efficiency.output.design_import:design_from_sheet",
     "optimise": "efficiency.optimisation.optimise:optimise",

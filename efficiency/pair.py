@@ -618,8 +618,9 @@ class GearPair:
         ----------
         folder : Path or str
             Where to.
-        what : iterable of {"tooth", "member", "step", "grid", "summary"}
-            Tooth space and whole member (STL), whole member (STEP, extra ``cad``), flank points, machine summary.
+        what : iterable of {"tooth", "member", "step", "grid", "ease_off", "summary"}
+            Tooth space and whole member (STL), whole member (STEP, extra ``cad``), flank points, maps of the ease-off,
+            machine summary.
         members : iterable of {"pinion", "gear"}
             Which members.
         rows, columns : int
@@ -642,6 +643,7 @@ class GearPair:
             A value out of range, a folder that cannot be written.
         """
         from efficiency.output.files import (
+            export_ease_off,
             export_grids,
             export_member,
             export_step,
@@ -671,6 +673,8 @@ class GearPair:
                 written.append(export_step(self.design, member, into, rows, columns, thickness, hole))
             if "grid" in chosen:
                 written += export_grids(self.design, member, into, rows, columns, margin)
+        if "ease_off" in chosen:
+            written += export_ease_off(self.design, into)
         if "summary" in chosen:
             written += export_summary(self.design, into, units)
         return written
@@ -697,7 +701,7 @@ class GearPair:
         return f"<table><caption>{escape(design.name)}</caption>{cells}</table>"
 
 
-_EXPORTS = ("tooth", "member", "step", "grid", "summary")
+_EXPORTS = ("tooth", "member", "step", "grid", "ease_off", "summary")
 
 ElasticTeeth = tuple[tuple[Tooth, Tooth], tuple[str, ...]]
 """Teeth of pinion and gear as elastic bodies, and notes on them."""

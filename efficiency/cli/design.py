@@ -1,4 +1,4 @@
-"""Commands around a design: `blank`, `settings`, `import`, `export`, `misalignment`, `study`, `plan`."""
+"""Commands around a design: `blank`, `settings`, `correct`, `import`, `export`, `misalignment`, `study`, `plan`."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ def export(
     what: Annotated[
         str,
         typer.Option(
-            help="Comma-separated: tooth (STL of a space), member (STL), step (member, STEP), grid, summary (CSV)."
+            help="Comma-separated: tooth (STL of a space), member (STL), step (member, STEP), grid, "
+            "ease_off, summary (CSV)."
         ),
     ] = "tooth, member, grid, summary",
     member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
@@ -140,6 +141,32 @@ def import_summary(
     print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
     for note in notes:
         print(f"note     {note}")
+
+
+def correct(
+    design: DesignArgument,
+    grids: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="GRID...", help="Measured points of one or both flanks of a member (CSV), see `export`."
+        ),
+    ],
+    uncertainty: Annotated[str, typer.Option(help="Standard uncertainty of one point along the normal.")] = "1 um",
+    order: Annotated[
+        int, typer.Option(help="1: settings for pressure and spiral angle; 2: for crowning and twist as well.")
+    ] = 2,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write the corrected machine tables here (TOML).")
+    ] = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Machine corrections from measured flanks: what to change so that the next part comes out as designed."""
+    result = efficiency.machine_corrections(design, grids, uncertainty, order)
+    if output is not None:
+        write_text(output, result.text)
+    print_json(result.to_dict()) if json_output else result.show()
+    if output is not None and not json_output:
+        print(f"corrected settings: {output}")
 
 
 def misalignment(
@@ -265,6 +292,6 @@ def plan(
 
 def register(app: App) -> None:
     """Add the commands to the application."""
-    for command in (blank, settings, export, misalignment, study, plan):
+    for command in (blank, settings, correct, export, misalignment, study, plan):
         app.command()(command)
     app.command("import")(import_summary)

@@ -248,7 +248,7 @@ def placed_points(
             f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm over the pitch cone",
             f"within {blank.face_width * 1e3:.4g} mm face width and "
             f"{-blank.mean_dedendum * 1e3:.4g} to {blank.mean_addendum * 1e3:.4g} mm",
-            "Check units, frame and blank.",
+            "Check units, frame, member and blank.",
         )
     for name, share, least in (("face width", np.ptp(u) / blank.face_width, 0.6), ("depth", np.ptp(v), 0.4)):
         if share < least:

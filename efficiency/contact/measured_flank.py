@@ -35,7 +35,7 @@ _BEYOND = 0.06
 # order of the free part with and without a nominal flank, prior size of its terms and bounds of the field's [um]
 _ORDER, _ORDER_ALONE, _FREE, _FIELD = 2, 4, 1e3, (0.02, 300.0)
 # the field changes over these lengths, in half faces and half depths
-_WAVELENGTH = (0.8, 10.0)
+_WAVELENGTH = (0.4, 10.0)
 # no cut and ground flank lies farther from its nominal one [m]
 _FARTHEST = 0.5e-3
 # points that scatter more than this times the stated uncertainty are worth a word

@@ -5,12 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.contact.gear_flanks import Member
+import numpy as np
+
+from efficiency.contact.conjugate import COLUMNS
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.gear_flanks import SIDES, Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_sheet, write_summary
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid, write_stl
 from ehl.io.errors import ConvergenceError
+from ehl.io.files import write_file
 
 if TYPE_CHECKING:
     from efficiency.cutting.cutter import FlankSide
@@ -78,6 +83,29 @@ def export_grids(
         write_inspection_grid(path, design, member, side, grid)
         start = f", from {100.0 * grid.lowest:.1f} % of the depth over the root" if grid.lowest > 0.0 else ""
         written.append(f"{path}: {rows} x {columns} points{start}")
+    return written
+
+
+def export_ease_off(design: Design, folder: Path) -> list[str]:
+    """CSV maps of the ease-off of both flank pairs, as targets and flanks read them (`map`)."""
+    written = []
+    flanks = design.flanks()
+    for side in SIDES:
+        surface = flank_pair(flanks, side).surface
+        low, high = -surface.pinion.blank.mean_addendum, surface.gear.blank.mean_addendum
+        blank = surface.gear.blank
+        length, depth = (x.ravel() for x in np.meshgrid(np.linspace(-1.0, 1.0, 21), np.linspace(-1.0, 1.0, 11)))
+        u = 0.5 * blank.face_width * length
+        root = blank.root(u)
+        v = (0.5 * (low + high) + 0.5 * (high - low) * depth - root) / (blank.tip(u) - root)
+        inside = surface.regular(u, v) > 0.0
+        relief = surface.patch(u, v, ("ease_off",))[0] * 1e6
+        rows = np.stack([length, depth, relief], axis=1)[inside]
+        path = folder / f"ease_off_{side}.csv"
+        head = f"# design={design.name}; {side} side; material missing on the pinion, um"
+        lines = [head, COLUMNS, *(f"{x:.3f},{y:.3f},{z:.6f}" for x, y, z in rows)]
+        write_file(path, "\n".join(lines) + "\n", folder=True)
+        written.append(f"{path}: ease-off of the {side} side, {len(rows)} points")
     return written
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 
 import numpy as np
@@ -69,6 +69,11 @@ def machine_table(machine: MachineSettings) -> Table:
         if f.name in ("radial_setting", "cradle_angle", "machine_root_angle", "roll_ratio") or value != 0.0:
             table[f.name] = float(value)
     return table
+
+
+def machine_tables(member: str, machines: Mapping[FlankSide, MachineSettings]) -> str:
+    """Machine settings of flanks as tables of a design file."""
+    return _tables((f"{member}.{side}.machine", machine_table(machine)) for side, machine in machines.items())
 
 
 def cutter_table(blade: Blade, mirror: float) -> Table:

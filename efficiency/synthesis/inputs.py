@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import field_validator, model_validator
 
 from efficiency.blanks.inputs import PairBlankInput, load_blank
+from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.design.design import Rms
 from efficiency.design.relief_input import MemberReliefInput
 from efficiency.loss.kinematics import OperatingPoint
@@ -75,6 +76,8 @@ class FlankTarget(InputModel):
     transmission_error : float or None
         Target peak-to-peak unloaded transmission error over one pitch [rad]; all reliefs are then scaled alike to give
         it.
+    map : str, optional
+        Path of a CSV file with an ease-off that is added, measured or of another program; see `contact.conjugate`.
     """
 
     crowning_toe: Relief = 40e-6
@@ -86,6 +89,18 @@ class FlankTarget(InputModel):
     contact_face: Place = 0.0
     contact_depth: Place = 0.0
     transmission_error: Annotated[float, ValueRange("rad", gt=0.0, le=2e-3)] | None = None
+    map: str | None = None
+
+    @model_validator(mode="after")
+    def _map_as_it_is(self) -> Self:
+        if self.map is None:
+            return self
+        read_ease_off_map(Path(self.map))
+        if self.transmission_error is not None:
+            raise InputError(
+                "transmission_error", self.transmission_error, "no value beside a map, whose ease-off is not scaled"
+            )
+        return self
 
     @model_validator(mode="after")
     def _some_relief(self) -> Self:
@@ -172,6 +187,13 @@ class SettingsInput(InputModel):
         if self.cutting.pinion == "conjugate":
             for side in ("drive", "coast"):
                 target: FlankTarget = getattr(self.targets, side)
+                if target.map is not None:
+                    raise InputError(
+                        f"targets.{side}.map",
+                        target.map,
+                        "no map where the pinion is conjugate",
+                        "Give it as ease_off.map of the flank in the design file.",
+                    )
                 for one, other in (("crowning_toe", "crowning_heel"), ("relief_root", "relief_tip")):
                     if getattr(target, one) != getattr(target, other):
                         allowed = f"equal to {one} where the pinion is conjugate"
@@ -195,4 +217,10 @@ def load_targets(name: str | Path) -> SettingsInput:
         Naming field, value and allowed range.
     """
     path = named_file("targets", "targets", name)
-    return validate(SettingsInput, read_toml(path, "targets"))
+    content = read_toml(path, "targets")
+    targets = content.get("targets")
+    for target in targets.values() if isinstance(targets, dict) else ():
+        if isinstance(target, dict) and isinstance(target.get("map"), str):
+            # counted from the folder of the file
+            target["map"] = str(path.parent / target["map"])
+    return validate(SettingsInput, content)

@@ -8,6 +8,7 @@ from ehl.quantities import quantity
 from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
+    from efficiency.synthesis.correction import MachineCorrections
     from efficiency.synthesis.settings_result import FlankFit, SettingsResult
 
 MAP_FROM = 1e-9  # a residual map is shown where the largest residual exceeds this [m]
@@ -17,6 +18,51 @@ def settings_tables(result: SettingsResult) -> list[Table]:
     """Settings, fit, and the residual map of a flank that does not meet its target; warnings below the fit."""
     maps = [_map(flank) for flank in result.flanks if flank.fitted.largest > MAP_FROM]
     return [_settings(result), _fit(result), *maps]
+
+
+def correction_tables(result: MachineCorrections) -> list[Table]:
+    """What to set on the machine, then the deviations before and after."""
+    tables = []
+    for flanks in dict.fromkeys(item.flanks for item in result.corrections):
+        own = [item for item in result.corrections if item.flanks == flanks]
+        rows = [
+            (part, *(getattr(item, name) for item in own))
+            for part, name in (
+                ("change", "change"),
+                ("its uncertainty", "uncertainty"),
+                ("before", "nominal"),
+                ("to set", "corrected"),
+            )
+        ]
+        of = "both flanks" if flanks == "both" else f"{flanks} flank"
+        tables.append(
+            Table(
+                ["setting", *(Column(item.setting, label=item.setting.replace("_", " "), digits=6) for item in own)],
+                rows,
+                f"{result.design}, {result.member}, {of}: machine corrections",
+                name=f"corrections_{flanks}",
+                vertical=True,
+            )
+        )
+    fields = (
+        "deviation_rms",
+        "deviation_max",
+        "spiral_angle_error",
+        "pressure_angle_error",
+        "lengthwise_crowning",
+        "profile_crowning",
+        "twist",
+    )
+    labels = {name: name.replace("_", " ") for name in fields}
+    deviations = Table(
+        ["flank", *(Column(name, label=labels[name]) for name in fields)],
+        [(f"{item.flank}, {item.part}", *(getattr(item, name) for name in fields)) for item in result.deviations],
+        "Deviation from nominal, material too much positive",
+        result.notes,
+        name="deviations",
+        vertical=True,
+    )
+    return [*tables, deviations]
 
 
 def _settings(result: SettingsResult) -> Table:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.cutting.rotation import dot, spin, turn
 from efficiency.synthesis.conjugate import ConjugateFlankStart
 from efficiency.synthesis.fit import RootLine, TargetFlank
@@ -65,16 +68,17 @@ def target_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArr
 
     With ``X = x - contact_face - bias (y - contact_depth)`` and ``Y = y - contact_depth`` it is
     ``(heel + toe)/2 X^2 + (heel - toe)/2 X^3 + (tip + root)/2 Y^2 + (tip - root)/2 Y^3 + twist (x - contact_face) Y``:
-    smooth, and the amounts of the targets at the ends of both axes for a contact in the middle.
+    smooth, and the amounts of the targets at the ends of both axes for a contact in the middle. A map is added.
     """
     across = y - target.contact_depth
     along = x - target.contact_face - target.bias * across
     lengthwise = _ends(along, target.crowning_toe, target.crowning_heel)
-    return (
+    relief = (
         lengthwise
         + _ends(across, target.relief_root, target.relief_tip)
         + target.twist * (x - target.contact_face) * across
     )
+    return relief if target.map is None else relief + read_ease_off_map(Path(target.map))(x, y)
 
 
 def _ends(x: FloatArray, low: float, high: float) -> FloatArray:

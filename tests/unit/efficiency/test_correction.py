@@ -1,0 +1,135 @@
+"""Machine corrections from measured flanks, maps of ease-off, the command `correct`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from efficiency.contact.conjugate import read_ease_off_map
+from efficiency.cutting.flank import CutFlank
+from efficiency.design.design import load_design
+from efficiency.output.files import export_ease_off
+from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
+from efficiency.synthesis.correction import machine_corrections
+from efficiency.synthesis.inputs import FlankTarget
+from efficiency.synthesis.target_flank import target_relief
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+
+BEVEL, HOBBED = "fm_spiral_bevel_14x39", "fh_hypoid_9x34_offset_10"
+
+
+def grids(folder: Path, name: str, changes: dict[str, float], noise: float = 0.0, sides: str = "both") -> list[Path]:
+    """Points of pinion flanks as a machine cuts them whose settings are off."""
+    design, rng, files = load_design(name), np.random.default_rng(1), []
+    for side in ("concave", "convex"):
+        if sides not in ("both", side):
+            continue
+        flank = design.flank("pinion", side)
+        assert isinstance(flank, CutFlank)
+        off = replace(flank.machine, **{key: getattr(flank.machine, key) + by for key, by in changes.items()})
+        grid = inspection_grid(replace(flank, machine=off), 7, 11, 0.08)
+        shift = noise * rng.standard_normal(grid.u.shape)
+        files.append(folder / f"{side}.csv")
+        write_inspection_grid(
+            files[-1], design, "pinion", side, replace(grid, position=grid.position + shift * grid.normal)
+        )
+    return files
+
+
+@pytest.mark.parametrize("name", [BEVEL, HOBBED])
+def test_settings_that_are_off_are_found(tmp_path: Path, name: str) -> None:
+    changes = {"machine_root_angle": 3e-4, "radial_setting": 5e-5, "roll_ratio": 4e-4, "sliding_base": -2e-5}
+    found = machine_corrections(name, grids(tmp_path, name, changes), "0.01 um")
+    by_side = {(row.flank, row.part): row for row in found.deviations}
+    for side in ("concave", "convex"):
+        assert by_side[side, "measured"].deviation_rms > 2e-6
+        assert by_side[side, "expected"].deviation_rms < 2e-9
+        assert abs(by_side[side, "expected"].pressure_angle_error) < 1e-7
+    completing = name == HOBBED
+    assert {row.flanks for row in found.corrections} == ({"both"} if completing else {"concave", "convex"})
+    if not completing:
+        change = {row.setting: row for row in found.corrections if row.flanks == "concave"}
+        for setting, by in changes.items():
+            # what the points tell apart comes back; each within its own uncertainty
+            assert abs(change[setting].change + by) < 2.0 * change[setting].uncertainty
+        assert abs(change["roll_ratio"].change + 4e-4) < 5e-5
+
+
+def test_noise_leaves_its_own_size_and_the_angles(tmp_path: Path) -> None:
+    files = grids(tmp_path, BEVEL, {"machine_root_angle": 4e-4, "blank_offset": 4e-5}, 1e-6)
+    found = machine_corrections(BEVEL, files, 1e-6, 1)
+    for row in found.deviations:
+        if row.part == "expected":
+            assert 0.7e-6 < row.deviation_rms < 1.2e-6
+            assert abs(row.spiral_angle_error) < 2e-5
+            assert abs(row.pressure_angle_error) < 3e-5
+    assert "modified_roll_2c" not in {row.setting for row in found.corrections}
+
+
+def test_a_part_as_designed_asks_for_nothing(tmp_path: Path) -> None:
+    found = machine_corrections(BEVEL, grids(tmp_path, BEVEL, {}, sides="concave"), 1e-6, 1)
+    assert all(abs(row.change) < 1e-3 * row.uncertainty for row in found.corrections)
+    assert "[pinion.concave.machine]" in found.text
+    assert "[pinion.convex.machine]" not in found.text
+
+
+def test_one_flank_of_a_completing_pinion_is_told(tmp_path: Path) -> None:
+    found = machine_corrections(HOBBED, grids(tmp_path, HOBBED, {"tilt": 2e-4}, sides="convex"))
+    assert any("the other flank moves as well" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"uncertainty": "1 mm"}, "0.01 to 100 um"),
+        ({"uncertainty": "1 N"}, "uncertainty"),
+        ({"order": 3}, "1 or 2"),
+        ({"grids": []}, "one or two files"),
+        ({"twice": True}, "concave, convex"),
+        ({"member": "gear"}, "member and blank"),
+        ({"member": ""}, "files of one member"),
+    ],
+)
+def test_wrong_input_is_refused(tmp_path: Path, given: dict[str, Any], told: str) -> None:
+    files: list[Path] = given.pop("grids", None) or grids(tmp_path, BEVEL, {}, sides="concave")
+    if told == "one or two files":
+        files = []
+    if given.pop("twice", False):
+        files = files * 2
+    if "member" in given:
+        text = files[0].read_text(encoding="utf-8")
+        member = given.pop("member")
+        files[0].write_text(text.replace("member=pinion", f"member={member}", 1), encoding="utf-8")
+    with pytest.raises(InputError, match=told):
+        machine_corrections(BEVEL, files, **given)
+
+
+def test_command(tmp_path: Path, mixed_ehl: Any) -> None:
+    (file,) = grids(tmp_path, BEVEL, {"roll_ratio": 4e-4}, sides="concave")
+    outcome = mixed_ehl("correct", BEVEL, file, "-o", tmp_path / "new.toml")
+    assert outcome.code == 0
+    assert "machine corrections" in outcome.out
+    assert "roll_ratio" in (tmp_path / "new.toml").read_text(encoding="utf-8")
+    content = json.loads(mixed_ehl("correct", BEVEL, file, "--json", "--order", "1").out)
+    assert {row["part"] for row in content["deviations"]} == {"measured", "expected"}
+    assert mixed_ehl("correct", BEVEL, tmp_path / "none.csv").code == 2
+
+
+def test_a_map_of_ease_off_is_a_target(tmp_path: Path) -> None:
+    lines = export_ease_off(load_design(BEVEL), tmp_path)
+    assert len(lines) == 2
+    given = read_ease_off_map(tmp_path / "ease_off_drive.csv")
+    assert given.error < 1e-8
+    x, y = np.array([0.0, 0.5, -0.7]), np.array([0.0, -0.3, 0.6])
+    target = FlankTarget(map=str(tmp_path / "ease_off_drive.csv"))
+    np.testing.assert_allclose(
+        target_relief(target, x, y), target_relief(FlankTarget(), x, y) + given(x, y), rtol=1e-12
+    )
+    with pytest.raises(InputError, match="not scaled"):
+        validate(FlankTarget, {"map": str(tmp_path / "ease_off_drive.csv"), "transmission_error": "20 arcsec"})
