@@ -249,7 +249,7 @@ def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, lengt
 
 
 def mesh_levels(plan: RunPlan, nodes: int) -> int:
-    """Number of meshes: the coarsest still shows the roughness. Two for a fixed window or without roughness."""
+    """Number of meshes, the coarsest with 3 nodes in 2 correlation lengths; two for a fixed window or when smooth."""
     levels = 2
     if plan.window_max > plan.window_min:
         while (
