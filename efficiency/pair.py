@@ -561,8 +561,18 @@ class GearPair:
         return replace(found, output=GearOutput(self.design))
 
     @_one_thread
-    def misalignment(self, *, side: str = "drive", marking: Value | None = None, **axes: Any) -> MisalignmentGrid:
-        """Unloaded contact over all combinations of `E`, `P`, `G` and `alpha`, added to those of the design.
+    def misalignment(
+        self,
+        *,
+        side: str = "drive",
+        marking: Value | None = None,
+        torque: Value | None = None,
+        friction: Friction | None = None,
+        conditions: Mapping[str, Any] | None = None,
+        report: Report | None = None,
+        **axes: Any,
+    ) -> MisalignmentGrid:
+        """Contact over all combinations of `E`, `P`, `G` and `alpha`, added to those of the design (V-H check).
 
         Parameters
         ----------
@@ -570,10 +580,18 @@ class GearPair:
             Which flanks; one study for each.
         marking : float or str, optional
             Thickness of the marking compound [m], by default 6.35 um.
+        torque : float or str, optional
+            Pinion torque [N m]: every state with its load, pressure, edges and loss as well.
+        friction : str or model, optional
+            Of the loss; by default the formula shipped for the oil, without one a constant.
+        conditions : mapping, optional
+            `speed`, `temperature`, `oil` and what else differs from the operating point of the design.
+        report : callable, optional
+            Called with the number of states done and of all states of a side.
         **axes : sequence
             Values of `E`, `P`, `G` [m] and `alpha` [rad]; zero where not given.
         """
-        from efficiency.geometry.misalignment import MisalignmentGrid, misalignment_study
+        from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
         from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness
 
         thickness = marking_thickness(marking)
@@ -583,9 +601,37 @@ class GearPair:
         states = math.prod(len(part) for part in values.values())
         if states > _MAX_STATES:
             raise InputError("E, P, G, alpha", f"{states} states", f"at most {_MAX_STATES} combinations")
-        studies = [
-            misalignment_study(self.design, side=part, marking=thickness, **values) for part in chosen_sides(side)
-        ]
+        given: dict[str, Any] = {} if friction is None else {"friction": friction}
+        given |= conditions or {}
+        if torque is None and given:
+            name = next(iter(given))
+            raise InputError(name, given[name], "no value without a torque", "Without a load nothing depends on it.")
+        carried: float | None = None
+        model: Friction = CONSTANT
+        if torque is not None:
+            from efficiency.studies.parameter_study import default_friction
+
+            carried = axis_values("torque", [torque])[0]
+            oil = str((conditions or {}).get("oil", self.design.operation.oil))
+            model = resolve_friction(default_friction(oil) if friction is None else friction, self.design)
+            self.check([model], **{**(conditions or {}), "torque": carried})
+
+        def study(part: Side) -> MisalignmentStudy:
+            def load(placed: dict[str, float]) -> EfficiencyResult:
+                moved: dict[str, Any] = dict(placed)
+                return self.mesh(part, **moved).load(carried).efficiency(model, **(conditions or {}))
+
+            return misalignment_study(
+                self.design,
+                side=part,
+                marking=thickness,
+                report=report,
+                torque=carried,
+                load=None if carried is None else load,
+                **values,
+            )
+
+        studies = [study(part) for part in chosen_sides(side)]
         return MisalignmentGrid(tuple(studies), GearOutput(self.design))
 
     def plot_contact(self, side: Side = "drive", member: Literal["pinion", "gear"] = "gear") -> Figure:

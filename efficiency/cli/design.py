@@ -20,6 +20,8 @@ from efficiency.cli.options import (
     LoadBalanceOption,
     OilOption,
     SideOption,
+    SpeedOption,
+    TemperatureOption,
     UnitsOption,
     load_balance_of,
     one_side,
@@ -179,16 +181,38 @@ def misalignment(
     alpha: Annotated[str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
     side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "drive",
     marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
+    torque: Annotated[
+        str | None,
+        typer.Option(help="Pinion torque: every state loaded as well, '250 N m'.", rich_help_panel=OPERATION),
+    ] = None,
+    friction: Annotated[
+        str | None, typer.Option(help="Friction model as in `gear`; default: the formula shipped for the oil.")
+    ] = None,
+    speed: SpeedOption = None,
+    temperature: TemperatureOption = None,
+    oil: OilOption = None,
     json_output: JsonOption = False,
     csv: Annotated[Path | None, typer.Option(help="Write all states as CSV (SI units).")] = None,
     plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
 ) -> None:
-    """Misalignment study: unloaded contact over a grid of E, P, G and alpha, added to those of the design.
+    """Misalignment study (V-H check): contact over a grid of E, P, G and alpha, added to those of the design.
+
+    Without load; with ``--torque`` loaded transmission error, pressure, load at edges, loss and efficiency as well.
 
     Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
     """
     axes = given({"E": e, "P": p, "G": g, "alpha": alpha})
-    states = efficiency.load(design).misalignment(side=side, marking=marking, **axes)
+    conditions = given({"speed": speed, "temperature": temperature, "oil": oil})
+    with progress("states") as report:
+        states = efficiency.load(design).misalignment(
+            side=side,
+            marking=marking,
+            torque=torque,
+            friction=friction,
+            conditions=conditions or None,
+            report=report,
+            **axes,
+        )
     present(states, json_output, csv=csv, plot=plot)
 
 

@@ -1,14 +1,15 @@
-"""Misalignment study: how the unloaded contact of a pair answers to E, P, G and alpha.
+"""Misalignment study: how the contact of a pair answers to E, P, G and alpha, without load and at a torque (V-H check).
 
 The flank points are solved once; every state of misalignment takes them over and computes its ease-off, contact path,
-transmission error and pattern anew.
+transmission error and pattern anew. At a torque every state has its load distribution as well, on the same elastic
+bodies.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -26,14 +27,25 @@ from ehl.io.numbers import finite_or_none
 if TYPE_CHECKING:
     import pandas
 
+    from efficiency.loss.efficiency_result import EfficiencyResult
+
 AXES = ("E", "P", "G", "alpha")
+# what a state has at a torque
+LOADED = (
+    "transmission_error_loaded",
+    "pressure_max",
+    "edge_load_share",
+    "load_centre_u",
+    "power_loss",
+    "efficiency",
+)
 # names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
 _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", "undercut": "absent"}
 
 
 @dataclass(frozen=True)
 class MisalignmentPoint:
-    """Unloaded contact in one state of misalignment.
+    """Contact in one state of misalignment; what needs a load is not a number without a torque.
 
     Attributes
     ----------
@@ -55,6 +67,16 @@ class MisalignmentPoint:
         Edges in contact without load, separated by commas.
     pattern_edges : str
         Edges the pattern runs into.
+    transmission_error_loaded : float
+        Peak to peak at the torque [rad].
+    pressure_max : float
+        Largest pressure, edges left out [Pa].
+    edge_load_share : float
+        Share of the torque where the contact reaches an edge.
+    load_centre_u : float
+        Where the force acts in the mean, along the gear face from its middle to the heel [m].
+    power_loss, efficiency : float
+        Of the mesh [W], [-].
     status : {"converged", "edge contact", "failed"}
         ``edge contact``: computed, an edge carries somewhere in the mesh.
     reason : str
@@ -77,17 +99,24 @@ class MisalignmentPoint:
     undercut: float = 0.0
     edges: str = ""
     pattern_edges: str = ""
+    transmission_error_loaded: float = np.nan
+    pressure_max: float = np.nan
+    edge_load_share: float = np.nan
+    load_centre_u: float = np.nan
+    power_loss: float = np.nan
+    efficiency: float = np.nan
     status: Literal["converged", "edge contact", "failed"] = "failed"
     reason: str = ""
 
-    def to_dict(self) -> dict[str, float | str]:
-        """Values by the names of the columns in files."""
-        return {_COLUMNS.get(f.name, f.name): getattr(self, f.name) for f in fields(self)}
+    def to_dict(self, loaded: bool = False) -> dict[str, float | str]:
+        """Values by the names of the columns in files; those of a load where there is one."""
+        names = [f.name for f in fields(self) if loaded or f.name not in LOADED]
+        return {_COLUMNS.get(name, name): getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True)
 class MisalignmentStudy:
-    """Unloaded contact over a grid of misalignments.
+    """Contact over a grid of misalignments.
 
     Attributes
     ----------
@@ -101,6 +130,8 @@ class MisalignmentStudy:
         Results.
     seconds : float
         Wall time.
+    torque : float, optional
+        Of the pinion [N m]; none without load.
     """
 
     design: str
@@ -112,6 +143,7 @@ class MisalignmentStudy:
     alpha: tuple[float, ...]
     points: tuple[MisalignmentPoint, ...]
     seconds: float
+    torque: float | None = None
     status: Literal["converged", "failed"] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -127,15 +159,16 @@ class MisalignmentStudy:
         """One row per point, SI units, columns by the keys of `MisalignmentPoint.to_dict`."""
         import pandas
 
-        return pandas.DataFrame([point.to_dict() for point in self.points])
+        return pandas.DataFrame([point.to_dict(self.torque is not None) for point in self.points])
 
     def to_dict(self) -> dict[str, object]:
         """Plain numbers and strings for JSON; what could not be computed is None."""
-        rows = [finite_or_none(point.to_dict()) for point in self.points]
+        rows = [finite_or_none(point.to_dict(self.torque is not None)) for point in self.points]
         return {
             "design": self.design,
             "side": self.side,
             "marking": self.marking,
+            **({} if self.torque is None else {"torque": self.torque}),
             **{axis: list(getattr(self, axis)) for axis in AXES},
             "points": rows,
             "seconds": self.seconds,
@@ -145,7 +178,7 @@ class MisalignmentStudy:
 
 @dataclass(frozen=True, repr=False)
 class MisalignmentGrid(Presented):
-    """Unloaded contact of a pair over misalignments: from `GearPair.misalignment`.
+    """Contact of a pair over misalignments: from `GearPair.misalignment`.
 
     Attributes
     ----------
@@ -193,8 +226,10 @@ def misalignment_study(
     side: Side = "drive",
     marking: float = MARKING,
     report: Callable[[int, int], None] | None = None,
+    torque: float | None = None,
+    load: Callable[[dict[str, float]], EfficiencyResult] | None = None,
 ) -> MisalignmentStudy:
-    """Unloaded contact at all combinations of misalignments, added to those of the design.
+    """Contact at all combinations of misalignments, added to those of the design.
 
     Parameters
     ----------
@@ -208,6 +243,10 @@ def misalignment_study(
         Thickness of the marking compound [m].
     report : callable, optional
         Called with the number of points done and of all points.
+    torque : float, optional
+        Of the pinion [N m], where there is a load.
+    load : callable, optional
+        Loaded contact at the misalignments of a state, those of the design included.
 
     Returns
     -------
@@ -229,18 +268,22 @@ def misalignment_study(
     grid: FlankGrid | None = None
     states = list(product(values["E"], values["P"], values["G"], values["alpha"]))
     for number, state in enumerate(states):
-        moved = design.with_misalignment(**{n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)})
+        placed = {n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)}
+        moved = design.with_misalignment(**placed)
         try:
             pair = flank_pair(moved.flanks(), side, grid=grid)
         except ConvergenceError as error:
             points.append(MisalignmentPoint(*state, reason=str(error)))
         else:
             grid = pair.surface.grid
-            points.append(_point(pair, state, marking))
+            point = _point(pair, state, marking)
+            if load is not None:
+                point = _loaded(point, load, placed, 0.5 * design.gear.blank.face_width)
+            points.append(point)
         if report is not None:
             report(number + 1, len(states))
     return MisalignmentStudy(
-        design.name, side, marking, **values, points=tuple(points), seconds=time.perf_counter() - clock
+        design.name, side, marking, **values, points=tuple(points), seconds=time.perf_counter() - clock, torque=torque
     )
 
 
@@ -261,4 +304,28 @@ def _point(pair: FlankPair, state: tuple[float, float, float, float], marking: f
         edges=", ".join(mesh.edges),
         pattern_edges=", ".join(pattern.edges),
         status="edge contact" if mesh.edges else "converged",
+    )
+
+
+def _loaded(
+    point: MisalignmentPoint,
+    load: Callable[[dict[str, float]], EfficiencyResult],
+    placed: dict[str, float],
+    half_face: float,
+) -> MisalignmentPoint:
+    """The state with what its load adds."""
+    try:
+        result = load(placed)
+    except ConvergenceError as error:
+        return replace(point, status="failed", reason=f"at the torque: {error}")
+    positions = result.load.positions
+    force = np.concatenate([part.force for part in positions])
+    face = np.concatenate([part.position.face_gear for part in positions])
+    centre = float(np.sum(force * face) / np.sum(force)) if force.any() else np.nan
+    return replace(
+        point,
+        **{name: getattr(result, name) for name in LOADED if name != "load_centre_u"},
+        load_centre_u=centre - half_face,
+        reason=result.reason,
+        status="failed" if result.status == "failed" else point.status,
     )

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
 
 _ROWS = 60
+# share of the torque at edges that is worth a word
+EDGE_SHARE = 0.02
 
 
 def misalignment_quantity(name: str) -> Quantity:
@@ -21,16 +23,15 @@ def misalignment_quantity(name: str) -> Quantity:
 
 
 def misalignment_table(study: MisalignmentStudy) -> Table:
-    """One row per state: misalignments that vary, transmission error, places along the gear face, pattern, edges."""
+    """One row per state: misalignments that vary, transmission error, places along the gear face, pattern, edges.
+
+    At a torque: what the load gives instead of the places and sizes without it.
+    """
+    if study.torque is not None:
+        return _loaded_table(study, study.torque)
     names = study.varied
     fields = ("peak_to_peak", "error_maximum_u", "pattern_u", "pattern_length", "pattern_area")
     shares = [Column(name, of="share", label=name.replace("_", " ")) for name in fields[3:]]
-    count = len(study.points)
-    failed = sum(point.status == "failed" for point in study.points)
-    edges = sum(point.status == "edge contact" for point in study.points)
-    notes = [f"{study.status}: {count} states, {edges} with edge contact, {failed} failed, {study.seconds:.2f} s"]
-    if count > _ROWS:
-        notes.insert(0, f"{count - _ROWS} of {count} states are not shown: --csv writes all of them")
     return Table(
         [
             *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
@@ -43,8 +44,54 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
             for point in study.points[:_ROWS]
         ],
         title=f"{study.design}, {study.side}: unloaded contact, marking {1e6 * study.marking:.4g} µm",
-        notes=notes,
+        notes=_notes(study),
     )
+
+
+def _loaded_table(study: MisalignmentStudy, torque: float) -> Table:
+    names = study.varied
+    fields = (
+        "transmission_error_loaded",
+        "pressure_max",
+        "edge_load_share",
+        "load_centre_u",
+        "power_loss",
+        "efficiency",
+    )
+    return Table(
+        [
+            *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
+            "peak_to_peak",
+            *fields,
+            Column("edges", label="unloaded edge contact, or why it failed"),
+        ],
+        [
+            [*(getattr(point, name) for name in (*names, "peak_to_peak", *fields)), point.reason or point.edges]
+            for point in study.points[:_ROWS]
+        ],
+        title=f"{study.design}, {study.side}: contact at {quantity('torque_pinion').text(torque)} of the pinion",
+        notes=_notes(study),
+    )
+
+
+def _notes(study: MisalignmentStudy) -> list[str]:
+    count = len(study.points)
+    failed = sum(point.status == "failed" for point in study.points)
+    edges = sum(point.status == "edge contact" for point in study.points)
+    notes = [
+        f"{study.status}: {count} states, {edges} with unloaded edge contact, {failed} failed, {study.seconds:.2f} s"
+    ]
+    if study.torque is not None and failed < count:
+        worst = max((p for p in study.points if p.status != "failed"), key=lambda p: p.edge_load_share)
+        if worst.edge_load_share > EDGE_SHARE:
+            place = ", ".join(
+                f"{name} {misalignment_quantity(name).text(getattr(worst, name))}" for name in study.varied
+            )
+            share = 100.0 * worst.edge_load_share
+            notes.insert(0, f"edges carry up to {share:.2g} % of the torque ({place}): relief, or a stiffer mounting")
+    if count > _ROWS:
+        notes.insert(0, f"{count - _ROWS} of {count} states are not shown: --csv writes all of them")
+    return notes
 
 
 def write_misalignment(path: Path, grid: MisalignmentGrid) -> None:

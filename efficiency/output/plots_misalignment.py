@@ -16,6 +16,7 @@ from efficiency.output.misalignment_table import misalignment_quantity
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.io.errors import ConvergenceError
 from ehl.io.units import ARCSEC
+from ehl.quantities import axis_label, quantity, to_display
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -85,6 +86,27 @@ def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoi
         values, of("pattern_length", 100.0), color=colour, marker="o", ms=4, label=f"{side}, length / face width"
     )
     row[2].plot(values, of("pattern_area", 100.0), color=colour, marker=".", ls="--", label=f"{side}, area share")
+
+
+def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
+    """One row per varied misalignment: transmission error, pressure, edges and efficiency at the torque."""
+    names = studies[0].varied or ["E"]
+    fields = ("transmission_error_loaded", "pressure_max", "edge_load_share", "efficiency")
+    figure = Figure(figsize=(13.0, 0.9 + 2.7 * len(names)), layout="constrained")
+    grid = np.atleast_2d(figure.subplots(len(names), len(fields), squeeze=False))
+    for row, name in zip(grid, names, strict=True):
+        for axes, field in zip(row, fields, strict=True):
+            for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
+                values, points = sections(study, name)
+                shown = to_display(field, np.array([getattr(point, field) for point in points]))
+                axes.plot(values, shown, color=colour, marker="o", ms=4, label=study.side)
+            axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label(field))
+            axes.grid(alpha=0.3)
+            axes.ticklabel_format(axis="y", useOffset=False)
+    grid[0][0].legend(fontsize=7, framealpha=0.6)
+    torque = quantity("torque_pinion").text(studies[0].torque or 0.0)
+    figure.suptitle(f"{studies[0].design}: misalignments at {torque} of the pinion", fontsize=11)
+    return figure
 
 
 def map_figure(study: MisalignmentStudy) -> Figure | None:
@@ -193,6 +215,8 @@ def section_contacts(
 def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[tuple[str, Figure]]:
     """(name, figure): sections of all studies, then maps and patterns of each."""
     yield "misalignment", section_figure(studies)
+    if studies[0].torque is not None:
+        yield "misalignment_loaded", loaded_figure(studies)
     for study in studies:
         figure = map_figure(study)
         if figure is not None:

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import efficiency
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.design.design import Design, load_design
 from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
@@ -112,3 +113,30 @@ def test_bad_study_is_a_sentence(mixed_ehl: Cli, arguments: tuple[str, ...], wor
     assert outcome.code == 2
     for word in words:
         assert word in outcome.err
+
+
+def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Cli, tmp_path: Path) -> None:
+    """The V-H check under load: same numbers as the pair set up in that state, next to the unloaded ones."""
+    options = ("--torque", "300 N m", "--friction", "constant:0.05", "--speed", "1500 rpm")
+    outcome = mixed_ehl("misalignment", PAIR, "--E", "-0.1, 0.1 mm", *options, "--json", "--plot", tmp_path)
+    assert outcome.code == 0
+    (found,) = json.loads(outcome.out)["studies"]
+    assert found["torque"] == 300.0
+    pair = efficiency.load(PAIR)
+    for point in found["points"]:
+        result = pair.mesh("drive", E=point["E"]).load("300 N m").efficiency("constant:0.05", speed="1500 rpm")
+        for name in ("efficiency", "pressure_max", "edge_load_share", "transmission_error_loaded", "power_loss"):
+            assert point[name] == pytest.approx(getattr(result, name), rel=1e-9)
+        assert 0.3 < point["transmission_error_loaded"] / point["peak_to_peak"] < 1.0
+    # the offset moves the load along the face
+    assert found["points"][0]["load_centre_u"] - found["points"][1]["load_centre_u"] > 1e-3
+    assert (tmp_path / "misalignment_loaded.png").stat().st_size > 10_000
+    table = mixed_ehl("misalignment", PAIR, "--E", "0.1 mm", *options).out
+    assert "edges carry up to 12 %" in table
+
+
+def test_conditions_without_a_torque_are_refused(mixed_ehl: Cli) -> None:
+    outcome = mixed_ehl("misalignment", PAIR, "--E", "0.1 mm", "--speed", "1000 rpm")
+    assert outcome.code == 2
+    assert "no value without a torque" in outcome.err
+    assert mixed_ehl("misalignment", PAIR, "--E", "0.1 mm", "--torque", "-5 N m").code == 2
