@@ -206,7 +206,13 @@ def _oil(name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str
         '# Put in what your data sheet says, with its unit: "97.5 cSt". The rest is typical of the base oil, and\n'
         "# [uncertainty] says how well it is known. viscosity_kinematic: m^2/s, density: kg/m^3, stress: Pa"
     )  # fmt: skip
-    return card_text(card, head)
+    text = card_text(card, head)
+    for key, value in (("40", card.viscosity_kinematic_40), ("100", card.viscosity_kinematic_100)):
+        # as a data sheet has it
+        text = text.replace(
+            f"viscosity_kinematic_{key} = {value!r}", f'viscosity_kinematic_{key} = "{value * 1e6:.6g} cSt"'
+        )
+    return text
 
 
 _CONTACT = """\
