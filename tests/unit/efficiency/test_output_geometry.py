@@ -265,7 +265,7 @@ def test_bad_geometry_arguments_are_a_sentence(mixed_ehl: Cli, arguments: tuple[
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--what", "iges"), ["--what", "tooth, member, step, grid, summary"]),
+        (("--what", "iges"), ["--what", "tooth, member, step, grid, ease_off, summary"]),
         (("--member", "worm"), ["--member", "pinion, gear or both"]),
         (("--rows", "4"), ["--rows", "from 5"]),
         (("--margin", "0.6"), ["--margin", "0.3"]),
