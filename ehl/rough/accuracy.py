@@ -13,7 +13,6 @@ from ehl.rough.surfaces import RoughSurfaces
 
 Accuracy = Literal["fast", "standard", "reference"]
 
-SPREADS = 3.0  # standard errors of the difference of two meshes that count in the error of the finer one
 BATCH = 2.0  # travel of the smallest batch of the mean [b]
 FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
 DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
@@ -77,10 +76,6 @@ class RunPlan:
         Travel per update of the macroscopic pressure [b].
     preheating : float
         Travel over which the mean heat of the coarse run warms the surfaces without a solution of the film [b].
-    window_fine : float
-        Shortest travel averaged over on all meshes but the coarsest [b].
-    budget : float
-        Work of the whole contact, in node-iterations (`ehl.rough.levels.work`).
     """
 
     spacing: float
@@ -96,21 +91,13 @@ class RunPlan:
     nodes_fine_max: int = NODES_MAX
     exchange_window: float = EXCHANGE_WINDOW
     preheating: float = 0.0
-    window_fine: float = BATCH
-    budget: float = math.inf
 
-
-# work of a contact that is not smooth, in node-iterations of some 150 ns: a contact that needs more to settle ends with
-# the interval it has
-WORK: dict[str, float] = {"fast": 1e7, "standard": 4e7, "reference": 1e9}
-LEVELS_MAX = 4  # meshes of one contact
-FINE_WINDOW = 8.0  # shortest window of the finer meshes, of which only differences are taken [b]
 
 # nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, tolerance, windows [b]
 LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
-    "fast": (6.0, 10.0, 64.0, 0.05, 12.0, 96.0),
-    "standard": (12.0, 20.0, 128.0, 0.02, 12.0, 384.0),
-    "reference": (24.0, 40.0, 256.0, 0.01, 24.0, 768.0),
+    "fast": (6.0, 10.0, 64.0, 0.05, 12.0, 24.0),
+    "standard": (12.0, 20.0, 128.0, 0.02, 12.0, 96.0),
+    "reference": (24.0, 40.0, 256.0, 0.01, 24.0, 192.0),
 }
 
 
@@ -167,7 +154,7 @@ def make_run_plan(
         batch, window_min, window_max = BATCH * longer, window_min * longer, window_max * longer
     else:
         spacing = min(1.0 / smooth, 0.5 * sweep)
-        longer, window_min, window_max = 1.0, 2.0 * BATCH, 2.0 * BATCH
+        window_min = window_max = 2.0 * BATCH
     startup = FRONT_STARTUP + (DRAINED_STARTUP if drained else 0.0)
     settling = SETTLING
     if thermal:
@@ -188,8 +175,6 @@ def make_run_plan(
         coarsest,
         batch,
         nodes_fine_max=most,
-        window_fine=min(FINE_WINDOW * longer, window_min),
-        budget=WORK[level],
     )
     return _shortened(plan, surfaces.correlation_length / contact.half_width) if fine else plan
 
@@ -200,7 +185,6 @@ def _shortened(plan: RunPlan, correlation_length: float) -> RunPlan:
     return replace(
         plan,
         window_min=share * plan.window_min,
-        window_fine=share * plan.window_fine,
         startup=FRONT_STARTUP + share * (plan.startup - FRONT_STARTUP),
         exchange_window=share * plan.exchange_window,
         settling=SETTLING,
@@ -246,17 +230,6 @@ def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, lengt
         affordable = min(max(plan.nodes_max, SPARE * needed), plan.nodes_fine_max)
         plan = replace(plan, spacing=max(plan.spacing, length / affordable))
     return plan
-
-
-def mesh_levels(plan: RunPlan, nodes: int) -> int:
-    """Number of meshes, the coarsest with 3 nodes in 2 correlation lengths; two for a fixed window or when smooth."""
-    levels = 2
-    if plan.window_max > plan.window_min:
-        while (
-            levels < LEVELS_MAX and plan.spacing * 2**levels <= 2.0 * plan.coarsest and nodes / 2**levels >= NODES_MIN
-        ):
-            levels += 1
-    return levels
 
 
 def mesh_length(contact: LineContact, film: float) -> float:

@@ -16,8 +16,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import COLUMNS, FILM_MEAN
-from ehl.rough.accuracy import BATCH, BUDGET, WORK, RunPlan, make_run_plan, mesh_levels, with_overrides
-from ehl.rough.levels import Levels, work
+from ehl.rough.accuracy import BATCH, BUDGET, make_run_plan, with_overrides
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.window import film_jumped
@@ -161,39 +160,3 @@ def test_a_film_that_flew_apart_is_seen_even_where_all_steps_did(films: list[flo
     records = np.zeros((len(films), COLUMNS))
     records[:, FILM_MEAN] = films
     assert film_jumped(records, records) is jumped
-
-
-# --- meshes and budget
-
-
-def test_meshes_halve_down_to_the_coarsest_that_shows_the_roughness() -> None:
-    """Four from 0.01 to 0.08 b where 0.05 b is fine enough twice over; fewer nodes or a fixed window end it earlier."""
-    plan = RunPlan(0.01, 0.02, 12.0, 96.0, 2.9, 1.5, boundary_study=False, coarsest=0.05)
-    assert mesh_levels(plan, 4000) == 4
-    assert mesh_levels(replace(plan, coarsest=0.01), 4000) == 2
-    assert mesh_levels(plan, 300) == 3
-    assert mesh_levels(replace(plan, window_max=12.0), 4000) == 2
-
-
-def test_a_contact_that_cannot_settle_ends_at_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With 1.6e6 node-iterations the answer has a wide interval, and no more is spent."""
-    found: list[Levels] = []
-    rolled = Levels.roll
-
-    def roll(self: Levels) -> None:
-        rolled(self)
-        found.append(self)
-
-    monkeypatch.setattr(Levels, "roll", roll)
-    monkeypatch.setitem(WORK, "fast", 1.6e6)
-    rough = Contact(
-        oil="75w90", temperature=353.15, pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=1.0,
-        slide_to_roll=0.3, roughness_rms=0.6e-6, correlation_length=120e-6, thermal="off", accuracy="fast",
-    )  # fmt: skip
-    result = rough.solve()
-    assert result.status == "unsettled"
-    assert result.statistical_error > 0.05
-    assert math.isfinite(result.friction_error)
-    (levels,) = found
-    assert sum(map(work, levels.windows)) <= 1.6e6
-    assert levels.windows[0].rolled > levels.fine.rolled

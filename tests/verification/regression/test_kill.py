@@ -35,8 +35,7 @@ CHILD = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from ehl import SOLVER
-from regression.sweeping.evaluators import published_outputs, solve_outputs
+from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
 from regression.plan.plan import Plan
 from regression.sweeping.sweep import sweep_shard
 
