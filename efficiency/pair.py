@@ -149,6 +149,14 @@ def load(name: str | Path) -> GearPair:
     return GearPair(load_design(name))
 
 
+def default_friction(oil: str) -> str:
+    """The formula shipped for an oil, else a published one that knows pressure, speeds, viscosity and roughness."""
+    from regression.formula import shipped_formulas
+
+    shipped = shipped_formulas(oil)
+    return shipped[0] if shipped else "xu_kahraman_2007"
+
+
 def resolve_friction(friction: Friction, design: Design) -> FrictionModel:
     """A friction model, a fitted formula, or the model of that name.
 
@@ -609,8 +617,6 @@ class GearPair:
         carried: float | None = None
         model: Friction = CONSTANT
         if torque is not None:
-            from efficiency.studies.parameter_study import default_friction
-
             carried = axis_values("torque", [torque])[0]
             oil = str((conditions or {}).get("oil", self.design.operation.oil))
             model = resolve_friction(default_friction(oil) if friction is None else friction, self.design)

@@ -39,8 +39,7 @@ from efficiency.optimisation.problem import (
     variables_of,
 )
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
-from efficiency.pair import POINTS_PER_LINE, POSITIONS, GearPair, resolve_friction
-from efficiency.studies.parameter_study import default_friction
+from efficiency.pair import POINTS_PER_LINE, POSITIONS, GearPair, default_friction, resolve_friction
 from efficiency.synthesis.inputs import SettingsInput, load_targets
 from efficiency.synthesis.settings_result import SettingsResult
 from ehl import __version__

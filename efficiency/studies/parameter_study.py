@@ -30,7 +30,15 @@ from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.loss.grid import count_reasons, solve_points
-from efficiency.pair import POINTS_PER_LINE, POSITIONS, Friction, GearPair, axis_values, resolve_friction
+from efficiency.pair import (
+    POINTS_PER_LINE,
+    POSITIONS,
+    Friction,
+    GearPair,
+    axis_values,
+    default_friction,
+    resolve_friction,
+)
 from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
@@ -500,14 +508,6 @@ def run_study(
         seconds,
         StudyOutput(),
     )
-
-
-def default_friction(oil: str) -> str:
-    """The formula shipped for an oil, else a published one that knows pressure, speeds, viscosity and roughness."""
-    from regression.formula import shipped_formulas
-
-    shipped = shipped_formulas(oil)
-    return shipped[0] if shipped else "xu_kahraman_2007"
 
 
 def _tasks(

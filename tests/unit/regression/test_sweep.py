@@ -6,8 +6,8 @@ import contextlib
 import os
 import signal
 import time
-from dataclasses import replace
 from collections import Counter
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
