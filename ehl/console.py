@@ -25,6 +25,7 @@ import typer.core
 
 from ehl import InputError, MixedEhlError, __version__, shipped
 from ehl.io.duration import duration
+from ehl.io.files import make_folder as make_folder
 from ehl.io.telling import listening
 
 if TYPE_CHECKING:

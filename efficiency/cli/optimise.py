@@ -11,8 +11,7 @@ import typer
 import efficiency
 from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, JobsOption, JsonOption, OilOption
 from ehl import InputError
-from ehl.console import App, fail_unless_converged, given, print_json, progress
-from ehl.io.files import make_folder
+from ehl.console import App, fail_unless_converged, given, make_folder, print_json, progress
 
 SEARCH = "Search"
 

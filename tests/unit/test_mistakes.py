@@ -136,7 +136,7 @@ SETUP: list[Change] = [
 ]
 CARD: list[Change] = [
     ('base = "mineral"', 'base = "minerale"', "base", "'mineral'"),
-    ("viscosity_kinematic_40 = ", "viscosity_kinematic_40 = -", "viscosity_kinematic_40", "above"),
+    ("viscosity_kinematic_40 = ", 'viscosity_kinematic_40 = "-220 cSt" #', "viscosity_kinematic_40", "above"),
     ("viscosity_kinematic_40 = ", 'viscosity_kinematic_40 = "220 mPa s" #', "viscosity_kinematic_40", "dimension"),
     ("viscosity_kinematic_40 = ", "viscosity_kinematic_40 = 220 #", "viscosity_kinematic_40", "220"),
     ("viscosity_kinematic_100 = ", "viscosity_kinematic_100 = 3e-4 #", "viscosity_kinematic_100", "exchanged"),
