@@ -219,7 +219,10 @@ def run(name: str, kind: Kind, count: int, folder: Path, seed: int, keep: Path, 
     tally, corpus, seen = Tally(f"{name} by command" if whole else name), list(kind.seeds), set[str]()
     change = mutate_workbook if kind.suffix == ".xlsx" else mutate
     path, began = folder / f"input{kind.suffix}", time.perf_counter()
-    arguments = [{"FILE": str(path), "OUT": str(folder / "out")}.get(word, word) for word in kind.command]
+    arguments = [
+        {"FILE": str(path), "OUT": str(folder / "out"), "OUT.toml": str(folder / "out.toml")}.get(word, word)
+        for word in kind.command
+    ]
     task = (lambda: command(arguments)) if whole else (lambda: kind.read(path))
     for number in range(count):
         if time.perf_counter() > until:

@@ -11,6 +11,7 @@ import importlib
 import inspect
 import types
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -93,7 +94,8 @@ def test_docstring_is_complete(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in PUBLIC if name.count(".") == 1])
-def test_docstring_has_an_example_that_runs(name: str) -> None:
+def test_docstring_has_an_example_that_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     thing = PUBLIC[name]
     if inspect.isclass(thing) and issubclass(thing, Exception):
         return

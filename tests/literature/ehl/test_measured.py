@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from measured import BALL_RADIUS, Row, hamrock_dowson_1977, main, markdown, measured, write
 
 from ehl.fluid.lubricant import Lubricant
-from measured import BALL_RADIUS, Row, hamrock_dowson_1977, main, markdown, measured, write
 
 
 @pytest.fixture(scope="module")
