@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from ehl.view.table import Table
 
 __version__ = "0.1.0"
+# goes up where the numbers of a contact change by more than rounding: keys of cases and stored runs name it
+SOLVER = f"ehl {__version__}, engine 2"
 
 # name -> module: compiled code is loaded when it is asked for, not when the command line starts
 _MODULES = {

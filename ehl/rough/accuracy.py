@@ -13,6 +13,7 @@ from ehl.rough.surfaces import RoughSurfaces
 
 Accuracy = Literal["fast", "standard", "reference"]
 
+SPREADS = 3.0  # standard errors of the difference of two meshes that count in the error of the finer one
 BATCH = 2.0  # travel of the smallest batch of the mean [b]
 FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
 DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
@@ -37,6 +38,8 @@ EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 # node distance over the width of the inlet sweep (`inlet_sweep`). The smooth film comes out thinner by half its square:
 # measured 0.45 to 0.6 of it over M 13 to 290, L 3 to 9
 PER_SWEEP: dict[str, float] = {"fast": 0.35, "standard": 0.2, "reference": 0.1}
+# of the coarsest of several meshes; on one of 1.4 the film of a contact at 2.5 GPa collapsed, and with it mu
+PER_SWEEP_COARSEST = 0.8
 NEAR_BOUNDARY, FINER_THERE = 0.15, 1.5  # film ratio below which the mesh is finer still, and by how much
 # where films are thin the edges of the contact spots set the mesh, however long the waves: nodes per b of "standard",
 # 64 lambda^-0.8 and 340 at most, and the other levels over it. Measured: 1.5 % of mu, second order in the distance
@@ -76,6 +79,12 @@ class RunPlan:
         Travel per update of the macroscopic pressure [b].
     preheating : float
         Travel over which the mean heat of the coarse run warms the surfaces without a solution of the film [b].
+    window_fine : float
+        Shortest travel averaged over on all meshes but the coarsest [b].
+    budget : float
+        Work of the whole contact, in node-iterations (`ehl.rough.levels.work`).
+    inlet : float
+        Width of the inlet sweep, which every mesh has to resolve [b].
     """
 
     spacing: float
@@ -91,13 +100,22 @@ class RunPlan:
     nodes_fine_max: int = NODES_MAX
     exchange_window: float = EXCHANGE_WINDOW
     preheating: float = 0.0
+    window_fine: float = BATCH
+    budget: float = math.inf
+    inlet: float = math.inf
 
+
+# work of a contact that is not smooth, in node-iterations of some 150 ns: a contact that needs more to settle ends with
+# the interval it has
+WORK: dict[str, float] = {"fast": 1e7, "standard": 4e7, "reference": 1e9}
+LEVELS_MAX = 4  # meshes of one contact
+FINE_WINDOW = 8.0  # shortest window of the finer meshes, of which only differences are taken [b]
 
 # nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, tolerance, windows [b]
 LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
-    "fast": (6.0, 10.0, 64.0, 0.05, 12.0, 24.0),
-    "standard": (12.0, 20.0, 128.0, 0.02, 12.0, 96.0),
-    "reference": (24.0, 40.0, 256.0, 0.01, 24.0, 192.0),
+    "fast": (6.0, 10.0, 64.0, 0.05, 12.0, 96.0),
+    "standard": (12.0, 20.0, 128.0, 0.02, 12.0, 384.0),
+    "reference": (24.0, 40.0, 256.0, 0.01, 24.0, 768.0),
 }
 
 
@@ -139,7 +157,8 @@ def make_run_plan(
     level = level_of(accuracy)
     tolerance = LEVELS[level][3] if isinstance(accuracy, str) else float(accuracy)
     high, low, smooth, _, window_min, window_max = LEVELS[level]
-    sweep = PER_SWEEP[level] * inlet_sweep(contact, max(film, SWEEP_FILM_MIN * surfaces.rms))
+    inlet = inlet_sweep(contact, max(film, SWEEP_FILM_MIN * surfaces.rms))
+    sweep = PER_SWEEP[level] * inlet
     spacing, coarsest, batch = min(2.0 / smooth, sweep), math.inf, BATCH
     if surfaces.profiles:
         ratio = film / surfaces.rms
@@ -154,7 +173,7 @@ def make_run_plan(
         batch, window_min, window_max = BATCH * longer, window_min * longer, window_max * longer
     else:
         spacing = min(1.0 / smooth, 0.5 * sweep)
-        window_min = window_max = 2.0 * BATCH
+        longer, window_min, window_max = 1.0, 2.0 * BATCH, 2.0 * BATCH
     startup = FRONT_STARTUP + (DRAINED_STARTUP if drained else 0.0)
     settling = SETTLING
     if thermal:
@@ -175,6 +194,9 @@ def make_run_plan(
         coarsest,
         batch,
         nodes_fine_max=most,
+        window_fine=min(FINE_WINDOW * longer, window_min),
+        budget=WORK[level],
+        inlet=inlet,
     )
     return _shortened(plan, surfaces.correlation_length / contact.half_width) if fine else plan
 
@@ -185,6 +207,7 @@ def _shortened(plan: RunPlan, correlation_length: float) -> RunPlan:
     return replace(
         plan,
         window_min=share * plan.window_min,
+        window_fine=share * plan.window_fine,
         startup=FRONT_STARTUP + share * (plan.startup - FRONT_STARTUP),
         exchange_window=share * plan.exchange_window,
         settling=SETTLING,
@@ -230,6 +253,16 @@ def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, lengt
         affordable = min(max(plan.nodes_max, SPARE * needed), plan.nodes_fine_max)
         plan = replace(plan, spacing=max(plan.spacing, length / affordable))
     return plan
+
+
+def mesh_levels(plan: RunPlan, nodes: int) -> int:
+    """Number of meshes, of which the coarsest shows roughness and inlet; two for a fixed window or when smooth."""
+    levels = 2
+    coarsest = min(2.0 * plan.coarsest, PER_SWEEP_COARSEST * plan.inlet)
+    if plan.window_max > plan.window_min:
+        while levels < LEVELS_MAX and plan.spacing * 2**levels <= coarsest and nodes / 2**levels >= NODES_MIN:
+            levels += 1
+    return levels
 
 
 def mesh_length(contact: LineContact, film: float) -> float:

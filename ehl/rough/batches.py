@@ -46,6 +46,26 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
     size = max(batch // 2, 1)
     count = series.size // size
     means = series[series.size - count * size :].reshape(count, size).mean(axis=1)
+    return mean, interval_of_means(means, confidence)
+
+
+def interval_of_means(means: Array, confidence: float = 0.90) -> float:
+    """Half width of the interval of the mean of equal parts of a series, neighbours correlated (`batch_means`).
+
+    Parameters
+    ----------
+    means : ndarray, shape (n,)
+        In their order.
+    confidence : float
+        Nominal coverage.
+
+    Returns
+    -------
+    float
+        inf with fewer than 3 parts.
+    """
+    if means.size < 3:
+        return math.inf
     while means.size >= 4 * MIN_BATCHES and neighbour_correlation(means) > 0.2:
         means = means[means.size % 2 :].reshape(-1, 2).mean(axis=1)
     found = max(neighbour_correlation(means), 0.0)
@@ -53,7 +73,7 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
     inflation = (1.0 + correlation) / (1.0 - correlation)
     spread = float(np.std(means, ddof=1)) * math.sqrt(inflation / means.size)
     freedom = max(means.size / inflation - 1.0, 2.0)
-    return mean, float(student.ppf(0.5 + 0.5 * confidence, freedom)) * spread
+    return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * spread
 
 
 def paired_error(coarse: Array, fine: Array, batches: int) -> float:

@@ -217,6 +217,14 @@ class Run:
                 target[:] = np.interp(x, x_other[known], source[known])
             self.macroscopic.counts[1] = round(1.0 / self.problem.model.side_flow.memory)
 
+    def branch(self, problem: Problem) -> Run:
+        """Another run that goes on from this state, on the same mesh, with other settings."""
+        other = Run(problem)
+        for mine, its in ((self.state, other.state), (self.macroscopic, other.macroscopic), (self._step, other._step)):
+            for source, target in zip(mine, its, strict=True):
+                target[...] = source
+        return other
+
     def _level_of_film(self) -> float:
         """Rigid gap that gives the present mean film under the present pressures."""
         model = self.problem.model

@@ -3,8 +3,8 @@
 Transient Reynolds equation: Couette flow carried along characteristics, Poiseuille flow implicit, and mass-conserving
 cavitation (JFO, in the complementary form of Elrod-Adams: p >= 0, filling <= 1, one of them an equality).
 
-coarse start-up  ->  fine run takes over its state  ->  both roll over the same roughness
-->  stop when the interval of mu is inside the tolerance  ->  mesh error from the pair
+coarse start-up  ->  finer runs take over its state  ->  all roll over the same roughness
+->  stop when the interval of mu is inside the tolerance, or at the budget  ->  mesh error from the two finest
 ->  boundary film doubled and halved where contacts carry load
 """
 
@@ -29,20 +29,29 @@ from ehl.rough._kernels.march import (
     FLASH_MAX,
     ITERATIONS,
     MACRO_LOAD,
-    MU_FLUID,
     PRESSURE_MAX,
     SHARE,
     STAGE,
     TEMPERATURE_MAX,
 )
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.accuracy import EXCHANGE_WINDOW, Accuracy, RunPlan, make_run_plan, mesh_length, with_overrides
+from ehl.rough.accuracy import (
+    EXCHANGE_WINDOW,
+    SETTLING,
+    Accuracy,
+    RunPlan,
+    make_run_plan,
+    mesh_length,
+    mesh_levels,
+    with_overrides,
+)
+from ehl.rough.levels import Levels, affordable, rate
 from ehl.rough.run import Run
 from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, density_ratio
 from ehl.rough.soe import LogConvolution
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
-from ehl.rough.window import Window, film_jumped, mesh_error, net_exchange, realisation_error, roll_until_settled
+from ehl.rough.window import BLOCK, Window, film_jumped, net_exchange, realisation_error
 
 Array = NDArray[np.float64]
 
@@ -51,6 +60,7 @@ LAGGED_ALLOWED = 0.02
 MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry more than there is
 NET_EXCHANGE_ALLOWED = 0.1  # of the throughput, beyond its statistical threshold
 SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
+STUDY_BLOCKS = 4  # of the window over which it is varied, the first to settle
 PECLET_WARNING = 2.0
 WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
 
@@ -161,28 +171,57 @@ def solve_transient(
         elasticity=elasticity,
         exchange_window=plan.exchange_window,
     )
-    coarse_settings = replace(settings, nodes=max(32, settings.nodes // 2))
+    count = mesh_levels(plan, settings.nodes)
+    meshes = [max(32, settings.nodes // 2**k) for k in range(count - 1, -1, -1)]
 
-    coarse = Window(Run(build_problem(contact, lubricant, rough, bodies, coarse_settings)), plan.batch)
+    def problem(nodes: int, travel: float = 0.0, film: float = film) -> Problem:
+        chosen = replace(settings, nodes=nodes, start_travel=travel, boundary_film=film)
+        return build_problem(contact, lubricant, rough, bodies, chosen)
+
+    coarse = Window(Run(problem(meshes[0])), plan.batch)
     coarse.start(plan.startup)
-    flux = warmed(coarse, plan) if plan.preheating else None
-    fine_settings = replace(settings, start_travel=coarse.run.travel)
-    fine = Window(Run(build_problem(contact, lubricant, rough, bodies, fine_settings)), plan.batch)
-    fine.run.start_from(coarse.run)
-    if flux is not None:
-        fine.run.preheat(plan.preheating, interpolated(flux, coarse.run.problem.x, fine.run.problem.x))
-    for window in (coarse, fine):
-        window.start(plan.settling)
-    roll_until_settled(coarse, fine, plan)
+    flux, warming = None, plan.preheating
+    if plan.preheating:
+        flux = warmed(coarse, plan)
+    elif thermal and plan.window_max > plan.window_min:
+        # the finer meshes are heated by what heats the coarsest, for as long
+        coarse.start(plan.settling - SETTLING)
+        flux = coarse.mean_flux(WARMING_TRAVEL)
+        warming = coarse.run.travel
+    settling = plan.settling if flux is None else SETTLING
+    study = 0.0
+    if boundary_range is not None or plan.boundary_study:
+        study = 2.0 * rate(coarse) * min(STUDY_BLOCKS * BLOCK, plan.window_max)
+    if plan.window_max > plan.window_min:
+        count = affordable(plan, coarse, count, study)
+    begun = coarse.run.branch(coarse.run.problem)
+    spent = coarse.started
+    while True:
+        levels = Levels([coarse], plan, study)
+        for n in meshes[1:count]:
+            before = levels.fine.run
+            finer = Window(Run(problem(n, before.travel)), plan.batch)
+            finer.run.start_from(before)
+            if flux is not None:
+                finer.run.preheat(warming, interpolated(flux, coarse.run.problem.x, finer.run.problem.x))
+            levels.windows.append(finer)
+            for each in levels.windows:
+                each.start(settling)
+        settled = coarse.run.branch(coarse.run.problem)
+        levels.roll()
+        if count == len(meshes) or not levels.finer_needed():
+            break
+        # what the budget left out is needed: once more with it
+        count += 1
+        coarse = Window(begun.branch(begun.problem), plan.batch, started=[*spent])
 
-    half = double = math.nan
-    share = float(fine.records[:, SHARE].mean())
+    factors = (math.nan, math.nan)
+    share = levels.mean(SHARE)
     if boundary_range is not None or (plan.boundary_study and share > SHARE_OF_STUDY):
         films = boundary_range or (0.5 * film, 2.0 * film)
-        thinner, thicker = (replace(coarse_settings, boundary_film=f) for f in films)
-        half = _friction_at(contact, lubricant, rough, bodies, thinner, plan, coarse)
-        double = _friction_at(contact, lubricant, rough, bodies, thicker, plan, coarse)
-    return _result(contact, lubricant, rough, bodies, plan, coarse, fine, estimate, half, double, begin)
+        thinner, thicker = (_friction_factor(settled, problem(meshes[0], film=f), coarse) for f in films)
+        factors = (thinner, thicker)
+    return _result(contact, lubricant, rough, bodies, levels, len(meshes), estimate, factors, begin)
 
 
 def warmed(window: Window, plan: RunPlan) -> Array:
@@ -198,23 +237,15 @@ def interpolated(rows: Array, x: Array, x_new: Array) -> Array:
     return np.array([np.interp(x_new, x, row) for row in rows])
 
 
-def _friction_at(
-    contact: LineContact,
-    lubricant: Lubricant,
-    surfaces: RoughSurfaces,
-    materials: tuple[Material, Material],
-    settings: Settings,
-    plan: RunPlan,
-    reference: Window,
-) -> float:
-    """mu of a coarse run over the window of the reference, with other settings."""
-    window = Window(Run(build_problem(contact, lubricant, surfaces, materials, settings)))
-    window.start(plan.startup)
-    if plan.preheating:
-        warmed(window, plan)
-    window.start(plan.settling)
-    window.roll(len(reference.records) / window.run.problem.units.steps_per_half_width)
-    return float(window.friction().mean())
+def _friction_factor(begun: Run, problem: Problem, reference: Window) -> float:
+    """mu with another boundary film over that of the reference, over its blocks but the first, in which it settles."""
+    varied = Window(begun.branch(problem))
+    steps = [len(block) for block in reference.recorded[:STUDY_BLOCKS]]
+    known = reference.friction()[: sum(steps)]
+    varied.roll(sum(steps) / varied.run.problem.units.steps_per_half_width)
+    first = steps[0] if len(steps) > 1 else 0
+    mu = float(known[first:].mean())
+    return float(varied.friction()[first:].mean()) / mu if mu != 0.0 else 1.0
 
 
 def _check(contact: LineContact, film: float, friction: float, peklenik: float, hardness: float) -> None:
@@ -251,20 +282,23 @@ def _notes(
     return tuple(notes)
 
 
-def _status(records: Array, fine: Window, plan: RunPlan) -> tuple[str, str]:
-    mean, half_width = fine.interval()
-    stages = records[:, STAGE]
+def _status(levels: Levels) -> tuple[str, str]:
+    mean, half_width = levels.interval()
+    fine, plan = levels.fine, levels.plan
+    stages = _everything(fine)[:, STAGE]
     if not math.isfinite(mean):
         return "failed", "not_finite"
     if film_jumped(fine.records, fine.records):
         return "failed", "film_jump"
     if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED:
         return "failed", "unconverged_steps"
-    if np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
-        return "unsettled", "lagged_steps"
+    for window in levels.windows if not levels.even else [fine]:
+        stages = _everything(window)[:, STAGE]
+        if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED or np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
+            return "unsettled", "lagged_steps"
     if fine.records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
         return "unsettled", "macroscopic_pressure"
-    exchanged, threshold = net_exchange(fine)
+    exchanged, threshold = net_exchange(levels.longest)
     if exchanged > max(threshold, 0.0) + NET_EXCHANGE_ALLOWED:
         return "unsettled", "net_exchange"
     if half_width > plan.tolerance * abs(mean):
@@ -272,69 +306,79 @@ def _status(records: Array, fine: Window, plan: RunPlan) -> tuple[str, str]:
     return "converged", ""
 
 
+def _everything(window: Window) -> Array:
+    """All steps of a run, start-up included."""
+    return np.concatenate([*window.started, *window.recorded])
+
+
 def _result(
     contact: LineContact,
     lubricant: Lubricant,
     surfaces: RoughSurfaces,
     materials: tuple[Material, Material],
-    plan: RunPlan,
-    coarse: Window,
-    fine: Window,
+    levels: Levels,
+    wanted: int,
     estimate: float,
-    half: float,
-    double: float,
+    factors: tuple[float, float],
     begin: float,
 ) -> TransientResult:
+    fine, longest = levels.fine, levels.longest
     run, problem = fine.run, fine.run.problem
     units, model = problem.units, problem.model
     records = fine.records
-    everything = np.concatenate([*fine.started, records])
-    mean = records.mean(axis=0)
-    mu, half_width = fine.interval()
-    mu_coarse = float(coarse.friction().mean())
+    everything = _everything(fine)
+    mu, half_width = levels.interval()
     scale = abs(mu) if mu != 0.0 else math.inf
-    status, reason = _status(everything, fine, plan)
+    status, reason = _status(levels)
     hot = problem.settings.thermal
     inlet = lubricant.temperature
     profiles = fine.profiles
     x = problem.x * units.half_width
-    exchanged, threshold = net_exchange(fine)
+    exchanged, threshold = net_exchange(longest)
     stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
-    ratio = mu / mu_coarse if mu_coarse != 0.0 else 1.0
+    share = min(max(levels.mean(SHARE), 0.0), 1.0)
+    rubbing = float(model.contact.friction * share)
+    notes = _notes(contact, lubricant, materials, problem, levels.plan)
+    if len(levels.windows) < wanted:
+        notes = (*notes, f"mesh {2 ** (wanted - len(levels.windows))} times as coarse as the accuracy asks for: cost")
+    # raised by what the finer meshes differ in the mean
+    history = longest.friction()
+    history = history + (mu - float(history.mean()))
+    steps_per_half_width = longest.run.problem.units.steps_per_half_width
     return TransientResult(
         status=status,
         reason=reason,
-        notes=_notes(contact, lubricant, materials, problem, plan),
+        notes=notes,
         friction_coefficient=mu,
-        friction_fluid=float(mean[MU_FLUID]) if model.fluid.sliding > 0.0 else 0.0,
-        friction_asperity=float(model.contact.friction * mean[SHARE]),
-        asperity_load_share=float(mean[SHARE]),
-        roughness_load_share=float(1.0 - mean[MACRO_LOAD]) if model.side_flow.on else math.nan,
-        film_mean=float(mean[FILM_MEAN]) * units.film,
-        film_min=float(mean[FILM_MIN]) * units.film,
-        pressure_max=float(mean[PRESSURE_MAX]) * units.pressure,
+        friction_fluid=mu - rubbing,
+        friction_asperity=rubbing,
+        asperity_load_share=share,
+        roughness_load_share=1.0 - levels.mean(MACRO_LOAD) if model.side_flow.on else math.nan,
+        film_mean=levels.mean(FILM_MEAN, film=True),
+        film_min=levels.mean(FILM_MIN, film=True),
+        pressure_max=levels.mean(PRESSURE_MAX) * units.pressure,
         film_ratio=estimate / surfaces.rms if surfaces.rms > 0.0 else math.inf,
-        temperature_film_max=float(mean[TEMPERATURE_MAX]) if hot else inlet,
-        temperature_flash=inlet + float(mean[FLASH_MAX]) if hot else inlet,
+        temperature_film_max=levels.mean(TEMPERATURE_MAX) if hot else inlet,
+        temperature_flash=inlet + levels.mean(FLASH_MAX) if hot else inlet,
         statistical_error=half_width / scale,
-        realisation_error=realisation_error(fine, surfaces, contact, half_width / scale),
-        mesh_error=mesh_error(coarse, fine) / scale,
-        friction_boundary_half=half * ratio,
-        friction_boundary_double=double * ratio,
+        realisation_error=realisation_error(longest, surfaces, contact, half_width / scale),
+        mesh_error=levels.mesh_error() / scale,
+        friction_boundary_half=mu * factors[0],
+        friction_boundary_double=mu * factors[1],
         boundary_film=problem.settings.boundary_film,
         net_exchange=exchanged,
         net_exchange_threshold=threshold,
-        capped_share=float(mean[CAPPED_NODES]) / problem.x.size,
+        capped_share=float(records[:, CAPPED_NODES].mean()) / problem.x.size,
         elastic_error=elastic_error(run),
         fallbacks=Fallbacks(*(int(n) for n in stages)),
         iterations_per_step=float(everything[:, ITERATIONS].mean()),
         nodes=problem.x.size,
         steps=len(everything),
-        repeats=fine.repeats,
-        travel=len(records) / units.steps_per_half_width,
+        repeats=sum(window.repeats for window in levels.windows),
+        travel=len(history) / steps_per_half_width,
         seconds=time.perf_counter() - begin,
-        history_travel=np.asarray((np.arange(len(records)) + 1.0) / units.steps_per_half_width, dtype=float),
-        history_friction=fine.friction(),
+        history_travel=np.asarray((np.arange(len(history)) + 1.0) / steps_per_half_width, dtype=float),
+        history_friction=history,
         profiles=Profiles(
             x=x,
             pressure_fluid=profiles[0] * units.pressure,

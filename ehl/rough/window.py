@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,8 +12,8 @@ from scipy.stats import t as student
 
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE
-from ehl.rough.accuracy import BATCH, FRONT_STARTUP, RunPlan
-from ehl.rough.batches import batch_means, paired_error
+from ehl.rough.accuracy import BATCH, FRONT_STARTUP
+from ehl.rough.batches import batch_means
 from ehl.rough.run import Run
 from ehl.rough.surfaces import RoughSurfaces
 
@@ -37,6 +38,9 @@ class Window:
     recorded: list[Array] = field(default_factory=list)
     sums: list[Array] = field(default_factory=list)  # of the profiles, by block
     exchanges: list[Array] = field(default_factory=list)  # of the side flow per step, by block and batch
+    numbers: list[int] = field(default_factory=list)  # of the blocks along the travel: the same stretch on every mesh
+    rolled: float = 0.0  # travel of the blocks [b]
+    passed: int = 0  # blocks rolled, those that went astray as well
     repeats: int = 0
 
     def start(self, travel: float) -> None:
@@ -59,6 +63,42 @@ class Window:
         self.recorded.append(np.concatenate([records for records, _, _ in pieces]))
         self.sums.append(np.sum([profiles * len(records) for records, profiles, _ in pieces], axis=0))
         self.exchanges.append(np.array([exchange for _, _, exchange in pieces]))
+
+    def block(self, travel: float) -> None:
+        """Roll one block of the window; one in which a film goes astray is forgotten, with the next; others follow."""
+        while True:
+            self.roll(travel)
+            self.passed += 1
+            if self.repeats >= MAX_REPEATS or not self.astray():
+                break
+            self.repeat()
+            self.start(travel - FRONT_STARTUP if travel > FRONT_STARTUP else travel)
+            self.passed += 1
+        self.numbers.append(self.passed - 1)
+        self.rolled += travel
+
+    def records_of(self, numbers: Sequence[int]) -> Array:
+        """Steps of some blocks."""
+        return np.concatenate([self.recorded[self.numbers.index(number)] for number in numbers])
+
+    def friction_of(self, numbers: Sequence[int]) -> Array:
+        """mu of every step of some blocks."""
+        return self._friction_of(self.records_of(numbers))
+
+    def parts(self, numbers: Sequence[int], length: float) -> Array:
+        """Mean friction of parts of some blocks, as near the length as divides a block [b]."""
+        means = []
+        for number in numbers:
+            records = self.recorded[self.numbers.index(number)]
+            travel = len(records) / self.run.problem.units.steps_per_half_width
+            pieces = np.array_split(self._friction_of(records), max(1, round(travel / length)))
+            means += [float(piece.mean()) for piece in pieces]
+        return np.array(means)
+
+    def _friction_of(self, records: Array) -> Array:
+        if self.run.problem.model.fluid.sliding == 0.0:
+            return np.zeros(len(records))
+        return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
 
     def _advance(self, travel: float) -> tuple[Array, Array, Array]:
         before = self.run.macroscopic.total_exchange.copy()
@@ -89,10 +129,7 @@ class Window:
 
     def friction(self) -> Array:
         """mu of every step of the window; zero without sliding."""
-        records = self.records
-        if self.run.problem.model.fluid.sliding == 0.0:
-            return np.zeros(len(records))
-        return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
+        return self._friction_of(self.records)
 
     def interval(self) -> tuple[float, float]:
         """mu and the half width of its 90 % interval.
@@ -108,24 +145,6 @@ def film_jumped(part: Array, records: Array) -> bool:
     """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart."""
     usual = min(float(np.median(records[:, FILM_MEAN])), MAX_MEDIAN_FILM)
     return not bool(part[:, FILM_MEAN].max() <= FILM_JUMP * usual)
-
-
-def roll_until_settled(coarse: Window, fine: Window, plan: RunPlan) -> None:
-    """Roll both runs in blocks until the interval of the fine one is inside the tolerance or the window is full."""
-    rolled = 0.0
-    while rolled < plan.window_max - 1e-9:
-        block = min(BLOCK, plan.window_max - rolled)
-        coarse.roll(block)
-        fine.roll(block)
-        if fine.repeats < MAX_REPEATS and (coarse.astray() or fine.astray()):
-            for window in (coarse, fine):
-                window.repeat()
-            continue
-        rolled += block
-        if rolled >= plan.window_min - 1e-9:
-            mean, half_width = fine.interval()
-            if half_width <= plan.tolerance * abs(mean):
-                return
 
 
 def net_exchange(window: Window) -> tuple[float, float]:
@@ -167,9 +186,3 @@ def realisation_error(window: Window, surfaces: RoughSurfaces, contact: LineCont
         seen = travel * abs(speed) / contact.speed_entrainment + profile.correlation_length / contact.half_width
         growth += (profile.rms / surfaces.rms) ** 2 * travel / min(seen, profile.length / contact.half_width)
     return statistical * math.sqrt(max(growth, 1.0)) if rough else 0.0
-
-
-def mesh_error(coarse: Window, fine: Window) -> float:
-    """Error of mu by the companion run; a smooth contact settles and has no spread."""
-    batches = round(len(fine.records) / (fine.batch * fine.run.problem.units.steps_per_half_width))
-    return paired_error(coarse.friction(), fine.friction(), batches)

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl import __version__
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.numbers import finite_or_none
@@ -585,6 +584,3 @@ def _notes(
     if math.isnan(stated.chi_square):
         notes.append("The noise was estimated from the residuals.")
     return tuple(notes)
-
-
-SOLVER_VERSION = f"ehl {__version__}"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import datetime
 from pathlib import Path
 
+from ehl import SOLVER
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
-from regression.calibration.calibrate import SOLVER_VERSION, Calibration, reference_temperature
+from regression.calibration.calibrate import Calibration, reference_temperature
 from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import RISING, card_with
 from regression.calibration.setup import CalibrationSetup
@@ -32,7 +33,7 @@ def calibrated_card(
         file=measurement.name,
         file_hash=measurement.file_hash,
         date=date.isoformat(),
-        solver_version=SOLVER_VERSION,
+        solver_version=SOLVER,
         card=setup.oil,
         model=_model_words(setup),
         geometry=_geometry_words(setup),

@@ -8,7 +8,6 @@ from typing import get_args
 
 import numpy as np
 
-from ehl import __version__ as solver_version
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.inputs import Accuracy
@@ -20,7 +19,6 @@ from regression.friction.published_registry import PUBLISHED, evaluate_published
 Outputs = Mapping[str, float | str]
 Evaluator = Callable[[Contact], Outputs]
 
-SOLVER = f"ehl {solver_version}"
 # the case itself is at fault, or the formula has no value there: no setting helps
 FINAL_REASONS = frozenset({"too_hot", "shear_strength", "undefined"})
 _ACCURACIES: tuple[str, ...] = get_args(Accuracy)

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ehl import SOLVER
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.warmup import prepare_workers
@@ -18,7 +19,7 @@ from regression.friction.published_registry import PUBLISHED
 from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.adaptive import AdaptiveReport, SurrogateScore, adaptive_sweep
-from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
+from regression.sweeping.evaluators import published_outputs, solve_outputs
 from regression.sweeping.executors import Executor
 from regression.sweeping.progress import show_progress
 from regression.sweeping.recorder import Progress

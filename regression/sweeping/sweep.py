@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ehl import SOLVER
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.io.duration import duration
@@ -28,7 +29,7 @@ from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.plan.sampling import Array
-from regression.sweeping.evaluators import SOLVER, Evaluator, case_key, fallback_settings, solve_outputs
+from regression.sweeping.evaluators import Evaluator, case_key, fallback_settings, solve_outputs
 from regression.sweeping.executors import Executor, compute, local_executor
 from regression.sweeping.recorder import Progress, Recorder, stop_requests
 from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, Task

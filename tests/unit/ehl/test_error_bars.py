@@ -18,13 +18,17 @@ from ehl.heat.estimate import estimate_thermal_effect
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, dry_limit
+from ehl.rough.accuracy import RunPlan
 from ehl.rough.batches import batch_means, neighbour_correlation, paired_error
+from ehl.rough.levels import Levels
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
-from ehl.rough.window import Window, film_jumped, mesh_error, realisation_error
+from ehl.rough.window import Window, film_jumped, realisation_error
 from ehl.smooth import estimate, solve_steady, thermal
 from ehl.smooth.estimate import extrapolate
 
 # --- smooth contact: nested grids
+
+PLAN = RunPlan(0.01, 0.02, 12.0, 96.0, 2.9, 1.5, boundary_study=False)
 
 
 def test_error_of_three_grids_by_hand() -> None:
@@ -194,6 +198,8 @@ def window(friction: np.ndarray, steps_per_half_width: int = 5, batch: float = 2
     records[:, MU_FLUID] = friction
     found = Window(run, batch)
     found.recorded.append(records)
+    found.numbers.append(0)
+    found.rolled = friction.size / steps_per_half_width
     return found
 
 
@@ -213,7 +219,44 @@ def test_window_counts_asperity_friction_and_its_companion() -> None:
     assert fine.friction().mean() == pytest.approx(0.05 + 0.1 * 0.2)
     coarse = window(np.full(50, 0.06))
     # 100 steps at 5 per half-width and 2 half-widths a batch: ten parts, each of five or so periods
-    assert mesh_error(coarse, fine) == pytest.approx(paired_error(coarse.friction(), fine.friction(), 10), rel=1e-12)
+    levels = Levels([coarse, fine], PLAN)
+    assert levels.mesh_error() == pytest.approx(paired_error(coarse.friction(), fine.friction(), 10), rel=1e-12)
+
+
+def rolled(friction: np.ndarray, steps_per_half_width: int = 5) -> Window:
+    """A window of blocks of 4 b."""
+    whole = window(friction, steps_per_half_width)
+    parts = np.split(whole.recorded[0], range(4 * steps_per_half_width, friction.size, 4 * steps_per_half_width))
+    whole.recorded[:], whole.numbers[:] = parts, range(len(parts))
+    return whole
+
+
+def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh() -> None:
+    """400 b on the coarse mesh, 16 b on one that gives 0.001 + 1.1 times as much, the mean over all of it 0.05."""
+    rng = np.random.default_rng(5)
+    coarse = np.repeat(0.05 + 0.01 * rng.standard_normal(400), 5)
+    coarse += 0.05 - coarse.mean()
+    fine = 0.001 + 1.1 * np.repeat(coarse[:80], 2)
+    levels = Levels([rolled(coarse), rolled(fine, 10)], PLAN)
+    mean, half_width = levels.interval()
+    assert mean == pytest.approx(0.05 + 0.001 + 0.1 * coarse[:80].mean(), rel=1e-9)
+    assert abs(mean - (0.001 + 1.1 * 0.05)) < half_width
+    widths = levels.half_widths()
+    assert math.hypot(*widths) <= half_width < sum(widths)
+    alone = Levels([rolled(coarse[:80]), rolled(fine, 10)], PLAN)
+    assert alone.friction() == pytest.approx(fine.mean(), rel=1e-12)
+    assert half_width < 0.4 * alone.interval()[1]
+
+
+def test_interval_of_a_corrected_mean_covers_as_it_says() -> None:
+    rng = np.random.default_rng(6)
+    inside = 0
+    for _ in range(200):
+        coarse = 0.05 + 0.005 * np.repeat(rng.standard_normal(96), 5)
+        fine = 0.9 * coarse[:80] + 0.001 * np.repeat(rng.standard_normal(32), 5).reshape(-1)[:80]
+        mean, half_width = Levels([rolled(coarse), rolled(fine)], PLAN).interval()
+        inside += abs(mean - 0.9 * 0.05) < half_width
+    assert 0.83 < inside / 200 < 0.97
 
 
 def test_other_stretches_of_the_surfaces_widen_the_interval() -> None:

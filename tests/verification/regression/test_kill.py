@@ -35,7 +35,8 @@ CHILD = """
 import sys, time
 from functools import partial
 from pathlib import Path
-from regression.sweeping.evaluators import SOLVER, published_outputs, solve_outputs
+from ehl import SOLVER
+from regression.sweeping.evaluators import published_outputs, solve_outputs
 from regression.plan.plan import Plan
 from regression.sweeping.sweep import sweep_shard
 

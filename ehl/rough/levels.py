@@ -1,0 +1,238 @@
+"""Runs of one contact on meshes of increasing fineness over the same roughness, and the mean of mu they give together.
+
+mu = mean on the coarsest mesh + mean difference of each mesh to the one before it. Both meshes of a difference roll
+over the same stretch of the surfaces: it settles in a fraction of the travel that mu itself takes, so that the fine
+meshes roll for a short while and the coarsest, at a sixteenth of their cost, for long (multilevel Monte Carlo, Giles
+2008, Oper. Res. 56, 607, with time means in place of samples).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.rough._kernels.march import ITERATIONS
+from ehl.rough.accuracy import PER_SWEEP, SETTLING, SPREADS, RunPlan
+from ehl.rough.batches import interval_of_means, paired_error
+from ehl.rough.window import BLOCK, Window
+
+Array = NDArray[np.float64]
+
+# work of a step: (nodes + 100)(iterations + 1.5); over 40 contacts with heat 150 ns each, within a factor of 1.5
+STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
+HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which a contact will not settle
+SHARE_WITHOUT_HOPE = 0.75  # of the budget that is spent on it all the same
+SMALL_PART = 0.05  # of the squared error: what adds less is not worth rolling on
+# error of mu by the mesh above which a mesh that the budget left out is added, and the budgets that may cost
+MESH_ERROR_ALLOWED, BUDGETS = 0.1, 2.0
+FINER_STEP = 0.85  # iterations of a step over those on twice the spacing
+
+
+def work(window: Window) -> float:
+    """Cost of all steps of a run so far, in node-iterations."""
+    nodes = window.run.problem.x.size + STEP_NODES
+    return float(
+        sum(nodes * (part[:, ITERATIONS].sum() + STEP_ITERATIONS * len(part)) for part in window.started)
+        + sum(nodes * (part[:, ITERATIONS].sum() + STEP_ITERATIONS * len(part)) for part in window.recorded)
+    )
+
+
+def rate(window: Window) -> float:
+    """Work per b of travel, of the steps so far."""
+    steps = sum(map(len, window.started)) + sum(map(len, window.recorded))
+    return work(window) * window.run.problem.units.steps_per_half_width / max(steps, 1)
+
+
+@dataclass
+class Levels:
+    """Windows of the same contact, the coarsest mesh first.
+
+    Parameters
+    ----------
+    windows : list of Window
+        Each mesh has half the spacing of the one before.
+    plan : RunPlan
+        Tolerance, windows and budget.
+    reserved : float
+        Work that what follows will take.
+    """
+
+    windows: list[Window]
+    plan: RunPlan
+    reserved: float = 0.0
+
+    @property
+    def fine(self) -> Window:
+        """The finest mesh."""
+        return self.windows[-1]
+
+    @property
+    def even(self) -> bool:
+        """Whether all meshes rolled as far: then the mean is that of the finest alone."""
+        return all(window.numbers == self.fine.numbers for window in self.windows)
+
+    @property
+    def longest(self) -> Window:
+        """The window of the longest travel, the finest of several as long."""
+        return max(reversed(self.windows), key=lambda window: round(window.rolled, 6))
+
+    def differences(self, level: int) -> Array:
+        """Mean of mu on a mesh less that on the one before, in parts of half a batch of their common travel."""
+        finer, coarser = self.windows[level], self.windows[level - 1]
+        common = sorted(set(finer.numbers) & set(coarser.numbers))
+        return finer.parts(common, 0.5 * self.plan.batch) - coarser.parts(common, 0.5 * self.plan.batch)
+
+    def mean(self, column: int, *, film: bool = False) -> float:
+        """Time mean of a column of the records; of a film in m."""
+        total = 0.0
+        for level, window in enumerate(self.windows):
+            unit = window.run.problem.units.film if film else 1.0
+            if level == 0:
+                total += unit * float(window.records[:, column].mean())
+                continue
+            coarser = self.windows[level - 1]
+            common = sorted(set(window.numbers) & set(coarser.numbers))
+            scale = coarser.run.problem.units.film if film else 1.0
+            total += unit * float(window.records_of(common)[:, column].mean())
+            total -= scale * float(coarser.records_of(common)[:, column].mean())
+        return total
+
+    def friction(self) -> float:
+        """mu."""
+        if self.even:
+            return float(self.fine.friction().mean())
+        return float(self.windows[0].friction().mean()) + sum(
+            float(self.differences(level).mean()) for level in range(1, len(self.windows))
+        )
+
+    def half_widths(self) -> list[float]:
+        """Half widths of the 90 % intervals of the coarsest mean and of each difference."""
+        return [self.windows[0].interval()[1]] + [
+            interval_of_means(self.differences(level)) for level in range(1, len(self.windows))
+        ]
+
+    def interval(self) -> tuple[float, float]:
+        """mu and the half width of its 90 % interval.
+
+        A difference that grows with mu counts with its covariance: both come from the same travel.
+        """
+        if self.even:
+            return self.fine.interval()
+        widths = self.half_widths()
+        total = sum(width**2 for width in widths)
+        finer, coarser = self.windows[1], self.windows[0]
+        common = sorted(set(finer.numbers) & set(coarser.numbers))
+        parts = coarser.parts(common, 0.5 * self.plan.batch)
+        change = self.differences(1)
+        if parts.std() > 0.0 and change.std() > 0.0:
+            share = math.sqrt(len(common) / len(coarser.numbers))
+            total += 2.0 * max(float(np.corrcoef(parts, change)[0, 1]), 0.0) * widths[0] * widths[1] * share
+        return self.friction(), math.sqrt(total)
+
+    def mesh_error(self) -> float:
+        """Error of mu by the mesh, from the two finest over their common travel (`ehl.rough.batches.paired_error`)."""
+        coarser, finer = self.windows[-2:]
+        common = sorted(set(finer.numbers) & set(coarser.numbers))
+        parts = round(
+            sum(len(finer.records_of([n])) for n in common)
+            / (finer.batch * finer.run.problem.units.steps_per_half_width)
+        )
+        return paired_error(coarser.friction_of(common), finer.friction_of(common), parts)
+
+    def finer_needed(self) -> bool:
+        """Whether the error of the mesh is large, and half of it affordable with no more than twice the budget."""
+        finer = 4.0 * FINER_STEP * rate(self.fine) * (SETTLING + self.plan.window_fine) + sum(map(work, self.windows))
+        return self.mesh_error() > MESH_ERROR_ALLOWED * abs(self.friction()) and finer <= BUDGETS * self.plan.budget
+
+    def spread(self) -> float:
+        """What the scatter of the last difference adds to the error of the mesh."""
+        change = self.differences(len(self.windows) - 1)
+        return SPREADS * float(np.std(change, ddof=1)) / math.sqrt(change.size) if change.size > 1 else math.inf
+
+    def roll(self) -> None:
+        """Roll until mu is inside the tolerance, the windows are full or the budget is spent.
+
+        Each block goes where it lowers the variance of mu most for its cost.
+        """
+        plan = self.plan
+        budget = plan.budget - self.reserved
+        shortest = [plan.window_min] + [plan.window_fine] * (len(self.windows) - 1)
+        fixed = plan.window_max <= plan.window_min
+        for window, travel in zip(self.windows, shortest, strict=True):
+            wanted = plan.window_min if fixed else travel
+            while window.rolled < wanted - 1e-9:
+                if not fixed and window.rolled >= BLOCK and sum(map(work, self.windows)) > budget:
+                    break
+                window.block(min(BLOCK, wanted - window.rolled) if fixed else BLOCK)
+        if fixed:
+            return
+        if not self._can_settle(budget):
+            budget = max(SHARE_WITHOUT_HOPE * plan.budget - self.reserved, 0.0)
+        while not self._settled():
+            level = self._worthiest()
+            if level < 0:
+                return
+            cost = BLOCK * rate(self.windows[level])
+            if sum(map(work, self.windows)) + cost > budget:
+                return
+            self.windows[level].block(BLOCK)
+
+    def _settled(self) -> bool:
+        mean, half_width = self.interval()
+        return max(half_width, self.spread()) <= self.plan.tolerance * abs(mean)
+
+    def _variances(self) -> list[float]:
+        """Squared errors by level: the interval, and what counts as error of the mesh besides."""
+        found = [width**2 for width in self.half_widths()]
+        found[-1] += self.spread() ** 2
+        return found
+
+    def _worthiest(self) -> int:
+        """Level whose next block lowers the squared error most for its cost; -1 where windows that count are full."""
+        best, level = 0.0, -1
+        variances = self._variances()
+        for i, window in enumerate(self.windows):
+            if window.rolled > self.plan.window_max - BLOCK + 1e-9 or variances[i] < SMALL_PART * sum(variances):
+                continue
+            behind = i
+            while behind > 0 and self.windows[behind - 1].rolled < window.rolled + BLOCK - 1e-9:
+                behind -= 1  # a mesh is compared with the one before: that rolls first
+            cost = sum(rate(each) for each in self.windows[behind : i + 1])
+            gain = variances[i] / (window.rolled + BLOCK) / cost
+            if gain > best:
+                best, level = gain, behind
+        return level
+
+    def _can_settle(self, budget: float) -> bool:
+        """Whether the interval would come near the tolerance if the whole budget were spent in the best way.
+
+        Variances a/T at costs c per travel are least, (sum sqrt(a c))^2 over all of the cost, for T as sqrt(a/c).
+        """
+        terms = [v * w.rolled * rate(w) for v, w in zip(self._variances(), self.windows, strict=True)]
+        spent = sum(w.rolled * rate(w) for w in self.windows)
+        affordable = max(budget - sum(map(work, self.windows)), 0.0) + spent
+        least = sum(math.sqrt(term) for term in terms) / math.sqrt(affordable)
+        most = math.sqrt(self.half_widths()[0] ** 2 * self.windows[0].rolled / self.plan.window_max)
+        return max(least, most) <= HOPELESS * self.plan.tolerance * abs(self.friction())
+
+
+def affordable(plan: RunPlan, coarsest: Window, levels: int, reserved: float) -> int:
+    """Meshes the budget can roll for the shortest windows: two at least, one of which resolves the inlet.
+
+    From one mesh to the next a b of travel takes four times the work but for the iterations, which get fewer.
+    """
+    least = 2
+    while least < levels and plan.spacing * 2 ** (levels - least) > PER_SWEEP["fast"] * plan.inlet:
+        least += 1
+    spent = work(coarsest) + reserved
+    for count in range(levels, least, -1):
+        total = spent
+        for k in range(count):
+            travel = (plan.window_min if k == 0 else plan.window_fine) + SETTLING * (count - max(k, 1))
+            total += rate(coarsest) * (4.0 * FINER_STEP) ** k * travel
+        if total <= plan.budget:
+            return count
+    return least
