@@ -21,6 +21,8 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]  # benchmarks share scene
 from common import OUT, command_line, one_of, write_rows  # noqa: E402
 
 FIGURES = {
+    "comparison.png": ("report_figures", "comparison"),
+    "report_gear.png": ("report_figures", "gear"),
     "before_after.png": ("before_after", "figure", "docs/figures/friction_before.csv"),
     "gear_load_time.png": ("gear_load_time", "docs/figures"),
     "low_slip.png": ("low_slip", "docs/figures"),

@@ -29,7 +29,12 @@ def solve(
     if animate is not None:
         contact.check_animation(animate)
     result = contact.solve()
-    spread = contact.uncertainty() if uncertainty and result.status != "failed" else None
+    # a page holds the interval by the inputs where it costs seconds
+    quick = report is not None and result.seconds < _QUICK
+    spread = None
+    if (uncertainty or quick) and result.status != "failed":
+        typer.echo("interval by uncertain inputs: some twenty solutions more", err=True)
+        spread = contact.uncertainty()
     if json_output:
         print_json(result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
@@ -37,7 +42,7 @@ def solve(
         if spread is not None:
             spread.table().print()
     if report is not None:
-        result.report(report)
+        result.report(report, spread)
     if result.status != "failed":
         if plot is not None:
             result.plot(plot)
@@ -49,6 +54,7 @@ def solve(
         raise typer.Exit(1)
 
 
+_QUICK = 1.0  # wall time of one solution from which twenty more are asked for by hand [s]
 _ALPHAS = ("slope", "secant_200", "star", "film")
 _STATE = (
     "viscosity_kinematic", "viscosity_inlet", "density", *(f"pressure_viscosity_{name}" for name in _ALPHAS),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,6 @@ from ehl.io.errors import InputError
 from ehl.io.numbers import finite_or_none
 from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
-from ehl.quantities import quantity
 from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
 from ehl.rough.mixed import ERROR_ALLOWED
@@ -27,6 +26,8 @@ from ehl.view.table import Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+    from ehl.uncertainty.result import InputUncertainty
 
 _NOT_SCALAR = ("skipped", "notes", "problem", "film", "isothermal", "heat", "transient", "dry")
 
@@ -206,7 +207,7 @@ class ContactResult:
             known,
             [[getattr(self, name) for name in known]] if known else [],
             title=self._title(),
-            notes=(self.outcome, *self._remarks(), self._cost()),
+            notes=(self.outcome, *self._remarks(), self.cost),
             name="contact",
             vertical=True,
         )
@@ -261,12 +262,14 @@ class ContactResult:
             save_figure(figure, Path(path))
         return figure
 
-    def report(self, path: str | Path) -> Path:
-        """Write one HTML page: the answer with its error, notes, figure, all results and the operating point.
+    def report(self, path: str | Path, uncertainty: InputUncertainty | None = None) -> Path:
+        """Write one HTML page: the answer with what is known of it, notes, figures, all results, the operating point.
 
         Parameters
         ----------
         path : str or Path
+        uncertainty : InputUncertainty, optional
+            What the inputs leave open, as of `Contact.uncertainty`; without it the page says that it is not known.
 
         Returns
         -------
@@ -277,35 +280,9 @@ class ContactResult:
         InputError
             The file cannot be written.
         """
-        from ehl import __version__
-        from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
+        from ehl.view.contact_report import write_contact_report
 
-        answer: list[Block] = []
-        if self.status != "failed":
-            error = f"±\N{NO-BREAK SPACE}{100.0 * self.friction_error:.2g} % solver error"
-            rough = math.isfinite(self.film_ratio)
-            figures = [
-                (f"{self.friction_coefficient:.4g}", f"{quantity('friction_coefficient').label}, {error}"),
-                (quantity("film_central").text(self.film_central), quantity("film_central").label),
-                (quantity("film_min").text(self.film_min), quantity("film_min").label),
-                (f"{self.film_ratio:.3g}", "film ratio") if rough else ("smooth", "surfaces, no film ratio"),
-            ]
-            if rough:
-                figures.append((f"{100.0 * self.asperity_load_share:.3g} %", "load on asperities"))
-            answer.append(KeyFigures(figures))
-        if self.status != "converged":
-            answer.append(Text(self.outcome))
-        answer += map(Text, self._remarks())
-        sections = [Section("", answer)]
-        if self.status != "failed":
-            sections.append(Section("Results", [replace(self.table(), title="", notes=())]))
-        if self.film is not None:
-            sections.append(Section("Solution", [Picture(self.plot(), "Pressure, film and temperatures over x/b.")]))
-        if self.problem is not None:
-            inputs = Table.from_records([self.problem.to_dict()], vertical=True)
-            sections.append(Section("Operating point", [inputs]))
-        footer = f"mixed-ehl {__version__}, {self.status}, {self._cost()}"
-        return write_report(Path(path), "Line contact", self._operating_point(), sections, footer)
+        return write_contact_report(Path(path), self, uncertainty)
 
     def animate(self, path: str | Path) -> Path:
         """Write the moving roughness as an animation (GIF or self-contained HTML page).
@@ -331,9 +308,11 @@ class ContactResult:
         return animate_contact(self.problem, self.transient, self.friction_coefficient, Path(path))
 
     def _title(self) -> str:
-        return f"line contact, {self._operating_point()}".removesuffix(", ")
+        return f"line contact, {self.operating_point}".removesuffix(", ")
 
-    def _operating_point(self) -> str:
+    @property
+    def operating_point(self) -> str:
+        """Pressure, radius, speed and slip in words; empty without the inputs."""
         if self.problem is None:
             return ""
         line = self.problem.line
@@ -342,7 +321,9 @@ class ContactResult:
             f"u_r {line.speed_entrainment:.3g} m/s, SR {line.slide_to_roll:.3g}"
         )
 
-    def _cost(self) -> str:
+    @property
+    def cost(self) -> str:
+        """Iterations and wall time in words."""
         seconds = f", {self.seconds:.3g} s" if math.isfinite(self.seconds) else ""
         return f"{self.iterations} Newton iterations{seconds}"
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -127,6 +128,18 @@ def typeset_unit(unit: str) -> str:
     for plain, typeset in _TYPOGRAPHY.items():
         unit = unit.replace(plain, typeset)
     return unit
+
+
+_UNITS_SAID = re.compile(r"(?<=\d) (degC|um|%|N m|rpm|[GM]Pa|[num]?m|arc(?:sec|min)|k?W|m/s|K|kg|s)(?![\w/])")
+
+
+def typeset_units(text: str) -> str:
+    """A sentence as a page shows it: units typeset, and on the line of their number."""
+
+    def joined(found: re.Match[str]) -> str:
+        return "\N{NO-BREAK SPACE}" + typeset_unit(found[1]).replace(" ", "\N{NO-BREAK SPACE}")
+
+    return _UNITS_SAID.sub(joined, text)
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import platform
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,8 @@ from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.io.files import write_file
 from ehl.quantities import quantities
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
+from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.view.notes import GRADES, Note
 from ehl.view.plots import save_figures
 from ehl.view.table import Column, Table, write_csv, write_xlsx
 
@@ -204,10 +206,10 @@ def write_optimisation(result: Optimisation, folder: Path) -> list[Path]:
         f"{duty_text(result)}; {result.problem.oil}, friction {result.problem.friction}",
         [
             _answer(result),
-            Section("1. Checked designs", [candidates_table(result)]),
-            Section("2. The trade", [Picture(figure, caption) for _, figure, caption in figures]),
             *_before_after(result, pairs),
-            Section(f"{4 if result.best else 3}. The search", _search(result)),
+            Section("The trade", [Picture(figure, caption) for _, figure, caption in figures]),
+            Section("Checked designs", [replace(candidates_table(result), title="", notes=())]),
+            Section("How it was searched", _search(result)),
         ],
         f"mixed-ehl {__version__}, Python {platform.python_version()}. {timing(result).capitalize()}. Churning, "
         "windage and bearing losses are not part of any figure here.",
@@ -240,46 +242,56 @@ def design_head(result: Optimisation, candidate: Candidate) -> str:
 
 def _answer(result: Optimisation) -> Section:
     best = result.best
-    blocks: list[Block] = []
+    notes = [Note("warning", note) for note in result.notes]
     if best is None:
-        blocks.append(Text(f"{headline(result)} The start is as good as this search finds within its limits."))
-        return Section("", blocks)
+        answer = Answer("no gain", f"{result.name}: {result.reason}")
+        none = "The start is as good as this search finds within its limits."
+        return Section("", [answer, Notes(notes, none=none)])
     known = quantities()
-    tiles = [(change_text(best.change(name)), known[name].label) for name in result.problem.figures]
-    blocks += [KeyFigures(tiles), Text(headline(result))]
+    first = result.problem.objectives[0]
     low, high = best.gain_interval
+    said: list[tuple[str, str]] = []
     if math.isfinite(low):
-        ends = best.exact.losses["interval"]
-        loss = best.exact.losses["aligned"][0]
-        certain = (
-            "The whole interval is a gain: it does not hang on what is unknown of the friction."
-            if low > 0.0
-            else "The interval reaches zero: the gain is smaller than what is not known of the friction."
+        interval = f"{100.0 * low:.1f} to {100.0 * high:.1f} % less loss"
+        said.append(
+            (interval, "90 % interval by oil, surfaces and formula, aligned pair; wrong alike before and after")
         )
-        blocks.append(
-            Text(
-                f"{certain} The loss itself is known to {change_text(ends[0] / loss - 1.0)} and "
-                f"{change_text(ends[1] / loss - 1.0)} (90 %, by oil, surfaces and formula); before and after are wrong "
-                f"in the same way, which leaves {100.0 * low:.1f} to {100.0 * high:.1f} % of gain for the aligned pair."
-            )
-        )
-    uncertain = [c.name for c in result.candidates if c.holds and c.gain > 0.0 and c.gain_interval[0] <= 0.0]
-    if uncertain:
-        blocks.append(Text(f"Gains smaller than the uncertainty of friction: {', '.join(uncertain)}."))
+        if low <= 0.0:
+            text = "the interval of the gain reaches zero: the gain is smaller than what is not known of the friction"
+            notes.insert(0, Note("warning", text))
     gain, error = best.solved_gain
     if math.isfinite(gain):
-        blocks.append(
-            Text(
-                f"With solved contacts the aligned pair loses {100.0 * gain:.1f} % less, error of the solution "
-                f"{100.0 * error:.1f} %; the formula promises {100.0 * aligned_gain(best):.1f} %."
-            )
+        text = f"less loss with solved contacts, aligned; the formula promises {100.0 * aligned_gain(best):.1f} %"
+        said.append((f"{100.0 * gain:.1f} ±\N{NO-BREAK SPACE}{100.0 * error:.1f} %", text))
+    uncertain = [
+        c.name for c in result.candidates if c is not best and c.holds and c.gain > 0.0 and c.gain_interval[0] <= 0.0
+    ]
+    if uncertain:
+        notes.append(
+            Note("warning", f"others whose gain is smaller than the uncertainty of friction: {', '.join(uncertain)}")
         )
     costs = [(known[name].label, best.change(name)) for name in result.problem.figures if best.change(name) > 0.005]
     price = ", ".join(f"{label} {change_text(change)}" for label, change in costs)
-    blocks.append(
-        Text(f"What it costs: {price}." if price else "No figure of objectives and limits is worse than before.")
+    notes.append(
+        Note("warning", f"what it costs: {price}")
+        if price
+        else Note("for information", "no figure of objectives and limits is worse than before")
     )
-    return Section("", blocks)
+    if math.isfinite(low):
+        ends, loss = best.exact.losses["interval"], best.exact.losses["aligned"][0]
+        text = (
+            f"the loss itself is known to {change_text(ends[0] / loss - 1.0)} and {change_text(ends[1] / loss - 1.0)}"
+        )
+        notes.append(Note("for information", text))
+    others = [name for name in result.problem.figures if name != first]
+    return Section(
+        "",
+        [
+            Answer(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", said),
+            KeyFigures([(change_text(best.change(name)), known[name].label) for name in others]),
+            Notes(sorted(notes, key=lambda note: GRADES.index(note.grade))),
+        ],
+    )
 
 
 def aligned_gain(candidate: Candidate) -> float:
@@ -312,7 +324,7 @@ def _before_after(result: Optimisation, pairs: dict[str, GearPair]) -> list[Sect
             ]
         ),
     ]
-    return [Section("3. Before and after, aligned, at the first operating point", blocks)]
+    return [Section("Before and after, aligned, at the first operating point", blocks)]
 
 
 def _search(result: Optimisation) -> list[Block]:
@@ -339,5 +351,5 @@ def _search(result: Optimisation) -> list[Block]:
     ]
     if rows:
         blocks.append(Table(("why a point cannot be made", "points"), rows))
-    blocks += [front_table(result), *(Text(note) for note in result.notes)]
+    blocks.append(front_table(result))
     return blocks

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from efficiency.output.notes import pair_notes, result_notes
 from efficiency.output.plots_comparison import (
     plot_friction_along_mesh,
     plot_loss_along_mesh,
@@ -15,57 +17,103 @@ from efficiency.output.plots_comparison import (
 from efficiency.output.plots_load import plot_comparison
 from efficiency.output.tables import comparison_table, operating_point, percent
 from ehl import __version__
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
-from ehl.view.table import Table
+from ehl.view.html_report import Answer, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
-    from efficiency.loss.compare import Comparison
+    from efficiency.loss.compare import Comparison, ComparisonRow
 
+CAPTION = (
+    "Power loss by friction model, with its 90 % interval by uncertain inputs; closed forms in grey. An arrow: beyond "
+    "the axis, which is that of the others."
+)
+_AT_THE_END = ("seconds", "kind")
 REGIONS = "Share of the sliding loss in thirds of face width and height of the gear flank; each panel adds up to 100 %."
 
 
 def write_comparison_report(comparison: Comparison, path: Path) -> Path:
-    """One self-contained page: table, losses, friction along the mesh, loss by region of the flank, notes.
+    """One self-contained page: efficiencies with their intervals, friction along the mesh, loss on the flank, notes.
 
     Raises
     ------
     InputError
         The file cannot be written.
     """
-    best = [row for row in comparison.rows if row.status == "converged"]
-    blocks: list[Block] = [
-        KeyFigures([(f"{percent(row.efficiency, 2)} %", row.name) for row in best[:5]]),
-        Text(
-            f"The constant fitted to {comparison.reference} has its loss at this operating point. "
-            if comparison.reference
-            else ""
-        ),
-        Text(
-            "The same loaded mesh with each friction model; loads from frictionless equilibrium. The closed forms take "
-            "one constant friction coefficient for the whole pair."
-        ),
-        comparison_table(comparison),
-        Picture(plot_comparison(comparison), "Power loss by friction model; closed forms in grey."),
+    mesh = [row for row in comparison.rows if row.kind == "mesh"]
+    along = [
+        Picture(plot_friction_along_mesh(comparison), "Weighted with the sliding power, of all pairs in mesh."),
+        Picture(plot_loss_along_mesh(comparison), "Power loss at each position of a pinion pitch."),
     ]
-    along: list[Block] = [
-        Pictures(
-            [
-                Picture(plot_friction_along_mesh(comparison), "Weighted with the sliding power, of all pairs in mesh."),
-                Picture(plot_loss_along_mesh(comparison), "Power loss at each position of a pinion pitch."),
-            ]
-        )
-    ]
-    notes = [(note,) for note in comparison.notes] or [("none",)]
+    fitted = f"The constant fitted to {comparison.reference} has its loss at this operating point. "
+    shared = (
+        f"{fitted if comparison.reference else ''}Geometry and load are shared; the closed forms take one constant "
+        "friction coefficient for the whole pair. A model that knows no uncertain input has no interval: its error "
+        "is not small, it is not known."
+    )
+    said = [pair for result in comparison.results for pair in result_notes(result, (), result.friction_model)]
     return write_report(
         path,
         f"Friction models compared: {comparison.design}",
         operating_point(comparison),
         [
-            Section("", blocks),
-            Section("1. Along the mesh", along),
-            Section("2. Where on the tooth", [Picture(plot_loss_by_region(comparison), REGIONS)]),
-            Section("3. Run time", [Picture(plot_run_time(comparison), "One run each; geometry and load are shared.")]),
-            Section("4. Notes", [Table(("notes on the pair",), notes)]),
+            Section(
+                "",
+                [
+                    _answer(comparison),
+                    KeyFigures([_tile(row) for row in mesh[:10]]),
+                    Notes(pair_notes(said), len(comparison.results)),
+                ],
+            ),
+            Section(
+                "Power loss", [Picture(plot_comparison(comparison), CAPTION), models_table(comparison), Text(shared)]
+            ),
+            Section("Along the mesh", [Pictures(along)]),
+            Section("Where on the tooth", [Picture(plot_loss_by_region(comparison), REGIONS)]),
+            Section("Run time", [Picture(plot_run_time(comparison), "One run each; geometry and load are shared.")]),
         ],
         f"mixed-ehl {__version__}, Python {platform.python_version()}.",
+    )
+
+
+def _answer(comparison: Comparison) -> Answer:
+    """What the choice of the friction model makes of the efficiency."""
+    found = [row for row in comparison.rows if row.kind == "mesh" and math.isfinite(row.efficiency)]
+    if not found:
+        return Answer("no answer", f"of any friction model: {comparison.reason}")
+    best, worst = max(found, key=_efficiency), min(found, key=_efficiency)
+    known = [
+        (f"{percent(row.efficiency, 2)} %", f"{word}, {row.name}") for row, word in ((worst, "least"), (best, "most"))
+    ]
+    error = 100.0 * max((row.efficiency_error for row in found if math.isfinite(row.efficiency_error)), default=0.0)
+    known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "greatest error of the solution of a model"))
+    value = f"{percent(worst.efficiency, 2)} to {percent(best.efficiency, 2)} %"
+    return Answer(value, f"mesh efficiency by {len(found)} friction models", known)
+
+
+def _efficiency(row: ComparisonRow) -> float:
+    return row.efficiency
+
+
+def _tile(row: ComparisonRow) -> tuple[str, str]:
+    if not math.isfinite(row.efficiency):
+        return "no answer", f"{row.name}: {row.reason}"
+    low, high = (percent(end, 1) for end in (row.efficiency_lower, row.efficiency_upper))
+    known = row.efficiency_lower < row.efficiency_upper
+    return f"{percent(row.efficiency, 2)} %", f"{row.name}, {low} to {high} %" if known else row.name
+
+
+def models_table(comparison: Comparison) -> Table:
+    """The table of the models without the columns that are the same in every row."""
+    table = comparison_table(comparison)
+    kept = [
+        k
+        for k, column in enumerate(table.columns)
+        if isinstance(column, Column)
+        and column.name not in _AT_THE_END
+        and (k == 0 or len({row[k] for row in table.rows}) > 1)
+    ]
+    return Table(
+        [table.columns[k] for k in kept],
+        [tuple(row[k] for k in kept) for row in table.rows],
+        name=table.name,
     )

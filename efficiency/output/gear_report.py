@@ -6,14 +6,18 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
+from efficiency.output.notes import pair_notes, result_notes
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
     plot_friction_and_loss,
@@ -27,6 +31,7 @@ from efficiency.output.tables import (
     efficiency_grids,
     efficiency_table,
     operating_point,
+    operating_state,
     percent,
     position_table,
     range_table,
@@ -34,7 +39,18 @@ from efficiency.output.tables import (
 from ehl import __version__
 from ehl.io.errors import InputError
 from ehl.surface.finish import default_correlation_length
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
+from ehl.view.html_report import (
+    Answer,
+    Block,
+    Folded,
+    KeyFigures,
+    Notes,
+    Picture,
+    Pictures,
+    Section,
+    Text,
+    write_report,
+)
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
@@ -140,35 +156,32 @@ def write_gear_report(
         The file cannot be written.
     """
     flank = FlankMap.of(design.flanks(), result)
-    sections = [_headline(result, geometry_notes(design, "coast" if result.side == "coast" else "drive"))]
-    parts: list[tuple[str, list[Block]]] = []
     if grid is not None and not is_map(grid):
         raise InputError("report", ", ".join(grid.axes), "a grid over torque, speed and temperature")
-    if grid is not None:
-        parts.append(("Efficiency over torque, speed and temperature", _map_blocks(grid, result)))
+    of_design = geometry_notes(design, "coast" if result.side == "coast" else "drive")
     on_tooth = [
-        ("Contact under load", [_pictures(load_figures(flank))]),
-        ("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank)), range_table(result)]),
+        Section("Contact under load", [_pictures(load_figures(flank))]),
+        Section("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank))]),
     ]
-    parts += [
-        ("Result", [efficiency_table(result), *more]),
-        *([("What is not known of the inputs", _input_blocks(result))] if result.inputs.sources else []),
-        *([("Strength", _strength_blocks(result, flank))] if result.source else []),
+    sections = [
+        _headline(result, of_design, grid),
+        *([Section("Efficiency over torque, speed and temperature", _map_blocks(grid, result))] if grid else []),
         *(on_tooth if flank.drawable else ()),
-        ("Over the mesh", [_pictures(mesh_figures(result)), position_table(result)]),
-        ("Design", _design_blocks(design, units)),
-        ("What the model leaves out", [Table(("skipped",), [(text,) for text in result.skipped])]),
+        *([Section("What the inputs leave open", _input_blocks(result))] if result.inputs.sources else []),
+        *([Section("Strength", _strength_blocks(result, flank))] if result.source else []),
+        Section("Over the mesh", [_pictures(mesh_figures(result))]),
+        Section("Results in numbers", _number_blocks(result, more)),
+        Section("Design", _design_blocks(design, units)),
+        Section("How it was computed", _model_blocks(result)),
     ]
-    sections += [Section(f"{number}. {title}", blocks) for number, (title, blocks) in enumerate(parts, start=1)]
     return write_report(
         path,
         f"Gear efficiency: {design.name}",
         f"{operating_point(result)}, friction {result.friction_model}. {misalignment_text(design).capitalize()}. "
         f"Source of the design: {design.source or 'not stated'}",
         sections,
-        f"mixed-ehl {__version__}, Python {platform.python_version()}. Loss and friction of one point computed in "
-        f"{result.seconds:.2g} s. {result.positions} positions, {result.points_per_line} points per line, "
-        f"{result.points_loaded} loaded points.",
+        f"mixed-ehl {__version__}, Python {platform.python_version()}. Churning, windage and bearing losses are not "
+        "part of any figure here.",
     )
 
 
@@ -187,49 +200,98 @@ def nearest_point(design: Design, grid: Grid) -> EfficiencyResult:
     return min(usable, key=distance)
 
 
-def _headline(result: EfficiencyResult, of_design: Sequence[str]) -> Section:
-    figures = [(f"{percent(result.efficiency, 2)} %", "mesh efficiency")]
-    if result.efficiency_lower < result.efficiency_upper:
-        interval = f"{percent(result.efficiency_lower, 1)}–{percent(result.efficiency_upper, 1)} %"
-        figures.append((interval, "90 % interval by uncertain inputs"))
-    if math.isfinite(result.efficiency_error):
-        figures.append((f"±\N{NO-BREAK SPACE}{percent(result.efficiency_error, 3)} %", "error of the solution"))
-    figures += [
+def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> Section:
+    film = result.lubrication.film_ratio
+    tiles = [
         (f"{result.power_loss:.4g} W", f"friction loss of {result.power_input / 1e3:.4g} kW"),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
         (f"{result.pressure_max / 1e9:.2f} GPa", "greatest Hertz pressure"),
     ]
-    blocks: list[Block] = [KeyFigures(figures)]
-    warnings = [f"not converged: {result.reason}"] if result.status != "converged" else []
-    if result.source is not None:
-        warnings += [str(grade) for grade in result.strength.grades if grade.level == "warning"]
-    warnings += [*result.notes, *(note for note in of_design if note not in result.notes)]
-    if result.outside_range_share > 0.0:
-        share = percent(result.outside_range_share, 1)
-        warnings.append(f"{share} % of the sliding power lies outside the stated range of {result.friction_model}")
-    if warnings:
-        blocks.append(Table(("warnings",), [(text,) for text in warnings]))
-    return Section("", blocks)
+    if np.isfinite(film).any():
+        tiles.append((f"{np.nanmin(film):.2g}", "minimum film ratio"))
+    tiles.append((f"{percent(result.outside_range_share, 1)} %", f"of the sliding power outside {_range(result)}"))
+    said = result_notes(result, of_design, operating_state(result) if grid else "")
+    cases = 1
+    if grid is not None:
+        cases = len(grid.points)
+        own = {text for _, text in said}
+        for other in grid.results:
+            said += [pair for pair in result_notes(other, (), operating_state(other)) if pair[1] not in own]
+    return Section("", [answer(result, grid), KeyFigures(tiles), Notes(pair_notes(said), cases)])
+
+
+def answer(result: EfficiencyResult, grid: Grid | None = None) -> Answer:
+    """The efficiency of one operating point with what is known of it; of a map also its range."""
+    if not math.isfinite(result.efficiency):
+        return Answer("no answer", f"mesh efficiency: {result.reason}")
+    known = []
+    inputs = result.inputs
+    if inputs.low < inputs.high:
+        most = ", ".join(f"{name} {percent(half, 1)}" for name, half in list(inputs.groups.items())[:3])
+        interval = f"{percent(inputs.low, 1)} to {percent(inputs.high, 1)} %"
+        known.append((interval, f"{percent(inputs.level, 0)} % interval by uncertain inputs, most by {most} points"))
+    else:
+        known.append(("no interval", "; ".join(inputs.notes) or "no input of this friction model is uncertain"))
+    if math.isfinite(result.efficiency_error):
+        error = 100.0 * result.efficiency_error
+        known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "error of the solution: mesh, lines, equilibrium"))
+    label = f"mesh efficiency, {result.friction_model}"
+    if grid is not None:
+        values = grid.values()
+        ends = f"{percent(float(np.nanmin(values)), 2)} to {percent(float(np.nanmax(values)), 2)} %"
+        known.append((ends, f"over the {len(grid.points)} points of the map"))
+        label = f"mesh efficiency at {operating_state(result)}, {result.friction_model}"
+    return Answer(f"{percent(result.efficiency, 2)} %", label, known)
+
+
+def _range(result: EfficiencyResult) -> str:
+    return f"the range of {result.friction_model}"
 
 
 def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:
-    blocks: list[Block] = [_pictures(map_figures(grid)), *efficiency_grids(grid)]
-    notes = grid.notes
-    if notes:
-        rows = [(note, f"{count} of {len(grid.points)}") for note, count in notes.items()]
-        blocks.append(Table(("note", "points"), rows))
-    blocks.append(Text(f"The sections below are of one point of it, {operating_point(shown)}."))
-    return blocks
+    return [
+        _pictures(map_figures(grid)),
+        *efficiency_grids(grid),
+        Text(f"The sections below are of one point of it, {operating_point(shown)}."),
+    ]
+
+
+def _number_blocks(result: EfficiencyResult, more: Sequence[Table]) -> list[Block]:
+    return [
+        replace(efficiency_table(result), title="", notes=()),
+        *more,
+        range_table(result),
+        Folded("Positions of a pinion pitch", [position_table(result)]),
+    ]
+
+
+def _model_blocks(result: EfficiencyResult) -> list[Block]:
+    return [
+        Table(("left out", "because or instead"), [_reason(text) for text in result.skipped]),
+        Text(
+            f"{result.positions} positions of the mesh, {result.points_per_line} points per contact line, "
+            f"{result.points_loaded} loaded points; loads by {result.load_balance} equilibrium, {result.driver} "
+            f"driving. Loss and friction of the operating point took {result.seconds:.2g} s."
+        ),
+    ]
+
+
+def _reason(text: str) -> tuple[str, str]:
+    what, _, why = text.partition(": ")
+    return what, why
 
 
 def _strength_blocks(result: EfficiencyResult, flank: FlankMap) -> list[Block]:
-    return [result.strength.table(), _pictures(strength_figures(flank))]
+    strength = result.strength
+    table = replace(strength.table(), notes=())
+    assumed = Table(("assumed",), [(note,) for note in strength.notes])
+    return [_pictures(strength_figures(flank)), table, Folded("What is assumed of the strength", [assumed])]
 
 
 def _input_blocks(result: EfficiencyResult) -> list[Block]:
     return [
         Picture(result.inputs.plot(), "What each input alone does to the efficiency; the error of the solution apart."),
-        result.inputs.table(),
+        Folded("Where each spread comes from", [result.inputs.table()]),
     ]
 
 

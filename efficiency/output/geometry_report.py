@@ -18,6 +18,7 @@ from efficiency.output.geometry_tables import (
     words,
 )
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
+from efficiency.output.notes import pair_notes
 from efficiency.output.plots_geometry import (
     blank_figure,
     contact_lines_figure,
@@ -29,7 +30,7 @@ from efficiency.output.plots_geometry import (
 )
 from efficiency.output.plots_teeth import tooth_pair_figure
 from ehl import __version__
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
+from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
@@ -93,10 +94,12 @@ def write_geometry_report(geometry: PairGeometry, path: Path, units: Units = "me
         The file cannot be written.
     """
     design = geometry.design
-    sections = [_headline(geometry), _blanks(geometry, units), _settings(geometry, units), _contact(geometry)]
-    sections += [
-        Section(f"{number}. {name.capitalize()} side", _side_blocks(side))
-        for number, (name, side) in enumerate(geometry.sides.items(), start=4)
+    sections = [
+        _headline(geometry),
+        *(Section(f"{name.capitalize()} side", _side_blocks(side)) for name, side in geometry.sides.items()),
+        _contact(geometry),
+        _blanks(geometry, units),
+        _settings(geometry, units),
     ]
     return write_report(
         path,
@@ -110,21 +113,27 @@ def write_geometry_report(geometry: PairGeometry, path: Path, units: Units = "me
 
 
 def _headline(geometry: PairGeometry) -> Section:
-    figures = [(key_side(side), f"transmission error, {name}, peak to peak") for name, side in geometry.sides.items()]
-    figures += [
-        (f"{side.contact_ratio:.2f}", f"potential contact ratio, {name}") for name, side in geometry.sides.items()
-    ]
-    notes = all_notes(geometry)
-    blocks: list[Block] = [KeyFigures(figures)] if figures else []
-    if notes:
-        blocks.append(Table(("notes",), [(note,) for note in notes]))
-    return Section("", blocks)
+    sides = geometry.sides
+    said = [("", note) for note in all_notes(geometry) if note not in _failures(geometry)]
+    said += [("", f"no answer: {failure}") for failure in _failures(geometry)]
+    notes = Notes(pair_notes(said))
+    if not sides:
+        return Section("", [Answer("no answer", "transmission error without load"), notes])
+    first = next(iter(sides))
+    known = [(key_side(side), f"{name}") for name, side in sides.items() if name != first]
+    answer = Answer(key_side(sides[first]), f"transmission error without load, {first}, peak to peak", known)
+    tiles = [(f"{side.contact_ratio:.2f}", f"potential contact ratio, {name}") for name, side in sides.items()]
+    return Section("", [answer, KeyFigures(tiles), notes])
+
+
+def _failures(geometry: PairGeometry) -> list[str]:
+    return [f"{name}: {reason}" for name, reason in geometry.failures.items()]
 
 
 def _blanks(geometry: PairGeometry, units: Units) -> Section:
     rows = blank_table(summary_rows(geometry.design, units))
     return Section(
-        "1. Blanks",
+        "Blanks",
         [
             Picture(blank_figure(geometry.design), "Axial section of both members in the plane of the axes."),
             Table(("quantity", "unit", "pinion", "gear"), rows),
@@ -135,7 +144,7 @@ def _blanks(geometry: PairGeometry, units: Units) -> Section:
 def _settings(geometry: PairGeometry, units: Units) -> Section:
     tables = setting_tables(summary_rows(geometry.design, units))
     return Section(
-        "2. Cutters and machine settings",
+        "Cutters and machine settings",
         [
             *(
                 Table((words(part), "unit", *FLANKS), rows, "What is zero for all four flanks is left out.")
@@ -156,7 +165,7 @@ def _contact(geometry: PairGeometry) -> Section:
     blocks: list[Block] = [text]
     if geometry.sides:
         blocks.append(contact_table(geometry))
-    return Section("3. Unloaded contact", blocks)
+    return Section("Unloaded contact in numbers", blocks)
 
 
 def _side_blocks(side: SideGeometry) -> list[Block]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -45,10 +46,10 @@ PRESSURE = Field("pressure_hertz", "Hertz pressure", "Hertz pressure [GPa]", 1e-
 LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-3, "viridis")
 FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0, "cividis")
 FILM_RATIO = Field("film_ratio", "film ratio", "film ratio λ [-]", 1.0, "YlGnBu")
-FLASH = Field("temperature_flash", "greatest surface temperature", "surface temperature [degC]", 1.0, "YlOrRd")
+FLASH = Field("temperature_flash", "greatest surface temperature", "temperature [°C]", 1.0, "YlOrRd")
 FILM_SPECIFIC = Field("film_specific", "specific film", "film over mean Ra [-]", 1.0, "YlGnBu")
-LOSS = Field("loss_density", "loss density", "power loss per area [W/mm²]", 1e-6, "inferno_r")
-SLIDE_TO_ROLL = Field("slide_to_roll_total", "sliding over rolling", "sliding over rolling, total [-]", 1.0, "PuBu")
+LOSS = Field("loss_density", "loss density", "loss per area [W/mm²]", 1e-6, "inferno_r")
+SLIDE_TO_ROLL = Field("slide_to_roll_total", "sliding over rolling", "slide-to-roll ratio [-]", 1.0, "PuBu")
 
 
 def field_values(flank: FlankMap, field: Field) -> FloatArray:
@@ -74,7 +75,7 @@ def field_figure(flank: FlankMap, field: Field, member: Member = "gear") -> Figu
         lines = axes.contour(x, y, shown, levels=levels[1:-1:2], colors="w", linewidths=0.5)
         for artist in (shades, lines):
             artist.set_clip_path(clipping, axes.transData)
-        figure.colorbar(shades, ax=axes, label=field.label, shrink=0.9).ax.yaxis.labelpad = 9.0
+        _colour_bar(figure, shades, axes, field.label)
     _outline(axes, flank, member)
     return figure
 
@@ -91,7 +92,7 @@ def contact_figure(flank: FlankMap, member: Member = "gear") -> Figure:
         clipping = _contact_region(axes, flank, member)
         shades = axes.contourf(x, y, _filled(np.where(flank.loaded, pressure, np.nan)), levels=levels, cmap="Blues")
         shades.set_clip_path(clipping, axes.transData)
-        figure.colorbar(shades, ax=axes, label="Hertz pressure [GPa]", shrink=0.9).ax.yaxis.labelpad = 9.0
+        _colour_bar(figure, shades, axes, "Hertz pressure [GPa]")
     _one_position(axes, flank, member)
     u, h = flank.loaded_edges(member)
     if u.size:
@@ -122,7 +123,7 @@ def sliding_figure(flank: FlankMap) -> Figure:
             angles="xy",
             width=0.0035,
         )
-        figure.colorbar(arrows, ax=axes, label="sliding speed [m/s]", shrink=0.9).ax.yaxis.labelpad = 9.0
+        _colour_bar(figure, arrows, axes, "sliding speed [m/s]")
         largest = float(np.nanmax(np.hypot(along, up)[chosen][keep]))
         if largest > 0.0:
             axes.quiverkey(arrows, 0.12, 0.06, largest, f"{largest:.3g} m/s in the projection", labelpos="E")
@@ -220,10 +221,15 @@ def _flank_figure(flank: FlankMap, member: Member, what: str) -> tuple[Figure, A
     blank = flank.flanks.blank(member)
     u = np.array([-0.5, 0.5]) * blank.face_width
     extent = float(np.max(blank.tip(u)) - np.min(blank.root(u)))
-    figure = Figure(figsize=(6.6, min(1.75 + 4.4 * extent / blank.face_width, 7.0)), layout="compressed")
+    figure = Figure(figsize=(6.6, min(1.9 + 4.8 * extent / blank.face_width, 7.0)), layout="compressed")
     axes = figure.add_subplot()
     axes.set_title(f"{flank.result.design}, {flank.result.side}:\n{what} on the {member}", fontsize=10)
     return figure, axes
+
+
+def _colour_bar(figure: Figure, shades: ScalarMappable, axes: Axes, label: str) -> None:
+    bar = figure.colorbar(shades, ax=axes, shrink=0.9)
+    bar.set_label(label, fontsize=8, labelpad=9.0)
 
 
 def _outline(axes: Axes, flank: FlankMap, member: Member, below: float = 1.0) -> None:
@@ -239,4 +245,4 @@ def _outline(axes: Axes, flank: FlankMap, member: Member, below: float = 1.0) ->
     axes.set_ylim(root.min() - below * room, tip.max() + room)
     axes.set_aspect("equal")
     axes.set_xlabel(f"along the face of the {member} [mm]   toe → heel")
-    axes.set_ylabel("over pitch cone [mm]\nroot → tip")
+    axes.set_ylabel("over pitch cone\n[mm] root → tip", fontsize=8)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ehl.quantities import axis_label, quantity, to_display
 from ehl.view.plots import BLUE, GREY, ORANGE
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from efficiency.loss.grid import Grid
 
 
+FloatArray = NDArray[np.float64]
 OPERATION = ("torque_pinion", "speed_pinion", "temperature_oil")
 
 
@@ -142,28 +145,51 @@ def plot_friction_and_loss(result: EfficiencyResult) -> Figure:
 
 
 def plot_comparison(comparison: Comparison) -> Figure:
-    """Power loss in percent of the input, one bar per friction model; closed forms in grey."""
+    """Power loss in percent of the input, one bar per friction model; closed forms in grey.
+
+    The axis is that of the many: a bar or interval far beyond them ends in an arrow, with its number.
+    """
     rows = comparison.rows
     figure, axes = _figure(7.5, 0.9 + 0.42 * len(rows))
     loss = np.array([100.0 * (1.0 - row.efficiency) for row in rows])
-    below = np.array([100.0 * abs(row.efficiency_upper - row.efficiency) for row in rows])
-    above = np.array([100.0 * abs(row.efficiency - row.efficiency_lower) for row in rows])
+    low, high = (np.array([100.0 * (1.0 - getattr(row, f"efficiency_{end}")) for row in rows]) for end in _ENDS)
+    limit = axis_limit(np.fmax(loss, high))
     place = np.arange(len(rows))[::-1]
     colors = [GREY if row.kind == "closed form" else BLUE for row in rows]
-    axes.barh(place, np.nan_to_num(loss), color=colors)
-    known = above + below > 0.0
-    axes.errorbar(loss[known], place[known], xerr=[below[known], above[known]], fmt="none", ecolor=ORANGE, capsize=3)
-    end = np.nan_to_num(loss + np.where(known, above, 0.0))
-    for at, row, right in zip(place, rows, end, strict=True):
-        text = f"{100.0 * row.efficiency:.3f} %" if np.isfinite(row.efficiency) else row.reason
-        axes.annotate(text, (right, at), xytext=(5, 0), textcoords="offset points", fontsize=9, va="center")
+    axes.barh(place, np.minimum(np.nan_to_num(loss), limit), color=colors)
+    for at, row, value, left, right in zip(place, rows, loss, low, high, strict=True):
+        text = f"{100.0 * row.efficiency:.3f} %" if math.isfinite(row.efficiency) else row.reason
+        end = value if math.isfinite(value) else 0.0
+        if right > left and value <= limit:
+            ends = [[max(value - left, 0.0)], [max(min(right, limit) - value, 0.0)]]
+            axes.errorbar(value, at, xerr=ends, fmt="none", ecolor=ORANGE, capsize=3)
+        end = np.fmax(end, right)
+        if end > limit:
+            axes.plot(limit, at, marker=">", ms=8, color=ORANGE, zorder=5)
+            if right > left:
+                text += f"\n{100.0 * row.efficiency_lower:.3g} to {100.0 * row.efficiency_upper:.3g} %"
+        size, gap = (8, 8) if end > limit else (9, 5)
+        axes.annotate(
+            text, (min(end, limit), at), xytext=(gap, 0), textcoords="offset points", fontsize=size, va="center"
+        )
     axes.set_yticks(place, [row.name for row in rows])
-    axes.set(
-        xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.3 * float(end.max()) or 1.0)
-    )
+    axes.set(xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.35 * limit))
     # over the whole figure: long names of friction models leave the axes narrow
     figure.suptitle(f"{comparison.design}: " + ", ".join(quantity(n).text(getattr(comparison, n)) for n in OPERATION))
     return figure
+
+
+_ENDS = ("upper", "lower")
+_FAR = 6.0  # times the median
+
+
+def axis_limit(ends: FloatArray) -> float:
+    """End of an axis for bars of lengths `ends`: what is far beyond the median does not stretch it."""
+    known = ends[np.isfinite(ends) & (ends > 0.0)]
+    if not known.size:
+        return 1.0
+    near = known[known <= _FAR * np.median(known)]
+    return float(near.max())
 
 
 def plot_map(map_: Grid) -> Figure:

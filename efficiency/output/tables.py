@@ -83,12 +83,14 @@ def percent(value: float, digits: int = 3) -> str:
 
 def operating_point(result: EfficiencyResult | Comparison) -> str:
     """One line: pair, side, torque, speed, oil."""
-    speed, temperature = quantity("speed_pinion"), quantity("temperature_oil")
-    return (
-        f"{result.design}, {result.side}, {result.torque_pinion:.4g} N m, "
-        f"{speed.to_display(result.speed_pinion):.4g} rpm, "
-        f"{result.oil} at {temperature.to_display(result.temperature_oil):.4g} degC"
-    )
+    torque, speed, temperature = operating_state(result).split(", ")
+    return f"{result.design}, {result.side}, {torque}, {speed}, {result.oil} at {temperature}"
+
+
+def operating_state(result: EfficiencyResult | Comparison) -> str:
+    """Torque, speed and oil temperature in words."""
+    names = ("torque_pinion", "speed_pinion", "temperature_oil")
+    return ", ".join(quantity(name).text(getattr(result, name)) for name in names)
 
 
 def scalars(result: Any) -> dict[str, Cell]:

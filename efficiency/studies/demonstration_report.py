@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import platform
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from efficiency.output.comparison_report import CAPTION, models_table
 from efficiency.output.flank_map import FlankMap
+from efficiency.output.gear_report import answer
+from efficiency.output.notes import pair_notes, result_notes
 from efficiency.output.plots_flank import LOSS, contact_figure, field_figure
 from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
 from efficiency.output.plots_load import (
@@ -15,13 +19,13 @@ from efficiency.output.plots_load import (
     plot_load_sharing,
     plot_transmission_error,
 )
-from efficiency.output.tables import comparison_table, efficiency_table, operating_point, percent
+from efficiency.output.tables import efficiency_table, operating_point, percent
 from ehl import __version__
 from ehl.quantities import quantity
+from ehl.view.html_report import Folded, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
 from ehl.view.html_report import Formula as FormulaBlock
-from ehl.view.html_report import KeyFigures, Picture, Pictures, Section, Text, write_report
 from ehl.view.table import Table
-from regression.view.plots import plot_friction, plot_parity
+from regression.view.plots import plot_bands, plot_friction, plot_parity
 from regression.view.tables import band_table, family_table
 
 if TYPE_CHECKING:
@@ -30,7 +34,7 @@ if TYPE_CHECKING:
 
 def write_demo_report(result: DemoResult) -> Path:
     """Write `report.html` into the folder of the demonstration."""
-    sections = [_summary(result), _contacts(result), _formulas(result), _gear(result), _comparison(result)]
+    sections = [_summary(result), _gear(result), _comparison(result), _formulas(result), _contacts(result)]
     sections.append(_provenance(result))
     return write_report(
         result.folder / "report.html",
@@ -45,20 +49,15 @@ def write_demo_report(result: DemoResult) -> Path:
 def _summary(result: DemoResult) -> Section:
     best, gear = result.formulas[0], result.comparison.results[0]
     constant = next(row for row in result.comparison.rows if row.name.startswith("constant"))
-    return Section(
-        "",
-        [
-            KeyFigures(
-                [
-                    (f"{percent(gear.efficiency, 2)} %", f"mesh efficiency with the fitted formula ({best.family})"),
-                    (f"{percent(constant.efficiency, 2)} %", "with a constant mu of 0.05"),
-                    (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
-                    (f"{100 * best.validation.mape:.1f} %", "mean error of the formula on held-out contacts"),
-                    (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
-                ]
-            )
-        ],
-    )
+    said = [("", note.text) for note in pair_notes(result_notes(gear))]
+    said += [("", note) for note in result.comparison.notes if note not in gear.notes and "edges carry" not in note]
+    tiles = [
+        (f"{percent(constant.efficiency, 2)} %", "with a constant mu of 0.05"),
+        (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
+        (f"{100 * best.validation.mape:.1f} %", f"mean error of the formula ({best.family}) on held-out contacts"),
+        (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
+    ]
+    return Section("", [answer(gear), KeyFigures(tiles), Notes(pair_notes(said))])
 
 
 def _contacts(result: DemoResult) -> Section:
@@ -67,7 +66,7 @@ def _contacts(result: DemoResult) -> Section:
     heated = int((~frame["skipped"].str.contains("heat")).sum())
     friction_error = frame["friction_error"]
     return Section(
-        "1. Contacts",
+        "Contacts",
         [
             Text(
                 f"{report.total} line contacts drawn by a scrambled Sobol sequence over what the contact points of the "
@@ -90,7 +89,7 @@ def _contacts(result: DemoResult) -> Section:
 def _formulas(result: DemoResult) -> Section:
     best = result.formulas[0]
     return Section(
-        "2. Friction formula",
+        "Friction formula",
         [
             Text(
                 "Each family is fitted to the same contacts and judged on cases it has not seen: whole cells of "
@@ -98,8 +97,9 @@ def _formulas(result: DemoResult) -> Section:
                 "contact would not give it: the contacts were computed with a load-sharing model of the same kind."
             ),
             family_table(result.formulas),
-            FormulaBlock(best.to_text()),
-            band_table(best),
+            Picture(plot_bands(best), "Held-out errors by band of each variable, with the number of cases."),
+            Folded("Errors by region in numbers", [band_table(best)]),
+            Folded(f"Equation and coefficients of {best.name}", [FormulaBlock(best.to_text())]),
         ],
     )
 
@@ -110,7 +110,7 @@ def _gear(result: DemoResult) -> Section:
     cycle = tuple(load.position for load in gear.load.positions)
     flank = FlankMap.of(pair.flanks, gear)
     return Section(
-        "3. Gear pair",
+        "Gear pair",
         [
             Text(
                 f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated: flanks from "
@@ -128,14 +128,14 @@ def _gear(result: DemoResult) -> Section:
                     Picture(plot_friction_and_loss(gear), "Friction and loss over one mesh cycle, fitted formula."),
                 ]
             ),
-            efficiency_table(gear),
+            replace(efficiency_table(gear), title="", notes=()),
         ],
     )
 
 
 def _comparison(result: DemoResult) -> Section:
     return Section(
-        "4. Against constant mu and other models",
+        "Against constant mu and other models",
         [
             Text(
                 "The same loaded mesh with each friction model. 'ehl:load_sharing' solves contacts of the mesh, by the "
@@ -143,8 +143,8 @@ def _comparison(result: DemoResult) -> Section:
                 "is what the formula costs; 'ehl' would roll the rough surfaces through. Loads come from frictionless "
                 "equilibrium. The closed forms take one constant mu for the whole pair."
             ),
-            comparison_table(result.comparison),
-            Picture(plot_comparison(result.comparison), "Power loss by friction model."),
+            Picture(plot_comparison(result.comparison), CAPTION),
+            models_table(result.comparison),
         ],
     )
 
@@ -159,11 +159,10 @@ def _provenance(result: DemoResult) -> Section:
     ]
     left_out = result.comparison.results[0].skipped
     return Section(
-        "5. Provenance",
+        "Provenance",
         [
             Table(("what", "value"), rows),
             Text("Left out of the gear model: " + "; ".join(left_out) + "."),
-            *(Text(f"Note on the pair: {note}.") for note in result.comparison.notes),
             Text("Files beside this page: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
         ],
     )

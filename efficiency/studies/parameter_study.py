@@ -154,6 +154,10 @@ class StudyPoint:
         Greatest surface temperature of the cycle [K].
     status, reason : str
     seconds : float
+    causes : dict
+        Half width of the efficiency that each cause of uncertainty alone leaves, the largest first [-].
+    notes : tuple of str
+        Of the computation of this point.
     """
 
     design: str
@@ -184,13 +188,21 @@ class StudyPoint:
     status: str = "failed"
     reason: str = ""
     seconds: float = 0.0
+    causes: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
         """Design and state in words, to name a point that failed."""
-        names = ("torque", "speed", "temperature_oil", "roughness_rms", *filter(self._shifted, MISALIGNED))
-        levels = (f"{name} {level_quantity(name).text(getattr(self, name))}" for name in names)
+        levels = [level_quantity(name).text(getattr(self, name)) for name in OPERATING]
+        levels += [
+            f"{name} {level_quantity(name).text(getattr(self, name))}" for name in MISALIGNED if self._shifted(name)
+        ]
         return f"{self.design}, {', '.join(levels)}"
+
+    def scalars(self) -> dict[str, Any]:
+        """The single values by their names."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in ("causes", "notes")}
 
     def _shifted(self, name: str) -> bool:
         return bool(getattr(self, name) != 0.0)
@@ -209,9 +221,9 @@ def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
     weight = result.points.force * result.points.speed_sliding
     ratio = np.where(np.isfinite(result.lubrication.film_ratio), result.lubrication.film_ratio, np.nan)
     mean = float(np.nansum(weight * ratio) / np.sum(weight)) if weight.sum() > 0.0 else math.nan
-    values = asdict(point) | {name: getattr(result, name) for name in names}
+    values = vars(point) | {name: getattr(result, name) for name in names}
     flash = float(np.nanmax(result.lubrication.temperature_flash)) if result.points.force.size else math.nan
-    return StudyPoint(**values | {"film_ratio": mean, "temperature_flash": flash})
+    return StudyPoint(**values | {"film_ratio": mean, "temperature_flash": flash, "causes": result.inputs.groups})
 
 
 @dataclass(frozen=True, repr=False)
@@ -227,8 +239,6 @@ class Study(Presented):
     reference : dict
         Operating point through which the sections go.
     points : tuple of StudyPoint
-    notes : dict
-        Note of a computation, and of how many points.
     jobs, reused : int
         Worker processes; points that an earlier run had computed.
     seconds : float
@@ -242,7 +252,6 @@ class Study(Presented):
     levels: Levels
     reference: dict[str, float]
     points: tuple[StudyPoint, ...]
-    notes: dict[str, int]
     jobs: int
     reused: int
     seconds: float
@@ -252,6 +261,11 @@ class Study(Presented):
     def status(self) -> Literal["converged", "failed"]:
         """``failed`` if any point failed."""
         return "failed" if self.failed else "converged"
+
+    @property
+    def notes(self) -> dict[str, int]:
+        """Each note of a computation, and of how many points."""
+        return dict(Counter(note for point in self.points for note in point.notes))
 
     @property
     def failed(self) -> tuple[StudyPoint, ...]:
@@ -267,7 +281,7 @@ class Study(Presented):
         """One row per point, SI units."""
         import pandas
 
-        return pandas.DataFrame([asdict(point) for point in self.points])
+        return pandas.DataFrame([point.scalars() for point in self.points])
 
     def __repr__(self) -> str:
         return f"Study({', '.join(self.designs)}, {self.friction_model}: {len(self.points)} points, {self.status})"
@@ -318,7 +332,7 @@ class Study(Presented):
             "seconds",
         )
         head = {name: getattr(self, name) for name in names}
-        rows = finite_or_none(self.points)
+        rows = finite_or_none([point.scalars() for point in self.points])
         reference = finite_or_none([self.reference_point(design) for design in self.designs])
         head |= {"designs": list(self.designs), "levels": self.levels.to_dict(), "points": rows}
         return head | {"reference_points": reference}
@@ -484,15 +498,10 @@ def run_study(
         known[key] = found
         if store is not None:
             _append(store, key, found)
-        done += len(found[0])
+        done += len(found)
         if report is not None:
             report(done, total)
-    notes: Counter[str] = Counter()
-    points: list[StudyPoint] = []
-    for task in tasks:
-        part, remarks = known[task.key]
-        points += part
-        notes.update(remarks)
+    points = [point for task in tasks for point in known[task.key]]
     seconds = time.perf_counter() - clock
     return Study(
         tuple(names),
@@ -502,7 +511,6 @@ def run_study(
         chosen,
         reference,
         tuple(points),
-        dict(notes),
         jobs,
         reused,
         seconds,
@@ -548,7 +556,7 @@ def _tasks(
             yield replace(task, states=tuple(part))
 
 
-Found = tuple[list[StudyPoint], dict[str, int]]
+Found = list[StudyPoint]
 
 
 def _solve_all(tasks: Sequence[StudyTask], jobs: int) -> Iterator[tuple[str, Found]]:
@@ -567,7 +575,6 @@ def _solve_all(tasks: Sequence[StudyTask], jobs: int) -> Iterator[tuple[str, Fou
 def _solve(task: StudyTask) -> tuple[str, Found]:
     """All points of a task; what cannot be computed is a failed point with its reason."""
     points: list[StudyPoint] = []
-    notes: Counter[str] = Counter()
     pair = _pair(task.design.with_misalignment().model_dump_json())
     fixed = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
     fixed |= {"load_balance": task.load_balance}
@@ -579,11 +586,10 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
         [found] = solve_points([condition], lambda c: pair.at(task.friction, task.grid, many=True, **fixed, **c))
         point = replace(task.blank, torque=torque, speed=speed, temperature_oil=temperature, roughness_rms=roughness)
         if found.result is None:
-            points.append(replace(point, reason=found.reason))
+            points.append(replace(point, reason=found.reason, notes=found.notes))
         else:
             points.append(replace(with_result(point, found.result), seconds=time.perf_counter() - clock))
-        notes.update(found.notes)
-    return task.key, (points, dict(notes))
+    return task.key, points
 
 
 @lru_cache(maxsize=4)
@@ -593,8 +599,7 @@ def _pair(aligned: str) -> GearPair:
 
 def _append(store: Path, key: str, found: Found) -> None:
     """Write a finished task as one line."""
-    points = finite_or_none(found[0])
-    line = json.dumps({"key": key, "points": points, "notes": found[1]}, allow_nan=False)
+    line = json.dumps({"key": key, "points": finite_or_none(found)}, allow_nan=False)
     try:
         store.parent.mkdir(parents=True, exist_ok=True)
         with store.open("a", encoding="utf-8") as file:
@@ -612,12 +617,12 @@ def _read(store: Path) -> dict[str, Found]:
     for line in store.read_text(encoding="utf-8").splitlines():
         try:
             row = json.loads(line)
-            points = [StudyPoint(**_numbers(point)) for point in row["points"]]
-            found[row["key"]] = points, row["notes"]
+            found[row["key"]] = [StudyPoint(**_numbers(point)) for point in row["points"]]
         except (ValueError, KeyError, TypeError):
             continue
     return found
 
 
 def _numbers(row: dict[str, Any]) -> dict[str, Any]:
-    return {name: math.nan if value is None else value for name, value in row.items()}
+    values = {name: math.nan if value is None else value for name, value in row.items()}
+    return values | {"notes": tuple(row["notes"])}

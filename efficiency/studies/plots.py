@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -56,6 +57,12 @@ def study_figures(study: Study) -> Iterator[tuple[str, Figure, str]]:
             f"One misalignment at a time, added to that of the design; {reference_text(study)}.",
         )
     yield "influence", influence_figure(study), "Range of the efficiency over the levels of each parameter alone."
+    if causes_of(study):
+        yield (
+            "causes",
+            causes_figure(study),
+            "What each cause of uncertainty leaves open at the reference.",
+        )
 
 
 def crossed_figure(study: Study, along: str, lines: str) -> Figure:
@@ -199,10 +206,41 @@ def influence_figure(study: Study) -> Figure:
     return figure
 
 
-def _range_text(study: Study, name: str) -> str:
+def causes_of(study: Study) -> list[str]:
+    """Causes of uncertainty at the reference, the one with the largest effect on any design first."""
+    largest: dict[str, float] = {}
+    for design in study.designs:
+        for cause, half in study.reference_point(design).causes.items():
+            if math.isfinite(half) and half > 0.0:
+                largest[cause] = max(half, largest.get(cause, 0.0))
+    return sorted(largest, key=lambda cause: -largest[cause])
+
+
+def causes_figure(study: Study) -> Figure:
+    """Half width of the efficiency that each cause of uncertainty leaves, one bar per cause and design."""
+    causes, count = causes_of(study), len(study.designs)
+    figure = Figure(figsize=(7.6, 1.1 + 0.34 * len(causes) * count + 0.2 * len(causes)), layout="constrained")
+    axes = figure.add_subplot()
+    for number, design in enumerate(study.designs):
+        found = study.reference_point(design).causes
+        place = np.arange(len(causes))[::-1] + 0.8 * (0.5 - (number + 0.5) / count)
+        values = [100.0 * found.get(cause, 0.0) for cause in causes]
+        axes.barh(place, values, height=0.72 / count, color=_colour(number), label=_design_text(study, design))
+    axes.set_yticks(np.arange(len(causes))[::-1], causes)
+    axes.set_xlabel(f"half width of the mesh efficiency [% points] at {reference_text(study)}")
+    axes.grid(axis="x", alpha=0.3)
+    axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=max(1, min(count, 3)))
+    return figure
+
+
+def span_text(study: Study, name: str) -> str:
+    """Range of the levels of a parameter, of a misalignment with the aligned pair."""
     levels = sorted({*getattr(study.levels, name), *(() if name in study.reference else (0.0,))})
-    entry = level_quantity(name)
-    return f"{entry.label}\n{entry.span(levels[0], levels[-1])}"
+    return level_quantity(name).span(levels[0], levels[-1])
+
+
+def _range_text(study: Study, name: str) -> str:
+    return f"{level_quantity(name).label}\n{span_text(study, name)}"
 
 
 def _design_text(study: Study, design: str) -> str:

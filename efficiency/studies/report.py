@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import platform
-from dataclasses import fields
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from efficiency.output.notes import outside_note, pair_notes
 from efficiency.output.tables import percent
 from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
-from efficiency.studies.plots import reference_text, study_figures
+from efficiency.studies.plots import causes_figure, causes_of, reference_text, span_text, study_figures
 from ehl import __version__
 from ehl.quantities import quantities
-from ehl.view.html_report import Block, KeyFigures, Picture, Section, Text, write_report
+from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Section, Text, write_report
+from ehl.view.notes import Note
 from ehl.view.plots import save_figures
 from ehl.view.table import Column, Table, write_csv, write_xlsx
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from efficiency.studies.parameter_study import Study
 
-_FAILED_SHOWN = 40
+_FAILED_SHOWN, _NOTES_SHOWN = 40, 8
+_ON_TOP = ("influence", "causes")
+_OUTCOME = ("status", "reason")
 _SECTION = (
     "efficiency",
     "efficiency_lower",
@@ -28,8 +36,7 @@ _SECTION = (
     "friction_coefficient_mean",
     "film_ratio",
     "pressure_max",
-    "status",
-    "reason",
+    *_OUTCOME,
 )
 
 
@@ -40,14 +47,13 @@ def _column(name: str) -> Column:
 
 def study_tables(study: Study) -> list[Table]:
     """Every point, the levels and the notes."""
-    names = [f.name for f in fields(StudyPoint)]
-    points = [[getattr(point, name) for name in names] for point in study.points]
+    points = [point.scalars() for point in study.points]
     levels = [
         (name, level_quantity(name).unit, ", ".join(f"{value:.6g}" for value in values), study.reference.get(name, 0.0))
         for name, values in study.levels.to_dict().items()
     ]
     return [
-        Table([_column(name) for name in names], points, name="study"),
+        Table([_column(name) for name in points[0]], [tuple(point.values()) for point in points], name="study"),
         Table(("parameter", "SI unit", "values", Column("reference", label="reference")), levels, name="levels"),
         Table(("note", "points"), list(study.notes.items()), name="notes"),
     ]
@@ -55,7 +61,7 @@ def study_tables(study: Study) -> list[Table]:
 
 def section_table(study: Study, design: str, name: str) -> Table:
     """The section of one design along one parameter."""
-    columns = (name, *_SECTION)
+    columns = (name, *(_SECTION if study.failed else _SECTION[: -len(_OUTCOME)]))
     return Table(
         [_column(column) for column in columns],
         [[getattr(point, column) for column in columns] for point in study.section(design, name)],
@@ -72,10 +78,10 @@ def influence_table(study: Study) -> Table:
     at = [study.reference_point(design).efficiency for design in study.designs]
     rows.append(("reference", reference_text(study), *(value for value in at for _ in range(2))))
     for name in study.varied:
-        levels = sorted({*getattr(study.levels, name), *((0.0,) if name in MISALIGNED else ())})
         ends = [end for design in study.designs for end in study.influence(design, name)]
-        rows.append((level_quantity(name).label, level_quantity(name).span(levels[0], levels[-1]), *ends))
-    notes = [f"note     {count} of {len(study.points)} points: {note}" for note, count in list(study.notes.items())[:8]]
+        rows.append((level_quantity(name).label, span_text(study, name), *ends))
+    found = study_notes(study)
+    notes = [f"{n.grade}: {n.count} of {len(study.points)} points: {n.text} ({n.where})" for n in found[:_NOTES_SHOWN]]
     notes += [f"failed   {point.label}: {point.reason}" for point in study.failed[:_FAILED_SHOWN]]
     return Table(
         columns,
@@ -84,6 +90,18 @@ def influence_table(study: Study) -> Table:
         notes=(*notes, timing(study)),
         name="influence",
     )
+
+
+def study_notes(study: Study) -> list[Note]:
+    """Notes of all points, one for each kind with its count and the point where it is worst, the gravest first."""
+    said = []
+    for point in study.points:
+        said += [(point.label, note) for note in point.notes]
+        if point.status == "failed":
+            said.append((point.label, f"no answer: {point.reason}"))
+        elif outside := outside_note(point.outside_range_share, study.friction_model):
+            said.append((point.label, outside))
+    return pair_notes(said)
 
 
 def timing(study: Study) -> str:
@@ -106,12 +124,17 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     written.append(write_xlsx(folder / "study.xlsx", tables, f"parameter study: {', '.join(study.designs)}"))
     figures = list(study_figures(study))
     save_figures(figures, folder)
-    sections = [_headline(study), Section("1. Influence of each parameter", [influence_table(study)])]
-    pictures: list[Block] = [Picture(figure, caption) for _, figure, caption in figures]
-    sections.append(Section("2. Figures", pictures))
-    lines = [section_table(study, design, name) for name in study.varied for design in study.designs]
-    sections.append(Section("3. Sections through the reference", lines))
-    sections.append(Section("4. Notes", _notes(study)))
+    sections = [
+        _headline(study),
+        Section("What each parameter does", [*_pictures(figures, "influence"), influence_bars(study)]),
+        Section("What the uncertainty comes from", _causes(study)),
+        Section("Over the parameters", _pictures(figures, *(name for name, *_ in figures if name not in _ON_TOP))),
+        Section(
+            "Sections through the reference",
+            [section_table(study, design, name) for name in study.varied for design in study.designs],
+        ),
+        Section("How it was computed", _computed(study)),
+    ]
     page = write_report(
         folder / "study.html",
         "Parameter study: mesh efficiency",
@@ -123,41 +146,75 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     return [page, *written]
 
 
-def _with_interval(point: StudyPoint) -> str:
-    ends = f"{percent(point.efficiency_lower, 2)} to {percent(point.efficiency_upper, 2)}"
-    return f"{percent(point.efficiency, 2)} % ({ends})"
+def influence_bars(study: Study) -> Table:
+    """The table of influences without its notes."""
+    return replace(influence_table(study), title="", notes=())
+
+
+def causes_table(study: Study) -> Table:
+    """Half width of the efficiency that each cause of uncertainty leaves, at the reference of each design."""
+    points = [study.reference_point(design) for design in study.designs]
+    columns: list[Column | str] = ["cause", *(Column(p.design, of="efficiency_error", label=p.design) for p in points)]
+    rows = [(cause, *(p.causes.get(cause, 0.0) for p in points)) for cause in causes_of(study)]
+    title = "Half width of the efficiency that each cause alone leaves, in points; causes add as squares."
+    return Table(columns, rows, title=title, name="causes")
+
+
+def _pictures(figures: Sequence[tuple[str, Figure, str]], *names: str) -> list[Block]:
+    return [Picture(figure, caption) for name, figure, caption in figures if name in names]
+
+
+def _causes(study: Study) -> list[Block]:
+    if not causes_of(study):
+        return [Text(f"No input of the friction model {study.friction_model} is uncertain: it has no interval.")]
+    caption = (
+        "Half width of the efficiency at the reference that each cause alone leaves, 90 % interval: measure first what "
+        "makes the longest bar. The error of the solution is not in it."
+    )
+    return [Picture(causes_figure(study), caption), causes_table(study)]
 
 
 def _headline(study: Study) -> Section:
-    figures = [
-        (
-            _with_interval(point),
-            f"{point.design}, offset {1e3 * point.hypoid_offset:.4g} mm; 90 % interval by the inputs",
-        )
-        for point in map(study.reference_point, study.designs)
+    points = [study.reference_point(design) for design in study.designs]
+    first = points[0]
+    tiles = [
+        (f"{percent(p.efficiency, 2)} %", f"{p.design}, {_interval(p)}, offset {1e3 * p.hypoid_offset:.4g} mm")
+        for p in points[1:10]
     ]
-    text = (
-        f"Mesh efficiency at the reference: {reference_text(study)}. Every operating point is a combination of the "
-        "levels of torque, speed, temperature and roughness for the aligned pair; misalignments are varied one at a "
-        "time at the reference. The load is solved once for each torque and misalignment."
-    )
-    return Section("", [KeyFigures(figures), Text(text)])
+    widths = [(name, *study.influence(first.design, name)) for name in study.varied]
+    widths = sorted((w for w in widths if math.isfinite(w[1])), key=lambda w: w[1] - w[2])
+    tiles += [(f"{percent(high - low, 2)} points", f"by {_spans(study, name)}") for name, low, high in widths[:4]]
+    known = []
+    if first.efficiency_lower < first.efficiency_upper:
+        known.append((_interval(first), "90 % interval by uncertain inputs"))
+    if math.isfinite(first.efficiency_error):
+        known.append((f"±\N{NO-BREAK SPACE}{100.0 * first.efficiency_error:.1g} %", "error of the solution"))
+    ends = [point.efficiency for point in study.points if math.isfinite(point.efficiency)]
+    if ends:
+        known.append((f"{percent(min(ends), 2)} to {percent(max(ends), 2)} %", f"over all {len(study.points)} points"))
+    value = f"{percent(first.efficiency, 2)} %" if math.isfinite(first.efficiency) else "no answer"
+    answer = Answer(value, f"mesh efficiency of {first.design} at {reference_text(study)}", known)
+    notes = Notes(study_notes(study), len(study.points))
+    return Section("", [answer, *([KeyFigures(tiles)] if tiles else []), notes])
 
 
-def _notes(study: Study) -> list[Block]:
-    blocks: list[Block] = []
+def _interval(point: StudyPoint) -> str:
+    return f"{percent(point.efficiency_lower, 2)} to {percent(point.efficiency_upper, 2)} %"
+
+
+def _spans(study: Study, name: str) -> str:
+    return f"{level_quantity(name).label}, {span_text(study, name)}"
+
+
+def _computed(study: Study) -> list[Block]:
+    blocks: list[Block] = [
+        Text(
+            "Every operating point is a combination of the levels of torque, speed, temperature and roughness for the "
+            "aligned pair; misalignments are varied one at a time at the reference. The load is solved once for each "
+            "torque and misalignment. All points are in study.csv and study.xlsx."
+        )
+    ]
     if study.failed:
         rows = [(point.label, point.reason) for point in study.failed]
         blocks.append(Table(("point that failed", "reason"), rows))
-    if study.notes:
-        rows = [(note, f"{count} of {len(study.points)}") for note, count in study.notes.items()]
-        blocks.append(Table(("note", "points"), rows))
-    outside = max((point.outside_range_share for point in study.points if point.status != "failed"), default=0.0)
-    if outside > 0.0:
-        blocks.append(
-            Text(
-                f"Up to {percent(outside, 1)} % of the sliding power of a point lies outside the stated range of "
-                f"{study.friction_model}; the column outside_range_share of the files says where."
-            )
-        )
-    return blocks or [Text("None.")]
+    return blocks

@@ -24,7 +24,7 @@ def plot_sources(found: InputUncertainty) -> Figure:
     figure = Figure(figsize=(7.0, 1.6 + 0.32 * (len(sources) + 1)), layout="constrained")
     axes = figure.add_subplot()
     bars = [("all inputs", found.low, found.high, GREY)]
-    bars += [(source.name.replace("_", " "), source.low, source.high, BLUE) for source in sources]
+    bars += [(source.label, source.low, source.high, BLUE) for source in sources]
     for place, (_, low, high, colour) in enumerate(bars):
         left, right = shown.to_display(low), shown.to_display(high)
         axes.barh(place, right - left, left=left, height=0.6, color=colour)

@@ -132,6 +132,12 @@ class UncertaintySource:
     note: str
 
     @property
+    def label(self) -> str:
+        """The input in words."""
+        known = quantities().get(self.name)
+        return self.name.replace("_", " ") if known is None else known.label
+
+    @property
     def low(self) -> float:
         """Lower end of the figure by this input."""
         return min(self.below, self.above)
@@ -249,7 +255,7 @@ class InputUncertainty:
             Column("sd", label="standard deviation", digits=3),
             Column("note", label="from"),
         )
-        rows = [(s.name.replace("_", " "), s.below, s.above, s.share, s.sd, s.note) for s in self.sources]
+        rows = [(s.label, s.below, s.above, s.share, s.sd, s.note) for s in self.sources]
         title = f"Input uncertainty: {head} {self.headline()} ({100.0 * self.level:.0f} % interval)."
         return Table(columns, rows, title=title, notes=self.notes, name="uncertainty")
 

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import io
-import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ehl.io.files import write_file
+from ehl.quantities import typeset_units
+from ehl.view.notes import Note
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_ASIDE = re.compile(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", re.DOTALL)
+_ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([^)"]+)')
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,34 @@ class Pictures:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """Blocks side by side where the page is wide enough."""
+
+    blocks: Sequence[Block]
+    kind = "beside"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer of a page.
+
+    Parameters
+    ----------
+    value : str
+        With its unit.
+    label : str
+        What it is.
+    known : sequence of (str, str)
+        How well it is known: an interval or an error, and what leaves it open.
+    """
+
+    value: str
+    label: str
+    known: Sequence[tuple[str, str]] = ()
+    kind = "answer"
+
+
+@dataclass(frozen=True)
 class KeyFigures:
     """The few numbers that matter: (value, what it is)."""
 
@@ -62,12 +95,41 @@ class KeyFigures:
     kind = "key_figures"
 
 
-Block = Text | Formula | Table | Picture | Pictures | KeyFigures
+@dataclass(frozen=True)
+class Notes:
+    """What a reader has to know, the gravest first: three at once, the others behind a line.
+
+    Parameters
+    ----------
+    notes : sequence of Note
+    cases : int
+        Of how many cases they are.
+    none : str
+        Words where there are none.
+    """
+
+    notes: Sequence[Note]
+    cases: int = 1
+    none: str = "Nothing to note: no limit of the model is touched."
+    kind = "notes"
+    shown = 3
+
+
+@dataclass(frozen=True)
+class Folded:
+    """Blocks behind a line of words; open on paper."""
+
+    title: str
+    blocks: Sequence[Block]
+    kind = "folded"
+
+
+Block = Text | Formula | Table | Picture | Pictures | Beside | Answer | KeyFigures | Notes | Folded
 
 
 @dataclass(frozen=True)
 class Section:
-    """A titled part of the page."""
+    """A part of the page; those with a title are numbered."""
 
     title: str
     blocks: Sequence[Block]
@@ -82,13 +144,27 @@ def figure_svg(figure: Figure) -> str:
     printable(figure)
     buffer = io.StringIO()
     with quiet_about_names(), mpl.rc_context({"svg.fonttype": "none", "font.family": "sans-serif"}):
-        figure.savefig(buffer, format="svg", transparent=True)
+        figure.savefig(buffer, format="svg", transparent=True, bbox_inches="tight", pad_inches=0.05)
     text = buffer.getvalue()
-    return text[text.index("<svg") :]
+    text = _ASIDE.sub("", text[text.index("<svg") :])
+    # names of groups repeat in the figures of a page; those that are referred to are unique
+    used = set(_REFERENCE.findall(text))
+    return _ID.sub(lambda found: found[0] if found[1] in used else "", text)
 
 
 def write_report(path: Path, title: str, subtitle: str, sections: Sequence[Section], footer: str = "") -> Path:
     """Write the page.
+
+    Parameters
+    ----------
+    path : Path
+        HTML file.
+    title, subtitle : str
+        Head of the page: what it is of, and for which case.
+    sections : sequence of Section
+        The first without a title: the answer, its uncertainty and what has to be known.
+    footer : str
+        Versions and what is not part of the page.
 
     Raises
     ------
@@ -104,13 +180,9 @@ def write_report(path: Path, title: str, subtitle: str, sections: Sequence[Secti
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["typeset"] = typeset_units
     page = environment.get_template("report.html").render(
         title=title, subtitle=subtitle, sections=sections, footer=footer
     )
     write_file(path, page, "report", folder=True)
     return path
-
-
-def number(value: float, digits: int = 4) -> str:
-    """A number for a table: `digits` significant digits, a dash where there is none."""
-    return format(value, f".{digits}g") if math.isfinite(value) else "–"

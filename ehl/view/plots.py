@@ -80,7 +80,12 @@ def printable(figure: Figure) -> None:
     """
     from matplotlib.text import Text
 
-    ticks = {label for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for label in axis.get_ticklabels()}
+    ticks = {
+        label
+        for axes in figure.axes
+        for axis in (axes.xaxis, axes.yaxis)
+        for label in axis.get_ticklabels(which="both")
+    }
     for text in figure.findobj(Text):
         words = text.get_text()
         if not words or (text in ticks and "mathdefault" in words):

@@ -34,7 +34,7 @@ NOTHING = "–"  # shown where there is no value
 _GAP = 2  # between the columns of a terminal
 _NARROWEST = 12  # a column of words may be folded down to this width
 _PIPE_WIDTH = 10_000  # of an output that is no terminal
-_DENSE = 9  # more columns than this are set smaller on a page
+_DENSE, _DENSEST = 9, 13  # more columns than this are set smaller on a page
 _MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
@@ -178,7 +178,8 @@ class Table:
         head, rows = self._texts(typeset=True)
         left = self._left(rows)
         style = [' class="text" style="text-align:left"' if words else "" for words in left]
-        lines = ['<table class="dense">' if len(head) > _DENSE else "<table>"]
+        dense = "dense densest" if len(head) > _DENSEST else "dense"
+        lines = [f'<table class="{dense}">' if len(head) > _DENSE else "<table>"]
         if self.title:
             lines.append(f"<caption>{html.escape(self.title)}</caption>")
         cells = "".join(f"<th{mark}>{html.escape(text)}</th>" for text, mark in zip(head, style, strict=True))

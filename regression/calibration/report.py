@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import platform
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,9 +12,9 @@ import numpy as np
 from rich.console import Console
 
 from ehl import __version__
-from ehl.quantities import axis_label, to_display
-from ehl.view import html_report
-from ehl.view.html_report import Block
+from ehl.quantities import axis_label, quantities, to_display
+from ehl.view.html_report import Answer, KeyFigures, Notes, Picture, Section, Text, write_report
+from ehl.view.notes import Note
 from ehl.view.table import Column, Table
 from regression.calibration.calibrate import Calibration
 from regression.calibration.measurement import Measurement
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 # what a curve may be drawn over
 _OVER = ("slide_to_roll", "speed_entrainment", "pressure_hertz", "load", "load_per_length", "temperature_oil")
 MAX_LABELS = 10
+CAPTION = "Points measured, lines computed; below what is left between them over the noise. Ringed: far off."
 
 
 def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
@@ -57,7 +60,7 @@ def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
         above.legend(frameon=False, fontsize=8)
         below.axhline(0.0, color="black", lw=0.8)
         below.set(xlabel=axis_label(over), ylabel="table - computed\nover noise [-]")
-    fitted = ", ".join(result.fitted)
+    fitted = ", ".join(map(label_of, result.fitted))
     figure.suptitle(f"{measurement.name}: points of the table, lines computed with fitted\n{fitted}", fontsize=10)
     return figure
 
@@ -73,6 +76,12 @@ def _varies(measurement: Measurement, rows: list[int]) -> str:
     return max(ratios, key=lambda name: ratios[name])
 
 
+def label_of(name: str) -> str:
+    """A parameter in words."""
+    known = quantities().get(name)
+    return name.replace("_", " ") if known is None else known.label
+
+
 def parameter_table(result: Calibration) -> Table:
     """Fitted values with their intervals, and what they began with."""
     how = "profile on the solver" if result.profiled else "standard errors"
@@ -82,7 +91,7 @@ def parameter_table(result: Calibration) -> Table:
         ("figure", *(estimate.name for estimate in result.parameters)),
         [*rows, ("status", *(estimate.status for estimate in result.parameters))],
         title=f"calibrated parameters (95 % intervals by {how})",
-        notes=[f"{e.name}: {e.note}." for e in result.parameters if e.status != "determined"],
+        notes=[f"{label_of(e.name)}: {e.note}." for e in result.parameters if e.status != "determined"],
         vertical=True,
     )
 
@@ -91,8 +100,9 @@ def correlation_tables(result: Calibration) -> list[Table]:
     """Correlation of the logarithms of the fitted parameters; none for a single one."""
     if len(result.fitted) < 2:
         return []
-    rows = [(name, *row) for name, row in zip(result.fitted, result.correlation, strict=True)]
-    columns = [Column("parameter"), *(Column(name, of="correlation", label=name, digits=2) for name in result.fitted)]
+    rows = [(label_of(name), *row) for name, row in zip(result.fitted, result.correlation, strict=True)]
+    heads = (Column(name, of="correlation", label=label_of(name), digits=2) for name in result.fitted)
+    columns = [Column("parameter"), *heads]
     return [Table(columns, rows, title="correlation of the logarithms")]
 
 
@@ -123,12 +133,59 @@ def write_calibration_report(path: Path, measurement: Measurement, result: Calib
     InputError
         The file cannot be written.
     """
-    misfit = f"Misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}, {result.solver_calls} contacts solved."
-    blocks: list[Block] = [
-        parameter_table(result),
-        *correlation_tables(result),
-        html_report.Text(" ".join((misfit, *result.notes))),
-        html_report.Picture(plot_calibration(measurement, result), "Measured points, computed lines, residuals."),
+    known = quantities()
+    answers = [estimate for estimate in result.parameters if estimate.status == "determined"]
+    tiles = [
+        (
+            known[e.name].text(e.value, 3),
+            f"{label_of(e.name)}, 95 % from {known[e.name].span(e.interval_low, e.interval_high)}",
+        )
+        for e in answers
+        if e.name in known
     ]
-    sections = [html_report.Section("", blocks)]
-    return html_report.write_report(path, "Calibration", measurement.name, sections, f"mixed-ehl {__version__}")
+    sections = [
+        Section(
+            "",
+            [
+                Answer(
+                    f"{result.misfit:.2g}",
+                    "misfit of mu, root of the mean square",
+                    [
+                        (f"{result.noise:.2g}", "noise of the measurement"),
+                        (_share(result.solver_error), "solver's error"),
+                    ],
+                ),
+                *([KeyFigures(tiles)] if tiles else []),
+                Notes(_notes(result)),
+            ],
+        ),
+        Section("Measured and computed", [Picture(plot_calibration(measurement, result), CAPTION)]),
+        Section("Parameters", [replace(parameter_table(result), notes=()), *correlation_tables(result)]),
+        Section(
+            "How it was computed",
+            [Text(f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s.")],
+        ),
+    ]
+    footer = f"mixed-ehl {__version__}, Python {platform.python_version()}."
+    return write_report(path, "Calibration", measurement.name, sections, footer)
+
+
+def _share(value: float) -> str:
+    return f"±\N{NO-BREAK SPACE}{100.0 * value:.2g} %" if math.isfinite(value) else "not known"
+
+
+def _notes(result: Calibration) -> list[Note]:
+    """What has to be known of a calibration, the gravest first."""
+    found = [
+        Note("warning", f"{label_of(e.name)} is not determined: {e.note}")
+        for e in result.parameters
+        if e.status != "determined"
+    ]
+    if result.outliers:
+        rows = ", ".join(map(str, result.outliers))
+        found.append(Note("warning", f"{len(result.outliers)} rows far off, and weighed less: {rows}"))
+    if result.excluded:
+        rows = ", ".join(map(str, result.excluded))
+        found.append(Note("warning", f"{len(result.excluded)} rows not used (no sliding, or no solution): {rows}"))
+    found += [Note("warning", note) for note in result.notes]
+    return found

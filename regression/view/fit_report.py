@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,9 +14,24 @@ from numpy.typing import NDArray
 
 from ehl import __version__
 from ehl.fluid.oil import Oil
+from ehl.io.duration import duration
 from ehl.io.errors import InputError
-from ehl.view.html_report import Block, KeyFigures, Picture, Pictures, Section, Text, write_report
+from ehl.quantities import format_number, quantities
+from ehl.view.html_report import (
+    Answer,
+    Beside,
+    Block,
+    Folded,
+    KeyFigures,
+    Notes,
+    Picture,
+    Pictures,
+    Section,
+    Text,
+    write_report,
+)
 from ehl.view.html_report import Formula as FormulaBlock
+from ehl.view.notes import GRADES, Note
 from ehl.view.table import Column, Table
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import process_factors
@@ -29,16 +45,19 @@ from regression.view.plots import (
     AXES,
     checked_rows,
     friction_of_rows,
+    plot_bands,
     plot_friction,
     plot_regimes,
     plot_residuals,
     plot_sensitivity,
 )
 from regression.view.plots_curves import COLEMAN, middle_conditions, plot_maps, plot_stribeck, plot_traction, varies
-from regression.view.tables import band_table, check_table, family_table, interval_table
+from regression.view.tables import band_table, check_table, family_table, interval_table, region_text
 
 _OILS_SHOWN = 3
 _WORST = 10
+_LARGE = 0.3  # error from which a formula is worth a warning
+_FEW = 5  # fewer cases say nothing of a band
 # the conditions of single cases in tables, by their symbols
 _CONDITIONS = {
     "pressure_hertz": "p_h",
@@ -77,24 +96,24 @@ def write_fit_report(
     """
     best = formulas[0]
     sections = [
-        _summary(dataset, best),
-        _data(dataset),
-        _comparison(dataset, formulas, tried),
+        _summary(dataset, formulas, tried),
         _errors(dataset, best),
-        _residuals(dataset, formulas),
+        _range_and_cost(dataset, best),
         *(_curves(dataset, formulas, oil) for oil in dataset.oils[:_OILS_SHOWN]),
-        _formula(best),
+        _residuals(dataset, formulas),
         _sensitivity(dataset, best),
+        _comparison(dataset, formulas, tried),
+        _data(dataset),
         _failures(dataset, best),
+        _formula(best),
         _provenance(dataset, formulas),
     ]
-    numbered = [Section(f"{i}. {section.title}" if i else "", section.blocks) for i, section in enumerate(sections)]
     footer = (
         f"mixed-ehl {__version__}, Python {platform.python_version()}. Errors are those against the solver's results: "
         "they say how well the formula repeats the solver, not how well the solver describes an oil."
     )
     oils = ", ".join(dataset.oils) or "a lubricant given by numbers"
-    return write_report(path, "Fit of a friction formula", f"{dataset.plan_name}: {oils}", numbered, footer)
+    return write_report(path, "Fit of a friction formula", f"{dataset.plan_name}: {oils}", sections, footer)
 
 
 def _percent(value: float | None) -> str:
@@ -106,24 +125,90 @@ def _percent(value: float | None) -> str:
     return f"{percent:.{digits}f} %"
 
 
-def _summary(dataset: Dataset, best: FittedFormula) -> Section:
-    figures = [
+def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> Section:
+    best = formulas[0]
+    errors = best.validation
+    known = [
+        (_percent(errors.p95), "not exceeded by 95 % of them"),
+        (_percent(abs(errors.largest)), f"largest, {_conditions(errors.worst.conditions)}"),
+    ]
+    if errors.coverage is not None:
+        known.append((_percent(errors.coverage), f"of them in their interval of {100 * best.interval.level:g} %"))
+    # a formula fitted to several datasets has more cases than the one this page shows
+    own = best.data.used <= len(dataset.frame)
+    fitted = (f"{best.data.used} of {len(dataset.frame)}", "cases fitted")
+    tiles = [
         (best.name, "formula with the smallest held-out error"),
-        (_percent(best.validation.mape), "mean error of held-out cases"),
-        (_percent(best.validation.p95), "not exceeded by 95 % of them"),
+        fitted if own else (f"{best.data.used}", f"cases fitted, of {dataset.plan_name} and other datasets"),
+        (_percent(errors.bias), "mean deviation"),
+        (f"{errors.r2_log:.4f}", "R² of ln µ"),
     ]
     if best.noise is not None:
-        figures.append((_percent(best.noise.single), "scatter between roughness realisations: the noise floor"))
-    coverage = [(band.coverage, band.count) for band in best.interval.bands if band.coverage is not None]
-    if coverage:
-        share = sum(c * n for c, n in coverage) / sum(n for _, n in coverage)
-        figures.append((_percent(share), f"of held-out cases in their {100 * best.interval.level:g} % interval"))
-    # a formula fitted to several datasets has more cases than the one this page shows
-    if best.data.used <= len(dataset.frame):
-        figures.append((f"{best.data.used} of {len(dataset.frame)}", "cases fitted"))
-    else:
-        figures.append((f"{best.data.used}", f"cases fitted, of {dataset.plan_name} and other datasets"))
-    return Section("", [KeyFigures(figures)])
+        tiles.append((_percent(best.noise.single), "scatter between roughness realisations: the noise floor"))
+    answer = Answer(_percent(errors.mape), "mean error of the formula on contacts it has not seen", known)
+    return Section("", [answer, KeyFigures(tiles), Notes(_notes(dataset, formulas, tried))])
+
+
+def _conditions(values: Mapping[str, float]) -> str:
+    """The conditions of a case in words."""
+    known = quantities()
+    return ", ".join(
+        f"{known[name].label} {known[name].text(value, 3)}" for name, value in values.items() if name in known
+    )
+
+
+def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> list[Note]:
+    """What has to be known of the best formula, the gravest first."""
+    best, level, found = formulas[0], formulas[0].interval.level, []
+    if best.validation.p95 > _LARGE:
+        text = (
+            f"5 % of contacts not seen are off by more than {_percent(best.validation.p95)}: use it with its interval"
+        )
+        found.append(Note("warning", text))
+    many = [band for band in best.bands if band.count >= _FEW]
+    worst = max(many, key=lambda band: band.p95, default=None)
+    if worst is not None and worst.p95 > 2.0 * best.validation.p95:
+        where = region_text(worst.variable, worst.low, worst.high)
+        found.append(Note("warning", f"worst at {where}: 5 % of the cases are off by more than {_percent(worst.p95)}"))
+    narrow = [(band.coverage, band) for band in many if band.coverage is not None]
+    share, band = min(narrow, key=lambda pair: pair[0], default=(1.0, None))
+    if band is not None and share < level - 2.0 * math.sqrt(level * (1.0 - level) / band.count):
+        where = region_text(band.variable, band.low, band.high)
+        held = f"it holds {_percent(share)} of {band.count} cases"
+        found.append(Note("warning", f"its interval of {100 * level:g} % is too narrow at {where}: {held}"))
+    counts = dataset.frame["status"].value_counts()
+    if failed := int(counts.get("failed", 0)):
+        found.append(Note("warning", f"{failed} of {len(dataset.frame)} contacts have no result; section What failed"))
+    for scores, what in ((best.corners, "corners of the box"), (best.paths, "contacts along gear meshes")):
+        if scores is not None:
+            text = f"{scores.count} {what}, not fitted: mean error {_percent(scores.mape)}, 95 % {_percent(scores.p95)}"
+            found.append(Note("warning" if scores.p95 > 2.0 * best.validation.p95 else "for information", text))
+    if unsettled := int(counts.get("unsettled", 0)):
+        text = f"{unsettled} of {len(dataset.frame)} contacts are known less closely than asked for"
+        found.append(Note("for information", text))
+    if collinear := [term for term, value in best.variance_inflation.items() if value > 10.0]:
+        text = f"{len(collinear)} of {len(best.coefficients)} coefficients cannot be told from others: do not read them"
+        found.append(Note("for information", f"{text} as physics"))
+    if missing := sorted(set(tried) - {formula.family for formula in formulas}):
+        found.append(Note("for information", f"could not be fitted to these data: {', '.join(missing)}"))
+    return sorted(found, key=lambda note: GRADES.index(note.grade))
+
+
+def _range_and_cost(dataset: Dataset, best: FittedFormula) -> Section:
+    ends = list(zip(("from", "to"), *best.ranges.values(), strict=True))
+    ranges = Table(
+        ("end", *best.ranges), ends, "Range of the data: points outside are computed and flagged.", vertical=True
+    )
+    rest = checked_rows(dataset)
+    clock = time.perf_counter()
+    friction_of_rows(best, rest)
+    each = (time.perf_counter() - clock) / max(len(rest), 1)
+    cost = [
+        ("contacts solved for it, CPU time", duration(float(dataset.frame["seconds_cpu"].sum()))),
+        ("a value of the formula, in an array of many", f"{format_number(1e6 * each, 1)} µs"),
+        ("coefficients", str(len(best.coefficients) - len(best.dropped))),
+    ]
+    return Section("Range and cost", [Beside([ranges, Table(("cost", "value"), cost, "Cost.")])])
 
 
 def _data(dataset: Dataset) -> Section:
@@ -159,7 +244,7 @@ def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iter
                 "p95",
                 "bias",
                 Column("inside", of="share", label="in its range"),
-                Column("no value", of="share"),
+                Column("no value", of="share", label="no value"),
             ),
             _published_rows(dataset),
             "Published formulas on the same cases, not fitted. (M): digits from memory, wholly or in part.",
@@ -193,8 +278,11 @@ def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_
 
 
 def _errors(dataset: Dataset, best: FittedFormula) -> Section:
-    tables = [band_table(best), interval_table(best, process_factors(dataset, best)), check_table(best)]
-    return Section("Errors by region", tables)
+    caption = "Held-out errors by band of each variable, with the number of cases."
+    tables = [check_table(best), interval_table(best, process_factors(dataset, best))]
+    return Section(
+        "Errors by region", [Picture(plot_bands(best), caption), *tables, Folded("In numbers", [band_table(best)])]
+    )
 
 
 def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
@@ -267,17 +355,7 @@ def _formula(best: FittedFormula) -> Section:
         f"Collinearity: condition number {best.condition_number:.3g}; a variance inflation above 10 says that the "
         "coefficient cannot be told from others, though their combination can."
     )
-    ranges = Table(
-        ("end", *best.ranges),
-        list(zip(("from", "to"), *best.ranges.values(), strict=True)),
-        "Range of the data: points outside are computed and flagged.",
-        vertical=True,
-    )
-    blocks: list[Block] = [
-        FormulaBlock(best.equation),
-        Table(columns, rows, notes=(note,)),
-        ranges,
-    ]
+    blocks: list[Block] = [FormulaBlock(best.equation), Table(columns, rows, notes=(note,))]
     if best.residual is not None:
         scales = ", ".join(
             f"{name} {length:.3g}"
@@ -290,7 +368,7 @@ def _formula(best: FittedFormula) -> Section:
                 f"deviations of the logarithm: {scales}."
             ),
         )
-    return Section("The formula", blocks)
+    return Section("The formula", [Folded(f"Equation and coefficients of {best.name}", blocks)])
 
 
 def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:

@@ -17,6 +17,7 @@ from regression.fitting.noise import BANDS
 from regression.fitting.rows import boundary_friction_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
 from regression.friction.formula import FittedFormula
+from regression.view.tables import region_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -164,6 +165,29 @@ def _running(x: Array, y: Array, count: int = 12) -> tuple[Array, Array, Array, 
     centre = np.array([np.median(x[part]) for part in slices])
     quantiles = np.array([np.quantile(y[part], (0.05, 0.5, 0.95)) for part in slices])
     return centre, quantiles[:, 0], quantiles[:, 1], quantiles[:, 2]
+
+
+def plot_bands(formula: FittedFormula) -> Figure:
+    """Held-out errors by band of each variable: bars of the mean, marks at what 95 % of the cases stay below."""
+    from matplotlib.figure import Figure
+
+    bands = formula.bands
+    figure = Figure(figsize=(7.6, 1.3 + 0.26 * len(bands)), layout="constrained")
+    axes = figure.add_subplot()
+    names = list(dict.fromkeys(band.variable for band in bands))
+    mean, most = (np.array([100.0 * getattr(band, name) for band in bands]) for name in ("mape", "p95"))
+    place = np.arange(len(bands))
+    axes.barh(place, mean, color=[(BLUE, GREY)[names.index(band.variable) % 2] for band in bands], label="mean")
+    axes.plot(most, place, "|", color=ORANGE, ms=11, mew=2, label="95 % of the cases stay below")
+    for at, band in zip(place, bands, strict=True):
+        end = (max(mean[at], most[at]), at)
+        axes.annotate(f"{band.count}", end, xytext=(6, 0), textcoords="offset points", fontsize=7, va="center")
+    axes.set_yticks(place, [region_text(band.variable, band.low, band.high) for band in bands], fontsize=8)
+    axes.invert_yaxis()
+    axes.set(xlabel="error of held-out cases [%]", xlim=(0.0, 1.1 * max(float(mean.max()), float(most.max()))))
+    axes.grid(axis="x", alpha=0.3)
+    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    return figure
 
 
 def plot_sensitivity(indices: SobolIndices) -> Figure:

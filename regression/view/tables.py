@@ -38,7 +38,7 @@ def band_table(formula: FittedFormula) -> Table:
     """Held-out errors by band of each variable."""
     rows = [
         (
-            _region(band.variable, band.low, band.high),
+            region_text(band.variable, band.low, band.high),
             *(getattr(band, name) for name in ("count", "r2", "rmse_log", *_ERRORS, "coverage", "noise")),
         )
         for band in formula.bands
@@ -118,6 +118,7 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
     )
 
 
-def _region(variable: str, low: float, high: float) -> str:
+def region_text(variable: str, low: float, high: float) -> str:
+    """A band of a variable in words."""
     entry = quantities().get(variable, Quantity(variable, label=variable))
     return f"{entry.label} {entry.span(low, high)}"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pages import read_page
 
 import efficiency
 from efficiency.optimisation import optimise as search
@@ -267,9 +268,9 @@ def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder:
     assert {"optimise.html", "pareto.csv", "candidates.csv", "evaluations.csv", "optimise.xlsx"} <= written
     assert {f"{best.name}.toml", "trade.png", "parallel.png", "progress.png", "problem.json"} <= written
     assert (folder / best.name / "setting_sheet.csv").is_file()
-    page = (folder / "optimise.html").read_text("utf-8")
-    assert f"{100.0 * best.gain:.1f} % less loss" in page
-    assert "<script" not in page
+    page = read_page(folder / "optimise.html")
+    assert f"{-100.0 * best.gain:+.1f} %" in page.sections[0]
+    assert "less loss 90 % interval" in page.sections[0]
     # the design that was written does what was promised; a constant friction leaves its gain no interval
     reopened = efficiency.load(folder / f"{best.name}.toml").at("constant:0.05", (6, 11), many=True, oil="75w90")
     assert reopened.power_loss == pytest.approx(best.exact.figures["power_loss"], rel=1e-6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable
-from html import unescape
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from openpyxl import load_workbook
+from pages import read_page
 
 from efficiency.design.design import Design, load_design
 from efficiency.geometry.pair_geometry import geometry_notes
@@ -32,6 +33,7 @@ from efficiency.output.plots_comparison import (
     plot_loss_by_region,
     plot_run_time,
 )
+from efficiency.output.plots_load import axis_limit, plot_comparison
 from efficiency.output.plots_map import contour_figure, map_figures
 from efficiency.output.tables import (
     comparison_table,
@@ -99,15 +101,6 @@ def require_units(figure: Figure) -> None:
                 labels += 1
                 assert re.search(r"\[[^\]]+\]", label), label
     assert labels >= 2
-
-
-def require_self_contained(path: Path) -> str:
-    text = path.read_text(encoding="utf-8")
-    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!#|data:)""", text)
-    assert not re.findall(r"url\((?!#)", text)
-    assert "@import" not in text
-    assert "<script" not in text
-    return text
 
 
 def test_loss_density_integrates_to_the_loss(flank: FlankMap, result: EfficiencyResult) -> None:
@@ -189,9 +182,12 @@ def test_another_oil_and_what_lies_outside_the_range_are_said(geared: Meshed, tm
     assert len(other) == 1
     assert not any("was fitted to" in note for note in mesh.load(300.0).efficiency("75w90", oil="75w90").notes)
     write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html"))
-    page = (tmp_path / "map.html").read_text(encoding="utf-8")
-    assert "was fitted to 75w90, not to fva3" in page
-    assert table.notes[0] in page
+    page = read_page(tmp_path / "map.html")
+    # both on the first screen: how much lies outside, at how many points and where most; and that the oil is another
+    assert "was fitted to 75w90, not to fva3" in page.sections[0]
+    assert f"{100.0 * shares[0]:.1f} % of the sliding power lies outside the range of 75w90" in page.sections[0]
+    assert "2 of 2; worst: 300 N m, 95.49 rpm, 90 °C" in page.sections[0]
+    assert table.notes[0] in page.text
 
 
 def sheet_rows(path: Path, name: str) -> list[tuple[Any, ...]]:
@@ -239,19 +235,25 @@ def test_workbook_and_csv_hold_the_result(geared: Meshed, result: EfficiencyResu
 
 def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path) -> None:
     write_map(geared[0], grid, OutputFiles(report=tmp_path / "map.html", xlsx=tmp_path / "map.xlsx"))
-    text = require_self_contained(tmp_path / "map.html")
-    assert text.count("<svg") == 4 + 14 + 2 + 1 + 1
+    page = read_page(tmp_path / "map.html")
+    text = page.text
+    assert page.source.count("<svg") == 4 + 14 + 2 + 1 + 1
     # undercut and roots are no matter of the loaded flanks: the page has to say them all the same
     told = geometry_notes(geared[0], "drive")
     assert any("the blade tips leave a root up to" in note for note in told)
-    assert all(note in unescape(text) for note in told)
+    roots = max(re.findall(r"a root up to ([\d.]+) mm above the root cone", " ".join(told)), key=float)
+    assert f"a root up to {roots} mm above the root cone" in page.sections[0]
     chosen = nearest_point(geared[0], grid)
     assert (chosen.torque_pinion, chosen.speed_pinion, chosen.temperature_oil) == (300.0, 120.0, 363.15)
-    assert f"{100.0 * chosen.efficiency:.2f} %" in text
+    # the answer with its interval and the error of the solution on the first screen
+    low, high = 100.0 * chosen.efficiency_lower, 100.0 * chosen.efficiency_upper
+    assert page.sections[0].index(f"{100.0 * chosen.efficiency:.2f} %") < page.sections[0].index("warning")
+    assert f"{low:.1f} to {high:.1f} %" in page.sections[0]
+    assert f"± {100.0 * chosen.efficiency_error:.1g} %" in page.sections[0]
     for text_of_point in (f"{100.0 * r.efficiency:.3f}" for r in grid.results):
         assert text_of_point in text
-    for note in chosen.notes:
-        assert note.split("(")[0].strip() in text
+    assert page.sections[0].count("edges carry") == 1
+    assert page.sections[-1].startswith(f"{len(page.sections) - 1}. How it was computed")
     header, *rows = sheet_rows(tmp_path / "map.xlsx", "map")
     losses = [row[header.index("power_loss [W]")] for row in rows]
     np.testing.assert_allclose(losses, grid.values("power_loss").ravel(), rtol=1e-14)
@@ -259,11 +261,29 @@ def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path
     np.testing.assert_allclose([row[1:] for row in cells[1:]], 100.0 * grid.values()[:, :, 1], rtol=1e-14)
 
 
+def test_a_wild_interval_does_not_ruin_the_chart(comparison: Comparison) -> None:
+    first = comparison.rows[0]
+    wild = replace(first, name="wild", efficiency=0.98, efficiency_lower=-0.49, efficiency_upper=0.985)
+    axes = plot_comparison(replace(comparison, rows=(*comparison.rows, wild))).axes[0]
+    alone = plot_comparison(comparison).axes[0]
+    assert axes.get_xlim()[1] < 2.5 * alone.get_xlim()[1]
+    # an arrow at the end of the axis of the others, with the numbers said
+    (label,) = [text.get_text() for text in axes.texts if "98.000" in text.get_text()]
+    assert "-49 to 98.5 %" in label
+    assert sum(line.get_marker() == ">" for line in axes.lines) == 1
+    assert axis_limit(np.array([1.0, 1.2, np.nan, 150.0])) == 1.2
+    assert axis_limit(np.array([np.nan])) == 1.0
+
+
 def test_comparison_as_page_and_tables(comparison: Comparison, tmp_path: Path) -> None:
     write_comparison(comparison, OutputFiles(tmp_path / "c.svg", tmp_path / "c.html", tmp_path / "c.xlsx"))
-    text = require_self_contained(tmp_path / "c.html")
+    page = read_page(tmp_path / "c.html")
     for row in comparison.rows:
-        assert row.name in text
+        assert row.name in page.text
+    # one row for a kind of note, however many models have it
+    assert page.sections[0].count("edges carry") == 1
+    found = [row.efficiency for row in comparison.rows if row.kind == "mesh"]
+    assert f"{100.0 * min(found):.2f} to {100.0 * max(found):.2f} %" in page.sections[0]
     header, *rows = sheet_rows(tmp_path / "c.xlsx", "models")
     assert [row[header.index("efficiency [%]")] for row in rows] == pytest.approx(
         [100.0 * r.efficiency for r in comparison.rows]

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from pages import read_page
 
 from efficiency.design.design import Design, load_design
 from efficiency.geometry import pair_geometry as geometry_module
@@ -203,12 +204,14 @@ def test_example_commands_run(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytes
     for line in commands():
         outcome = mixed_ehl(*shlex.split(line)[1:])
         assert outcome.code == 0, outcome.err
-    page = (tmp_path / "geometry.html").read_text(encoding="utf-8")
+    page = read_page(tmp_path / "geometry.html")
     # figures of the side, and the axial section
-    assert page.count("<svg") == 10
-    for words in ("machine root angle", "Ease-off", "mixed-ehl", "notes", "4. Drive side"):
-        assert words in page
-    assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL)
+    assert page.source.count("<svg") == 10
+    for words in ("machine root angle", "Ease-off", "mixed-ehl", "1. Drive side"):
+        assert words in page.text
+    assert "arcsec transmission error without load, drive" in page.sections[0]
+    assert "the mating tip would reach it" in page.sections[0]
+    assert "nan" not in page.text
     names = {path.stem for path in (tmp_path / "geometry").glob("*.png")}
     assert {"blank_section", "coast_ease_off_gear", "coast_contact_pattern_pinion", "coast_teeth_in_mesh"} <= names
     assert len(names) == 10

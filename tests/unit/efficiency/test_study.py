@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from openpyxl import load_workbook
+from pages import read_page
 
 import efficiency
 from efficiency.design.design import Design, load_design
@@ -22,8 +23,8 @@ from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.pair import Mesh
 from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
-from efficiency.studies.plots import designs_figure, influence_figure, study_figures
-from efficiency.studies.report import influence_table, section_table, write_study
+from efficiency.studies.plots import causes_figure, causes_of, designs_figure, influence_figure, study_figures
+from efficiency.studies.report import causes_table, influence_table, section_table, write_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model
@@ -151,12 +152,29 @@ def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
     losses = [row[header.index("power_loss [W]")] for row in book["study"].iter_rows(min_row=2, values_only=True)]
     book.close()
     np.testing.assert_allclose(losses, [point.power_loss for point in study.points], rtol=1e-14)
-    page = (tmp_path / "study.html").read_text(encoding="utf-8")
-    assert page.count("<svg") == len(list(study_figures(study))) == 8
-    assert "<script" not in page
-    assert 'src="http' not in page
+    page = read_page(tmp_path / "study.html")
+    assert page.source.count("<svg") == len(list(study_figures(study))) == 9
     for design in study.designs:
-        assert f"{100.0 * study.reference_point(design).efficiency:.2f} %" in page
+        point = study.reference_point(design)
+        assert f"{100.0 * point.efficiency:.2f} %" in page.sections[0]
+        assert f"{100.0 * point.efficiency_lower:.2f} to {100.0 * point.efficiency_upper:.2f} %" in page.sections[0]
+    # a kind of note once, with its count and where it is worst
+    assert len(study.notes) > 5
+    assert page.text.count("edges carry") == 1
+    edges = sum(any(note.startswith("edges carry") for note in point.notes) for point in study.points)
+    assert f"{edges} of {len(study.points)}; worst: " in page.sections[0]
+
+
+def test_bars_of_the_uncertainty_are_those_of_the_reference(study: Study) -> None:
+    causes = causes_of(study)
+    first = study.reference_point(study.designs[0]).causes
+    bars = causes_figure(study).axes[0].patches[: len(causes)]
+    np.testing.assert_allclose([bar.get_width() for bar in bars], [100.0 * first[name] for name in causes])  # type: ignore[attr-defined]
+    assert [row[0] for row in causes_table(study).rows] == causes
+    # causes add as squares to about the interval
+    point = study.reference_point(study.designs[0])
+    total = 0.5 * (point.efficiency_upper - point.efficiency_lower)
+    assert math.hypot(*first.values()) == pytest.approx(total, rel=0.3)
 
 
 def test_figures_show_the_sections(study: Study) -> None:
@@ -193,7 +211,7 @@ def test_a_point_that_fails_is_named_and_the_rest_goes_on(
     study = run_study(designs[:1], MODEL, levels, **GRID)
     assert study.status == "failed"
     assert [(point.alpha, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
-    assert study.failed[0].label.endswith("roughness_rms 0.4 um, alpha 3.438 arcmin")
+    assert study.failed[0].label.endswith(", 0.4 um, alpha 3.438 arcmin")
     assert study.reason == "1 of 3 points no_contact"
     assert study.notes["no_contact: for the test"] == 1
     assert section_table(study, "fh_hypoid_9x34", "alpha").records()[1]["reason"] == "no_contact"

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import matplotlib.figure
 import pytest
+from pages import read_page
 
 import ehl
 from ehl.contact import KEYWORDS
+from ehl.uncertainty.result import Change, InputUncertainty
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
 GIVEN: dict[str, Any] = {
@@ -119,14 +122,24 @@ def test_figure_and_page(result: ehl.ContactResult, tmp_path: Path) -> None:
     assert (tmp_path / "contact.png").stat().st_size > 10_000
     with pytest.raises(ehl.InputError, match="png"):
         result.plot(tmp_path / "contact.nothing")
-    page = result.report(tmp_path / "contact.html").read_text(encoding="utf-8")
-    answer, figure = page.index(f"{result.friction_coefficient:.4g}"), page.index("<svg")
-    assert answer < figure
-    assert "load-sharing" in page[:figure]
+    page = read_page(result.report(tmp_path / "contact.html"))
+    assert f"{result.friction_coefficient:.4g} friction coefficient not computed" in page.sections[0]
+    assert f"± {100.0 * result.friction_error:.2g} %" in page.sections[0]
+    assert "the load-sharing model has no transient" in page.sections[-1]
+    # the interval by the inputs stands next to the error of the solver
+    mu = result.friction_coefficient
+    known = InputUncertainty.of(
+        "friction_coefficient", mu, [Change("viscosity", "oil", 0.1, -0.2, 0.2)], lambda ln: mu * math.exp(ln)
+    )
+    page = read_page(result.report(tmp_path / "contact.html", known))
+    assert f"{known.low:.3g} to {known.high:.3g} 90 % interval by uncertain inputs, most by oil" in page.sections[0]
+    assert "What the inputs leave open" in page.sections[2]
 
 
 def test_failed_results_have_a_page_and_no_figure(tmp_path: Path) -> None:
     failed = ehl.ContactResult("failed", "path_stalled")
-    assert "path_stalled" in failed.report(tmp_path / "failed.html").read_text(encoding="utf-8")
+    page = read_page(failed.report(tmp_path / "failed.html"))
+    assert "no answer" in page.sections[0]
+    assert "fault failed: path_stalled" in page.sections[0]
     with pytest.raises(ehl.InputError, match="plot"):
         failed.plot()

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from pages import read_page
 from small_plans import gear_plan
 
 from ehl.fluid.oil import Oil
@@ -131,7 +132,8 @@ def cells(page: str) -> list[list[str]]:
 
 
 def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -> None:
-    page = write_fit_report(tmp_path / "fit.html", dataset, formulas, ["xu", "not_there"]).read_text(encoding="utf-8")
+    path = write_fit_report(tmp_path / "fit.html", dataset, formulas, ["xu", "not_there"])
+    page, seen = path.read_text(encoding="utf-8"), read_page(path)
     rows = {row[0]: row for row in cells(page) if row}
     best = formulas[0]
     assert rows[best.family][2] == f"{best.validation.r2_log:.4f}"
@@ -149,9 +151,17 @@ def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -
         assert title in page
     assert "not_there could not be fitted to these data" in page
     assert page.count("<svg") >= 7
-    # one file without links to others
-    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)
-    assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower().replace("finance", "")
+    assert "nan" not in seen.text.lower()
+    # errors first, by band, range and cost; the equation stands last but the versions, folded
+    errors = formulas[0].validation
+    assert f"{100.0 * errors.mape:.1f} %" in seen.sections[0]
+    assert "not exceeded by 95 % of them" in seen.sections[0]
+    assert "2 of 128 contacts have no result" in seen.sections[0]
+    assert seen.sections[1].startswith("1. Errors by region")
+    assert seen.sections[2].startswith("2. Range and cost")
+    assert "The formula" in seen.sections[-2]
+    assert page.index("<pre>") > page.rindex("<svg")
+    assert "<details><summary>Equation and coefficients" in page
 
 
 def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:

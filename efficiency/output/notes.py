@@ -1,0 +1,79 @@
+"""Notes on a gear pair and its results, graded and grouped for pages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from efficiency.output.tables import percent
+from ehl.view.notes import Note, NoteKind, group_notes
+
+if TYPE_CHECKING:
+    from efficiency.loss.efficiency_result import EfficiencyResult
+
+GEAR_NOTES: tuple[NoteKind, ...] = (
+    # before the limits that its sentence names too
+    NoteKind("edges carry", "warning"),
+    NoteKind("not converged:", "fault"),
+    NoteKind("no answer:", "fault"),
+    NoteKind("above shakedown", "fault"),
+    NoteKind("the teeth would yield", "fault"),
+    NoteKind("the two flanks do not match", "fault"),
+    NoteKind("has no value at", "fault"),
+    NoteKind("no state of uniform motion", "fault"),
+    NoteKind("contacts not solved", "warning"),
+    NoteKind("was fitted to", "warning"),
+    NoteKind("has other figures now", "warning"),
+    NoteKind("of the sliding power lies outside the range", "warning"),
+    NoteKind("above first yield", "warning"),
+    NoteKind("above the contact endurance", "warning"),
+    NoteKind("pitting safety", "warning", low=True),
+    NoteKind("is undercut", "warning"),
+    NoteKind("the mating tip would reach it", "warning"),
+    NoteKind("withdraw the cutter", "warning"),
+    NoteKind("of the whole depth above the root cone", "warning"),
+    NoteKind("the contact pattern runs into", "warning"),
+    NoteKind("unloaded contact runs over an edge", "warning"),
+    NoteKind("teeth as plates on an elastic root", "warning"),
+    NoteKind("from memory, to be checked in print", "warning"),
+    NoteKind("the Peklenik number has no effect", "for information"),
+    NoteKind("not graded", "for information"),
+    NoteKind("error of that surface", "for information"),
+    NoteKind("by the uncertainty of the measured flanks", "for information"),
+    NoteKind("is approximate at some pinion angles", "for information"),
+)
+"""Kinds of notes on a pair; others count as warnings."""
+
+
+def pair_notes(said: Iterable[tuple[str, str]]) -> list[Note]:
+    """Notes on a pair, each with its case, one for each kind and the gravest first."""
+    return group_notes(said, GEAR_NOTES)
+
+
+def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: str = "") -> list[tuple[str, str]]:
+    """Case and sentence of all that has to be known of one operating point, each kind once.
+
+    Parameters
+    ----------
+    result : EfficiencyResult
+    of_design : sequence of str
+        Notes on the pair without load.
+    case : str
+        How the operating point is called among others.
+    """
+    said = [f"not converged: {result.reason}"] if result.status != "converged" else []
+    edges = False
+    if result.source is not None:
+        said += [grade.text for grade in result.strength.grades]
+        edges = any(grade.kind == "edges" for grade in result.strength.grades)
+    # of load at edges the grade says what to do about it, the note where it is
+    said += [note for note in result.notes if not (edges and note.startswith("edges carry"))]
+    if outside := outside_note(result.outside_range_share, result.friction_model):
+        said.append(outside)
+    # those without load belong to every case
+    return [(case, text) for text in said] + [("", note) for note in of_design if note not in said]
+
+
+def outside_note(share: float, model: str) -> str:
+    """One sentence where more than 1 % of the sliding power lies outside the range of a friction model; else empty."""
+    return f"{percent(share, 1)} % of the sliding power lies outside the range of {model}" if share > 0.01 else ""
