@@ -6,7 +6,7 @@ import math
 import platform
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from ehl import __version__
 from ehl.quantities import quantity
@@ -25,23 +25,19 @@ from ehl.view.html_report import (
 from ehl.view.notes import CONTACT_NOTES, Note, group_notes
 from ehl.view.table import Table
 
-if TYPE_CHECKING:
-    from ehl.contact_result import ContactResult
-    from ehl.uncertainty.result import InputUncertainty
-
 _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature_film_max")
 
 
-def write_contact_report(path: Path, result: ContactResult, uncertainty: InputUncertainty | None = None) -> Path:
+def write_contact_report(path: Path, result: Any, uncertainty: Any = None) -> Path:
     """Write the page of one contact.
 
     Parameters
     ----------
     path : Path
         HTML file.
-    result : ContactResult
-        Also one that failed: the page says why.
-    uncertainty : InputUncertainty, optional
+    result : ehl.contact_result.ContactResult
+        Also one that failed: the page says why. It and the next know of pages, not the other way round.
+    uncertainty : ehl.uncertainty.result.InputUncertainty, optional
         What the inputs leave open of its friction.
 
     Raises
@@ -73,7 +69,7 @@ def write_contact_report(path: Path, result: ContactResult, uncertainty: InputUn
     return write_report(path, "Line contact", result.operating_point, sections, footer)
 
 
-def _headline(result: ContactResult, uncertainty: InputUncertainty | None) -> Section:
+def _headline(result: Any, uncertainty: Any) -> Section:
     notes = group_notes([("", note) for note in result.notes], CONTACT_NOTES)
     if result.status == "failed":
         answer = Answer("no answer", f"friction coefficient: {result.reason}")
@@ -97,7 +93,7 @@ def _headline(result: ContactResult, uncertainty: InputUncertainty | None) -> Se
     return Section("", [answer, KeyFigures(tiles), Notes(notes)])
 
 
-def _inputs(uncertainty: InputUncertainty | None) -> tuple[str, str]:
+def _inputs(uncertainty: Any) -> tuple[str, str]:
     if uncertainty is None:
         return "not computed", "interval by uncertain inputs; --uncertainty of solve, or Contact.uncertainty in Python"
     if not uncertainty.low < uncertainty.high:
