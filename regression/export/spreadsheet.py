@@ -78,10 +78,15 @@ def cell_formula(program: Program) -> str:
         It is longer than a cell takes.
     """
     printer = SpreadsheetPrinter()
-    needed = [step for step in program.steps if step.name not in ("lower", "upper", "flag")]
-    parts = [f"{printer.variable(value.name)},{printer.number(value.number)}" for value in program.coefficients]
-    parts += [f"{printer.variable(step.name)},{printer.expression(step)}" for step in needed]
-    text = f"=LET({','.join(parts)},mu)".replace(" ", "")
+    parts = [(printer.variable(value.name), printer.number(value.number)) for value in program.coefficients]
+    parts += [(printer.variable(step.name), printer.expression(step)) for step in program.steps]
+    # backwards from mu: interval and flag have steps of their own
+    used, kept = {"mu"}, list[str]()
+    for name, expression in reversed(parts):
+        if name in used:
+            used |= set(re.findall(r"[A-Za-z_]\w*", expression))
+            kept.insert(0, f"{name},{expression}")
+    text = f"=LET({','.join(kept)},mu)".replace(" ", "")
     if len(text) > _MAX_CELL_LENGTH:
         raise InputError(
             "path",

@@ -15,7 +15,6 @@ import pandas as pd
 
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
-from regression.fitting.noise import statistical_variance
 from regression.fitting.rows import boundary_friction_of, computed_friction
 from regression.friction.conditions import Array
 from regression.friction.families import Family
@@ -23,6 +22,7 @@ from regression.friction.formula import corrected
 from regression.friction.gaussian_process import GpResidual, fit_residual
 
 _OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
+_FORM_ERROR = 0.05  # of ln mu, of a form in the mean
 # weight of the parts of mu in the fit: without them a share too high is balanced by a film too low
 _PARTS_WEIGHT = 0.25
 
@@ -53,14 +53,18 @@ class Coefficients:
 def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: float) -> Coefficients:
     """Coefficients of one family from the rows of a dataset.
 
-    All rows weigh the same. The stated error of a case is relative to its own friction: weights by it would prefer
-    profiles that happen to rub more (on 75W90 the friction along gear meshes came out 20 % too high that way).
+    Rows weigh by what is left to chance in their band of lambda beside the error of a form. The stated error of a case
+    is no such weight: it is relative to its own friction, so that profiles that happen to rub more would be preferred
+    (on 75W90 the friction along gear meshes came out 20 % too high that way).
     Where the family gives both parts of mu and the rows have them, the fit meets asperity and film friction as well.
     """
     table, target = columns(frame), np.log(computed_friction(frame))
     if family.design is not None:
         return linear_fit(family.terms, family.design(table), target)
-    return _nonlinear_fit(family, table, target, boundary_friction, parts_of(family, frame))
+    weight = np.ones(len(frame))
+    if "realisations" in frame and frame["realisations"].max() > 1:
+        weight = 1.0 / np.sqrt(1.0 + frame["noise_variance"].to_numpy(dtype=float) / _FORM_ERROR**2)
+    return _nonlinear_fit(family, table, target, weight, boundary_friction, parts_of(family, frame))
 
 
 def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coefficients:
@@ -123,6 +127,7 @@ def _nonlinear_fit(
     family: Family,
     table: Mapping[str, Array],
     target: Array,
+    weight: Array,
     boundary_friction: float,
     computed: tuple[Array, Array] | None,
 ) -> Coefficients:
@@ -130,16 +135,16 @@ def _nonlinear_fit(
     from scipy.optimize import least_squares
 
     terms = family.terms
-    weight = _PARTS_WEIGHT / np.exp(target)
+    part = weight * _PARTS_WEIGHT / np.exp(target)
 
     def residual(x: Array) -> Array:
         k = dict(zip(terms, map(float, x), strict=True))
         if computed is None or family.parts is None:
-            return np.asarray(family.log_mu(table, k, boundary_friction) - target)
+            return np.asarray(weight * (family.log_mu(table, k, boundary_friction) - target))
         share, film = family.parts(table, k)
         asperity = (share - computed[0]) * boundary_friction
         mu = share * boundary_friction + film
-        return np.concatenate((np.log(mu) - target, weight * asperity, weight * (film - computed[1])))
+        return np.concatenate((weight * (np.log(mu) - target), part * asperity, part * (film - computed[1])))
 
     lower, upper = np.array(family.lower), np.array(family.upper)
     start = np.array(family.start)
@@ -244,5 +249,5 @@ def fit_form(
         return form
     rest = np.log(computed_friction(frame) / form.friction(frame)[0])
     inputs = tuple(dict.fromkeys((*family.box, *_MORE_INPUTS)))
-    process = fit_residual(columns(frame), rest, statistical_variance(frame), inputs, start=start)
+    process = fit_residual(columns(frame), rest, frame["noise_variance"].to_numpy(dtype=float), inputs, start=start)
     return FittedForm(family, coefficients, process)

@@ -1,4 +1,4 @@
-"""Noise floor: what mu scatters over repeated realisations of the roughness at otherwise equal conditions."""
+"""Noise: what mu scatters over repeated realisations of the roughness at otherwise equal conditions, and their mean."""
 
 from __future__ import annotations
 
@@ -19,6 +19,14 @@ BANDS: dict[str, tuple[float, ...]] = {
     "pressure_hertz": (0.7e9, 1.0e9, 1.5e9),
     "temperature_oil": (333.15, 353.15, 373.15),
 }
+# edges in lambda within which one scatter serves all: by their own, cases that rub more would count more
+_SCATTER_EDGES = (0.1, 0.2, 0.35, 0.5, 1.0, 2.0)
+_MIN_POINTS = 4  # repeated points a band of it needs
+# outputs that are averaged over the profiles of a point
+_AVERAGED = (
+    "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "asperity_load_share",
+    "roughness_load_share", "film_ratio",
+)  # fmt: skip
 _SAME = [*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if name != "seed"), "oil"]
 
 
@@ -92,6 +100,43 @@ def statistical_variance(frame: pd.DataFrame) -> Array:
     """Variance of ln mu that each case's own 90 % interval of the time mean stands for; 0 where none is stated."""
     half_width = frame["statistical_error"].to_numpy(dtype=float)
     return np.asarray(np.nan_to_num(half_width, nan=0.0) / 1.645) ** 2
+
+
+def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
+    """One row for each point: the means over its roughness profiles, which are the friction to be expected of a finish.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Usable rows of a dataset, sorted by key.
+
+    Returns
+    -------
+    DataFrame
+        The first row of each point with its outputs replaced by means; `realisations`, the number of profiles, and
+        `noise_variance`, what is left of ln mu by chance: the scatter of single profiles in its band of lambda over
+        their number; without repeated points the interval of the time mean (`statistical_variance`).
+    """
+    columns = list(dict.fromkeys(_SAME))
+    group = frame.groupby(columns, dropna=False, sort=False).ngroup().to_numpy()
+    first = ~pd.Series(group).duplicated().to_numpy()
+    count = np.bincount(group)[group[first]] if len(frame) else np.zeros(0)
+    rows = frame[first].reset_index(drop=True)
+    scatter = realisation_scatter(frame)
+    if scatter.empty:
+        return rows.assign(realisations=1, noise_variance=statistical_variance(rows))
+    means = frame[[name for name in _AVERAGED if name in frame]].groupby(group, sort=False).mean()
+    rows[means.columns] = means.to_numpy()
+    width = frame["statistical_error"].fillna(0.0).pow(2).groupby(group, sort=False).mean().to_numpy()
+    rows["statistical_error"] = np.sqrt(width / count)
+    place = np.searchsorted(_SCATTER_EDGES, scatter["film_ratio"].to_numpy(dtype=float), side="right")
+    squared = scatter["single"].to_numpy(dtype=float) ** 2
+    band = np.full(len(_SCATTER_EDGES) + 1, float(squared.mean()))
+    for number in np.unique(place):
+        if np.sum(place == number) >= _MIN_POINTS:
+            band[number] = squared[place == number].mean()
+    single = band[np.searchsorted(_SCATTER_EDGES, rows["film_ratio"].to_numpy(dtype=float), side="right")]
+    return rows.assign(realisations=count, noise_variance=single / count)
 
 
 def _rms(values: pd.Series[float] | NDArray[np.float64]) -> float:

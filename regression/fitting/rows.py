@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from regression.data.dataset import Dataset
+from regression.fitting.noise import expected_rows
 from regression.friction.conditions import Array
 from regression.friction.formula import FittedFormula
 
@@ -17,7 +18,7 @@ _KEPT = {"corner": "corner kept for checking", "path": "gear path kept for check
 
 
 def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
-    """Rows ln mu can be fitted to, and how many were left out for which reason."""
+    """Points ln mu can be fitted to (`expected_rows`), and how many cases were left out for which reason."""
     frame = dataset.frame
     mu = frame["friction_coefficient"]
     reasons = pd.Series("", index=frame.index, dtype=object)
@@ -31,7 +32,7 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
     reasons[failed] = "failed: " + frame.loc[failed, "reason"].astype(object)
     left_out = reasons[reasons != ""].value_counts().sort_index()
     excluded = {str(reason): int(count) for reason, count in left_out.items()}
-    return frame[reasons == ""].reset_index(drop=True), excluded
+    return expected_rows(frame[reasons == ""].reset_index(drop=True)), excluded
 
 
 def fitted_rows(dataset: Dataset, formula: FittedFormula | None = None) -> pd.DataFrame:

@@ -41,7 +41,7 @@ class Rerun:
     stored, computed : float
         Friction coefficient then and now.
     error : float
-        Relative error the row states of itself.
+        Relative error that both state of themselves.
     seconds : float
         What the case took then.
     """
@@ -107,7 +107,7 @@ def rerun(
             str(row["key"]),
             float(row["friction_coefficient"]),
             float(outputs["friction_coefficient"]),
-            float(row["friction_error"]),
+            float(np.hypot(float(row["friction_error"]), float(outputs.get("friction_error", 0.0)))),
             float(row["seconds_cpu"]),
         )
 

@@ -1,7 +1,7 @@
 """Families of friction formulas: what each computes from the local conditions and its coefficients.
 
 Three are linear in ln mu (`xu`, `power_law`, `regimes`), the others are nonlinear. All take slide_to_roll_total and
-speed_sliding, the length of the whole sliding vector, and `rough_share` the amount of slide_to_roll beside them: mu
+speed_sliding, the length of the whole sliding vector, `short` and `rough_share` also the amount of slide_to_roll: mu
 does not depend on the sign of the sliding.
 """
 
@@ -13,6 +13,7 @@ from regression.friction.families.film_regimes import REGIMES
 from regression.friction.families.load_share import LOAD_SHARE, load_share_parts
 from regression.friction.families.log_linear import POWER_LAW, XU
 from regression.friction.families.rough_share import ROUGH_SHARE, rough_share_parts
+from regression.friction.families.short import SHORT, short_parts
 
 __all__ = [
     "FAMILIES",
@@ -20,14 +21,18 @@ __all__ = [
     "POWER_LAW",
     "REGIMES",
     "ROUGH_SHARE",
+    "SHORT",
     "XU",
     "Family",
     "family_named",
     "load_share_parts",
     "rough_share_parts",
+    "short_parts",
 ]
 
-FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, REGIMES, LOAD_SHARE, ROUGH_SHARE)}
+FAMILIES: dict[str, Family] = {
+    family.name: family for family in (XU, POWER_LAW, REGIMES, LOAD_SHARE, SHORT, ROUGH_SHARE)
+}
 
 
 def family_named(name: str) -> Family:

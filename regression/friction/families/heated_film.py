@@ -20,6 +20,8 @@ EFFUSIVITY = 12941.4
 # p/p_mean at the Gauss points, and their weights; weights times pressures add up to 1
 PRESSURES = (1.2594, 1.0977, 0.58446)
 WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+GAUSS = tuple(zip(PRESSURES, WEIGHTS, strict=True))
+MEAN = ((1.0, 1.0),)  # the mean pressure alone
 CAP_ORDER = 8.0
 # of trials on both oils: they moved little, and the rest of the film factor moves with them
 INLET_SLIDING, INLET_HEAT, INLET_LOAD = 1.7, 0.9, 0.15
@@ -40,7 +42,13 @@ def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
     return np.asarray(c["film_formula"] / factor ** k["inlet_power"])
 
 
-def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Array | float = 0.0) -> Array:
+def film_friction(
+    c: Conditions,
+    k: Mapping[str, float],
+    film: Array,
+    ripple: Array | float = 0.0,
+    pressures: tuple[tuple[float, float], ...] = GAUSS,
+) -> Array:
     """Friction of the heated film; at most Lambda.
 
     A film as thick as the Hertz depth b^2/R lowers the pressure (`relief`) and widens the contact (`spread`). The
@@ -57,6 +65,8 @@ def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Ar
         [m].
     ripple : array
         Relative rise of the mean viscosity by pressures that ripple, where the film shears as a Newtonian one.
+    pressures : tuple
+        p/p_mean at which the stress is taken, and the weight of each.
     """
     mean = 0.25 * np.pi * c["pressure_hertz"]
     speed, sliding, stress = np.abs(c["speed_entrainment"]), c["speed_sliding"], c["eyring_stress"]
@@ -71,7 +81,7 @@ def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Ar
     flash = k["heat_flash"] * np.sqrt(c["half_width"] / speed) / (EFFUSIVITY * surfaces)
     pole = np.maximum(np.log(viscosity) + ROELANDS_LOG_VISCOSITY, 1.0)
     total: Array | float = 0.0
-    for share, weight in zip(PRESSURES, WEIGHTS, strict=True):
+    for share, weight in pressures:
         local = share / relief
         exponent = np.minimum(rise * local / (bend * (1.0 - local) + local), 300.0)
         pressure = local * mean

@@ -16,13 +16,25 @@ from ehl.io.data import data_path
 from ehl.state import ContactState
 from regression.fitting.coefficients import fit_coefficients, parts_of
 from regression.friction.conditions import conditions_of
-from regression.friction.families import FAMILIES, LOAD_SHARE, ROUGH_SHARE, load_share_parts, rough_share_parts
+from regression.friction.families import (
+    FAMILIES,
+    LOAD_SHARE,
+    ROUGH_SHARE,
+    SHORT,
+    load_share_parts,
+    rough_share_parts,
+    short_parts,
+)
 from regression.friction.families.film_regimes import KNOTS, hats
 from regression.friction.families.heated_film import CAP_ORDER, PRESSURES, WEIGHTS, film_friction, heated_film
 from regression.friction.published import XU_COEFFICIENTS
 
 OILS = {name: Oil.load(name) for name in ("75w90", "fva3")}
-SHARE_FAMILIES = {"load_share": (LOAD_SHARE, load_share_parts), "rough_share": (ROUGH_SHARE, rough_share_parts)}
+SHARE_FAMILIES = {
+    "load_share": (LOAD_SHARE, load_share_parts),
+    "rough_share": (ROUGH_SHARE, rough_share_parts),
+    "short": (SHORT, short_parts),
+}
 START = {family.name: dict(zip(family.terms, family.start, strict=True)) for family, _ in SHARE_FAMILIES.values()}
 COEFFICIENTS: dict[str, dict[str, float]] = {
     **START,
@@ -122,7 +134,7 @@ def test_full_film_friction_vanishes_with_the_sliding(point: dict[str, float], o
 
 
 @settings(max_examples=60, deadline=None)
-@given(point=BEYOND, oil=OIL, family=st.sampled_from(["load_share", "regimes", "rough_share"]))
+@given(point=BEYOND, oil=OIL, family=st.sampled_from(["load_share", "regimes", "rough_share", "short"]))
 def test_friction_is_continuous_across_the_regimes(point: dict[str, float], oil: str, family: str) -> None:
     speed = point["speed_entrainment"] * np.geomspace(1e-2, 1e2, 4001)
     slide = point["slide_to_roll"]
