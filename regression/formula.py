@@ -290,6 +290,7 @@ class Formula(PointFriction):
         *,
         oil: str | None = None,
         oil_arguments: bool = False,
+        guard: bool = True,
     ) -> tuple[str, ...]:
         """Write the formula as program text: Python, C, Fortran, MATLAB, LaTeX, or a spreadsheet.
 
@@ -303,6 +304,9 @@ class Formula(PointFriction):
             Oil card whose laws are written into the code; needed where the formula was fitted to several.
         oil_arguments : bool
             Take the oil's properties as arguments instead.
+        guard : bool
+            Flag points within the range that lie far from all cases of the fit: a loop over stored numbers, most of
+            the text. LaTeX and spreadsheets never do.
 
         Returns
         -------
@@ -316,7 +320,7 @@ class Formula(PointFriction):
         """
         from regression.export.export import export_formula
 
-        program = export_formula(self.formula, Path(path), language, oil=oil, oil_arguments=oil_arguments)
+        program = export_formula(self.formula, Path(path), language, oil=oil, oil_arguments=oil_arguments, guard=guard)
         return tuple(argument.name for argument in program.arguments)
 
     def report(self, path: str | PathLike[str], dataset: Results | None = None) -> Path:

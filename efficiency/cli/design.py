@@ -101,6 +101,9 @@ def export(
     oil_arguments: Annotated[
         bool, typer.Option("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
     ] = False,
+    guard: Annotated[
+        bool, typer.Option("--guard/--no-guard", help="Formula: flag points far from all cases of the fit (long).")
+    ] = True,
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
 
@@ -109,7 +112,7 @@ def export(
     """
     if design in shipped("formulas") or Path(design).suffix == ".json":
         formula = regression.Formula.load(design)
-        formula.export(output, language, oil=oil, oil_arguments=oil_arguments)
+        formula.export(output, language, oil=oil, oil_arguments=oil_arguments, guard=guard)
         laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
         print(f"{output}: {formula.formula.name}, {laws}")
         return

@@ -46,6 +46,7 @@ def export_formula(
     *,
     oil: str | None = None,
     oil_arguments: bool = False,
+    guard: bool = True,
 ) -> Program:
     """Write a formula as code.
 
@@ -62,6 +63,8 @@ def export_formula(
         Oil card whose laws are written into the code; needed where the formula was fitted to several.
     oil_arguments : bool
         Take the oil's properties as arguments.
+    guard : bool
+        Flag points within the range that lie far from all cases of the fit: a loop over stored numbers.
 
     Returns
     -------
@@ -76,7 +79,8 @@ def export_formula(
     language = _language(path, language)
     if oil is not None and oil_arguments:
         raise InputError("oil", oil, "not together with oil_arguments")
-    program = program_of(formula, oil=oil, oil_arguments=oil_arguments, loops=language not in _WITHOUT_LOOPS)
+    loops = language not in _WITHOUT_LOOPS
+    program = program_of(formula, oil=oil, oil_arguments=oil_arguments, loops=loops, guard=guard)
     if language == "spreadsheet" and path.suffix == ".xlsx":
         write_workbook(program, path)
         return program

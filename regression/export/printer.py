@@ -132,7 +132,7 @@ def assignments(program: Program, printer: Printer) -> list[tuple[str, str]]:
     return [(printer.variable(step.name), printer.expression(step)) for step in program.steps]
 
 
-_NO_GUARD = ("This form has no loops: extrapolated points within the range are not flagged.",)
+_NO_GUARD = ("Without the guard: points within the range, but far from all cases of the fit, are not flagged.",)
 
 
 def description(program: Program) -> list[str]:

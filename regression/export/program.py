@@ -106,7 +106,12 @@ class Program:
 
 
 def program_of(
-    formula: FittedFormula, *, oil: str | None = None, oil_arguments: bool = False, loops: bool = True
+    formula: FittedFormula,
+    *,
+    oil: str | None = None,
+    oil_arguments: bool = False,
+    loops: bool = True,
+    guard: bool = True,
 ) -> Program:
     """Record a formula.
 
@@ -122,6 +127,9 @@ def program_of(
         Whether the language can loop over stored numbers. Without, the guard is left out (the range remains) and a
         formula with a Gaussian process refused.
 
+    guard : bool
+        Whether points within the range, but far from all cases of the fit, are to be flagged (a loop over these).
+
     Raises
     ------
     InputError
@@ -133,7 +141,7 @@ def program_of(
     card = None if oil_arguments else _card(formula, oil)
     try:
         with record.local_names(_RECORDED):
-            outputs = _outputs(formula, card, loops)
+            outputs = _outputs(formula, card, loops and guard)
     except (NotRecordable, KeyError) as error:
         hint = f"It cannot be exported: {error}."
         raise InputError("family", formula.family, "a family of ufuncs and arithmetic", hint) from None
@@ -158,7 +166,7 @@ def _card(formula: FittedFormula, oil: str | None) -> Oil:
     raise InputError("oil", None, allowed, hint)
 
 
-def _outputs(formula: FittedFormula, oil: Oil | None, loops: bool) -> tuple[Value, ...]:
+def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Value, ...]:
     """Friction, interval and flag as `FittedFormula.evaluate` and `regression.formula.Formula` compute them."""
     table, within_laws = _conditions(oil)
     outside = formula.outside(table)
@@ -175,7 +183,7 @@ def _outputs(formula: FittedFormula, oil: Oil | None, loops: bool) -> tuple[Valu
             friction, process, floored, boundary, lambda x: (gp_mean(process, x), gp_reduction(process, x))
         )
     near, far = record.constant(0.0), record.constant(0.0)
-    if formula.cloud is not None and loops:
+    if formula.cloud is not None and guard:
         near, far = _near_and_far(formula.cloud, table)
     width = formula.log_width(table["film_ratio_formula"], deviation, outside, formula.excess(table), near, far)
     start = record.constant(FrictionFlag.OK if oil is None else _card_flag(formula, oil))

@@ -7,7 +7,13 @@ import pandas as pd
 import pytest
 
 from regression.data.row_format import SURFACE_UNITS
-from regression.fitting.noise import band_noise, measured_noise, realisation_scatter, statistical_variance
+from regression.fitting.noise import (
+    band_noise,
+    expected_rows,
+    measured_noise,
+    realisation_scatter,
+    statistical_variance,
+)
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
 POINTS, SEEDS = 400, 8
@@ -56,6 +62,28 @@ def test_failed_cases_and_other_oils_do_not_count() -> None:
     assert set(realisation_scatter(frame)["realisations"]) == {SEEDS - 1}
     frame["oil"] = np.where(frame["seed"] % 2 == 0, "fva3", "75w90")
     assert len(realisation_scatter(frame)) == 2 * POINTS
+
+
+def test_points_of_several_profiles_become_their_mean_and_its_noise() -> None:
+    frame = repeated().assign(statistical_error=0.02, friction_fluid=0.01)
+    rows = expected_rows(frame)
+    assert len(rows) == POINTS
+    assert (rows["realisations"] == SEEDS).all()
+    first = frame["friction_coefficient"].to_numpy().reshape(POINTS, SEEDS)
+    np.testing.assert_allclose(rows["friction_coefficient"], first.mean(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(rows["statistical_error"], 0.02 / np.sqrt(SEEDS), rtol=1e-12)
+    for ratio, scatter in ((0.3, 0.05), (3.0, 0.01)):
+        noise = rows.loc[rows["film_ratio"] == ratio, "noise_variance"]
+        assert noise.nunique() == 1, "one scatter for a band of lambda, whatever a point itself scatters"
+        assert noise.iloc[0] == pytest.approx(scatter**2 / SEEDS, rel=0.12)
+
+
+def test_points_of_one_profile_stay_what_they_are() -> None:
+    frame = repeated().assign(statistical_error=0.0329)
+    single = frame[frame["seed"] == 0].reset_index(drop=True)
+    rows = expected_rows(single)
+    np.testing.assert_array_equal(rows["friction_coefficient"], single["friction_coefficient"])
+    np.testing.assert_allclose(rows["noise_variance"], 0.02**2, rtol=1e-12)
 
 
 def test_stated_intervals_become_variances() -> None:

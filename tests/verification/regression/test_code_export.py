@@ -132,7 +132,7 @@ def agree(found: Array, name: str, tolerance: float = 1e-12, interval: float | N
     np.testing.assert_allclose(found[:, 1:3], wanted[:, 1:3], rtol=interval or tolerance)
 
 
-NAMES = ("fva3_load_share", "75w90_load_share", "75w90", "fva3_load_share+gp")
+NAMES = ("fva3_load_share", "75w90_load_share", "75w90_short", "75w90", "fva3_load_share+gp")
 
 
 def test_points_see_every_flag_a_formula_has() -> None:
@@ -302,7 +302,7 @@ def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
     agree(np.loadtxt(tmp_path / "found.txt"), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
 
 
-@pytest.mark.parametrize("name", ["fva3_load_share", "75w90_load_share"])
+@pytest.mark.parametrize("name", ["fva3_load_share", "75w90_short"])
 def test_cells_of_the_workbook(name: str, tmp_path: Path) -> None:
     program = export_formula(formula_of(name), tmp_path / "friction.xlsx")
     book = openpyxl.load_workbook(tmp_path / "friction.xlsx")
@@ -334,13 +334,14 @@ def test_cells_of_the_workbook(name: str, tmp_path: Path) -> None:
 OUTPUTS = ("mu", "lower", "upper", "flag")
 
 
-def test_formula_for_one_cell(tmp_path: Path) -> None:
-    program = export_formula(formula_of("fva3_load_share"), tmp_path / "friction.txt")
+@pytest.mark.parametrize("name", ["fva3_load_share", "fva3_short", "75w90_short"])
+def test_formula_for_one_cell(name: str, tmp_path: Path) -> None:
+    program = export_formula(formula_of(name), tmp_path / "friction.txt")
     text = (tmp_path / "friction.txt").read_text().strip().splitlines()[-1]
     assert text.startswith("=LET(")
     assert len(text) < 8192
-    given = dict(zip((a.name for a in program.arguments), columns(program, "fva3_load_share").T, strict=True))
-    np.testing.assert_allclose(evaluate_cell(text, given), expected("fva3_load_share")[:, 0], rtol=1e-12)
+    given = dict(zip((a.name for a in program.arguments), columns(program, name).T, strict=True))
+    np.testing.assert_allclose(evaluate_cell(text, given), expected(name)[:, 0], rtol=1e-12)
 
 
 def test_latex_sets(tmp_path: Path) -> None:
@@ -376,7 +377,7 @@ def test_spreadsheet_says_that_the_guard_is_left_out(tmp_path: Path) -> None:
         update={"residual": None, "interval": formula_of("fva3_load_share").interval}
     )
     export_formula(guarded, tmp_path / "friction.txt")
-    assert "extrapolated points within the range are not flagged" in (tmp_path / "friction.txt").read_text()
+    assert "far from all cases of the fit, are not flagged" in (tmp_path / "friction.txt").read_text()
     export_formula(guarded, tmp_path / "friction.c")
     text = (tmp_path / "friction.c").read_text()
     assert "static double case_distance" in text
@@ -388,6 +389,17 @@ def python_function(path: Path) -> Callable[..., Any]:
     exec(path.read_text(), namespace)
     function: Callable[..., Any] = namespace["friction"]
     return function
+
+
+def test_without_guard_the_code_is_short_and_gives_the_same_friction(tmp_path: Path) -> None:
+    name = "75w90_short"
+    program = export_formula(formula_of(name), tmp_path / "friction.py", guard=False)
+    text = (tmp_path / "friction.py").read_text()
+    assert len(text) < 20_000
+    assert "case_distance" not in text
+    assert "not flagged" in text
+    found = np.column_stack(python_function(tmp_path / "friction.py")(*columns(program, name).T))
+    agree(found, name + WITHOUT_GUARD)
 
 
 def test_oil_properties_as_arguments(tmp_path: Path) -> None:
