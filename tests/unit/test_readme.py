@@ -1,4 +1,4 @@
-"""The stories of the README for a notebook run as they are printed."""
+"""README and tour: what they print for a notebook runs, and what they link to exists."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ import matplotlib.pyplot as plt
 import pytest
 
 README = Path(__file__).resolve().parents[2] / "README.md"
-STORIES = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
+TOUR = README.parent / "docs" / "tour.md"
+FIRST, *STORIES = [
+    block for page in (README, TOUR) for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.S)
+]
 
 
 def test_the_three_stories_in_one_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -19,13 +22,32 @@ def test_the_three_stories_in_one_notebook(tmp_path: Path, monkeypatch: pytest.M
     notebook: dict[str, Any] = {}
     assert [story.split()[1] for story in STORIES] == ["ehl", "regression", "efficiency"]
     for story in STORIES:
-        exec(compile(story, "README.md", "exec"), notebook)
+        exec(compile(story, "tour.md", "exec"), notebook)
     plt.close("all")
     assert notebook["path"].to_frame()["film_ratio"].is_monotonic_increasing
     assert 0.0 < notebook["result"].efficiency < 1.0
     assert notebook["result"].friction_model == notebook["formula"].name
     written = {path.name for path in tmp_path.iterdir()}
     assert {"contact.html", "run", "formula.json", "mu.c"} <= written
+
+
+def test_five_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    lines = [line for line in FIRST.splitlines() if line]
+    assert len(lines) == 5
+    notebook: dict[str, Any] = {}
+    exec(compile(FIRST, "README.md", "exec"), notebook)
+    assert 0.98 < notebook["result"].efficiency < 1.0
+    assert "mesh efficiency" in (tmp_path / "gear.html").read_text(encoding="utf-8")
+
+
+def test_the_readme_is_one_screen() -> None:
+    text = README.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 50
+    # the install and the test command are those of the gate
+    gate = (README.parent / ".ci" / "run").read_text(encoding="utf-8")
+    assert 'python -m pip install -e ".[test]" && pytest' in text
+    assert 'python -m pip install -q -e ".[test]"' in gate
 
 
 def test_citation_and_licence_are_those_of_the_package() -> None:
@@ -38,8 +60,20 @@ def test_citation_and_licence_are_those_of_the_package() -> None:
     assert (root / licence).read_text(encoding="utf-8").startswith("BSD 3-Clause License")
 
 
-def test_every_file_the_readme_links_to_exists() -> None:
-    links = re.findall(r"\]\(([^)#]+)", README.read_text(encoding="utf-8"))
-    missing = [link for link in links if "://" not in link and not (README.parent / link).exists()]
-    assert len(links) > 20
+@pytest.mark.parametrize("page", [README, TOUR], ids=["README", "tour"])
+def test_every_file_a_page_links_to_exists(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    missing = [link for link in links if "://" not in link and not (page.parent / link).exists()]
+    assert len(links) > 10
     assert missing == []
+
+
+def test_nox_runs_what_the_gate_runs() -> None:
+    root = README.parent
+    gate, tasks = ((root / name).read_text(encoding="utf-8") for name in (".ci/run", "noxfile.py"))
+    words = re.findall(r"session\.run\((.*?)\)$", tasks, re.M)
+    runs = [" ".join(re.findall(r'"([^"]+)"', line)) for line in words]
+    site = "python -m sphinx -q -W --keep-going -D plot_gallery=0 -b html docs"
+    for command in ("ruff check .", "ruff format --check .", "mypy", site, "pytest"):
+        assert any(run.startswith(command) for run in runs), command
+        assert f"\n{command}" in gate, command

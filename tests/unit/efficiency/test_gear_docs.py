@@ -12,7 +12,7 @@ import typer
 from efficiency.cli import app
 
 ROOT = Path(__file__).resolve().parents[3]
-PAGES = ("README.md", "docs/study.md", "docs/gear_output.md")
+PAGES = ("README.md", "docs/tour.md", "docs/study.md", "docs/gear_output.md")
 COMMAND = typer.main.get_command(app)
 
 
@@ -44,12 +44,12 @@ def test_pages_show_the_commands_of_this_stage() -> None:
     assert {"gear", "compare", "study", "misalignment", "export", "settings", "blank"} <= shown
 
 
-def test_no_command_of_the_readme_writes_over_another() -> None:
+def test_no_command_of_the_tour_writes_over_another() -> None:
     written = [
         Path(words[number + 1])
         for page, words in printed()
         for number, word in enumerate(words)
-        if page == "README.md" and word in ("-o", "--plot", "--report", "--xlsx", "--csv", "--animate")
+        if page == "docs/tour.md" and word in ("-o", "--plot", "--report", "--xlsx", "--csv", "--animate")
     ]
     assert len(written) > 10
     # a folder and a file of one name are told apart, two folders or two files are not

@@ -27,7 +27,7 @@ from efficiency.output.plots_geometry import blank_figure
 from ehl.io.errors import ConvergenceError, InputError
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geometry.sh"
-README = Path(__file__).resolve().parents[3] / "README.md"
+TOUR = EXAMPLE.parents[1] / "tour.md"
 PAIR = "fm_spiral_bevel_14x39"
 Cli = Callable[..., Any]
 
@@ -220,8 +220,8 @@ def test_example_commands_run(mixed_ehl: Cli, tmp_path: Path, monkeypatch: pytes
     }  # fmt: skip
 
 
-def test_readme_shows_the_example_commands() -> None:
-    page = README.read_text(encoding="utf-8")
+def test_the_tour_shows_the_example_commands() -> None:
+    page = TOUR.read_text(encoding="utf-8")
     for line in commands():
         assert line in page
 
