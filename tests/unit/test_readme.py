@@ -71,7 +71,7 @@ def test_every_file_a_page_links_to_exists(page: Path) -> None:
 def test_nox_runs_what_the_gate_runs() -> None:
     root = README.parent
     gate, tasks = ((root / name).read_text(encoding="utf-8") for name in (".ci/run", "noxfile.py"))
-    words = re.findall(r"session\.run\((.*?)\)$", tasks, re.M)
+    words = re.findall(r"session\.run\((.*?)\)\n", tasks, re.S)
     runs = [" ".join(re.findall(r'"([^"]+)"', line)) for line in words]
     site = "python -m sphinx -q -W --keep-going -D plot_gallery=0 -b html docs"
     for command in ("ruff check .", "ruff format --check .", "mypy", site, "pytest"):
