@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
@@ -95,5 +96,7 @@ def plot_run_time(comparison: Comparison) -> Figure:
             f"{value:.3g} s", (value, place), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
         )
     axes.set_yticks(np.arange(len(rows)), [row.name for row in rows], fontsize=8)
-    axes.set(xscale="log", xlabel="run time of friction and loss [s]", xlim=(None, 6.0 * float(seconds.max())))
+    axes.set_xscale("log")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set(xlabel="run time of friction and loss [s]", xlim=(None, 6.0 * float(seconds.max())))
     return figure
