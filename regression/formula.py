@@ -16,6 +16,7 @@ from ehl.fluid.oil import Oil
 from ehl.io.data import data_names, data_path
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
+from ehl.quantities import quantity
 from ehl.state import ContactState
 from ehl.view.table import Column, Table
 from regression.friction.conditions import UNITS, Array, Conditions, conditions_of, contact_points
@@ -433,6 +434,31 @@ class Formula(PointFriction):
             hint = "A formula file does not hold its data: name the run it was fitted to."
             raise InputError("dataset", None, "the results the formula was fitted to", hint)
         return self.dataset
+
+    def range_note(self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Any) -> str:
+        """One sentence with every variable that lies outside the range of the data, its value and limit; else empty.
+
+        Parameters
+        ----------
+        state : ContactState, optional
+            One contact point; in its place the keywords of `mu`.
+        oil : Oil or str, optional
+            Oil card or its name; the one of the formula if not given.
+        **conditions : float or str
+            As of `mu`.
+        """
+        state = contact_points(**conditions) if state is None else state
+        name = self.default_oil() if oil is None else oil
+        local = conditions_of(state, Oil.load(name) if isinstance(name, str) else name)
+        parts = []
+        for variable, value, limit in self.formula.beyond(local):
+            entry, side = quantity(variable), "at least" if value < limit else "at most"
+            parts.append(f"{entry.label} {entry.text(value, 3)} ({side} {entry.text(limit, 3)})")
+        return (
+            f"outside the data of {self.name}: {', '.join(parts)}; the interval is wider by the distance"
+            if parts
+            else ""
+        )
 
     def oil_note(self, oil: Oil) -> str:
         """One sentence where the formula was fitted to another oil or to another card of it; else empty.

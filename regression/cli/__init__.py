@@ -106,8 +106,9 @@ def mu(
         _print_friction(content)
         if spread is not None and spread.low < spread.high:
             typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
-    if content["flag"] != "ok":
-        typer.echo(f"note: {content['flag'].replace('_', ' ')}", err=True)
+    outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""
+    if outside or content["flag"] != "ok":
+        typer.echo(f"note: {outside or content['flag'].replace('_', ' ')}", err=True)
     if other:
         typer.echo(f"note: {other}", err=True)
     if content["friction_coefficient"] is None:

@@ -184,7 +184,7 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Valu
         )
     near, far = record.constant(0.0), record.constant(0.0)
     if formula.cloud is not None and guard:
-        near, far = _near_and_far(formula.cloud, table)
+        near, far = _near_and_far(formula.cloud, dict(formula.felt(table)))
     width = formula.log_width(table["film_ratio_formula"], deviation, outside, formula.excess(table), near, far)
     start = record.constant(FrictionFlag.OK if oil is None else _card_flag(formula, oil))
     defined = np.isfinite(friction) & (friction > 0.0) & within_laws

@@ -30,6 +30,7 @@ FORMULA_SCHEMA = 2
 # of either end: the cases of a plan end a little inside of its box
 _SMALLEST = 1e-300  # below any value a variable can have
 RANGE_TOLERANCE = 1e-3
+THICK_FILM = 2.0  # lambda from which mu is that of the film, whatever the roughness
 
 Friction = Annotated[float, ValueRange("", ge=0.0, le=1.0)]
 
@@ -152,9 +153,33 @@ class FittedFormula(InputModel):
         """The oil of a formula of one oil; nameless where there are several, or none by name."""
         return self.oils[0] if len(self.oils) == 1 else OilIdentity()
 
+    def felt(self, conditions: Conditions) -> Conditions:
+        """Conditions with the roughness moved into its range where films are so thick that it leaves friction alone.
+
+        So smooth contacts (Rq = 0) are within the range: above lambda 2 mu is that of the film.
+        """
+        # here and below ufuncs only: `regression.export` records them
+        thick = conditions["film_ratio_formula"] >= THICK_FILM
+        moved = dict(conditions)
+        for name, (low, high) in self.ranges.items():
+            if name == "roughness_rms":
+                moved[name] = np.where(thick, np.maximum(conditions[name], low), conditions[name])
+            elif name == "correlation_length":
+                moved[name] = np.where(thick, np.minimum(np.maximum(conditions[name], low), high), conditions[name])
+        return moved
+
+    def beyond(self, conditions: Conditions) -> list[tuple[str, float, float]]:
+        """Variables that lie outside their ranges at one point: name, value and the limit it passes, SI units."""
+        felt, found = self.felt(conditions), []
+        for name, (low, high) in self.ranges.items():
+            value = float(np.ravel(felt[name])[0])
+            if not low - RANGE_TOLERANCE * abs(low) <= value <= high + RANGE_TOLERANCE * abs(high):
+                found.append((name, value, low if value < low else high))
+        return found
+
     def outside(self, conditions: Conditions) -> NDArray[np.bool_]:
         """Where at least one variable lies outside its range."""
-        # here and below ufuncs only: `regression.export` records them
+        conditions = self.felt(conditions)
         result = np.zeros_like(conditions["pressure_hertz"], dtype=bool)
         for name, (low, high) in self.ranges.items():
             below, above = low - RANGE_TOLERANCE * abs(low), high + RANGE_TOLERANCE * abs(high)
@@ -164,6 +189,7 @@ class FittedFormula(InputModel):
     def excess(self, conditions: Conditions) -> Array:
         """ln of the factor by which variables leave their ranges, all factors together; 0 inside."""
         result: Any = 0.0
+        conditions = self.felt(conditions)
         for name, (low, high) in self.ranges.items():
             value = np.maximum(conditions[name], _SMALLEST)
             if low > 0.0:
@@ -206,7 +232,7 @@ class FittedFormula(InputModel):
         """`regression.friction.data_cloud.Extrapolation` of every point; all inside where the file holds no cloud."""
         if self.cloud is None:
             return np.zeros(np.shape(conditions["pressure_hertz"]), dtype=np.int8)
-        return self.cloud.extrapolation(conditions)
+        return self.cloud.extrapolation(self.felt(conditions))
 
     def evaluate(self, conditions: Conditions, boundary_friction: float | None = None) -> FormulaValue:
         """Friction at many points.

@@ -253,3 +253,23 @@ def test_interval_follows_the_band_of_the_film_ratio() -> None:
     table["film_ratio_formula"] = np.array([0.1, 0.5, 1.999, np.inf])
     value = formula.evaluate(table)
     np.testing.assert_allclose(np.log(value.upper / value.mu), [0.02, 0.1, 0.1, 0.2], rtol=1e-9)
+
+
+def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> None:
+    model = friction_model("75w90")
+    assert isinstance(model, Formula)
+    point = {
+        "pressure_hertz": "1 GPa", "radius_equivalent": "12 mm", "speed_entrainment": "10 m/s", "slide_to_roll": 0.3,
+        "temperature_oil": "80 degC", "roughness_rms": "0 um",
+    }  # fmt: skip
+    assert model.range_note(**point) == ""
+    smooth = model.mu(**point)
+    assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
+    # the steady solver on this smooth contact
+    assert smooth.lower < 0.01679 < smooth.upper
+    far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.1 m/s", "roughness_rms": "2 um"}
+    note = model.range_note(**far)
+    assert "Hertz pressure 3 GPa (at most 2.5 GPa)" in note
+    assert "entrainment speed 0.1 m/s (at least 0.5 m/s)" in note
+    assert "composite Rq 2 um (at most 1.2 um)" in note
+    assert model.mu(**far).flag == FrictionFlag.OUTSIDE_RANGE
