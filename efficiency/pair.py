@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypedDict, TypeVar, U
 import numpy as np
 
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
+from efficiency.contact.displaced_axes import DisplacedAxes
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput, Misalignment, load_design
@@ -37,6 +38,7 @@ from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import TeethElasticity, edge_load
 from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
+from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth
 from efficiency.ltca.teeth import elastic_teeth
 from efficiency.output.gear_output import GearOutput
@@ -71,6 +73,8 @@ DEFAULT_MODELS = (
 )
 # where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)
 EDGE_ROUNDING = 0.05
+# of the mesh that finds the deflection of the shafts before the full one does
+_FEW_POSITIONS, _FEW_POINTS = 8, 15
 _KEPT_MESHES, _MAX_STATES = 8, 10_000
 _MISALIGNMENTS = tuple(Misalignment.model_fields)
 
@@ -846,12 +850,25 @@ class Mesh:
             math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
             EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
         )
-        if design.assembly.deflection.moves:
+        stated, stiffness = design.assembly.deflection.moves, design.assembly.stiffness
+        if stated or stiffness.given:
 
             @lru_cache(maxsize=4)
             def deflected(torque: float) -> MeshGrids:
-                moved = design.under_torque(torque).without_deflection()
-                return cls.of(moved, side, positions, points_per_line, known).grids
+                placed = design.under_torque(torque).without_deflection()
+
+                def mesh_of(axes: DisplacedAxes, count: int = positions, points: int = points_per_line) -> MeshGrids:
+                    return cls.of(placed.with_axes(axes), side, count, points, known).grids
+
+                if not stiffness.given:
+                    return cls.of(placed, side, positions, points_per_line, known).grids
+                small = min(positions, _FEW_POSITIONS), min(points_per_line, _FEW_POINTS)
+                found = solve_deflection(
+                    placed.placement(), stiffness.compliances(), torque, (lambda axes: mesh_of(axes, *small), mesh_of)
+                )
+                if found.deflection is None:
+                    return found
+                return replace(found, deflection=replace(found.deflection, E=design.mirror * found.deflection.E))
 
             grids = replace(grids, under_torque=deflected)
         return cls(design, side, pair, grids, _pitch_geometry(design, pinion, gear))

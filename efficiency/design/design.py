@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
+from efficiency.contact.displaced_axes import DisplacedAxes
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.contact.relief import PairRelief
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
@@ -28,6 +29,7 @@ from efficiency.design.flank_input import (
     Shift,
 )
 from efficiency.design.relief_input import MemberReliefInput
+from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
 from efficiency.ltca.teeth import Bodies, ToothBody
@@ -369,7 +371,9 @@ class AssemblyInput(InputModel):
     misalignment : Misalignment
         Without load.
     deflection : Deflection
-        Under load.
+        Under load, as stated.
+    stiffness : StiffnessInput
+        Shafts, bearings and housing that give way under load, solved with the contact.
     """
 
     shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]
@@ -378,6 +382,7 @@ class AssemblyInput(InputModel):
     normal_backlash: Depth = 0.0
     misalignment: Misalignment = Misalignment()
     deflection: Deflection = Deflection()
+    stiffness: StiffnessInput = StiffnessInput()
 
 
 class Design(InputModel):
@@ -451,13 +456,27 @@ class Design(InputModel):
 
     def without_deflection(self) -> Design:
         """The same pair on shafts and bearings that do not give way."""
-        return self.model_copy(update={"assembly": self.assembly.model_copy(update={"deflection": Deflection()})})
+        rigid = {"deflection": Deflection(), "stiffness": StiffnessInput()}
+        return self.model_copy(update={"assembly": self.assembly.model_copy(update=rigid)})
+
+    def with_axes(self, axes: DisplacedAxes) -> Design:
+        """The same pair, misaligned as the axes of `placement` have been displaced."""
+        try:
+            return self.with_misalignment(E=self.mirror * axes.E, P=axes.P, G=axes.G, alpha=axes.alpha)
+        except InputError as error:
+            name = error.field.rpartition(".")[2]
+            allowed, hint = f"{name} of {error.allowed} under load", "Check units, frame and reference of the matrices."
+            raise InputError("assembly.stiffness", f"{name} = {error.value}", allowed, hint) from None
+
+    @property
+    def mirror(self) -> float:
+        """Sign of offset and E in the mesh frame: that of a left-hand pinion; a right-hand one is its mirror image."""
+        return 1.0 if self.pinion.blank.hand == "left" else -1.0
 
     def placement(self) -> Assembly:
         """Position of the members, misalignments included."""
         a = self.assembly
-        # the mesh frame is that of a left-hand pinion; a right-hand one is its mirror image
-        mirror = 1.0 if self.pinion.blank.hand == "left" else -1.0
+        mirror = self.mirror
         return Assembly(
             teeth_pinion=self.pinion.blank.teeth,
             teeth_gear=self.gear.blank.teeth,

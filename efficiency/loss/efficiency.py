@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any, cast
 
 import numpy as np
@@ -31,6 +31,7 @@ from efficiency.ltca.mesh_grids import load_grids as load_grids
 from efficiency.ltca.tangent_load import TangentLoad
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError
+from ehl.quantities import quantity
 from regression.formula import Formula
 from regression.friction.conditions import Conditions, conditions_of
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
@@ -38,10 +39,8 @@ from regression.friction.published_registry import PUBLISHED
 
 FloatArray = NDArray[np.float64]
 
-SKIPPED = (
-    "shafts, bearings and the body beyond its held surfaces",
-    "churning, windage and bearing losses",
-)
+SHAFTS = "shafts, bearings and the body beyond its held surfaces"
+SKIPPED = (SHAFTS, "churning, windage and bearing losses")
 FRICTIONLESS = "friction in the torque balance"
 AS_WARM_AS_THE_OIL = "heat balance of the teeth: they are as warm as the oil (state [cooling], or --bulk-temperature)"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded part move past points
@@ -172,7 +171,8 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         points_loaded=fine.force.size,
         status="failed" if reason else "converged",
         reason=reason,
-        skipped=_skipped(loaded.balance is None, operation),
+        deflection=_deflection(mesh),
+        skipped=_skipped(loaded.balance is None, operation, mesh.deflection is not None),
         notes=_notes(loaded, friction, estimate, fine, oil),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
@@ -281,15 +281,24 @@ def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
     return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
 
 
-def _skipped(frictionless: bool, operation: Operation) -> tuple[str, ...]:
+def _deflection(mesh: MeshGrids) -> dict[str, float]:
+    return {} if mesh.deflection is None else asdict(mesh.deflection)
+
+
+def _skipped(frictionless: bool, operation: Operation, on_springs: bool) -> tuple[str, ...]:
     cold = operation.temperature_bulk_pinion is None and operation.temperature_bulk_gear is None
-    return (*SKIPPED, *(FRICTIONLESS,) * frictionless, *(AS_WARM_AS_THE_OIL,) * cold)
+    skipped = SKIPPED[on_springs:]
+    return (*skipped, *(FRICTIONLESS,) * frictionless, *(AS_WARM_AS_THE_OIL,) * cold)
 
 
 def _notes(
     loaded: LoadedGrids, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, oil: Oil
 ) -> tuple[str, ...]:
     notes, name = loaded.notes, model.name
+    if moved := loaded.mesh.deflection:
+        ways = ", ".join(f"{way} {getattr(moved, way) * 1e6:.4g} um" for way in ("E", "P", "G"))
+        angle = quantity("deflection.alpha").to_display(moved.alpha)
+        notes += (f"shafts and bearings give way: {ways}, alpha {angle:.4g} arcmin, after {moved.rounds} rounds",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
     if name in PUBLISHED and PUBLISHED[name].mark:

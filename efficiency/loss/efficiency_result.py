@@ -215,6 +215,9 @@ class EfficiencyResult(Presented):
         Size of the computation.
     status, reason : str
         ``converged`` or ``failed``, and why.
+    deflection : dict
+        Misalignment E, P, G [m], alpha [rad] that the load adds by shafts, bearings and housing, where the design
+        states their stiffness; `rounds` of the solution and the last `change` [m]. Else empty.
     skipped : tuple of str
         What the model leaves out.
     notes : tuple of str
@@ -302,6 +305,7 @@ class EfficiencyResult(Presented):
     points_loaded: int
     status: Literal["converged", "failed"]
     reason: Reason
+    deflection: dict[str, float]
     skipped: tuple[str, ...]
     notes: tuple[str, ...]
     seconds: float

@@ -72,6 +72,8 @@ class MeshGrids:
         Makes lines for another reach; without it the lines stay as they are.
     reach : float
         Gear rotation up to which edges are followed [rad].
+    deflection : ShaftDeflection, optional
+        Of shafts and bearings, where they were solved with the contact.
     under_torque : callable, optional
         The mesh with shafts and bearings deflected by a pinion torque [N m]; without it they do not give way.
     """
@@ -87,6 +89,7 @@ class MeshGrids:
     transmission_error: float = math.nan
     make_cycle: MakeCycle | None = field(default=None, repr=False, compare=False)
     reach: float = math.inf
+    deflection: ShaftDeflection | None = None
     under_torque: Callable[[float], MeshGrids] | None = field(default=None, repr=False, compare=False)
     _refitted: dict[int, MeshGrids] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -176,6 +179,28 @@ def loaded_share(load: LoadDistribution) -> float:
         line = max(p.position.lines, key=lambda at: float(p.force[at].sum()))
         shares.append(np.count_nonzero(p.force[line]) / line.size)
     return float(np.mean(shares))
+
+
+@dataclass(frozen=True)
+class ShaftDeflection:
+    """Misalignment that the load of the mesh adds by shafts, bearings and housing.
+
+    Attributes
+    ----------
+    E, P, G, alpha : float
+        As in the misalignment of a design [m], alpha [rad].
+    rounds : int
+        Solutions of the loaded contact.
+    change : float
+        What one more would change of E, P, G [m].
+    """
+
+    E: float
+    P: float
+    G: float
+    alpha: float
+    rounds: int
+    change: float
 
 
 @dataclass(frozen=True)

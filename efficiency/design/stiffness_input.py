@@ -1,0 +1,157 @@
+"""Table [assembly.stiffness]: shafts, bearings and housing as stiffness matrices, or as shafts on bearings."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from efficiency.ltca.shaft import shaft_compliance
+from efficiency.ltca.shaft_deflection import MemberCompliance
+from ehl.io.errors import InputError
+from ehl.io.units import ValueRange
+from ehl.io.validation import InputModel
+from ehl.material import Material
+
+FloatArray = NDArray[np.float64]
+
+Place = Annotated[float, ValueRange("m", ge=-5.0, le=5.0)]
+SpringRate = Annotated[float, ValueRange("N/m", ge=0.0, le=1e14)]
+Diameter = Annotated[float, ValueRange("m", gt=0.0, le=2.0)]
+Row = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
+
+# what printing with few digits leaves, as a share of the diagonal
+_ASYMMETRY = 1e-3
+# smallest eigenvalue of the matrix with a diagonal of ones
+_SINGULAR = 1e-9
+_REMEDY = (
+    "Give the stiffness of the member as it is held, in N/m, N and N m (inverse of the compliance at the reference "
+    "point); where nothing holds the rotation about the own axis put the stiffness of the shaft against twisting."
+)
+
+
+class BearingInput(InputModel):
+    """A bearing of a shaft.
+
+    Attributes
+    ----------
+    position : float
+        Along the axis from the crossing point [m], positive towards the teeth.
+    radial, axial : float
+        Stiffness [N/m].
+    """
+
+    position: Place
+    radial: Annotated[float, ValueRange("N/m", gt=0.0, le=1e14)]
+    axial: SpringRate = 0.0
+
+
+class MemberStiffnessInput(InputModel):
+    """Shaft, bearings and housing of one member.
+
+    Attributes
+    ----------
+    reference_point : float
+        Point of the axis the matrix is for, and where the shaft takes up the mesh force: distance from the crossing
+        point [m], positive towards the teeth.
+    matrix : tuple, optional
+        Force [N] and moment [N m] by displacement [m] and rotation [rad] along x, y, z, six rows of six: N/m, N, N m.
+    bearings : tuple of BearingInput
+        In place of the matrix: at least two, apart.
+    shaft_diameter, shaft_bore : float
+        With bearings [m].
+    material : str
+        Of the shaft.
+    """
+
+    reference_point: Place
+    matrix: Annotated[tuple[Row, ...], Field(min_length=6, max_length=6)] | None = None
+    bearings: tuple[BearingInput, ...] = ()
+    shaft_diameter: Diameter | None = None
+    shaft_bore: Annotated[float, ValueRange("m", ge=0.0, le=2.0)] = 0.0
+    material: str = "steel"
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if (self.matrix is None) == (not self.bearings):
+            raise InputError("matrix", self.matrix and "with bearings", "either a matrix or bearings with a shaft")
+        if self.matrix is not None:
+            if self.shaft_diameter is not None or self.shaft_bore:
+                raise InputError("shaft_diameter", "with a matrix", "a shaft only with bearings")
+            _require_stiffness(np.array(self.matrix))
+            return self
+        places = {bearing.position for bearing in self.bearings}
+        if len(places) < 2:
+            raise InputError("bearings", f"{len(places)} place", "at least two bearings at different positions")
+        if not any(bearing.axial for bearing in self.bearings):
+            raise InputError("bearings", "axial = 0 for all", "an axial stiffness above 0 N/m of one bearing at least")
+        if self.shaft_diameter is None:
+            raise InputError("shaft_diameter", None, "the diameter of the shaft, such as '40 mm'")
+        if self.shaft_bore >= self.shaft_diameter:
+            allowed = f"below the diameter of {self.shaft_diameter * 1e3:.6g} mm"
+            raise InputError("shaft_bore", f"{self.shaft_bore * 1e3:.6g} mm", allowed)
+        Material.load(self.material)
+        return self
+
+    def compliance(self) -> MemberCompliance:
+        """Displacement under force and moment at the reference point."""
+        if self.matrix is not None:
+            given = np.array(self.matrix)
+            size = 1.0 / np.sqrt(np.diag(given))
+            scaled = np.linalg.inv(0.5 * (given + given.T) * np.outer(size, size))
+            return MemberCompliance(scaled * np.outer(size, size), self.reference_point)
+        steel = Material.load(self.material)
+        bearings = [(b.position, b.radial, b.axial) for b in self.bearings]
+        matrix = shaft_compliance(
+            self.reference_point,
+            bearings,
+            self.shaft_diameter or math.nan,
+            self.shaft_bore,
+            steel.youngs_modulus,
+            steel.poisson_ratio,
+        )
+        return MemberCompliance(matrix, self.reference_point)
+
+
+class StiffnessInput(InputModel):
+    """Shafts, bearings and housing of both members; a member left out does not give way.
+
+    Attributes
+    ----------
+    pinion, gear : MemberStiffnessInput, optional
+        Of each member.
+    """
+
+    pinion: MemberStiffnessInput | None = None
+    gear: MemberStiffnessInput | None = None
+
+    @property
+    def given(self) -> bool:
+        """Whether any member gives way."""
+        return self.pinion is not None or self.gear is not None
+
+    def compliances(self) -> tuple[MemberCompliance | None, MemberCompliance | None]:
+        """Of pinion and gear."""
+        pinion, gear = (None if given is None else given.compliance() for given in (self.pinion, self.gear))
+        return pinion, gear
+
+
+def _require_stiffness(matrix: FloatArray) -> None:
+    diagonal = np.diag(matrix)
+    allowed = "a symmetric positive definite matrix"
+    if np.any(diagonal <= 0.0):
+        row = int(np.argmin(diagonal)) + 1
+        raise InputError("matrix", f"{diagonal.min():.6g} on the diagonal, row {row}", allowed, _REMEDY)
+    size = 1.0 / np.sqrt(diagonal)
+    scaled = matrix * np.outer(size, size)
+    skew = np.abs(scaled - scaled.T)
+    if skew.max() > _ASYMMETRY:
+        i, j = np.unravel_index(int(skew.argmax()), skew.shape)
+        value = f"{matrix[i, j]:.6g} in row {i + 1}, column {j + 1}, {matrix[j, i]:.6g} in row {j + 1}, column {i + 1}"
+        raise InputError("matrix", value, allowed, "Both have to agree: force and moment work on each other's ways.")
+    smallest = float(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)).min())
+    if smallest < _SINGULAR:
+        raise InputError("matrix", f"an eigenvalue of {smallest:.3g} at a diagonal of ones", allowed, _REMEDY)

@@ -1,0 +1,137 @@
+"""Shafts, bearings and housing that give way under the mesh force, solved with the contact.
+
+mesh force and its moment, mean of the cycle  ->  K^-1  ->  moved axes  ->  E, P, G, alpha  ->  contact  ->  mesh force
+
+The forces are the normal forces that carry the torque. Friction, a few per cent of them, is left out of the load of the
+shafts: it would need a mesh for each friction model, speed and driver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.assembly import Assembly
+from efficiency.contact.displaced_axes import DisplacedAxes, RigidMove, displaced_axes
+from efficiency.ltca.load_distribution import LoadDistribution
+from efficiency.ltca.mesh_grids import MeshGrids, ShaftDeflection, load_grids
+from ehl.io.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+
+# last change of E, P, G [m] and of alpha [rad]: a tenth of what changes a transmission error visibly (ours)
+TOLERANCE, TOLERANCE_ANGLE = 1e-7, 1e-6
+ROUNDS = 12
+
+
+@dataclass(frozen=True)
+class MemberCompliance:
+    """How a member gives way under a force and a moment at a point of its axis.
+
+    Attributes
+    ----------
+    matrix : (6, 6) array
+        Displacement [m] and rotation [rad] along x, y, z under force [N] and moment [N m], in the frame of the member:
+        z along its axis from the crossing point to the teeth, y = gear axis x pinion axis, x = y x z.
+    reference : float
+        Place of the point on the axis, from the crossing point [m].
+    """
+
+    matrix: FloatArray
+    reference: float
+
+    def move(self, frame: FloatArray, apex: FloatArray, points: FloatArray, forces: FloatArray) -> RigidMove:
+        """Displacement under forces (n, 3) [N] at points (n, 3) [m]; axes and apex of the member in the mesh frame."""
+        at = apex + self.reference * frame[:, 2]
+        force, moment = forces.sum(axis=0), np.cross(points - at, forces).sum(axis=0)
+        found = self.matrix @ np.concatenate([frame.T @ force, frame.T @ moment])
+        return RigidMove(at, frame @ found[:3], frame @ found[3:])
+
+
+def axes_under_load(
+    placed: Assembly,
+    compliances: tuple[MemberCompliance | None, MemberCompliance | None],
+    load: LoadDistribution,
+    now: DisplacedAxes,
+) -> DisplacedAxes:
+    """Where a load moves the axes.
+
+    Parameters
+    ----------
+    placed : Assembly
+        Without load.
+    compliances : tuple
+        Of pinion and gear; None does not give way.
+    load : LoadDistribution
+        In the mesh frame of `now`.
+    now : DisplacedAxes
+        Where the axes stood for this load.
+    """
+    forces = np.concatenate([p.force[:, None] * p.position.normal for p in load.positions])
+    points = np.concatenate([p.position.position for p in load.positions])
+    forces = forces @ now.frame.T / len(load.positions)
+    points = points @ now.frame.T + now.origin
+    frames = placed.pinion_frame, np.eye(3)
+    apexes = placed.pinion_origin[:, 0], np.array([0.0, 0.0, placed.G])
+    # the normals point into the gear
+    moves = [
+        RigidMove(apex, np.zeros(3), np.zeros(3)) if given is None else given.move(frame, apex, points, sign * forces)
+        for given, frame, apex, sign in zip(compliances, frames, apexes, (-1.0, 1.0), strict=True)
+    ]
+    return displaced_axes(placed, moves[0], moves[1])
+
+
+def solve_deflection(
+    placed: Assembly,
+    compliances: tuple[MemberCompliance | None, MemberCompliance | None],
+    torque: float,
+    meshes: Sequence[Callable[[DisplacedAxes], MeshGrids]],
+) -> MeshGrids:
+    """The mesh at the misalignment that its own load produces, by fixed-point rounds.
+
+    Parameters
+    ----------
+    placed : Assembly
+        Axes without load.
+    compliances : tuple
+        Of pinion and gear.
+    torque : float
+        Of the pinion [N m].
+    meshes : sequence of callable
+        Make the mesh at other misalignments: with few points first, which come close, the one of the result last.
+
+    Returns
+    -------
+    MeshGrids
+        With its `deflection`; as placed where the load has no solution, which the load itself then tells.
+
+    Raises
+    ------
+    ConvergenceError
+        ``deflection_limit`` where E, P, G, alpha do not settle.
+    """
+    rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
+    now = displaced_axes(placed, rest, rest)
+    rounds = 0
+    for mesh_at in meshes:
+        for _ in range(ROUNDS):
+            mesh, rounds = mesh_at(now), rounds + 1
+            load = load_grids(mesh, torque).coarse
+            if load.reason:
+                return meshes[-1](now)
+            found = axes_under_load(placed, compliances, load, now)
+            change, turned = found.distance(now)
+            if change < TOLERANCE and turned < TOLERANCE_ANGLE:
+                break
+            now = found
+        else:
+            raise ConvergenceError(
+                "deflection_limit",
+                f"E, P, G still move by {change * 1e6:.3g} um and alpha by {turned * 1e6:.3g} urad after {ROUNDS} "
+                "rounds: shafts and bearings are too soft for this torque",
+            )
+    moved = (now.E - placed.E, now.P - placed.P, now.G - placed.G, now.alpha - placed.alpha)
+    return replace(mesh, deflection=ShaftDeflection(*moved, rounds, change))

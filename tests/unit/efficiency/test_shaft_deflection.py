@@ -1,0 +1,199 @@
+"""Shafts and bearings that give way under the mesh force."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from efficiency.contact.assembly import Assembly
+from efficiency.contact.displaced_axes import RigidMove, displaced_axes
+from efficiency.design.design import Design, load_design
+from efficiency.design.stiffness_input import MemberStiffnessInput, StiffnessInput
+from efficiency.ltca.shaft import shaft_compliance
+from efficiency.pair import GearPair, LoadedMesh
+from ehl.io.errors import InputError
+from ehl.io.validation import validate
+
+PAIR = "fm_hypoid_13x42_relieved"
+SHAFTS: dict[str, Any] = {
+    "pinion": {
+        "reference_point": 0.11,
+        "shaft_diameter": 0.06,
+        "bearings": [{"position": 0.15, "radial": 4e8, "axial": 2e8}, {"position": 0.23, "radial": 3e8}],
+    },
+    "gear": {
+        "reference_point": 0.03,
+        "shaft_diameter": 0.08,
+        "bearings": [{"position": -0.08, "radial": 5e8}, {"position": 0.08, "radial": 5e8, "axial": 3e8}],
+    },
+}
+
+
+def on(given: dict[str, Any], design: Design | None = None) -> Design:
+    start = load_design(PAIR) if design is None else design
+    stiffness = validate(StiffnessInput, given, "assembly.stiffness")
+    return start.model_copy(update={"assembly": start.assembly.model_copy(update={"stiffness": stiffness})})
+
+
+def loaded(design: Design, torque: float = 200.0, side: Any = "drive") -> LoadedMesh:
+    return GearPair(design).mesh(side, positions=4, points_per_line=9).load(torque)
+
+
+@pytest.fixture(scope="module")
+def soft() -> LoadedMesh:
+    return loaded(on(SHAFTS))
+
+
+def test_overhung_shaft_by_hand() -> None:
+    """Statics of the bearings, integral of M^2/EI and of the shear force; moment by Castigliano."""
+    a, span, near, far, d, e, nu = 0.04, 0.08, 4e8, 3e8, 0.06, 2.1e11, 0.3
+    bending = e * math.pi * d**4 / 64.0
+    shear = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu) * e / 2.6 * math.pi * d**2 / 4.0
+    found = shaft_compliance(0.11, [(0.15, near, 2e8), (0.23, far, 0.0)], d, 0.0, e, nu)
+    by_force = (
+        a**2 * (span + a) / (3.0 * bending)
+        + (a + a**2 / span) / shear
+        + ((span + a) / span) ** 2 / near
+        + (a / span) ** 2 / far
+    )
+    by_moment = (a + span / 3.0) / bending + 1.0 / (span * shear) + (1.0 / near + 1.0 / far) / span**2
+    assert found[0, 0] == pytest.approx(by_force, rel=1e-9)
+    assert found[1, 1] == pytest.approx(by_force, rel=1e-9)
+    assert found[4, 4] == pytest.approx(by_moment, rel=1e-9)
+    # a force at the overhung end along x lifts it there: the slope falls towards the bearings
+    assert found[0, 4] < 0.0 < found[1, 3]
+    axial = 1.0 / 2e8 + a / (e * math.pi * d**2 / 4.0)
+    assert found[2, 2] == pytest.approx(axial, rel=1e-9)
+    assert np.linalg.eigvalsh(found / np.sqrt(np.outer(np.diag(found), np.diag(found)))).min() > 0.0
+
+
+def test_axes_by_the_common_normal() -> None:
+    """Feet of the common normal from a search along both lines."""
+    placed = Assembly(13, 42, 1.4, 0.03, E=1e-4, P=-2e-4, G=1e-4, alpha=1e-3)
+    rng = np.random.default_rng(3)
+    moves = [RigidMove(*(rng.normal(size=3) * scale for scale in (0.1, 1e-3, 5e-3))) for _ in range(2)]
+    found = displaced_axes(placed, *moves)
+    lines = [
+        (move.moved(origin), move.turned(axis))
+        for move, origin, axis in zip(
+            moves,
+            (placed.pinion_origin[:, 0], np.array([0.0, 0.0, placed.G])),
+            (placed.pinion_axis[:, 0], np.array([0.0, 0.0, 1.0])),
+            strict=True,
+        )
+    ]
+
+    def apart(way: np.ndarray) -> float:
+        return float(np.sum((lines[0][0] - way[0] * lines[0][1] - lines[1][0] + way[1] * lines[1][1]) ** 2)) * 1e6
+
+    best = minimize(apart, [0.0, 0.0], method="BFGS", options={"gtol": 1e-12})
+    assert placed.offset + found.E == pytest.approx(math.sqrt(best.fun * 1e-6), abs=1e-9)
+    assert pytest.approx(tuple(best.x), abs=1e-7) == (found.P, found.G)
+    assert placed.shaft_angle + found.alpha == pytest.approx(math.acos(lines[0][1] @ lines[1][1]), abs=1e-12)
+
+
+def test_axes_that_stay() -> None:
+    placed = Assembly(13, 42, 1.4, -0.03, E=1e-4, P=-2e-4, G=1e-4, alpha=1e-3)
+    rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
+    found = displaced_axes(placed, rest, rest)
+    # a right-hand pinion has its offset along -y, and the normal turns with the axes, not with the offset
+    assert (found.E, found.P, found.G, found.alpha) == pytest.approx((1e-4, -2e-4, 1e-4, 1e-3), abs=1e-15)
+    np.testing.assert_allclose(found.frame, np.eye(3), atol=1e-15)
+
+
+def test_same_as_stated_by_hand(soft: LoadedMesh) -> None:
+    """The misalignment that comes out, put in by hand, gives the same contact; rounds end at the tolerance."""
+    moved = soft.grids.mesh.deflection
+    assert moved is not None
+    assert 0.0 <= moved.change < 1e-7
+    by_hand = load_design(PAIR).with_misalignment(E=moved.E, P=moved.P, G=moved.G, alpha=moved.alpha)
+    result, same = (each.efficiency("constant:0.05") for each in (soft, loaded(by_hand)))
+    assert result.efficiency == pytest.approx(same.efficiency, abs=1e-9)
+    assert result.pressure_max == pytest.approx(same.pressure_max, rel=1e-5)
+    assert result.deflection["E"] == moved.E
+    assert any("shafts and bearings give way" in note for note in result.notes)
+    assert not any("shafts" in text for text in result.skipped)
+
+
+def test_axial_displacement_is_force_over_stiffness() -> None:
+    """A pinion that gives way along its axis alone: P times the stiffness is the thrust, the other three stay."""
+    stiff = 1e14 * np.eye(6)
+    stiff[2, 2] = 1e8
+    soft = loaded(on({"pinion": {"reference_point": 0.1, "matrix": stiff.tolist()}}))
+    moved = soft.grids.mesh.deflection
+    assert moved is not None
+    axis = soft.mesh.design.placement().pinion_axis[:, 0]
+    # the force on the pinion is against the normals, which point into the gear
+    thrust = -np.mean([p.force @ p.position.normal @ axis for p in soft.grids.coarse.positions])
+    assert pytest.approx(thrust, rel=1e-3) == moved.P * 1e8
+    assert max(abs(moved.E), abs(moved.G)) < 1e-8
+
+
+def test_rigid_shafts() -> None:
+    stiff = (1e18 * np.eye(6)).tolist()
+    rigid = loaded(on({"pinion": {"reference_point": 0.1, "matrix": stiff}})).efficiency("constant:0.05")
+    plain = loaded(load_design(PAIR)).efficiency("constant:0.05")
+    assert rigid.efficiency == pytest.approx(plain.efficiency, abs=1e-9)
+    assert rigid.pressure_max == pytest.approx(plain.pressure_max, rel=1e-9)
+
+
+@pytest.mark.parametrize(("member", "sign"), [("pinion", -1.0), ("gear", 1.0)])
+def test_load_pushes_the_members_apart(soft: LoadedMesh, member: str, sign: float) -> None:
+    """Work of the mesh force: each member moves with the force on it."""
+    design = soft.mesh.design
+    given, placed = getattr(design.assembly.stiffness, member).compliance(), design.placement()
+    frame = placed.pinion_frame if member == "pinion" else np.eye(3)
+    apex = placed.pinion_origin[:, 0] if member == "pinion" else np.zeros(3)
+    for p in soft.grids.coarse.positions:
+        forces, points = sign * p.force[:, None] * p.position.normal, p.position.position
+        move = given.move(frame, apex, points, forces)
+        assert np.sum(forces * np.array([move.moved(x) - x for x in points])) > 0.0
+
+
+def test_matrix_of_the_shaft_is_the_shaft() -> None:
+    """Inverse of the compliance as a matrix, with the digits that a listing has."""
+    pinion = validate(MemberStiffnessInput, SHAFTS["pinion"])
+    matrix = np.linalg.inv(pinion.compliance().matrix)
+    listed = [[float(f"{x:.8g}") for x in row] for row in matrix]
+    same = validate(MemberStiffnessInput, {"reference_point": 0.11, "matrix": listed})
+    np.testing.assert_allclose(same.compliance().matrix, pinion.compliance().matrix, rtol=1e-5, atol=1e-18)
+
+
+GOOD = 1e8 * np.eye(6)
+
+
+def changed(i: int, j: int, value: float) -> list[list[float]]:
+    matrix = GOOD.copy()
+    matrix[i, j] = value
+    return matrix.tolist()  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"matrix": changed(5, 5, 0.0)}, "row 6.*symmetric positive definite.*twisting"),
+        ({"matrix": changed(2, 2, -1.0)}, "row 3"),
+        ({"matrix": changed(0, 1, 1e7)}, "row 1, column 2"),
+        ({"matrix": (GOOD + 2e8 * (np.eye(6, k=1) + np.eye(6, k=-1))).tolist()}, "an eigenvalue of -"),
+        ({"matrix": changed(0, 0, math.nan)}, "matrix"),
+        ({"matrix": GOOD[:5].tolist()}, "matrix"),
+        ({"matrix": GOOD[:, :5].tolist()}, "matrix"),
+        ({}, "either a matrix or bearings"),
+        ({"bearings": SHAFTS["pinion"]["bearings"][:1], "shaft_diameter": 0.05}, "two bearings"),
+        ({"bearings": SHAFTS["pinion"]["bearings"]}, "shaft_diameter"),
+        (SHAFTS["pinion"] | {"shaft_bore": 0.07}, "shaft_bore"),
+        ({"bearings": [{"position": z, "radial": 1e8} for z in (0.1, 0.2)], "shaft_diameter": 0.05}, "axial"),
+    ],
+)
+def test_bad_input(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        validate(MemberStiffnessInput, {"reference_point": 0.1} | given)
+
+
+def test_shafts_of_rubber_are_refused() -> None:
+    with pytest.raises(InputError, match=r"assembly\.stiffness.*Check units"):
+        loaded(on({"pinion": {"reference_point": 0.1, "matrix": (1e5 * np.eye(6)).tolist()}}))
