@@ -41,6 +41,7 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("error of that surface", "for information"),
     NoteKind("by the uncertainty of the measured flanks", "for information"),
     NoteKind("is approximate at some pinion angles", "for information"),
+    NoteKind("shafts and bearings give way", "for information"),
 )
 """Kinds of notes on a pair; others count as warnings."""
 
