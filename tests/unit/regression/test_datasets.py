@@ -110,7 +110,8 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     outside = mixed_ehl("mu", formula, "--pressure", "3 GPa", "--speed", "4 m/s", *point, "--hull", "small")
     assert outside.code == 0
     assert "outside the convex hull" in outside.out
-    assert "note: outside range" in outside.err
+    assert "note: outside the data of" in outside.err
+    assert "Hertz pressure 3 GPa (at most" in outside.err
     # within every range, but where the plan has few cases: high pressure, speed, temperature and sliding at once
     corner = ("--radius", "35 mm", "--slide-to-roll", "1.0", "--temperature", "113 degC", "--roughness", "0.54 um")
     beside = mixed_ehl("mu", formula, "--pressure", "1.5 GPa", "--speed", "12.5 m/s", *corner)
