@@ -4,7 +4,8 @@
 ``gear_default`` with the program that is on the path (run it with PYTHONPATH at another checkout for another state).
 ``python benchmarks/contact_cost.py compare BEFORE.csv AFTER.csv`` prints processor times, their ratio and statuses;
 ``... compare BEFORE.csv AFTER.csv --truth TRUTH.csv`` takes a finer run of the same contacts for the truth and prints
-true errors beside the stated ones.
+true errors beside the stated ones. ``... stored OUT.csv`` solves two of every five contacts of the shipped dataset
+`gear_75w90` and prints deviation, errors and processor times beside those of the stored rows.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ import pandas as pd
 from common import command_line
 
 import ehl
+from regression.data.dataset import dataset_plan, load_dataset
 from regression.plan.plan import Plan
+from regression.sweeping.rerun import row_of
 
 FIELDS = (
     "friction_coefficient", "friction_error", "mesh_error", "statistical_error", "asperity_load_share", "film_central",
@@ -47,6 +50,35 @@ def solve(number: int, case: ehl.Contact) -> dict[str, float | str]:
     row |= {name: float(getattr(run, name)) if run else 0.0 for name in RUN_FIELDS}
     row["film_ratio"] = float(result.film_ratio)
     return row
+
+
+def stored(out: Path, name: str = "gear_75w90") -> None:
+    """Solve a share of a shipped dataset and compare with its rows; corners are left out."""
+    dataset, plan = load_dataset(name), dataset_plan(name)
+    found = []
+    count = plan.sampling.size
+    for number in sorted({*range(0, count, 5), *range(2, count, 5)}):
+        case = plan.case_at(number)
+        row = row_of(dataset, case)
+        if row["status"] == "failed":
+            continue
+        result = solve(number, case)
+        then = {f"stored_{k}": row[k] for k in ("friction_coefficient", "friction_error", "seconds_cpu", "status")}
+        found.append(result | then)
+        pd.DataFrame(found).to_csv(out, index=False)
+    frame = pd.DataFrame(found)
+    off = (frame["friction_coefficient"] / frame["stored_friction_coefficient"] - 1.0).abs()
+    both = np.hypot(frame["friction_error"], frame["stored_friction_error"])
+    print(f"{len(frame)} contacts; deviation median {off.median():.2%}, 90 % {off.quantile(0.9):.2%}")
+    print(f"inside both stated errors {(off <= both).mean():.1%}, inside the new one ", end="")
+    print(f"{(off <= frame.friction_error).mean():.1%}")
+    for words, error, seconds in (
+        ("stored", frame["stored_friction_error"], frame["stored_seconds_cpu"]),
+        ("now", frame["friction_error"], frame["seconds"]),
+    ):
+        print(f"{words}: stated error median {error.median():.1%}, 90 % {error.quantile(0.9):.1%}; ", end="")
+        print(f"{seconds.sum():.0f} s, median {seconds.median():.2f}, ", end="")
+        print(f"95 % {seconds.quantile(0.95):.2f}, largest {seconds.max():.1f} s")
 
 
 def compare(before: Path, after: Path, truth: Path | None) -> None:
@@ -78,7 +110,7 @@ def compare(before: Path, after: Path, truth: Path | None) -> None:
 def main(argv: Sequence[str] | None = None) -> None:
     """Run or compare."""
     parser = command_line(__doc__)
-    parser.add_argument("what", choices=("run", "compare"))
+    parser.add_argument("what", choices=("run", "compare", "stored"))
     parser.add_argument("files", nargs="+", type=Path)
     parser.add_argument("--accuracy", default="standard")
     parser.add_argument("--count", type=int, default=40)
@@ -88,6 +120,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     options = parser.parse_args(argv)
     if options.what == "compare":
         compare(options.files[0], options.files[1], options.truth)
+        return
+    if options.what == "stored":
+        stored(options.files[0])
         return
     with options.files[0].open("w", newline="") as file:
         writer: csv.DictWriter[str] | None = None

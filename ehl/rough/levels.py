@@ -83,7 +83,8 @@ class Levels:
         """Mean of mu on a mesh less that on the one before, in parts of half a batch of their common travel."""
         finer, coarser = self.windows[level], self.windows[level - 1]
         common = sorted(set(finer.numbers) & set(coarser.numbers))
-        return finer.parts(common, 0.5 * self.plan.batch) - coarser.parts(common, 0.5 * self.plan.batch)
+        pieces = coarser.pieces(common, 0.5 * self.plan.batch)
+        return finer.parts(common, pieces) - coarser.parts(common, pieces)
 
     def mean(self, column: int, *, film: bool = False) -> float:
         """Time mean of a column of the records; of a film in m."""
@@ -125,7 +126,7 @@ class Levels:
         total = sum(width**2 for width in widths)
         finer, coarser = self.windows[1], self.windows[0]
         common = sorted(set(finer.numbers) & set(coarser.numbers))
-        parts = coarser.parts(common, 0.5 * self.plan.batch)
+        parts = coarser.parts(common, coarser.pieces(common, 0.5 * self.plan.batch))
         change = self.differences(1)
         if parts.std() > 0.0 and change.std() > 0.0:
             share = math.sqrt(len(common) / len(coarser.numbers))

@@ -85,15 +85,27 @@ class Window:
         """mu of every step of some blocks."""
         return self._friction_of(self.records_of(numbers))
 
-    def parts(self, numbers: Sequence[int], length: float) -> Array:
-        """Mean friction of parts of some blocks, as near the length as divides a block [b]."""
-        means = []
-        for number in numbers:
-            records = self.recorded[self.numbers.index(number)]
-            travel = len(records) / self.run.problem.units.steps_per_half_width
-            pieces = np.array_split(self._friction_of(records), max(1, round(travel / length)))
-            means += [float(piece.mean()) for piece in pieces]
-        return np.array(means)
+    def pieces(self, numbers: Sequence[int], length: float) -> list[int]:
+        """Into how many parts of about this length each of some blocks divides [b]."""
+        per_length = length * self.run.problem.units.steps_per_half_width
+        return [max(1, round(len(self._block(number)) / per_length)) for number in numbers]
+
+    def parts(self, numbers: Sequence[int], pieces: Sequence[int]) -> Array:
+        """Mean friction of parts of some blocks, each divided into so many.
+
+        Two meshes are compared in the same pieces: their steps divide a block unlike, and 2.5 lengths are two to one
+        mesh and three to the other.
+        """
+        return np.array(
+            [
+                float(part.mean())
+                for number, count in zip(numbers, pieces, strict=True)
+                for part in np.array_split(self._friction_of(self._block(number)), count)
+            ]
+        )
+
+    def _block(self, number: int) -> Array:
+        return self.recorded[self.numbers.index(number)]
 
     def _friction_of(self, records: Array) -> Array:
         if self.run.problem.model.fluid.sliding == 0.0:

@@ -25,6 +25,7 @@ _IDENTITY = (
     "temperature_oil",
     "roughness_rms_1",
     "correlation_length",
+    "peklenik_number",
     "boundary_friction",
     "seed",
 )
@@ -97,7 +98,7 @@ def rerun(
         if remaining == 0 or spent > seconds:
             return
         case = plan.case_at(int(index))
-        row = _row_of(dataset, case)
+        row = row_of(dataset, case)
         if row["status"] == "failed" or float(row["seconds_cpu"]) > 0.2 * seconds:
             continue
         remaining, spent = remaining - 1, spent + float(row["seconds_cpu"])
@@ -112,7 +113,7 @@ def rerun(
         )
 
 
-def _row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
+def row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
     """The row of a case, found by its inputs: its key changes with every version of the solver."""
     inputs, frame = input_row(case), dataset.frame
     here = frame["oil"] == inputs["oil"]

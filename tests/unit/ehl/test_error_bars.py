@@ -248,6 +248,17 @@ def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh
     assert half_width < 0.4 * alone.interval()[1]
 
 
+def test_two_meshes_are_compared_in_the_same_pieces() -> None:
+    """2.6 b on one mesh and 2.4 b on the other, by the steps that divide a block, are the same travel."""
+    coarse, fine = window(np.full(13, 0.04), 5), window(np.linspace(0.04, 0.06, 24), 10)
+    levels = Levels([coarse, fine], PLAN)
+    assert coarse.pieces([0], 0.5 * PLAN.batch) != fine.pieces([0], 0.5 * PLAN.batch)
+    assert levels.differences(1).mean() == pytest.approx(0.01, rel=1e-9)
+    mean, half_width = levels.interval()
+    assert mean == pytest.approx(0.05)
+    assert half_width > 0.0
+
+
 def test_interval_of_a_corrected_mean_covers_as_it_says() -> None:
     rng = np.random.default_rng(6)
     inside = 0
