@@ -72,7 +72,7 @@ class Formula(PointFriction):
     >>> formula = regression.Formula.load("75w90")
     >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
     >>> formula.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
-    mu = 0.01966 (0.0169 to 0.02288), ok
+    mu = 0.01861 (0.01467 to 0.0236), ok
     """
 
     formula: FittedFormula
@@ -82,6 +82,11 @@ class Formula(PointFriction):
     candidates: tuple[FittedFormula, ...] = field(default=(), compare=False)
     tried: tuple[str, ...] = field(default=(), compare=False)
     dataset: Dataset | None = field(default=None, compare=False)
+
+    @property
+    def uses_texture(self) -> bool:
+        """Whether mu depends on the lay of the roughness: the data must hold more than one Peklenik number."""
+        return "peklenik_number" in self.formula.ranges
 
     @classmethod
     def load(
@@ -520,8 +525,8 @@ def fit(
     results : Run, Dataset, str or path, or several of them
         Results of a sweep, their folder or file, or the name of a shipped dataset.
     family : str
-        A family of formulas (`xu`, `power_law`, `regimes`, `load_share`, `rough_share`), or ``"best"``: all of them,
-        the one with the smallest held-out error of ln mu first.
+        A family of formulas (`short`, `rough_share`, `xu`, `power_law`, `regimes`, `load_share`), or ``"best"``: all
+        of them, the one with the smallest held-out error of ln mu first.
     gaussian_process : bool
         Correct ln mu by a Gaussian process on what the family leaves.
     corners : bool
@@ -531,7 +536,8 @@ def fit(
     paths : Dataset, str or path, optional
         Contacts along gear meshes: checked, not fitted.
     noise : Dataset, str or path, optional
-        Points computed with several roughness seeds each: the noise floor.
+        Points computed with several roughness profiles each, not fitted: the noise floor, and errors against the
+        means over the profiles.
 
     Returns
     -------

@@ -27,8 +27,9 @@ FloatArray = NDArray[np.float64]
 ROUNDS = 40
 # stated error of the efficiency that is worth another round, for one point and for one of many
 WORTH, WORTH_MANY = 1e-7, 2e-6
-# change of ln(mu) by ln(normal force): as expected for the next round, and as the bound in the stated error (ours)
-EXPECTED, BOUND = 0.1, 0.5
+# change of ln(mu) by ln(normal force): as expected for the next round, and as the bound in the stated error (ours;
+# up to 0.52 measured, along the mesh of a hypoid with a fitted formula)
+EXPECTED, BOUND = 0.1, 0.7
 # error of the loss by the square of the way of a tangent, as a share (ours; up to 0.15 measured with 6 x 15 points)
 TANGENT = 0.3
 

@@ -25,7 +25,12 @@ def fit(
     ] = False,
     corners: Annotated[bool, typer.Option("--corners", help="Fit the corner points of the plan too.")] = False,
     paths: Annotated[Path | None, typer.Option(help="Run of contacts along gear meshes: checked, not fitted.")] = None,
-    noise: Annotated[Path | None, typer.Option(help="Run of repeated roughness realisations: noise floor.")] = None,
+    noise: Annotated[
+        Path | None,
+        typer.Option(
+            help="Run of points with several roughness profiles each: noise floor, and errors against their means."
+        ),
+    ] = None,
     nested: Annotated[bool, typer.Option("--nested", help="Hold the choice of the family out too (minutes).")] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of held-out over computed friction.")] = None,
     report: Annotated[
@@ -64,6 +69,9 @@ def mu(
     correlation_length: Annotated[
         str | None, typer.Option(help='Of the roughness of either surface, "50 um"; 100 Rq if not given.')
     ] = None,
+    peklenik_number: Annotated[
+        str | None, typer.Option(help="Correlation length along the contact line over that across it; 1 is isotropic.")
+    ] = None,
     oil: Annotated[str | None, typer.Option(help="Oil card; the formula's own if not given.")] = None,
     boundary_friction: Annotated[
         float | None, typer.Option(help="mu_b of the asperities in place of the formula's own.", min=0.0, max=1.0)
@@ -91,6 +99,7 @@ def mu(
         "roughness_rms": roughness,
         "speed_sliding_lengthwise": lengthwise,
         **({} if correlation_length is None else {"correlation_length": correlation_length}),
+        **({} if peklenik_number is None else {"peklenik_number": peklenik_number}),
     }
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
     other = friction.oil_note(ehl.Oil.load(name)) if isinstance(friction, regression.Formula) else ""

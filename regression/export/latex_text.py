@@ -21,6 +21,7 @@ SYMBOLS: dict[str, str] = {
     "speed_sliding_lengthwise": "v_y",
     "temperature_oil": "T",
     "correlation_length": r"l_{\mathrm{c}}",
+    "peklenik_number": r"\gamma",
     "roughness_rms": "R_q",
     "viscosity_inlet": r"\eta_0",
     "viscosity_kinematic": r"\nu",

@@ -44,7 +44,8 @@ MEANING: dict[str, str] = {
     "slide_to_roll": "sliding across the contact line over speed_entrainment",
     "speed_sliding_lengthwise": "sliding along the contact line, 0 for cylindrical gears",
     "temperature_oil": "oil temperature at the inlet",
-    "correlation_length": "correlation length of the roughness of either surface",
+    "correlation_length": "correlation length of the roughness of either surface, across the contact line",
+    "peklenik_number": "correlation length along the contact line over that across it; 1 is isotropic",
     "roughness_rms": "composite Rq of both surfaces, sqrt(Rq1^2 + Rq2^2)",
     "viscosity_inlet": "dynamic viscosity at ambient pressure and temperature_oil",
     "viscosity_kinematic": "kinematic viscosity at ambient pressure and temperature_oil",
@@ -184,7 +185,7 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Valu
         )
     near, far = record.constant(0.0), record.constant(0.0)
     if formula.cloud is not None and guard:
-        near, far = _near_and_far(formula.cloud, dict(formula.felt(table)))
+        near, far = _near_and_far(formula.cloud, dict(formula.with_roughness_in_range(table)))
     width = formula.log_width(table["film_ratio_formula"], deviation, outside, formula.excess(table), near, far)
     start = record.constant(FrictionFlag.OK if oil is None else _card_flag(formula, oil))
     defined = np.isfinite(friction) & (friction > 0.0) & within_laws

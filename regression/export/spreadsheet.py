@@ -187,6 +187,7 @@ def example_rows(program: Program) -> Array:
         "effective_modulus": effective_modulus(steel, steel),
         "speed_sliding_lengthwise": 0.0,
         "correlation_length": 30e-6,
+        "peklenik_number": 1.0,
         **_oil_at_middle(program, middle),
         **middle,
     }

@@ -15,7 +15,7 @@ import pandas as pd
 
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
-from regression.fitting.rows import boundary_friction_of, computed_friction
+from regression.fitting.rows import boundary_friction_of, box_of, computed_friction
 from regression.friction.conditions import Array
 from regression.friction.families import Family
 from regression.friction.formula import corrected
@@ -248,6 +248,6 @@ def fit_form(
     if not gaussian_process:
         return form
     rest = np.log(computed_friction(frame) / form.friction(frame)[0])
-    inputs = tuple(dict.fromkeys((*family.box, *_MORE_INPUTS)))
+    inputs = tuple(dict.fromkeys((*box_of(family, frame), *_MORE_INPUTS)))
     process = fit_residual(columns(frame), rest, frame["noise_variance"].to_numpy(dtype=float), inputs, start=start)
     return FittedForm(family, coefficients, process)

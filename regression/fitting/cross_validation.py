@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
-from regression.fitting.rows import computed_friction, fitted_rows
+from regression.fitting.rows import box_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import Extrapolation, data_cloud
 from regression.friction.families import FAMILIES, Family
@@ -105,7 +105,7 @@ def cross_validate(
         mu[held], spread = form.friction(frame[held])
         if spread is not None:
             deviation[held] = spread
-        cloud = data_cloud(columns(rest), family.box)
+        cloud = data_cloud(columns(rest), box_of(family, rest))
         if cloud is not None:
             extrapolated[held] = cloud.extrapolation(columns(frame[held])) >= Extrapolation.NEAR
     held_out = HeldOut(mu, deviation if gaussian_process else None, folds, extrapolated)

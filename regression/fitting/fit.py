@@ -5,6 +5,8 @@ dataset -> usable rows -> coefficients and their errors -> held-out errors by fo
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
 
@@ -13,10 +15,10 @@ from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
 from regression.fitting.cross_validation import cross_validate, nested_cross_validate
-from regression.fitting.noise import measured_noise, realisation_scatter
-from regression.fitting.rows import checkable_rows, computed_friction, kept_rows, usable_rows
+from regression.fitting.noise import expected_rows, measured_noise, realisation_scatter
+from regression.fitting.rows import box_of, checkable_rows, computed_friction, kept_rows, usable_rows
 from regression.fitting.scores import bands, covered_by_other_folds, interval_of, noise_floor, scores
-from regression.friction.conditions import UNITS
+from regression.friction.conditions import UNITS, Array
 from regression.friction.data_cloud import Extrapolation, data_cloud
 from regression.friction.error_tables import NoiseFloor, Scores
 from regression.friction.families import FAMILIES, family_named
@@ -50,8 +52,8 @@ def fit_formula(
     paths : Dataset, optional
         Contacts along gear meshes: checked and not fitted, as are rows of origin "path".
     noise : Dataset, optional
-        Points computed with several roughness seeds each: the noise floor. Without it the dataset's own repeated
-        points serve, where it has any.
+        Points computed with several roughness profiles each, not fitted: the noise floor, and errors against the
+        means over the profiles. Without it the dataset's own repeated points give the noise floor, where it has any.
 
     Raises
     ------
@@ -72,6 +74,7 @@ def fit_formula(
         form = fit_form(family, frame, gaussian_process=gaussian_process)
         held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.residual)
         within, _ = form.friction(frame)
+    box = box_of(family, frame)
     fitted, floor = form.coefficients, noise_of(dataset, noise)
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))
     score = error if held_out.deviation is None else error / held_out.deviation
@@ -90,8 +93,8 @@ def fit_formula(
         # of several the one most cases have; the smaller of two as frequent
         boundary_friction=float(mu_b.mode().min()),
         boundary_friction_range=(float(mu_b.min()), float(mu_b.max())),
-        ranges={name: (float(frame[name].min()), float(frame[name].max())) for name in family.box},
-        units={name: UNITS[name] for name in family.box},
+        ranges={name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box},
+        units={name: UNITS[name] for name in box},
         oils=oil_identities(dataset),
         fit=scores(frame, within),
         validation=scores(frame, held_out.mu).model_copy(
@@ -114,7 +117,7 @@ def fit_formula(
             used=len(frame),
             excluded=excluded,
         ),
-        cloud=data_cloud(columns(frame), family.box),
+        cloud=data_cloud(columns(frame), box),
         residual=form.residual,
     )
     on_paths = kept_rows(dataset, "path")
@@ -125,6 +128,7 @@ def fit_formula(
         update={
             "corners": None if corners else checked_scores(formula, corner_rows),
             "paths": checked_scores(formula, on_paths),
+            **({} if noise is None else _unseen_errors(formula, dataset, noise)),
         }
     )
 
@@ -196,6 +200,28 @@ def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None
     return scores(frame, value.mu).model_copy(
         update={"coverage": float(covered.mean()), "extrapolated": float(extrapolated.mean())}
     )
+
+
+def _unseen_errors(formula: FittedFormula, dataset: Dataset, repeated: Dataset) -> dict[str, object]:
+    """Errors against the means over the profiles of points that were not fitted, in all and by film ratio."""
+    rows = checkable_rows(repeated.frame[~repeated.frame["key"].isin(dataset.frame["key"])])
+    means = expected_rows(rows) if len(rows) else rows
+    found = checked_scores(formula, means)
+    if found is None:
+        return {}
+    value = formula.evaluate(columns(means))
+    mu = computed_friction(means)
+    covered = (value.lower <= mu) & (mu <= value.upper)
+    by_film = [band for band in bands(means, value.mu, covered) if band.variable == "film_ratio"]
+    return {"unseen": found, "unseen_bands": tuple(by_film)}
+
+
+def _rounded_range(values: Array) -> tuple[float, float]:
+    """Least and largest value, rounded outwards to three digits: samples of a plan do not reach its ends."""
+    ends = float(values.min()), float(values.max())
+    steps = [10.0 ** (math.floor(math.log10(abs(end))) - 2) if end else 1.0 for end in ends]
+    low, high = math.floor(ends[0] / steps[0]) * steps[0], math.ceil(ends[1] / steps[1]) * steps[1]
+    return min(float(f"{low:.3g}"), ends[0]), max(float(f"{high:.3g}"), ends[1])
 
 
 def oil_identities(dataset: Dataset) -> tuple[OilIdentity, ...]:

@@ -8,6 +8,7 @@ import pandas as pd
 from regression.data.dataset import Dataset
 from regression.fitting.noise import expected_rows
 from regression.friction.conditions import Array
+from regression.friction.families import Family
 from regression.friction.formula import FittedFormula
 
 # a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
@@ -51,6 +52,15 @@ def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:
 def kept_rows(dataset: Dataset, origin: str) -> pd.DataFrame:
     """Rows of an origin that is kept for checking."""
     return checkable_rows(dataset.frame[dataset.frame["origin"] == origin])
+
+
+def box_of(family: Family, frame: pd.DataFrame) -> tuple[str, ...]:
+    """Variables whose range a formula of these rows states: not the lay where all roughness has the same.
+
+    The formula then takes the roughness as isotropic, which is a note, and no point lies outside its range for that.
+    """
+    one_lay = np.ptp(frame["peklenik_number"].to_numpy(dtype=float)) == 0.0
+    return tuple(name for name in family.box if not (one_lay and name == "peklenik_number"))
 
 
 def computed_friction(frame: pd.DataFrame) -> Array:

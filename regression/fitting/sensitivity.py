@@ -32,6 +32,7 @@ INPUTS = (
     "temperature_oil",
     "roughness_rms",
     "correlation_length",
+    "peklenik_number",
 )
 _LINEAR = ("pressure_hertz", "temperature_oil")  # the others are spread by their logarithm, as plans do
 

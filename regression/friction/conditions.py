@@ -54,6 +54,7 @@ STATE_UNITS = si_units(
         "roughness_rms_1",
         "roughness_rms_2",
         "correlation_length",
+        "peklenik_number",
     )
 )
 DERIVED_UNITS = si_units(
@@ -121,6 +122,7 @@ POINT: dict[str, ValueRange] = {
         ("roughness_rms", inputs.Rms),
         ("speed_sliding_lengthwise", inputs.SlidingSpeed),
         ("correlation_length", inputs.Length),
+        ("peklenik_number", inputs.PeklenikNumber),
         ("effective_modulus", inputs.Modulus),
     )
 }

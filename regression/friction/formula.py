@@ -81,7 +81,7 @@ class FormulaValue:
 class FittedFormula(InputModel):
     """A fitted friction formula: the content of a formula file.
 
-    What schema 1 did not know is None there: `residual`, `cloud`, `paths`, `nested`, `noise`.
+    What schema 1 did not know is None there: `residual`, `cloud`, `paths`, `unseen`, `nested`, `noise`.
     """
 
     schema_version: int = Field(alias="schema")
@@ -102,6 +102,8 @@ class FittedFormula(InputModel):
     validation: Scores
     corners: Scores | None
     paths: Scores | None = None
+    unseen: Scores | None = None
+    unseen_bands: tuple[Band, ...] = ()
     nested: Scores | None = None
     folds: int
     bands: tuple[Band, ...]
@@ -153,7 +155,7 @@ class FittedFormula(InputModel):
         """The oil of a formula of one oil; nameless where there are several, or none by name."""
         return self.oils[0] if len(self.oils) == 1 else OilIdentity()
 
-    def felt(self, conditions: Conditions) -> Conditions:
+    def with_roughness_in_range(self, conditions: Conditions) -> Conditions:
         """Conditions with the roughness moved into its range where films are so thick that it leaves friction alone.
 
         So smooth contacts (Rq = 0) are within the range: above lambda 2 mu is that of the film.
@@ -164,22 +166,22 @@ class FittedFormula(InputModel):
         for name, (low, high) in self.ranges.items():
             if name == "roughness_rms":
                 moved[name] = np.where(thick, np.maximum(conditions[name], low), conditions[name])
-            elif name == "correlation_length":
+            elif name in ("correlation_length", "peklenik_number"):
                 moved[name] = np.where(thick, np.minimum(np.maximum(conditions[name], low), high), conditions[name])
         return moved
 
     def beyond(self, conditions: Conditions) -> list[tuple[str, float, float]]:
         """Variables that lie outside their ranges at one point: name, value and the limit it passes, SI units."""
-        felt, found = self.felt(conditions), []
+        moved, found = self.with_roughness_in_range(conditions), []
         for name, (low, high) in self.ranges.items():
-            value = float(np.ravel(felt[name])[0])
+            value = float(np.ravel(moved[name])[0])
             if not low - RANGE_TOLERANCE * abs(low) <= value <= high + RANGE_TOLERANCE * abs(high):
                 found.append((name, value, low if value < low else high))
         return found
 
     def outside(self, conditions: Conditions) -> NDArray[np.bool_]:
         """Where at least one variable lies outside its range."""
-        conditions = self.felt(conditions)
+        conditions = self.with_roughness_in_range(conditions)
         result = np.zeros_like(conditions["pressure_hertz"], dtype=bool)
         for name, (low, high) in self.ranges.items():
             below, above = low - RANGE_TOLERANCE * abs(low), high + RANGE_TOLERANCE * abs(high)
@@ -189,7 +191,7 @@ class FittedFormula(InputModel):
     def excess(self, conditions: Conditions) -> Array:
         """ln of the factor by which variables leave their ranges, all factors together; 0 inside."""
         result: Any = 0.0
-        conditions = self.felt(conditions)
+        conditions = self.with_roughness_in_range(conditions)
         for name, (low, high) in self.ranges.items():
             value = np.maximum(conditions[name], _SMALLEST)
             if low > 0.0:
@@ -232,7 +234,7 @@ class FittedFormula(InputModel):
         """`regression.friction.data_cloud.Extrapolation` of every point; all inside where the file holds no cloud."""
         if self.cloud is None:
             return np.zeros(np.shape(conditions["pressure_hertz"]), dtype=np.int8)
-        return self.cloud.extrapolation(self.felt(conditions))
+        return self.cloud.extrapolation(self.with_roughness_in_range(conditions))
 
     def evaluate(self, conditions: Conditions, boundary_friction: float | None = None) -> FormulaValue:
         """Friction at many points.

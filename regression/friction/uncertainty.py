@@ -1,7 +1,8 @@
 """What uncertain inputs do to the friction of a model: each input moved by itself, at all contact points together.
 
 An input is moved to both ends of its interval and the model is asked again. Inputs that a fitted formula does not hold
-(boundary film, lay, bulk temperature) take slopes of solved contacts in place of that, and say so.
+(boundary film, bulk temperature, lay where the data have one) take slopes of solved contacts in place of that and say
+so.
 """
 
 from __future__ import annotations

@@ -583,6 +583,8 @@ class Plan(InputModel):
             table["correlation_length"] = np.full(size, self.surface.correlation_length)
         elif "correlation_length" not in table:
             table["correlation_length"] = default_correlation_length(table["roughness_rms_1"], table["roughness_rms_2"])
+        if "peklenik_number" not in table:
+            table["peklenik_number"] = np.full(size, self.surface.peklenik_number)
         return table
 
     def _lubricant_columns(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:

@@ -52,7 +52,7 @@ from regression.view.plots import (
     plot_sensitivity,
 )
 from regression.view.plots_curves import COLEMAN, middle_conditions, plot_maps, plot_stribeck, plot_traction, varies
-from regression.view.tables import band_table, check_table, family_table, interval_table, region_text
+from regression.view.tables import band_table, check_table, family_table, interval_table, not_fitted, region_text
 
 _OILS_SHOWN = 3
 _WORST = 10
@@ -67,6 +67,7 @@ _CONDITIONS = {
     "temperature_oil": "T",
     "roughness_rms": "Rq",
     "correlation_length": "l_c",
+    "peklenik_number": "γ",
     "film_ratio_formula": "λ by formula",
 }
 _CONDITION_COLUMNS = [Column(name, label=label, digits=3) for name, label in _CONDITIONS.items()]
@@ -179,10 +180,9 @@ def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[
     counts = dataset.frame["status"].value_counts()
     if failed := int(counts.get("failed", 0)):
         found.append(Note("warning", f"{failed} of {len(dataset.frame)} contacts have no result; section What failed"))
-    for scores, what in ((best.corners, "corners of the box"), (best.paths, "contacts along gear meshes")):
-        if scores is not None:
-            text = f"{scores.count} {what}, not fitted: mean error {_percent(scores.mape)}, 95 % {_percent(scores.p95)}"
-            found.append(Note("warning" if scores.p95 > 2.0 * best.validation.p95 else "for information", text))
+    for what, scores in not_fitted(best):
+        text = f"{scores.count} {what}, not fitted: mean error {_percent(scores.mape)}, 95 % {_percent(scores.p95)}"
+        found.append(Note("warning" if scores.p95 > 2.0 * best.validation.p95 else "for information", text))
     if unsettled := int(counts.get("unsettled", 0)):
         text = f"{unsettled} of {len(dataset.frame)} contacts are known less closely than asked for"
         found.append(Note("for information", text))

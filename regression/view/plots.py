@@ -39,6 +39,7 @@ AXES: dict[str, bool] = {
     "viscosity_inlet": True,
     "roughness_rms": True,
     "correlation_length": True,
+    "peklenik_number": True,
     "asperity_load_share": False,
 }
 

@@ -70,6 +70,7 @@ class CurveConditions:
             slide_to_roll=values["slide_to_roll_total"],
             temperature_oil=values["temperature_oil"],
             correlation_length=values["correlation_length"],
+            peklenik_number=values["peklenik_number"],
             roughness_rms_1=rough,
             roughness_rms_2=rough,
         )
@@ -105,7 +106,7 @@ def middle_conditions(dataset: Dataset, oil: str) -> CurveConditions:
     """The middle of the data of one oil: the median of every variable."""
     frame = fitted_rows(dataset)
     frame = frame[frame["oil"] == oil]
-    names = (*_HELD, "roughness_rms", "correlation_length", "effective_modulus")
+    names = (*_HELD, "roughness_rms", "correlation_length", "peklenik_number", "effective_modulus")
     held = {name: float(frame[name].median()) for name in names}
     ranges = {name: (float(frame[name].min()), float(frame[name].max())) for name in names}
     return CurveConditions(dataset, Oil.load(oil), oil, held, ranges)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from regression.view.tables import band_table, interval_table, reason_text
+from regression.view.tables import band_table, interval_table, not_fitted, reason_text
 
 if TYPE_CHECKING:
     from regression.friction.formula import FittedFormula
@@ -29,16 +29,15 @@ def formula_report(formula: FittedFormula, spread: Sequence[tuple[float, float, 
         highlight=False,
         soft_wrap=True,
     )
-    for checked, what in ((formula.corners, "corners of the box"), (formula.paths, "contacts along gear meshes")):
-        if checked is not None:
-            console.print(
-                f"{checked.count} {what}, not fitted: MAPE {100.0 * checked.mape:.1f} %, "
-                f"95 % {100.0 * checked.p95:.1f} %, worst {100.0 * checked.largest:.1f} %"
-                + ("" if checked.coverage is None else f", {100.0 * checked.coverage:.0f} % within their interval")
-                + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % extrapolated"),
-                highlight=False,
-                soft_wrap=True,
-            )
+    for what, checked in not_fitted(formula):
+        console.print(
+            f"{checked.count} {what}, not fitted: MAPE {100.0 * checked.mape:.1f} %, "
+            f"95 % {100.0 * checked.p95:.1f} %, worst {100.0 * checked.largest:.1f} %, RMSE of mu {checked.rmse:.2g}"
+            + ("" if checked.coverage is None else f", {100.0 * checked.coverage:.0f} % within their interval")
+            + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % extrapolated"),
+            highlight=False,
+            soft_wrap=True,
+        )
     if formula.noise is not None:
         noise = formula.noise
         console.print(

@@ -10,6 +10,7 @@ from ehl.quantities import Quantity, quantities
 from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
+    from regression.friction.error_tables import Band, Scores
     from regression.friction.formula import FittedFormula
 
 _ERRORS = ("mape", "p95", "largest", "bias")
@@ -59,24 +60,37 @@ def band_table(formula: FittedFormula) -> Table:
     return Table(columns, rows, title=f"{formula.name}: errors of held-out cases by region", notes=(note,))
 
 
+def not_fitted(formula: FittedFormula) -> tuple[tuple[str, Scores], ...]:
+    """What cases a formula was checked with that were not fitted, and its errors there."""
+    found = (
+        ("corners of the box", formula.corners),
+        ("contacts along gear meshes", formula.paths),
+        ("points with the mean over several profiles", formula.unseen),
+    )
+    return tuple((what, scores) for what, scores in found if scores is not None)
+
+
 def check_table(formula: FittedFormula) -> Table:
     """Errors of a formula on the cases fitted, held out and not fitted at all."""
-    checked = (
+    checked: tuple[tuple[str, Scores | Band | None], ...] = (
         ("fitted cases themselves", formula.fit),
         ("held-out cells", formula.validation),
         ("held out, choice of the family too", formula.nested),
-        ("corners of the box", formula.corners),
-        ("contacts along gear meshes", formula.paths),
+        *not_fitted(formula),
+        *((f"  {region_text(b.variable, b.low, b.high)}", b) for b in formula.unseen_bands),
     )
     columns = (
         "checked on",
         Column("count", label="cases"),
         *_ERRORS[:3],
+        Column("rmse", label="RMSE of µ"),
         Column("coverage", of="share", label="covered"),
         Column("extrapolated", of="share", label="extrapolated"),
     )
     rows = [
-        (what, s.count, s.mape, s.p95, s.largest, s.coverage, s.extrapolated) for what, s in checked if s is not None
+        (what, s.count, s.mape, s.p95, s.largest, s.rmse, s.coverage, getattr(s, "extrapolated", None))
+        for what, s in checked
+        if s is not None
     ]
     return Table(columns, rows, title="The same formula on other cases")
 

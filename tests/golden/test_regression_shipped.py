@@ -32,8 +32,8 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     assert formula.data.plan.startswith("gear_")
     assert formula.data.used >= 700
     # what docs/friction_formula.md says of it
-    bars = {"load_share": (0.035, 0.14), "short": (0.115, 0.42)}
-    mape, p95 = bars.get(name.partition("_")[2], (0.09, 0.30))
+    bars = {"load_share": (0.035, 0.14), "gp": (0.095, 0.30)}
+    mape, p95 = bars.get(name.partition("_")[2], (0.125, 0.42))
     assert formula.validation.mape < mape
     assert formula.validation.p95 < p95
 
@@ -73,13 +73,13 @@ def test_values_are_those_of_the_release() -> None:
 
 
 EXPECTED: dict[str, list[float]] = {
-    "75w90": [0.017003, 0.021947, 0.019961],
-    "75w90_gp": [0.017236, 0.019876, 0.018362],
-    "75w90_short": [0.016812, 0.022797, 0.019992],
+    "75w90": [0.016499, 0.020916, 0.020609],
+    "75w90_gp": [0.017222, 0.020761, 0.017995],
+    "75w90_short": [0.016618, 0.021016, 0.020696],
     "75w90_load_share": [0.017197, 0.057895, 0.072209],
-    "fva3": [0.038308, 0.039235, 0.031071],
-    "fva3_gp": [0.037546, 0.034953, 0.026368],
-    "fva3_short": [0.039768, 0.041269, 0.032162],
+    "fva3": [0.038227, 0.039449, 0.031491],
+    "fva3_gp": [0.036315, 0.036963, 0.028258],
+    "fva3_short": [0.038944, 0.039951, 0.031705],
     "fva3_load_share": [0.039189, 0.065723, 0.074398],
 }
 
@@ -106,7 +106,8 @@ def test_limits_hold_for_the_shipped_coefficients(name: str) -> None:
     def films(factor: Any) -> dict[str, Any]:
         return here | {film: factor * here[film] for film in ("film_formula", "film_ratio_formula")}
 
-    dry = films(1e-9) | {"speed_sliding": 1e-6 * here["speed_sliding"]}
+    # the share of the asperities falls as a power of the film, with exponents from 0.3 on
+    dry = films(1e-30) | {"speed_sliding": 1e-6 * here["speed_sliding"]}
     with np.errstate(over="ignore"):
         share, film = rough_share_parts(here, k)
         thicker, _ = rough_share_parts(films(1.0 + 4.0 * unit[7]), k)

@@ -57,3 +57,5 @@ BOX = (
     "viscosity_inlet",
     "roughness_rms",
 )
+# of the families that know how the roughness lies
+ROUGH_BOX = (*BOX, "correlation_length", "peklenik_number")

@@ -1,8 +1,7 @@
 """A heated Ree-Eyring film over a line contact in closed form (ours): its thickness and its friction.
 
 The stress is taken at three pressures of the Hertz ellipse (Gauss points of the half-width, weights scaled so that they
-carry the load exactly). Friction of 4096 smooth contacts of two gear oils by the steady thermal solver is met within
-2.1 % in the mean and 6.1 % for 95 % of them by one set of coefficients.
+carry the load exactly), or at the mean pressure.
 """
 
 from __future__ import annotations
@@ -23,23 +22,24 @@ WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 GAUSS = tuple(zip(PRESSURES, WEIGHTS, strict=True))
 MEAN = ((1.0, 1.0),)  # the mean pressure alone
 CAP_ORDER = 8.0
-# of trials on both oils: they moved little, and the rest of the film factor moves with them
-INLET_SLIDING, INLET_HEAT, INLET_LOAD = 1.7, 0.9, 0.15
+# of fits to both shipped oils: free they came out alike, or could not be told from the coefficients that stayed
+INLET_SLIDING, INLET_SLIDING_POWER, INLET_HEAT, INLET_LOAD, INLET_POWER = 2.0, 1.7, 0.9, 0.15, 0.6
+HEAT_PRESSURE, HEAT_POWER = 0.6, 0.8
 
 
 def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
     """Central film: the isothermal one over what inlet heating takes away [m].
 
-    h = h0/(1 + inlet (1 + inlet_sliding SR^1.7) L^0.9 M^0.15)^inlet_power with the thermal loading
+    h = h0/(1 + inlet (1 + 2 SR^1.7) L^0.9 M^0.15)^0.6 with the thermal loading
     L = eta0 beta u^2/k and M = W (2U)^-1/2; the form is that of the published inlet factors (Murch & Wilson, Gupta).
     """
     speed = np.abs(c["speed_entrainment"])
     loading = c["viscosity_inlet"] * c["temperature_viscosity"] * speed**2 / c["thermal_conductivity"]
     scale = c["effective_modulus"] * c["radius_equivalent"]
     load = c["load_per_length"] / scale / np.sqrt(2.0 * c["viscosity_inlet"] * speed / scale)
-    sliding = 1.0 + k["inlet_sliding"] * c["slide_to_roll_total"] ** INLET_SLIDING
+    sliding = 1.0 + INLET_SLIDING * c["slide_to_roll_total"] ** INLET_SLIDING_POWER
     factor = 1.0 + k["inlet"] * sliding * loading**INLET_HEAT * load**INLET_LOAD
-    return np.asarray(c["film_formula"] / factor ** k["inlet_power"])
+    return np.asarray(c["film_formula"] / factor**INLET_POWER)
 
 
 def film_friction(
@@ -51,11 +51,11 @@ def film_friction(
 ) -> Array:
     """Friction of the heated film; at most Lambda.
 
-    A film as thick as the Hertz depth b^2/R lowers the pressure (`relief`) and widens the contact (`spread`). The
-    viscosity between ambient and mean pressure is that of the modulus law through both. The stress tau0 asinh(x) falls
-    with the temperature it makes itself: tau = tau0 a/(1 + theta tanh a)^heat_power with a = asinh x and
-    theta = tau0 beta dT/tau from the film and both surfaces. Under pressure the film conducts as `PAO` whatever the
-    card says, 5 % apart at most. The cap is a smooth minimum at each pressure.
+    A film as thick as the Hertz depth b^2/R lowers the pressure (`relief_thick`). The viscosity between ambient and
+    mean pressure is that of the modulus law through both. The stress tau0 asinh(x) falls with the temperature it makes
+    itself: tau = tau0 a/(1 + theta tanh a)^0.8 with a = asinh x and theta = tau0 beta dT/tau from the film and both
+    surfaces. Under pressure the film conducts as `PAO` whatever the card says, 5 % apart at most. The cap is a smooth
+    minimum at each pressure.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def film_friction(
     # modulus law g(p) = p/(c0 + c1 p) through slope alpha at 0 and `rise` at the mean pressure
     bend = rise / np.maximum(c["pressure_viscosity"] * mean, 1e-9)
     thick = c["film_formula"] * c["radius_equivalent"] / c["half_width"] ** 2
-    relief = 1.0 + k["relief"] * np.sqrt(thick) + k["relief_thick"] * thick
+    relief = 1.0 + k["relief_thick"] * thick
     ratio = 0.5 * np.abs(c["slide_to_roll"])
     surfaces = 0.5 * (np.sqrt(1.0 + ratio) + np.sqrt(np.abs(1.0 - ratio)))
     flash = k["heat_flash"] * np.sqrt(c["half_width"] / speed) / (EFFUSIVITY * surfaces)
@@ -90,8 +90,19 @@ def film_friction(
         strain = strain * (1.0 + ripple / (1.0 + strain))
         isothermal = np.arcsinh(strain)
         resistance = sliding * (k["heat_film"] * film / (8.0 * conductivity) + flash)
-        heat = beta * (1.0 + k["heat_pressure"] * exponent / pole) * stress * resistance
-        shear = k["stress"] * stress * isothermal / (1.0 + heat * np.tanh(isothermal)) ** k["heat_power"]
+        heat = beta * (1.0 + HEAT_PRESSURE * exponent / pole) * stress * resistance
+        shear = stress * isothermal / (1.0 + heat * np.tanh(isothermal)) ** HEAT_POWER
         limit = np.maximum(c["limiting_shear_coefficient"] * pressure, 1e-9)
         total = total + weight * shear * (1.0 + (shear / limit) ** CAP_ORDER) ** (-1.0 / CAP_ORDER)
-    return np.asarray(total / mean * np.sqrt(1.0 + k["spread"] * thick))
+    return np.asarray(total / mean)
+
+
+FILM_EQUATION = (
+    "heat = beta (1 + 0.6 g/(ln eta0 + 9.67)) tau0 v_s (heat_film h/(8 k_i) + heat_flash (b/u_r)^0.5/(e m)),"
+    " k_i = k (1 + 1.4 p_i/(1 + 0.34 p_i)) with p_i in GPa, m = ((1 + |s|/2)^0.5 + |1 - |s|/2|^0.5)/2;"
+    " V = ripple/(1 + (h/(3 Rq))^4);"
+    " h = h0/(1 + inlet (1 + 2 SR^1.7) (eta0 beta u_r^2/k)^0.9 M^0.15)^0.6"
+    " with h0 the film of Moes (1992) over the density ratio of Dowson & Higginson at p_h, M = W (2U)^-1/2;"
+    " eta_p the viscosity at p, e = 12941.4 W s^0.5/(m2 K);"
+    " tau0, Lam, alpha, beta, k of the oil at inlet temperature; SI units"
+)

@@ -168,7 +168,7 @@ def test_film_friction_of_a_newtonian_oil_of_constant_viscosity() -> None:
         {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 1.0}, "fva3", slide_to_roll=1e-6
     )
     conditions |= {"viscosity_mean_pressure": conditions["viscosity_inlet"]}
-    k = dict.fromkeys(ROUGH_SHARE.terms, 0.0) | {"stress": 1.0, "strain": 1.0, "heat_power": 1.0, "inlet_power": 1.0}
+    k = dict.fromkeys(ROUGH_SHARE.terms, 0.0) | {"strain": 1.0}
     film = heated_film(conditions, k)
     np.testing.assert_allclose(film, conditions["film_formula"], rtol=1e-12)
     expected = conditions["viscosity_inlet"] * conditions["speed_sliding"] / (film * 0.25e9 * np.pi)
@@ -179,8 +179,11 @@ def test_film_friction_reaches_the_limiting_shear_stress() -> None:
     conditions = table(
         {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 1.0}, "fva3", slide_to_roll=1.0
     )
-    k = START["rough_share"] | {"stress": 1e6, "heat_film": 0.0, "heat_flash": 0.0, "relief": 0.0, "relief_thick": 0.0}
-    k |= {"spread": 0.0}
+    k = START["rough_share"] | {"heat_film": 0.0, "heat_flash": 0.0, "relief_thick": 0.0}
+    conditions |= {
+        "eyring_stress": 1e6 * conditions["eyring_stress"],
+        "viscosity_inlet": 1e6 * conditions["viscosity_inlet"],
+    }
     limit = OILS["fva3"].limiting_shear_coefficient
     fluid = film_friction(conditions, k, heated_film(conditions, k))
     assert fluid == pytest.approx(limit, rel=2e-4)
@@ -219,8 +222,8 @@ def test_one_fit_serves_rows_of_two_oils() -> None:
     )
     predicted = np.exp(ROUGH_SHARE.log_mu({n: other[n].to_numpy() for n in other}, fitted.values, MU_B))
     assert np.abs(predicted / other["friction_coefficient"] - 1.0).mean() < 0.01
-    assert fitted.standard_errors["stress"] > 0.0
-    assert abs(fitted.values["stress"] - START["rough_share"]["stress"]) < 4.0 * fitted.standard_errors["stress"]
+    assert fitted.standard_errors["strain"] > 0.0
+    assert abs(fitted.values["strain"] - START["rough_share"]["strain"]) < 4.0 * fitted.standard_errors["strain"]
 
 
 def test_fit_meets_both_parts_of_the_friction() -> None:

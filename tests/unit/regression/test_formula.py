@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from ehl.fluid.oil import Oil
 from ehl.io.errors import InputError
 from ehl.state import ContactState
+from regression.data.dataset import columns, load_dataset
 from regression.formula import Formula, friction_model
 from regression.friction.conditions import conditions_of
 from regression.friction.families import FAMILIES, LOAD_SHARE, load_share_parts
@@ -267,9 +268,49 @@ def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> 
     assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
     # the steady solver on this smooth contact
     assert smooth.lower < 0.01679 < smooth.upper
-    far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.1 m/s", "roughness_rms": "2 um"}
+    far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.05 m/s", "roughness_rms": "2 um"}
     note = model.range_note(**far)
     assert "Hertz pressure 3 GPa (at most 2.5 GPa)" in note
-    assert "entrainment speed 0.1 m/s (at least 0.5 m/s)" in note
+    assert "entrainment speed 0.05 m/s (at least 0.1 m/s)" in note
     assert "composite Rq 2 um (at most 1.2 um)" in note
     assert model.mu(**far).flag == FrictionFlag.OUTSIDE_RANGE
+
+
+@pytest.mark.parametrize("name", ["75w90", "fva3_short"])
+def test_marks_across_the_motion_rub_less_than_marks_along_it(name: str) -> None:
+    model = friction_model(name)
+    assert isinstance(model, Formula)
+    assert model.uses_texture
+    assert model.formula.ranges["peklenik_number"] == (0.35, 9.0)
+    point = {
+        "pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "2 m/s", "slide_to_roll": 0.4,
+        "temperature_oil": "100 degC", "roughness_rms": "0.4 um",
+    }  # fmt: skip
+    mu = [float(model.mu(**point, peklenik_number=gamma).mu) for gamma in (0.4, 1.0, 3.0, 8.0)]
+    assert mu == sorted(mu, reverse=True)
+    assert mu[0] > 1.2 * mu[-1]
+    # isotropic where nothing is said
+    assert float(model.mu(**point).mu) == mu[1]
+    assert "Peklenik number 20" in model.range_note(**point, peklenik_number=20.0)
+
+
+def test_formulas_of_data_with_one_lay_say_nothing_of_it() -> None:
+    model = friction_model("75w90_load_share")
+    assert isinstance(model, Formula)
+    assert not model.uses_texture
+    assert "peklenik_number" not in model.formula.ranges
+
+
+def test_points_never_fitted_are_met_as_their_table_says() -> None:
+    """The errors `unseen` are those against the means over the profiles of the points of `--noise`."""
+    model = friction_model("75w90")
+    assert isinstance(model, Formula)
+    frame = load_dataset("gear_75w90_noise").frame
+    frame = frame[frame["friction_error"] <= 1.0]
+    means = frame.groupby("film_ratio_formula", sort=False)["friction_coefficient"].mean()
+    first = frame.drop_duplicates("film_ratio_formula")
+    assert model.formula.unseen is not None
+    assert model.formula.unseen.count == len(means) == 128
+    error = np.abs(model.formula.evaluate(columns(first)).mu / means.to_numpy() - 1.0)
+    assert model.formula.unseen.mape == pytest.approx(error.mean(), rel=1e-3)
+    assert [band.count for band in model.formula.unseen_bands] == [48, 23, 19, 38]

@@ -169,6 +169,7 @@ def test_film_ratio_of_the_constraint_is_that_of_the_dataset() -> None:
             "roughness_rms_1": case.surface.roughness_rms_1,
             "roughness_rms_2": case.surface.roughness_rms_2,
             "correlation_length": case.surface.correlation_length,
+            "peklenik_number": case.surface.peklenik_number,
             **lubricant_row(case.lubricant.lubricant(), contact.pressure_hertz),
         }
         ratio = derive({name: np.array([value]) for name, value in row.items()})["film_ratio_formula"]

@@ -43,10 +43,11 @@ INPUTS = (
     "speed_sliding_lengthwise",
     "temperature_oil",
     "correlation_length",
+    "peklenik_number",
     "roughness_rms",
 )
-LOW = np.array([0.1e9, 2e-3, 2.0e11, 0.1, 1e-4, 1e-3, 270.0, 10e-6, 0.01e-6])
-HIGH = np.array([4e9, 0.2, 2.4e11, 50.0, 3.0, 5.0, 450.0, 100e-6, 3e-6])
+LOW = np.array([0.1e9, 2e-3, 2.0e11, 0.1, 1e-4, 1e-3, 270.0, 10e-6, 0.1, 0.01e-6])
+HIGH = np.array([4e9, 0.2, 2.4e11, 50.0, 3.0, 5.0, 450.0, 100e-6, 20.0, 3e-6])
 
 
 # of a formula whose guard is left out: a workbook and statements one by one have no loops over cases
