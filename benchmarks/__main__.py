@@ -21,6 +21,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "tests")]  # benchmarks share scene
 from common import OUT, command_line, one_of, write_rows  # noqa: E402
 
 FIGURES = {
+    **dict.fromkeys(("app.png", "app_phone.png"), ("app_response", "--out", "docs/figures")),
     "comparison.png": ("report_figures", "comparison"),
     "report_gear.png": ("report_figures", "gear"),
     "before_after.png": ("before_after", "figure", "docs/figures/friction_before.csv"),

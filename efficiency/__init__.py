@@ -42,6 +42,7 @@ _HOMES = {
     "import_design": "efficiency.output.design_import:design_from_sheet",
     "optimise": "efficiency.optimisation.optimise:optimise",
     "demo": "efficiency.studies.demonstration:run_demo",
+    "serve_app": "efficiency.app.server",
     "doctor": "efficiency.installation:examine",
     "warmup": "ehl.warmup:warm_up",
 }

@@ -10,7 +10,7 @@ import efficiency
 import ehl.cli
 import regression.cli
 import regression.cli.calibration
-from efficiency.cli import design, gear, loss_map, new, optimise
+from efficiency.cli import app_command, design, gear, loss_map, new, optimise
 from ehl import __version__
 from ehl.console import App, print_json, run
 
@@ -46,6 +46,7 @@ for commands_of in (
     loss_map,
     new,
     optimise,
+    app_command,
 ):
     commands_of.register(app)
 

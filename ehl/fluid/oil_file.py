@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
 from ehl.io.errors import InputError
-from ehl.io.files import write_file
+from ehl.io.files import toml_text, write_file
 
 if TYPE_CHECKING:
     from ehl.fluid.oil import Oil
@@ -29,7 +28,7 @@ def card_text(card: Oil, head: str) -> str:
         value = getattr(card, name)
         if field.exclude and value is not None and value != field.default:
             content[name] = value.model_dump() if isinstance(value, BaseModel) else value
-    return f"# {head}; numbers in SI units.\n" + "\n".join(_toml(content, ()))
+    return f"# {head}; numbers in SI units.\n" + toml_text(content)
 
 
 def write_card(card: Oil, path: Path, head: str) -> None:
@@ -44,27 +43,3 @@ def write_card(card: Oil, path: Path, head: str) -> None:
         raise InputError("path", str(path), "a file name ending in .toml")
     write_file(path, card_text(card, head))
     type(card).load(str(path))
-
-
-def _toml(table: dict[str, Any], path: tuple[str, ...]) -> list[str]:
-    plain = {key: value for key, value in table.items() if not isinstance(value, dict)}
-    lines = [f"[{'.'.join(map(_key, path))}]"] if path and (plain or not table) else []
-    lines += [f"{_key(key)} = {_literal(value)}" for key, value in plain.items()]
-    lines.append("")
-    for key, value in table.items():
-        if isinstance(value, dict):
-            lines += _toml(value, (*path, key))
-    return lines
-
-
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _literal(key)
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, (tuple, list)):
-        return "[" + ", ".join(_literal(entry) for entry in value) + "]"
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-        return f'"{escaped}"'
-    return repr(value)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import stat
 import tomllib
 from pathlib import Path
@@ -142,3 +143,32 @@ def write_file(path: Path, content: str | bytes, field: str = "path", *, folder:
         path.write_bytes(content.encode(errors="replace") if isinstance(content, str) else content)
     except (OSError, ValueError) as error:
         raise InputError(field, str(path), "a writable file", f"{error}.") from None
+
+
+def toml_text(content: dict[str, Any]) -> str:
+    """Tables as TOML text."""
+    return "\n".join(_toml_lines(content, ()))
+
+
+def _toml_lines(table: dict[str, Any], path: tuple[str, ...]) -> list[str]:
+    plain = {key: value for key, value in table.items() if not isinstance(value, dict)}
+    lines = [f"[{'.'.join(map(_toml_key, path))}]"] if path and (plain or not table) else []
+    lines += [f"{_toml_key(key)} = {_toml_literal(value)}" for key, value in plain.items()]
+    lines.append("")
+    for key, value in table.items():
+        if isinstance(value, dict):
+            lines += _toml_lines(value, (*path, key))
+    return lines
+
+
+def _toml_key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_literal(key)
+
+
+def _toml_literal(value: Any) -> str:
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(_toml_literal(entry) for entry in value) + "]"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+        return f'"{escaped}"'
+    return repr(value)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -52,10 +55,23 @@ def test_list_and_one_of_them(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_work_of_fixed_tasks_is_that_of_the_baseline() -> None:
-    """Where a change is meant, ``python -m benchmarks counts --write`` writes the new baseline."""
+    """Where a change is meant, ``python -m benchmarks counts --write`` writes the new baseline.
+
+    In a process of its own: beside threads that other tests leave, Python 3.11 may never return from a profiled call.
+    """
+    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "benchmarks", "counts"]
+    done = subprocess.run(
+        command, cwd=ROOT, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, timeout=300
+    )
+    counted = [line for line in done.stdout.splitlines() if " baseline " in line]
+    assert len(counted) == 10
+    assert [line for line in counted if "OUTSIDE" in line] == []
+    assert done.returncode == 0, done.stderr
+
+
+def test_work_beyond_a_tenth_or_without_a_baseline_is_outside() -> None:
     counts = importlib.import_module("counts")
-    compared = counts.compared()
-    assert len(compared) == 10
-    assert [count for count in compared if not count.within] == []
+    assert counts.Count("work", 109, 100).within
     assert not counts.Count("work", 112, 100).within
     assert not counts.Count("work", 100, None).within

@@ -1,0 +1,1 @@
+"""The pair in a browser, on this machine alone: `mixed-ehl app`."""

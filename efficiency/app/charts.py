@@ -1,0 +1,83 @@
+"""Options of the charts of the page (ECharts): plain dictionaries, drawn by the browser."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from efficiency.app.scene import Answer
+
+Options = dict[str, Any]
+
+GREY = "#8a8a8a"  # of axes, on light and dark
+AXIS: Options = {"axisLabel": {"color": GREY}, "nameTextStyle": {"color": GREY}}
+SCALE = ["#30123b", "#4662d7", "#36aaf9", "#1ae4b6", "#72fe5e", "#c8ef34", "#faba39", "#f66b19", "#cb2a04"]
+COLOURS: Options = {
+    "right": 0,
+    "top": "middle",
+    "precision": 2,
+    "inRange": {"color": SCALE},
+    "calculable": True,
+    "textStyle": {"color": GREY},
+}
+
+
+def tooth(answer: Answer, quantity: str) -> Options:
+    """A quantity of `Answer.tooth` on the gear flank, with its outline."""
+    points, top = answer.tooth(quantity)
+    line = {"onZero": False, "show": True}
+    axis = AXIS | {"type": "value", "scale": True, "splitLine": {"show": False}, "axisLine": line}
+    return {
+        "animation": False,
+        "grid": {"left": 45, "right": 80, "top": 15, "bottom": 40},
+        "tooltip": {},
+        "xAxis": axis | {"name": "toe to heel [mm]", "nameLocation": "middle", "nameGap": 25},
+        "yAxis": axis,
+        "visualMap": COLOURS | {"min": 0, "max": float(f"{top or 1.0:.3g}"), "dimension": 2, "seriesIndex": 0},
+        "series": [
+            {"type": "scatter", "symbolSize": 7, "data": points},
+            {
+                "type": "line",
+                "symbol": "none",
+                "silent": True,
+                "data": answer.outline(),
+                "lineStyle": {"color": GREY},
+            },
+        ],
+    }
+
+
+def losses(rows: Sequence[tuple[str, float, float, float]]) -> Options:
+    """Loss by friction model, with marks at the ends of its interval."""
+    grid = {"lineStyle": {"color": GREY, "opacity": 0.3}}
+    ends = [[round(end, 2), name] for name, _, *both in rows for end in both]
+    return {
+        "grid": {"left": 150, "right": 40, "top": 10, "bottom": 30},
+        "tooltip": {},
+        "yAxis": AXIS | {"type": "category", "data": [name for name, *_ in rows], "inverse": True},
+        "xAxis": AXIS | {"type": "value", "splitNumber": 3, "splitLine": grid},
+        "series": [
+            {"type": "bar", "data": [round(loss, 2) for _, loss, *_ in rows], "itemStyle": {"color": "#1f5c99"}},
+            {
+                "type": "scatter",
+                "symbol": "rect",
+                "symbolSize": [3, 14],
+                "itemStyle": {"color": "#c8641e"},
+                "data": ends,
+            },
+        ],
+    }
+
+
+def efficiency_map(torques: Sequence[float], speeds: Sequence[float], rows: Sequence[Sequence[float]]) -> Options:
+    """Efficiency over speed and torque."""
+    cells = [[i, j, round(rows[j][i], 3)] for j in range(len(torques)) for i in range(len(speeds))]
+    values = [cell[2] for cell in cells]
+    return {
+        "grid": {"left": 60, "right": 90, "top": 35, "bottom": 50},
+        "tooltip": {"position": "top"},
+        "xAxis": AXIS | {"type": "category", "data": speeds, "name": "rpm", "nameLocation": "middle", "nameGap": 30},
+        "yAxis": AXIS | {"type": "category", "data": torques, "name": "N m"},
+        "visualMap": COLOURS | {"min": min(values), "max": max(values), "text": ["%", ""]},
+        "series": [{"type": "heatmap", "data": cells}],
+    }

@@ -1,0 +1,295 @@
+"""The page of `mixed-ehl app`: controls, the answer, pictures on the tooth, friction models, map, contact, exports."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import io
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from nicegui import run, ui
+
+from efficiency.app import charts
+from efficiency.app.scene import FIELDS, FRICTIONS, Answer, Bench, changed, worst_first
+from ehl.io.data import data_names
+from ehl.io.errors import MixedEhlError
+
+_T = TypeVar("_T")
+
+LABELS = {
+    "torque": "pinion torque",
+    "speed": "pinion speed",
+    "temperature": "oil temperature",
+    "roughness_pinion": "Rq pinion",
+    "roughness_gear": "Rq gear",
+    "peklenik": "Peklenik number (empty: of the finish)",
+    "E": "E offset",
+    "P": "P pinion axial",
+    "G": "G gear axial",
+    "alpha": "α shaft angle",
+}
+# half the way of a slider about the design's alignment
+SLIDERS = {"E": 0.3, "P": 0.3, "G": 0.3, "alpha": 0.3}
+COLOURS = {"fault": "negative", "warning": "warning", "for information": "info"}
+
+
+class Page:
+    """One browser tab: its scene, and the elements that show it."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.scene = bench.start()
+        self.busy = self.waiting = False
+        self.inputs: dict[str, Any] = {}
+        self._controls()
+        with ui.column().classes("w-full max-w-screen-xl mx-auto gap-3 p-2"):
+            with ui.card().classes("w-full"):
+                ui.label("Efficiency of the mesh").classes("text-sm opacity-70")
+                self.headline = ui.label("…").classes("text-3xl font-bold").mark("headline")
+                self.details = ui.label("").classes("text-sm")
+                self.fault = ui.label("").classes("text-negative").mark("fault")
+                self.fault.set_visibility(False)
+                self.notes = ui.column().classes("w-full gap-1")
+            with ui.row().classes("w-full gap-3"):
+                self.pressure = self._chart("Contact pressure on the gear tooth [GPa]")
+                self.loss = self._chart("Loss on the gear tooth [W/mm²]")
+            self.bars = self._chart("Power loss by friction model [W]; marks: interval of 90 % by the inputs", "w-full")
+            with ui.row().classes("w-full gap-3"):
+                with ui.card().classes("flex-1 min-w-[320px]"):
+                    self.map_button = ui.button("Efficiency map", on_click=self._draw_map).mark("map")
+                    self.progress = ui.linear_progress(0.0, show_value=False)
+                    self.progress.set_visibility(False)
+                    self.map = ui.echart({"series": []}).classes("h-80 w-full")
+                    self.map.set_visibility(False)
+                with ui.card().classes("flex-1 min-w-[320px]"):
+                    self.contact_button = ui.button("Film and pressure of the contact that loses most (smooth)")
+                    self.contact_button.on_click(self._draw_contact)
+                    self.contact_text = ui.label("")
+                    self.contact = ui.image().classes("w-full")
+                    self.contact.set_visibility(False)
+            with ui.row().classes("gap-2"):
+                ui.button("Design file", on_click=self._save_design).props("outline")
+                ui.button("Report", on_click=self._save_report).props("outline")
+                ui.button("Python script", on_click=self._save_script).props("outline")
+        ui.timer(0.05, self.refresh, once=True)
+
+    # controls
+
+    def _controls(self) -> None:
+        drawer = ui.left_drawer().classes("gap-1")
+        with ui.header().classes("items-center justify-between py-1"):
+            with ui.row().classes("items-center"):
+                ui.button(icon="menu", on_click=lambda: drawer.toggle()).props("flat color=white dense")
+                ui.label("mixed-ehl").classes("text-lg")
+            dark = ui.dark_mode(None)
+            ui.button(icon="contrast", on_click=lambda: dark.set_value(not dark.value)).props("flat color=white dense")
+        with drawer:
+            self._select("design", "pair", self.bench.designs)
+            self._select("side", "flanks", ["drive", "coast"])
+            self._select("oil", "oil", list(data_names("oils")))
+            self._select("friction", "friction model", list(FRICTIONS))
+            for name in ("torque", "speed", "temperature", "roughness_pinion", "roughness_gear", "peklenik"):
+                self._number(name)
+            ui.label("misalignment").classes("text-sm opacity-70 mt-2")
+            for name, reach in SLIDERS.items():
+                self._number(name, reach)
+
+    def _select(self, name: str, label: str, names: list[str]) -> None:
+        value = getattr(self.scene, name)
+        chosen = ui.select(names if value in names else [value, *names], value=value, label=label)
+        chosen.classes("w-full").props("dense").mark(name)
+        chosen.on_value_change(lambda event: self._set(name, event.value))
+        self.inputs[name] = chosen
+
+    def _number(self, name: str, reach: float = 0.0) -> None:
+        unit = FIELDS[name][1]
+        field = ui.input(f"{LABELS[name]}{f' [{unit}]' if unit else ''}", value=getattr(self.scene, name))
+        field.classes("w-full").props("dense debounce=60").mark(name)
+        field.on_value_change(lambda event: self._set(name, event.value))
+        self.inputs[name] = field
+        if reach:
+            slider = ui.slider(min=-reach, max=reach, step=reach / 30.0, value=0.0).props("dense")
+            slider.on_value_change(lambda event: field.set_value(f"{event.value:.4g}"))
+
+    async def _set(self, name: str, value: str | None) -> None:
+        if getattr(self.scene, name) == str(value or ""):
+            return
+        if name == "design":
+            await self._open(str(value))
+            return
+        self.scene = changed(self.scene, **{name: str(value or "")})
+        await self.refresh()
+
+    async def _open(self, design: str) -> None:
+        self.headline.text = "opening…"
+        scene = await self._try(lambda: self.bench.start(design))
+        if scene is None:
+            return
+        self.scene = scene
+        for name, element in self.inputs.items():
+            element.set_value(getattr(scene, name))
+        await self.refresh()
+
+    # answers
+
+    async def _try(self, work: Callable[[], _T]) -> _T | None:
+        """The result of work in a thread of its own, or None with its error in the page."""
+        try:
+            found = await run.io_bound(work)
+        except MixedEhlError as error:
+            self.fault.text = str(error)
+            self.fault.set_visibility(True)
+            return None
+        self.fault.set_visibility(False)
+        return found
+
+    async def refresh(self) -> None:
+        """Answer the scene as it is now; what was asked meanwhile is answered next, only the last of it."""
+        if self.busy:
+            self.waiting = True
+            return
+        self.busy = True
+        try:
+            while True:
+                self.waiting = False
+                scene = self.scene
+                answer = await self._try(lambda scene=scene: self.bench.answer(scene))  # type: ignore[misc]
+                if answer is None:
+                    self.headline.text = "no answer"
+                else:
+                    self._show(answer)
+                    pictures = await self._try(lambda answer=answer: _drawn(answer))  # type: ignore[misc]
+                    if pictures is not None:
+                        self._show_pictures(*pictures)
+                if not self.waiting and answer is not None:
+                    await asyncio.sleep(0.2)
+                    if not self.waiting:
+                        self._show_bars(await self._try(lambda scene=scene: self.bench.compared(scene)))  # type: ignore[misc]
+                if not self.waiting:
+                    return
+        finally:
+            self.busy = False
+
+    def _show(self, answer: Answer) -> None:
+        found = answer.result
+        self.headline.text = answer.headline()
+        self.details.text = (
+            f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
+            f"{found.friction_coefficient_mean:.4f}, largest pressure {found.pressure_max / 1e9:.3g} GPa, by "
+            f"{answer.friction}; in brackets: what oil, surfaces and formula leave open (90 %)"
+        )
+
+    def _show_pictures(self, pressure: dict[str, Any], loss: dict[str, Any], notes: list[Any]) -> None:
+        for chart, options in ((self.pressure, pressure), (self.loss, loss)):
+            chart.options.update(options)
+            chart.update()
+        first, rest = worst_first(notes)
+        self.notes.clear()
+        with self.notes:
+            for note in first:
+                _note(note)
+            if rest:
+                with ui.expansion(f"{len(rest)} more").classes("w-full"):
+                    for note in rest:
+                        _note(note)
+
+    def _show_bars(self, rows: list[tuple[str, float, float, float]] | None) -> None:
+        if rows is None:
+            return
+        self.bars.options.update(charts.losses(rows))
+        self.bars.update()
+
+    async def _draw_map(self) -> None:
+        self.map_button.disable()
+        self.progress.set_visibility(True)
+        share = [0.0]
+        watch = ui.timer(0.2, lambda: self.progress.set_value(share[0]))
+        scene = self.scene
+        found = await self._try(lambda: self.bench.map(scene, lambda done: share.__setitem__(0, done)))
+        watch.cancel()
+        self.progress.set_visibility(False)
+        self.map_button.enable()
+        if found is None:
+            return
+        self.map.options.update(charts.efficiency_map(*found))
+        self.map.set_visibility(True)
+        self.map.update()
+
+    async def _draw_contact(self) -> None:
+        self.contact_button.disable()
+        self.contact_text.text = "solving; on a fresh installation the solver is compiled first (about 10 s)"
+        scene = self.scene
+
+        def solve() -> tuple[str, str]:
+            result = self.bench.contact(scene).solve()
+            return _picture(result.plot()), (
+                f"mu {result.friction_coefficient:.4f} ± {100 * result.friction_error:.2g} %, central film "
+                f"{1e9 * result.film_central:.3g} nm, {result.status}"
+            )
+
+        found = await self._try(solve)
+        self.contact_button.enable()
+        if found is None:
+            self.contact_text.text = ""
+            return
+        self.contact.set_source(found[0])
+        self.contact.set_visibility(True)
+        self.contact_text.text = found[1]
+
+    # exports
+
+    async def _save_design(self) -> None:
+        text = await self._try(lambda: self.bench.design_text(self.scene))
+        if text is not None:
+            ui.download.content(text, "design.toml")
+
+    async def _save_script(self) -> None:
+        text = await self._try(lambda: self.bench.script(self.scene))
+        if text is not None:
+            ui.download.content(text, "efficiency_of_pair.py")
+
+    async def _save_report(self) -> None:
+        def made() -> bytes:
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "report.html"
+                self.bench.answer(self.scene).result.report(path)
+                return path.read_bytes()
+
+        content = await self._try(made)
+        if content is not None:
+            ui.download.content(content, "report.html")
+
+    def _chart(self, title: str, classes: str = "flex-1 min-w-[320px]") -> Any:
+        with ui.card().classes(classes):
+            ui.label(title).classes("text-sm opacity-70")
+            return ui.echart({"series": []}).classes("h-72 w-full")
+
+
+def _note(note: Any) -> None:
+    with ui.row().classes("w-full items-start no-wrap gap-2"):
+        ui.badge(note.grade, color=COLOURS[note.grade])
+        ui.label(note.text).classes("text-sm")
+
+
+def _drawn(answer: Answer) -> tuple[dict[str, Any], dict[str, Any], list[Any]]:
+    """Both pictures of the tooth, and the notes."""
+    return charts.tooth(answer, "pressure"), charts.tooth(answer, "loss_density"), answer.notes
+
+
+def _picture(figure: Any) -> str:
+    held = io.BytesIO()
+    figure.savefig(held, format="png", dpi=110, bbox_inches="tight")
+    return "data:image/png;base64," + base64.b64encode(held.getvalue()).decode()
+
+
+def serve(bench: Bench, port: int, *, browser: bool) -> None:
+    """Serve the page on the loopback address until Ctrl-C."""
+
+    @ui.page("/")
+    def index() -> None:
+        Page(bench)
+
+    ui.run(host="127.0.0.1", port=port, show=browser, reload=False, title="mixed-ehl", show_welcome_message=False)

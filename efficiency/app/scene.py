@@ -1,0 +1,387 @@
+"""What the page shows, without the page: a scene of texts as a user types them, and its answer.
+
+The mesh is kept while the alignment stays, the load while the torque stays: oil, finish, speed and temperature ask the
+friction formula alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from efficiency.output.flank_map import FlankMap
+from efficiency.output.notes import pair_notes, result_notes
+from efficiency.pair import GearPair, LoadedMesh, default_friction
+from ehl.contact import Contact
+from ehl.io.data import data_names, data_path
+from ehl.io.errors import InputError
+from ehl.io.files import toml_text
+from ehl.io.validation import read_toml
+from regression.formula import shipped_formulas
+from regression.friction.published_registry import PUBLISHED
+
+if TYPE_CHECKING:
+    from efficiency.loss.efficiency_result import EfficiencyResult
+    from ehl.view.notes import Note
+
+# field of a scene: argument of the Python interface, unit
+FIELDS: dict[str, tuple[str, str]] = {
+    "torque": ("torque", "N m"),
+    "speed": ("speed", "rpm"),
+    "temperature": ("temperature", "degC"),
+    "roughness_pinion": ("roughness_rms_pinion", "um"),
+    "roughness_gear": ("roughness_rms_gear", "um"),
+    "peklenik": ("peklenik_number", ""),
+    "E": ("E", "mm"),
+    "P": ("P", "mm"),
+    "G": ("G", "mm"),
+    "alpha": ("alpha", "deg"),
+}
+MISALIGNMENTS = ("E", "P", "G", "alpha")
+COMPARED = ("xu_kahraman_2007", "constant:0.05")
+FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
+FIRST = "fh_hypoid_9x34_relieved"  # design a page begins with
+MAP_STEPS = 7  # torques and speeds of a map each
+_LONGEST = 40  # characters of a field
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a user has set; empty texts stand for what the design says.
+
+    Parameters
+    ----------
+    design : str
+        Shipped design, or the file the program was started with.
+    side, oil, friction : str
+    torque, speed, temperature, roughness_pinion, roughness_gear, peklenik : str
+        Numbers in N m, rpm, degC, um, um, 1.
+    E, P, G, alpha : str
+        Misalignment in mm, alpha in deg.
+    """
+
+    design: str
+    side: str = "drive"
+    oil: str = ""
+    friction: str = ""
+    torque: str = ""
+    speed: str = ""
+    temperature: str = ""
+    roughness_pinion: str = ""
+    roughness_gear: str = ""
+    peklenik: str = ""
+    E: str = ""
+    P: str = ""
+    G: str = ""
+    alpha: str = ""
+
+    def values(self, *names: str) -> dict[str, str]:
+        """Arguments of the Python interface with their units, of fields that are not empty.
+
+        Raises
+        ------
+        InputError
+            A field holds something else than a number.
+        """
+        found = {}
+        for name in names:
+            text = str(getattr(self, name)).strip().replace(",", ".")
+            if not text:
+                continue
+            argument, unit = FIELDS[name]
+            try:
+                number = float(text)
+            except ValueError:
+                number = math.nan
+            if not math.isfinite(number):
+                shown = text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
+                raise InputError(name, shown, f"a number {f'in {unit}' if unit else ''}".strip())
+            found[argument] = f"{number:.12g} {unit}".strip()
+        return found
+
+    @property
+    def mesh_values(self) -> dict[str, str]:
+        """Misalignment that differs from the design's."""
+        return self.values(*MISALIGNMENTS)
+
+    @property
+    def conditions(self) -> dict[str, Any]:
+        """Operating point that differs from the design's."""
+        given: dict[str, Any] = self.values("speed", "temperature", "roughness_pinion", "roughness_gear", "peklenik")
+        return given | ({"oil": self.oil} if self.oil else {})
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One scene solved.
+
+    Parameters
+    ----------
+    scene : Scene
+    loaded : LoadedMesh
+    result : EfficiencyResult
+    friction : str
+        Name of the friction model.
+    """
+
+    scene: Scene
+    loaded: LoadedMesh
+    result: EfficiencyResult
+    friction: str
+
+    @property
+    def notes(self) -> list[Note]:
+        """What to know, the gravest first."""
+        return pair_notes(result_notes(self.result))
+
+    @cached_property
+    def flank(self) -> FlankMap:
+        """Fields over the gear flank."""
+        return FlankMap.of(self.loaded.mesh.design.flanks(), self.result)
+
+    def tooth(self, quantity: str) -> tuple[list[list[float]], float]:
+        """Points of the gear flank for a picture: along the pitch cone [mm], over it [mm], value; and the largest one.
+
+        Parameters
+        ----------
+        quantity : {"pressure", "loss_density", "friction_coefficient"}
+            Pressure in GPa, loss in W/mm2, friction coefficient.
+        """
+        flank = self.flank
+        if not flank.drawable:
+            return [], 0.0
+        u, h = flank.place()
+        scale = {"pressure": 1e-9, "loss_density": 1e-6}.get(quantity, 1.0)
+        values = (flank.of_load("pressure_hertz") if quantity == "pressure" else flank.local(quantity)) * scale
+        shown = np.isfinite(values) & flank.loaded
+        # of a picture a few pixels wide per point more are not seen
+        points = np.column_stack([1e3 * u[shown], 1e3 * h[shown], values[shown]])
+        return points.round(4).tolist(), float(values[shown].max(initial=0.0))
+
+    def outline(self) -> list[list[float]]:
+        """Corners of the gear flank, closed [mm]."""
+        blank = self.loaded.mesh.design.flanks().blank("gear")
+        u = np.array([-0.5, 0.5]) * blank.face_width
+        low, high = blank.root(u), blank.tip(u)
+        corners = [(u[0], low[0]), (u[1], low[1]), (u[1], high[1]), (u[0], high[0]), (u[0], low[0])]
+        return [[round(1e3 * float(x), 3), round(1e3 * float(y), 3)] for x, y in corners]
+
+    def headline(self) -> str:
+        """Efficiency with its interval."""
+        found = self.result
+        if found.status == "failed":
+            return f"no answer: {found.reason}"
+        low, high = 100.0 * found.efficiency_lower, 100.0 * found.efficiency_upper
+        interval = f" ({low:.2f} to {high:.2f})" if math.isfinite(low) and low < high else ""
+        return f"{100.0 * found.efficiency:.3f} %{interval}"
+
+
+@dataclass
+class Bench:
+    """Pairs, meshes and loads kept between questions.
+
+    Parameters
+    ----------
+    given : Path, optional
+        Design file of the command line: the only file that is opened.
+    """
+
+    given: Path | None = None
+    _pairs: dict[str, GearPair] = field(default_factory=dict, repr=False)
+    _loads: dict[tuple[str, str, str, str], LoadedMesh] = field(default_factory=dict, repr=False)
+
+    @property
+    def designs(self) -> list[str]:
+        """Names of designs a scene may have, the given file first."""
+        shipped = data_names("designs")
+        return [self.given.name, *shipped] if self.given is not None else list(shipped)
+
+    def pair(self, design: str) -> GearPair:
+        """The pair of a name.
+
+        Raises
+        ------
+        InputError
+            Neither shipped nor the file of the command line.
+        """
+        if design not in self.designs:
+            raise InputError("design", design[:_LONGEST], "one of " + ", ".join(self.designs))
+        if design not in self._pairs:
+            own = self.given is not None and design == self.given.name
+            self._pairs[design] = GearPair(self.given if own and self.given is not None else design)
+        return self._pairs[design]
+
+    def start(self, design: str | None = None) -> Scene:
+        """The scene of a design as it is, every field filled."""
+        name = design or (self.given.name if self.given is not None else FIRST)
+        given = self.pair(name).design
+        point, turn = given.operation, 30.0 / math.pi
+        offsets = {
+            key: 1e3 * value for key, value in given.assembly.misalignment.model_dump().items() if key != "alpha"
+        }
+        operation = given.running(point.speed, point.temperature_oil, point.driver)
+        return Scene(
+            name,
+            oil=point.oil,
+            friction=default_friction(point.oil),
+            torque=f"{point.torque:.6g}",
+            speed=f"{point.speed * turn:.6g}",
+            temperature=f"{point.temperature_oil - 273.15:.6g}",
+            roughness_pinion=f"{1e6 * operation.roughness_rms_pinion:.4g}",
+            roughness_gear=f"{1e6 * operation.roughness_rms_gear:.4g}",
+            alpha=f"{math.degrees(given.assembly.misalignment.alpha):.6g}",
+            **{key: f"{value:.6g}" for key, value in offsets.items()},
+        )
+
+    def loaded(self, scene: Scene) -> LoadedMesh:
+        """The loaded mesh of a scene; the last few are kept."""
+        mesh_values, torque = scene.mesh_values, scene.values("torque")
+        key = (scene.design, scene.side, repr(mesh_values), repr(torque))
+        if key not in self._loads:
+            pair: Any = self.pair(scene.design)
+            self._loads[key] = pair.mesh(side=scene.side, **mesh_values).load(torque.get("torque"))
+            while len(self._loads) > 16:
+                self._loads.pop(next(iter(self._loads)))
+        return self._loads[key]
+
+    def answer(self, scene: Scene) -> Answer:
+        """Efficiency and all that the page draws of one scene.
+
+        Raises
+        ------
+        MixedEhlError
+            A field that cannot be used, or flanks that do not mesh.
+        """
+        loaded = self.loaded(scene)
+        friction = self.friction(scene)
+        return Answer(scene, loaded, loaded.efficiency(friction, **scene.conditions), friction)
+
+    def oil(self, scene: Scene) -> str:
+        """Name of the oil; a shipped one, no file.
+
+        Raises
+        ------
+        InputError
+            Another name.
+        """
+        name = scene.oil or self.pair(scene.design).design.operation.oil
+        if scene.oil and name not in (*data_names("oils"), self.pair(scene.design).design.operation.oil):
+            raise InputError("oil", name[:_LONGEST], "one of " + ", ".join(data_names("oils")))
+        return name
+
+    def friction(self, scene: Scene) -> str:
+        """Name of the friction model; a shipped or a published formula, or a constant, no file.
+
+        Raises
+        ------
+        InputError
+            Another name.
+        """
+        name = scene.friction or default_friction(self.oil(scene))
+        if name.partition(":")[0] != "constant" and name not in FRICTIONS:
+            raise InputError("friction", name[:_LONGEST], "constant:VALUE, or one of " + ", ".join(FRICTIONS))
+        return name
+
+    def compared(self, scene: Scene) -> list[tuple[str, float, float, float]]:
+        """Loss in W by friction model: name, loss, and the ends of its interval."""
+        loaded = self.loaded(scene)
+        oil = self.oil(scene)
+        found = []
+        for name in (*shipped_formulas(oil), *COMPARED):
+            result = loaded.efficiency(name, **scene.conditions)
+            ends = (result.power_input * (1.0 - end) for end in (result.efficiency_upper, result.efficiency_lower))
+            low, high = (end if math.isfinite(end) else result.power_loss for end in ends)
+            found.append((name, result.power_loss, min(low, result.power_loss), max(high, result.power_loss)))
+        return found
+
+    def map(
+        self, scene: Scene, heard: Callable[[float], None] = lambda share: None
+    ) -> tuple[list[float], list[float], list[list[float]]]:
+        """Efficiency in % over torque [N m] and speed [rpm], from a fifth of the scene's to 1.4 times of it."""
+        base = self.answer(scene)
+        torque = base.loaded.torque
+        turn = 30.0 / math.pi
+        speed = base.result.speed_pinion * turn
+        share = np.linspace(0.2, 1.4, MAP_STEPS)
+        torques, speeds = [float(f"{x:.3g}") for x in torque * share], [float(f"{x:.3g}") for x in speed * share]
+        rows: list[list[float]] = []
+        for number, each in enumerate(torques):
+            loaded = base.loaded.mesh.load(each)
+            rows.append(
+                [
+                    100.0 * loaded.at(base.friction, **scene.conditions | {"speed": f"{v} rpm"}).efficiency
+                    for v in speeds
+                ]
+            )
+            heard((number + 1) / len(torques))
+        return torques, speeds, rows
+
+    def script(self, scene: Scene) -> str:
+        """A Python script that gives the number of the page."""
+        own = self.given is not None and scene.design == self.given.name
+        name = str(self.given) if own else scene.design
+        mesh = "".join(f", {key}={value!r}" for key, value in scene.mesh_values.items())
+        torque = scene.values("torque").get("torque")
+        friction = self.friction(scene)
+        conditions = "".join(f", {key}={value!r}" for key, value in scene.conditions.items())
+        return (
+            "import efficiency\n\n"
+            f"pair = efficiency.load({name!r})\n"
+            f"mesh = pair.mesh(side={scene.side!r}{mesh})\n"
+            f"result = mesh.load({torque!r}).efficiency({friction!r}{conditions})\n"
+            'print(f"efficiency {100 * result.efficiency:.3f} %")\n'
+        )
+
+    def design_text(self, scene: Scene) -> str:
+        """The design with the operating point, finish and alignment of the scene, as a design file.
+
+        Profiles and other files that the design names stand as they are.
+        """
+        own = self.given is not None and scene.design == self.given.name
+        content = read_toml(
+            self.given if own and self.given is not None else data_path("designs", f"{scene.design}.toml")
+        )
+        operation = content.setdefault("operation", {})
+        conditions, torque = scene.conditions, scene.values("torque")
+        places = {"speed": "speed", "temperature": "temperature_oil", "oil": "oil"}
+        operation.update({place: conditions[name] for name, place in places.items() if name in conditions} | torque)
+        for member in ("pinion", "gear"):
+            if f"roughness_rms_{member}" in conditions:
+                content[member]["roughness_rms"] = conditions[f"roughness_rms_{member}"]
+        if "peklenik_number" in conditions:
+            content.setdefault("surface", {})["peklenik_number"] = float(conditions["peklenik_number"])
+        if scene.mesh_values:
+            content.setdefault("assembly", {}).setdefault("misalignment", {}).update(scene.mesh_values)
+        return toml_text(content)
+
+    def contact(self, scene: Scene) -> Contact:
+        """The contact with the greatest loss, smooth: its film and pressure take a second to solve."""
+        answer = self.answer(scene)
+        state, result = answer.result.points.state, answer.result
+        at = int(np.argmax(result.friction.mu * state.load_per_length * result.points.speed_sliding))
+        names = (
+            "pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment", "slide_to_roll",
+            "speed_sliding_lengthwise",
+        )  # fmt: skip
+        point = {name: float(getattr(state, name)[at]) for name in names}
+        return Contact(oil=self.oil(scene), temperature=float(state.temperature_oil[at]), **point)
+
+
+def changed(scene: Scene, **values: str) -> Scene:
+    """A scene with other texts; unknown names and texts longer than a field are refused."""
+    known = {one.name for one in fields(Scene)}
+    for name in values:
+        if name not in known:
+            raise InputError("field", name, "one of " + ", ".join(sorted(known)))
+    return replace(scene, **{name: str(value or "") for name, value in values.items()})
+
+
+def worst_first(notes: Sequence[Note], count: int = 3) -> tuple[list[Note], list[Note]]:
+    """The notes to show at once, and the rest."""
+    return list(notes[:count]), list(notes[count:])

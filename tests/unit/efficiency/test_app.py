@@ -1,0 +1,191 @@
+"""The page of `mixed-ehl app`: what it answers is what the Python interface answers; nonsense makes a sentence."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import efficiency
+from efficiency.app.charts import efficiency_map, losses, tooth
+from efficiency.app.scene import Bench, Scene, changed
+from efficiency.cli import app
+from ehl.io.errors import InputError
+
+PAIR = "fm_spiral_bevel_14x39_relieved"
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    return Bench()
+
+
+@pytest.fixture(scope="module")
+def scene(bench: Bench) -> Scene:
+    return bench.start(PAIR)
+
+
+def test_answers_are_those_of_the_python_interface(bench: Bench, scene: Scene) -> None:
+    asked = changed(scene, torque="250", speed="900", temperature="70", roughness_gear="0.3", peklenik="2", E="0.05")
+    found = bench.answer(asked)
+    mesh = efficiency.load(PAIR).mesh(side="drive", E="0.05 mm")
+    expected = mesh.load("250 N m").efficiency(
+        "75w90",
+        speed="900 rpm",
+        temperature="70 degC",
+        roughness_rms_pinion=f"{scene.roughness_pinion} um",
+        roughness_rms_gear="0.3 um",
+        peklenik_number=2.0,
+    )
+    assert found.result.efficiency == expected.efficiency
+    assert found.headline().startswith(f"{100 * expected.efficiency:.3f} % (")
+    # a slider of speed or finish asks the formula alone
+    assert bench.answer(changed(asked, speed="1000")).loaded is found.loaded
+    assert bench.answer(changed(asked, torque="240")).loaded is not found.loaded
+
+
+def test_pictures_hold_the_contact(bench: Bench, scene: Scene) -> None:
+    answer = bench.answer(scene)
+    points, top = answer.tooth("pressure")
+    assert len(points) > 500
+    assert top == pytest.approx(1e-9 * answer.result.pressure_max, rel=0.05)
+    # within the face and the height of the gear tooth
+    corners = answer.outline()
+    for axis in (0, 1):
+        low, high = min(c[axis] for c in corners), max(c[axis] for c in corners)
+        assert low - 0.5 < min(p[axis] for p in points) < max(p[axis] for p in points) < high + 0.5
+    chart = tooth(answer, "loss_density")
+    assert len(chart["series"][0]["data"]) == len(points)
+    rows = bench.compared(scene)
+    assert rows[0][0] == "75w90"
+    assert all(low <= loss <= high for _, loss, low, high in rows)
+    assert losses(rows)["series"][0]["data"][0] == round(rows[0][1], 2)
+    heard: list[float] = []
+    torques, speeds, map_rows = bench.map(scene, heard.append)
+    assert heard[-1] == 1.0
+    assert map_rows[-1][-1] > map_rows[0][0]
+    assert len(efficiency_map(torques, speeds, map_rows)["series"][0]["data"]) == len(torques) * len(speeds)
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "said"),
+    [
+        ("torque", "-5", "torque"),
+        ("torque", "a lot", "a number in N m"),
+        ("speed", "1e400", "speed"),
+        ("speed", "0", "speed"),
+        ("temperature", "2000", "temperature"),
+        ("roughness_gear", "x" * 9999, "a number in um"),
+        ("peklenik", "0", "peklenik_number"),
+        ("E", "40", "E = '40 mm'"),
+        ("side", "sideways", "drive or coast"),
+        ("oil", "../secret.toml", "oil"),
+        ("friction", "/etc/hostname", "friction"),
+        ("friction", "ehl", "friction"),
+        ("design", "../../pyproject.toml", "design"),
+    ],
+)
+def test_nonsense_makes_a_sentence_and_opens_no_file(
+    bench: Bench, scene: Scene, field: str, text: str, said: str
+) -> None:
+    with pytest.raises(InputError, match=said) as caught:
+        bench.answer(changed(scene, **{field: text}))
+    assert len(str(caught.value)) < 2000
+
+
+def test_design_file_and_script_give_the_number_of_the_page(bench: Bench, scene: Scene, tmp_path: Path) -> None:
+    asked = changed(scene, speed="1000", roughness_pinion="0.25", P="-0.04", torque="")
+    expected = bench.answer(asked).result.efficiency
+    design = tmp_path / "design.toml"
+    design.write_text(bench.design_text(asked), encoding="utf-8")
+    pair = efficiency.load(design)
+    assert pair.mesh(side="drive").load().efficiency("75w90").efficiency == pytest.approx(expected, abs=1e-12)
+    # a file of the command line is opened under its own name, beside the shipped ones
+    own = Bench(design)
+    assert own.designs[0] == "design.toml"
+    assert own.answer(own.start()).result.efficiency == pytest.approx(expected, abs=1e-12)
+    said: dict[str, object] = {}
+    exec(compile(bench.script(asked), "script", "exec"), said)
+    assert said["result"].efficiency == expected  # type: ignore[attr-defined]
+
+
+def test_the_contact_that_loses_most_is_one_of_the_mesh(bench: Bench, scene: Scene) -> None:
+    point = bench.contact(scene).line_contact()
+    low, high = bench.answer(scene).result.ranges["pressure_hertz"]
+    assert low <= point.pressure_hertz <= high
+
+
+def test_command_without_its_extra_or_port(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        found = CliRunner().invoke(app, ["app", "--port", str(taken.getsockname()[1])])
+    assert isinstance(found.exception, InputError)
+    assert "--port" in str(found.exception)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    found = CliRunner().invoke(app, ["app"])
+    assert "mixed-ehl[app]" in str(found.exception)
+
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture
+def address() -> Iterator[str]:
+    with socket.socket() as trial:
+        trial.bind(("127.0.0.1", 0))
+        port = trial.getsockname()[1]
+    command = [sys.executable, "-c", "from efficiency.cli import main; main()", "app", "--no-browser"]
+    # with this variable NiceGUI waits for a test client of its own
+    plain = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    with subprocess.Popen([*command, "--port", str(port)], stderr=subprocess.DEVNULL, env=plain) as server:
+        for _ in range(600):
+            with socket.socket() as trial:
+                if trial.connect_ex(("127.0.0.1", port)) == 0:
+                    break
+            time.sleep(0.1)
+        yield f"http://127.0.0.1:{port}"
+        server.terminate()
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
+    sync_api = pytest.importorskip("playwright.sync_api")
+    # the loopback address of the page, not another one of this machine
+    with socket.socket() as trial:
+        assert trial.connect_ex(("127.0.0.2", int(address.rpartition(":")[2]))) != 0
+    with sync_api.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page()
+        faults: list[str] = []
+        page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+        page.goto(address)
+        headline = page.locator(".text-3xl")
+        bench = Bench()
+        scene = bench.start()
+        expect = sync_api.expect
+        expect(headline).to_have_text(bench.answer(scene).headline(), timeout=60_000)
+        expect(page.locator("canvas").nth(1)).to_be_visible(timeout=30_000)
+        faster = changed(scene, speed="3000")
+        page.get_by_label("pinion speed").fill("3000")
+        expect(headline).to_have_text(bench.answer(faster).headline(), timeout=30_000)
+        page.get_by_label("pinion torque").fill("-3")
+        expect(headline).to_have_text("no answer", timeout=30_000)
+        expect(page.locator(".text-negative")).to_contain_text("above 0 N*m")
+        page.get_by_label("pinion torque").fill(scene.torque)
+        expect(headline).to_have_text(bench.answer(faster).headline(), timeout=30_000)
+        with page.expect_download(timeout=30_000) as download:
+            page.get_by_role("button", name="Python script").click()
+        download.value.save_as(tmp_path / "script.py")
+        browser.close()
+    assert (tmp_path / "script.py").read_text(encoding="utf-8") == bench.script(faster)
+    assert faults == []
