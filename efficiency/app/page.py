@@ -81,11 +81,13 @@ class Page:
     def _controls(self) -> None:
         drawer = ui.left_drawer().classes("gap-1")
         with ui.header().classes("items-center justify-between py-1"):
+            flat = "flat color=white dense"
             with ui.row().classes("items-center"):
-                ui.button(icon="menu", on_click=lambda: drawer.toggle()).props("flat color=white dense")
+                ui.button(icon="menu", on_click=lambda: drawer.toggle()).props(f'{flat} aria-label="settings"')
                 ui.label("mixed-ehl").classes("text-lg")
             dark = ui.dark_mode(None)
-            ui.button(icon="contrast", on_click=lambda: dark.set_value(not dark.value)).props("flat color=white dense")
+            contrast = ui.button(icon="contrast", on_click=lambda: dark.set_value(not dark.value))
+            contrast.props(f'{flat} aria-label="light or dark"')
         with drawer:
             self._select("design", "pair", self.bench.designs)
             self._select("side", "flanks", ["drive", "coast"])
@@ -177,7 +179,9 @@ class Page:
         found = answer.result
         self.headline.text = answer.headline()
         self.details.text = (
-            f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
+            ""
+            if found.status == "failed"
+            else f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
             f"{found.friction_coefficient_mean:.4f}, largest pressure {found.pressure_max / 1e9:.3g} GPa, by "
             f"{answer.friction}; in brackets: what oil, surfaces and formula leave open (90 %)"
         )

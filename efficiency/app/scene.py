@@ -173,10 +173,10 @@ class Answer:
         return [[round(1e3 * float(x), 3), round(1e3 * float(y), 3)] for x, y in corners]
 
     def headline(self) -> str:
-        """Efficiency with its interval."""
+        """Efficiency with its interval; without an answer the notes say why."""
         found = self.result
         if found.status == "failed":
-            return f"no answer: {found.reason}"
+            return "no answer"
         low, high = 100.0 * found.efficiency_lower, 100.0 * found.efficiency_upper
         interval = f" ({low:.2f} to {high:.2f})" if math.isfinite(low) and low < high else ""
         return f"{100.0 * found.efficiency:.3f} %{interval}"

@@ -118,6 +118,13 @@ def test_design_file_and_script_give_the_number_of_the_page(bench: Bench, scene:
     assert said["result"].efficiency == expected  # type: ignore[attr-defined]
 
 
+def test_where_nothing_can_carry_the_load_there_is_no_number(bench: Bench, scene: Scene) -> None:
+    answer = bench.answer(changed(scene, torque="1000000"))
+    assert answer.headline() == "no answer"
+    assert answer.notes[0].grade == "fault"
+    assert len(answer.tooth("pressure")[0]) > 0
+
+
 def test_the_contact_that_loses_most_is_one_of_the_mesh(bench: Bench, scene: Scene) -> None:
     point = bench.contact(scene).line_contact()
     low, high = bench.answer(scene).result.ranges["pressure_hertz"]
@@ -183,9 +190,32 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         expect(page.locator(".text-negative")).to_contain_text("above 0 N*m")
         page.get_by_label("pinion torque").fill(scene.torque)
         expect(headline).to_have_text(bench.answer(faster).headline(), timeout=30_000)
-        with page.expect_download(timeout=30_000) as download:
-            page.get_by_role("button", name="Python script").click()
-        download.value.save_as(tmp_path / "script.py")
+        # another tab begins with the design as it is, and leaves this one alone
+        other = browser.new_page()
+        other.goto(address)
+        expect(other.locator(".text-3xl")).to_have_text(bench.answer(scene).headline(), timeout=30_000)
+        other.get_by_label("Rq gear").fill("0.2")
+        smoother = changed(scene, roughness_gear="0.2")
+        expect(other.locator(".text-3xl")).to_have_text(bench.answer(smoother).headline(), timeout=30_000)
+        other.close()
+        expect(headline).to_have_text(bench.answer(faster).headline())
+        # the slider of E, a little to the right
+        slider = page.get_by_role("slider").first
+        slider.click(position={"x": 0.6 * slider.bounding_box()["width"], "y": 8})
+        offset = page.get_by_label("E offset")
+        expect(offset).not_to_have_value(scene.E)
+        moved = changed(faster, E=offset.input_value())
+        assert 0.0 < float(moved.E) < 0.15
+        expect(headline).to_have_text(bench.answer(moved).headline(), timeout=30_000)
+        page.get_by_role("button", name="Efficiency map").click()
+        expect(page.locator("canvas").nth(3)).to_be_visible(timeout=30_000)
+        page.get_by_role("button", name="light or dark").click()
+        for label, suffix in (("Python script", "script.py"), ("Design file", "design.toml"), ("Report", "page.html")):
+            with page.expect_download(timeout=30_000) as download:
+                page.get_by_role("button", name=label).click()
+            download.value.save_as(tmp_path / suffix)
         browser.close()
-    assert (tmp_path / "script.py").read_text(encoding="utf-8") == bench.script(faster)
+    assert (tmp_path / "script.py").read_text(encoding="utf-8") == bench.script(moved)
+    assert (tmp_path / "design.toml").read_text(encoding="utf-8") == bench.design_text(moved)
+    assert bench.answer(moved).headline()[:6] in (tmp_path / "page.html").read_text(encoding="utf-8")
     assert faults == []
