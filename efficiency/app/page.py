@@ -183,7 +183,8 @@ class Page:
             if found.status == "failed"
             else f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
             f"{found.friction_coefficient_mean:.4f}, largest pressure {found.pressure_max / 1e9:.3g} GPa, by "
-            f"{answer.friction}; in brackets: what oil, surfaces and formula leave open (90 %)"
+            f"{answer.friction}; in brackets: what oil, surfaces and formula leave open (90 %); error of the solution "
+            f"{100.0 * found.efficiency_error:.1g} points"
         )
 
     def _show_pictures(self, pressure: dict[str, Any], loss: dict[str, Any], notes: list[Any]) -> None:

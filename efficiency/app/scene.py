@@ -91,7 +91,7 @@ class Scene:
         """
         found = {}
         for name in names:
-            text = str(getattr(self, name)).strip().replace(",", ".")
+            text = str(getattr(self, name)).strip()
             if not text:
                 continue
             argument, unit = FIELDS[name]
@@ -160,7 +160,6 @@ class Answer:
         scale = {"pressure": 1e-9, "loss_density": 1e-6}.get(quantity, 1.0)
         values = (flank.of_load("pressure_hertz") if quantity == "pressure" else flank.local(quantity)) * scale
         shown = np.isfinite(values) & flank.loaded
-        # of a picture a few pixels wide per point more are not seen
         points = np.column_stack([1e3 * u[shown], 1e3 * h[shown], values[shown]])
         return points.round(4).tolist(), float(values[shown].max(initial=0.0))
 

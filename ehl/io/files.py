@@ -166,6 +166,10 @@ def _toml_key(key: str) -> str:
 
 
 def _toml_literal(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_toml_key(key)} = {_toml_literal(entry)}" for key, entry in value.items()) + "}"
     if isinstance(value, (tuple, list)):
         return "[" + ", ".join(_toml_literal(entry) for entry in value) + "]"
     if isinstance(value, str):

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,7 +20,10 @@ import efficiency
 from efficiency.app.charts import efficiency_map, losses, tooth
 from efficiency.app.scene import Bench, Scene, changed
 from efficiency.cli import app
+from ehl.io.data import data_path
 from ehl.io.errors import InputError
+from ehl.io.files import toml_text
+from ehl.io.validation import read_toml
 
 PAIR = "fm_spiral_bevel_14x39_relieved"
 
@@ -82,6 +86,7 @@ def test_pictures_hold_the_contact(bench: Bench, scene: Scene) -> None:
         ("torque", "-5", "torque"),
         ("torque", "a lot", "a number in N m"),
         ("speed", "1e400", "speed"),
+        ("speed", "1,200", "a number in rpm"),  # a thousand, or a decimal comma
         ("speed", "0", "speed"),
         ("temperature", "2000", "temperature"),
         ("roughness_gear", "x" * 9999, "a number in um"),
@@ -116,6 +121,17 @@ def test_design_file_and_script_give_the_number_of_the_page(bench: Bench, scene:
     said: dict[str, object] = {}
     exec(compile(bench.script(asked), "script", "exec"), said)
     assert said["result"].efficiency == expected  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", Bench().designs)
+def test_every_shipped_design_is_written_as_it_reads(bench: Bench, name: str) -> None:
+    content = read_toml(data_path("designs", f"{name}.toml"))
+    assert tomllib.loads(bench.design_text(Scene(name))) == content
+
+
+def test_toml_of_what_no_shipped_design_holds() -> None:
+    content = {"on": True, "parts": [{"a b": 1.5, "text": 'say "x"'}], "table": {"empty": {}}}
+    assert tomllib.loads(toml_text(content)) == content
 
 
 def test_where_nothing_can_carry_the_load_there_is_no_number(bench: Bench, scene: Scene) -> None:
