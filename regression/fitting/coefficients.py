@@ -15,11 +15,12 @@ import pandas as pd
 
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
-from regression.fitting.rows import boundary_friction_of, box_of, computed_friction
+from regression.fitting.rows import boundary_friction_of, computed_friction
 from regression.friction.conditions import Array
 from regression.friction.families import Family
 from regression.friction.formula import corrected
 from regression.friction.gaussian_process import GpResidual, fit_residual
+from regression.friction.groups import GROUPS
 
 _OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
 _FORM_ERROR = 0.05  # of ln mu, of a form in the mean
@@ -188,8 +189,7 @@ def _nonlinear_fit(
     )
 
 
-# of the process, with the variables of the box: sliding across the line builds films between rough surfaces
-_MORE_INPUTS = ("slide_to_roll", "correlation_length", "film_ratio_formula")
+_PROCESS_INPUTS = ("film_ratio_formula", *GROUPS, "peklenik_number")
 
 
 @dataclass(frozen=True)
@@ -248,6 +248,5 @@ def fit_form(
     if not gaussian_process:
         return form
     rest = np.log(computed_friction(frame) / form.friction(frame)[0])
-    inputs = tuple(dict.fromkeys((*box_of(family, frame), *_MORE_INPUTS)))
-    process = fit_residual(columns(frame), rest, frame["noise_variance"].to_numpy(dtype=float), inputs, start=start)
+    process = fit_residual(columns(frame), rest, frame["noise_variance"].to_numpy(dtype=float), _PROCESS_INPUTS, start=start)
     return FittedForm(family, coefficients, process)

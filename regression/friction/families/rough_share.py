@@ -32,9 +32,8 @@ def _rough_share_log(c: Conditions, k: Mapping[str, float], boundary_friction: f
 # term: start, lower and upper bound
 _TERMS: dict[str, tuple[float, float, float]] = {
     "strain": (0.75, 0.1, 20.0),
-    "relief_thick": (0.09, 0.0, 3.0),
-    "heat_film": (1.6, 0.0, 10.0),
-    "heat_flash": (0.8, 0.0, 10.0),
+    "relief_thick": (0.4, 0.0, 3.0),
+    "heat_pressure": (0.3, 0.0, 5.0),
     "inlet": (0.5, 0.0, 10.0),
     "ripple": (1.2, 0.0, 10.0),
     "film_power": (1.7, 1.0, 6.0),
@@ -51,9 +50,9 @@ _TERMS: dict[str, tuple[float, float, float]] = {
 
 _EQUATION = (
     f"mu = X mu_b + (1 - X)^film_power F; {SHARE_EQUATION} n = squeeze_film (0.01 lc/Rq)^squeeze_slope;"
-    " F = sum_i w_i t_i (1 + (t_i/(Lam p_i))^8)^(-1/8)/p over p_i = q_i p/r,"
-    " q = 1.2594, 1.0977, 0.58446, w = 5/18, 8/18, 5/18; p = pi p_h/4; r = 1 + relief_thick h0 R/b^2;"
-    " t = tau0 a/(1 + heat tanh a)^0.8, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
+    " F = r sum_i w_i t_i (1 + (t_i/(Lam p_i))^8)^(-1/8)/p over p_i = q_i p/r,"
+    " q = 1.2594, 1.0977, 0.58446, w = 5/18, 8/18, 5/18; p = pi p_h/4; r = (1 + relief_thick h0 R/b^2)^(2/3);"
+    " t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
     " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = p_i/p, G = ln(eta_p/eta0), c = G/(alpha p);"
     f" {FILM_EQUATION}"
 )

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ehl.surface.roughness import EP_FILM, TIP_LENGTH
 from regression.friction.conditions import Array, Conditions
+from regression.friction.groups import MIN_ROUGHNESS, boundary_film, flattening
 
-_MIN_ROUGHNESS = 1e-12  # [m]
 _MAX_EXPONENT = 300.0  # of an exponent
 _THICK = 3.0  # lambda from which the roughness leaves no trace in the film's friction
 SLOPE_POWER = 0.6  # of lc/Rq, in fits of `rough_share` to both shipped oils
@@ -28,27 +27,26 @@ def asperity_share(c: Conditions, film: Array, k: Mapping[str, float], slope_pow
     films between asperities; marks across the motion (Peklenik number gamma above 1) hold the oil, marks along it let
     it out; waves as long as the contact is wide lift it (h' = h (1 + whole lc/b)) and are squeezed as a whole (narrow).
     """
-    rough = np.maximum(c["roughness_rms"], _MIN_ROUGHNESS)
+    rough = np.maximum(c["roughness_rms"], MIN_ROUGHNESS)
     length, width = c["correlation_length"], c["half_width"]
-    flattening = c["pressure_hertz"] * length / (0.5 * c["effective_modulus"] * rough)
+    pressed = flattening(c)
     lifted = film * (1.0 + k["whole"] * length / width)
-    boundary = EP_FILM + np.sqrt(TIP_LENGTH * rough)
     across = np.abs(c["slide_to_roll"]) / (0.15 * (1.0 + c["slide_to_roll_total"]))
     log_resistance = (
         np.log(k["squeeze"])
-        + k["squeeze_film"] * (0.01 * length / rough) ** slope_power * np.log(lifted / boundary)
+        + k["squeeze_film"] * (0.01 * length / rough) ** slope_power * np.log(lifted / boundary_film(c))
         + k["squeeze_tail"] * (lifted / rough) ** 2
-        + k["squeeze_flattening"] * np.log(flattening)
+        + k["squeeze_flattening"] * np.log(pressed)
         + np.log1p(k["slide"] * across)
-        - np.log1p(k["lay"] / (flattening * c["peklenik_number"] ** 2))
-        - np.log1p(k["narrow"] * flattening**2 * length / width)
+        - np.log1p(k["lay"] / (pressed * c["peklenik_number"] ** 2))
+        - np.log1p(k["narrow"] * pressed**2 * length / width)
     )
     return np.asarray(1.0 / (1.0 + np.exp(np.minimum(log_resistance, _MAX_EXPONENT))))
 
 
 def film_ripple(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
     """What the waves of the roughness add to the strain of the film they roll through."""
-    ratio = film / np.maximum(c["roughness_rms"], _MIN_ROUGHNESS)
+    ratio = film / np.maximum(c["roughness_rms"], MIN_ROUGHNESS)
     return np.asarray(k["ripple"] / (1.0 + (ratio / _THICK) ** 4))
 
 

@@ -1,4 +1,4 @@
-"""Family `short`: fourteen coefficients for a spreadsheet; asperities that reach through a heated film (ours).
+"""Family `short`: thirteen coefficients for a spreadsheet; asperities that reach through a heated film (ours).
 
 `rough_share` with the film's friction at the mean pressure in place of three, and two exponents fixed where they came
 out alike for both shipped oils.
@@ -34,10 +34,9 @@ def _short_log(c: Conditions, k: Mapping[str, float], boundary_friction: float) 
 # term: start, lower and upper bound
 _TERMS: dict[str, tuple[float, float, float]] = {
     "strain": (0.75, 0.05, 20.0),
-    "relief_thick": (0.09, 0.0, 3.0),
+    "relief_thick": (0.4, 0.0, 3.0),
     "ripple": (1.5, 0.0, 10.0),
-    "heat_film": (1.7, 0.0, 10.0),
-    "heat_flash": (0.8, 0.0, 10.0),
+    "heat_pressure": (0.3, 0.0, 5.0),
     "inlet": (0.5, 0.0, 10.0),
     "squeeze": (3.0, 0.001, 1e3),
     "squeeze_film": (2.1, 0.1, 20.0),
@@ -51,16 +50,16 @@ _TERMS: dict[str, tuple[float, float, float]] = {
 
 _EQUATION = (
     f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F; {SHARE_EQUATION} n = squeeze_film (0.01 lc/Rq)^{SLOPE_POWER:g};"
-    " F = t (1 + (t/(Lam p/r))^8)^(-1/8)/p; t = tau0 a/(1 + heat tanh a)^0.8, a = asinh(x (1 + V/(1 + x))),"
+    " F = r t (1 + (t/(Lam p/r))^8)^(-1/8)/p; t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))),"
     " x = strain eta v_s/(tau0 h);"
-    " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = 1/r, r = 1 + relief_thick h0 R/b^2,"
+    " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = 1/r, r = (1 + relief_thick h0 R/b^2)^(2/3),"
     " G = ln(eta_p/eta0), c = G/(alpha p), p = pi p_h/4; p_i = p/r;"
     f" {FILM_EQUATION}"
 )
 
 SHORT = Family(
     "short",
-    "asperities over a heated film, fourteen coefficients (ours)",
+    "asperities over a heated film, thirteen coefficients (ours)",
     _EQUATION,
     tuple(_TERMS),
     ROUGH_BOX,

@@ -167,7 +167,10 @@ def test_film_friction_of_a_newtonian_oil_of_constant_viscosity() -> None:
     conditions = table(
         {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 1.0}, "fva3", slide_to_roll=1e-6
     )
-    conditions |= {"viscosity_mean_pressure": conditions["viscosity_inlet"]}
+    conditions |= {
+        "viscosity_mean_pressure": conditions["viscosity_inlet"],
+        "temperature_viscosity": 0.0 * conditions["viscosity_inlet"],
+    }
     k = dict.fromkeys(ROUGH_SHARE.terms, 0.0) | {"strain": 1.0}
     film = heated_film(conditions, k)
     np.testing.assert_allclose(film, conditions["film_formula"], rtol=1e-12)
@@ -179,8 +182,9 @@ def test_film_friction_reaches_the_limiting_shear_stress() -> None:
     conditions = table(
         {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 1.0}, "fva3", slide_to_roll=1.0
     )
-    k = START["rough_share"] | {"heat_film": 0.0, "heat_flash": 0.0, "relief_thick": 0.0}
+    k = START["rough_share"] | {"relief_thick": 0.0}
     conditions |= {
+        "temperature_viscosity": 0.0 * conditions["temperature_viscosity"],  # no heat
         "eyring_stress": 1e6 * conditions["eyring_stress"],
         "viscosity_inlet": 1e6 * conditions["viscosity_inlet"],
     }
