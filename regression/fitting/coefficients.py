@@ -51,13 +51,16 @@ class Coefficients:
     condition_number: float
 
 
-def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: float) -> Coefficients:
+def fit_coefficients(
+    family: Family, frame: pd.DataFrame, boundary_friction: float, near: Mapping[str, float] | None = None
+) -> Coefficients:
     """Coefficients of one family from the rows of a dataset.
 
     Rows weigh by what is left to chance in their band of lambda beside the error of a form. The stated error of a case
     is no such weight: it is relative to its own friction, so that profiles that happen to rub more would be preferred
     (on 75W90 the friction along gear meshes came out 20 % too high that way).
     Where the family gives both parts of mu and the rows have them, the fit meets asperity and film friction as well.
+    A nonlinear fit starts from the coefficients `near`, of a fit to most of the same rows, where they are given.
     """
     table, target = columns(frame), np.log(computed_friction(frame))
     if family.design is not None:
@@ -65,7 +68,7 @@ def fit_coefficients(family: Family, frame: pd.DataFrame, boundary_friction: flo
     weight = np.ones(len(frame))
     if "realisations" in frame and frame["realisations"].max() > 1:
         weight = 1.0 / np.sqrt(1.0 + frame["noise_variance"].to_numpy(dtype=float) / _FORM_ERROR**2)
-    return _nonlinear_fit(family, table, target, weight, boundary_friction, parts_of(family, frame))
+    return _nonlinear_fit(family, table, target, weight, boundary_friction, parts_of(family, frame), near)
 
 
 def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coefficients:
@@ -131,6 +134,7 @@ def _nonlinear_fit(
     weight: Array,
     boundary_friction: float,
     computed: tuple[Array, Array] | None,
+    near: Mapping[str, float] | None,
 ) -> Coefficients:
     """Bounded least squares with a loss that outliers do not dominate, started from physical values."""
     from scipy.optimize import least_squares
@@ -148,9 +152,12 @@ def _nonlinear_fit(
         return np.concatenate((weight * (np.log(mu) - target), part * asperity, part * (film - computed[1])))
 
     lower, upper = np.array(family.lower), np.array(family.upper)
-    start = np.array(family.start)
-    # the level by the mean of the log residual: the linear part of the problem
-    start[0] = np.clip(start[0] * np.exp(-np.median(residual(start)[: target.size])), lower[0], upper[0])
+    if near is not None:
+        start = np.array([near[term] for term in terms])
+    else:
+        start = np.array(family.start)
+        # the level by the mean of the log residual: the linear part of the problem
+        start[0] = np.clip(start[0] * np.exp(-np.median(residual(start)[: target.size])), lower[0], upper[0])
     solution = least_squares(
         residual,
         start,
@@ -216,7 +223,12 @@ class FittedForm:
 
 
 def fit_form(
-    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, start: GpResidual | None = None
+    family: Family,
+    frame: pd.DataFrame,
+    *,
+    gaussian_process: bool = False,
+    start: GpResidual | None = None,
+    near: Mapping[str, float] | None = None,
 ) -> FittedForm:
     """Fit a family to the rows of a dataset, the coefficients first, then the process on their residual.
 
@@ -229,6 +241,8 @@ def fit_form(
         Add the process.
     start : GpResidual, optional
         Where the search for its length scales begins.
+    near : mapping, optional
+        Coefficients of a fit to most of the same rows, where the fit begins.
 
     Raises
     ------
@@ -243,10 +257,12 @@ def fit_form(
         hint = "Fit a family that takes it as an input, or one boundary friction at a time."
         raise InputError("boundary_friction", values, f"one value for all cases of family {family.name}", hint)
     # the families compute with arrays of boundary friction as with one number
-    coefficients = fit_coefficients(family, frame, cast("float", mu_b))
+    coefficients = fit_coefficients(family, frame, cast("float", mu_b), near)
     form = FittedForm(family, coefficients, None)
     if not gaussian_process:
         return form
     rest = np.log(computed_friction(frame) / form.friction(frame)[0])
-    process = fit_residual(columns(frame), rest, frame["noise_variance"].to_numpy(dtype=float), _PROCESS_INPUTS, start=start)
+    process = fit_residual(
+        columns(frame), rest, frame["noise_variance"].to_numpy(dtype=float), _PROCESS_INPUTS, start=start
+    )
     return FittedForm(family, coefficients, process)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ehl.io.errors import ConvergenceError, InputError
 from regression.data.dataset import Dataset, columns
-from regression.fitting.coefficients import fit_form
+from regression.fitting.coefficients import FittedForm, fit_form
 from regression.fitting.rows import box_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
 from regression.friction.data_cloud import Extrapolation, data_cloud
@@ -98,10 +98,12 @@ def cross_validate(
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
     extrapolated = np.zeros(len(frame), dtype=bool)
+    form: FittedForm | None = None
     for number in np.unique(folds):
         held = folds == number
         rest = frame[~held].reset_index(drop=True)
-        form = fit_form(family, rest, gaussian_process=gaussian_process, start=start)
+        near = None if form is None else form.coefficients.values
+        form = fit_form(family, rest, gaussian_process=gaussian_process, start=start, near=near)
         mu[held], spread = form.friction(frame[held])
         if spread is not None:
             deviation[held] = spread

@@ -197,7 +197,9 @@ def fit_residual(
     InputError
         No variable varies.
     """
-    names = tuple(n for n in variables if np.isfinite(_values(table, n)).all() and np.ptp(_logarithms(table, (n,))) > 1e-6)
+    names = tuple(
+        n for n in variables if np.isfinite(_values(table, n)).all() and np.ptp(_logarithms(table, (n,))) > 1e-6
+    )
     if not names:
         raise InputError("run", "data that do not vary", "cases that vary at least one variable")
     logs = _logarithms(table, names)
