@@ -44,7 +44,8 @@ class GpResidual(InputModel):
     Parameters
     ----------
     variables : tuple of str
-        Names of `regression.friction.conditions.UNITS` or of `regression.friction.groups.GROUPS`; x = (ln |v| - mean)/scale.
+        Names of `regression.friction.conditions.UNITS` or `regression.friction.groups.GROUPS`;
+        x = (ln |v| - mean)/scale.
     mean, scale : tuple of float
         Of ln v over the cases.
     low, high : tuple of float

@@ -52,12 +52,12 @@ def film_friction(
 ) -> Array:
     """Friction of the heated film; at most Lambda.
 
-    A film as thick as the Hertz depth b^2/R carries the load with less pressure over a wider band (`relief_thick`). The
-    viscosity between ambient and mean pressure is that of the modulus law through both. The stress tau0 asinh(x) falls
-    with the temperature it makes itself: tau = tau0 a/(1 + theta tanh a)^0.75 with a = asinh x and
-    theta = tau0 beta dT/tau from the film and both surfaces; beta rises with pressure as that of Roelands does, times
-    `heat_pressure`, which is a property of the oil (near 0 where its pressure-viscosity falls with temperature). Under pressure the film conducts as `PAO` whatever the card says, 5 % apart at most. The cap is a smooth
-    minimum at each pressure.
+    A film as thick as the Hertz depth b^2/R carries the load with less pressure over a wider band (`relief_thick`).
+    The viscosity between ambient and mean pressure is that of the modulus law through both. The stress tau0 asinh(x)
+    falls with the temperature it makes itself: tau = tau0 a/(1 + theta tanh a)^0.75 with a = asinh x and
+    theta = tau0 beta dT/tau from the film and both surfaces. beta rises with pressure as that of Roelands does, times
+    `heat_pressure`, a property of the oil (near 0 where its pressure-viscosity falls with temperature). Under pressure
+    the film conducts as `PAO` whatever the card says, 5 % apart at most. The cap is a smooth minimum at each pressure.
 
     Parameters
     ----------

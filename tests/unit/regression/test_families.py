@@ -136,13 +136,13 @@ def test_full_film_friction_vanishes_with_the_sliding(point: dict[str, float], o
 @settings(max_examples=60, deadline=None)
 @given(point=BEYOND, oil=OIL, family=st.sampled_from(["load_share", "regimes", "rough_share", "short"]))
 def test_friction_is_continuous_across_the_regimes(point: dict[str, float], oil: str, family: str) -> None:
-    speed = point["speed_entrainment"] * np.geomspace(1e-2, 1e2, 4001)
+    speed = point["speed_entrainment"] * np.geomspace(1e-2, 1e2, 8001)
     slide = point["slide_to_roll"]
     conditions = table({**point, "speed_sliding_lengthwise": 0.0}, oil, speed_entrainment=speed, slide_to_roll=slide)
     log_mu = FAMILIES[family].log_mu(conditions, COEFFICIENTS[family], MU_B)
     assert np.isfinite(log_mu).all()
-    # speed changes by 0.23 % from point to point
-    assert np.abs(np.diff(log_mu)).max() < 0.05
+    # speed changes by 0.12 % from point to point; flat roughness lets go of the film with its 10th to 20th power
+    assert np.abs(np.diff(log_mu)).max() < 0.04
     if family != "regimes":  # no bends either
         assert np.abs(np.diff(log_mu, 2)).max() < 2e-3
 
