@@ -65,9 +65,6 @@ COLUMNS = (
 def random_design(seed: int, index: int) -> tuple[Design | None, dict[str, Any]]:
     """Design of a random blank, or None where no design comes from it; what is varied."""
     content = blank_content(seed, index)
-    size = content["outer_pitch_diameter_gear"] / 0.17
-    target = {"crowning_toe": 40e-6 * size, "crowning_heel": 40e-6 * size}
-    target |= {"relief_root": 12e-6 * size, "relief_tip": 12e-6 * size}
     gear = "formate" if formate(content, index) else "generated"
     about = {
         "process": content["process"],
@@ -76,22 +73,30 @@ def random_design(seed: int, index: int) -> tuple[Design | None, dict[str, Any]]
         "ratio": round(content["teeth_gear"] / content["teeth_pinion"], 4),
     }
     try:
-        inputs = validate(
-            SettingsInput,
-            {
-                "name": content["name"],
-                "blank": content,
-                "cutting": {"gear": gear, "pinion": "conjugate"},
-                "targets": {"drive": target, "coast": target},
-                "operation": {"torque": 200.0, "speed": 150.0, "temperature_oil": 363.15, "oil": "75w90"},
-            },
-        )
-        design = machine_settings(inputs, transmission=False).design
-        # teeth that run to a point before their tip are no design
-        tooth_shapes(design.flanks())
-        return design, about
+        return design_of(content, gear), about
     except (InputError, ConvergenceError):
         return None, about
+
+
+def design_of(content: dict[str, Any], gear: str) -> Design:
+    """The gear of a blank by settings, the pinion conjugate to it less an ease-off."""
+    size = content["outer_pitch_diameter_gear"] / 0.17
+    target = {"crowning_toe": 40e-6 * size, "crowning_heel": 40e-6 * size}
+    target |= {"relief_root": 12e-6 * size, "relief_tip": 12e-6 * size}
+    inputs = validate(
+        SettingsInput,
+        {
+            "name": content["name"],
+            "blank": content,
+            "cutting": {"gear": gear, "pinion": "conjugate"},
+            "targets": {"drive": target, "coast": target},
+            "operation": {"torque": 200.0, "speed": 150.0, "temperature_oil": 363.15, "oil": "75w90"},
+        },
+    )
+    design = machine_settings(inputs, transmission=False).design
+    # teeth that run to a point before their tip are no design
+    tooth_shapes(design.flanks())
+    return design
 
 
 def with_relief(design: Design, rng: np.random.Generator) -> tuple[Design, str]:
@@ -132,7 +137,7 @@ def run_case(design: Design, rng: np.random.Generator) -> dict[str, Any]:
     most = min(0.5e-3, 0.125 * module)
     moved = dict(zip("EPG", rng.uniform(-most, most, 3).tolist(), strict=True))
     points, positions = round(5.0 * 40.0 ** rng.uniform()), int(rng.choice([4, 6, 8]))
-    side = "drive" if rng.integers(2) else "coast"
+    side: Any = "drive" if rng.integers(2) else "coast"
     row: dict[str, Any] = {
         "module_mm": round(1e3 * module, 3),
         "torque_factor": round(factor, 4),

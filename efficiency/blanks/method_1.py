@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import asin, atan, atan2, cos, degrees, pi, sin, tan
 
-from scipy.optimize import brentq
+import scipy
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.tangency import (
@@ -165,7 +165,7 @@ def _converged(inputs: PairBlankInput, start: _Start) -> PitchCones:
                 continue
             if value * at_edge <= 0.0:
                 low, high = sorted((edge, new))
-                eta = float(brentq(closure, low, high, xtol=1e-17, rtol=8.9e-16))
+                eta = float(scipy.optimize.brentq(closure, low, high, xtol=1e-17, rtol=8.9e-16))
                 cones = trial(inputs, start, eta)
                 if cones.spiral_1 >= SPIRAL_LIMIT:
                     raise too_large(inputs.hypoid_offset)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import asin, atan, cos, degrees, hypot, pi, radians, sin, tan
 
-from scipy.optimize import brentq
+import scipy
 
 from efficiency.blanks.inputs import PairBlankInput
 from ehl.io.errors import InputError
@@ -172,7 +172,7 @@ def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float
     largest = _largest_offset_angle(inputs, delta_2, mean_diameter_2, spiral_2)
     if reach(largest) <= offset:
         raise too_large(offset, reach(largest))
-    zeta_m = float(brentq(lambda zeta: reach(zeta) - offset, 0.0, largest, xtol=1e-15, rtol=8.9e-16))
+    zeta_m = float(scipy.optimize.brentq(lambda zeta: reach(zeta) - offset, 0.0, largest, xtol=1e-15, rtol=8.9e-16))
     return _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
 
 
@@ -250,7 +250,7 @@ def solve_gear_cone(
                 continue
             if at_new * at_edge <= 0.0:
                 a, b = sorted((new, edge))
-                root = float(brentq(value, a, b, xtol=1e-15, rtol=8.9e-16))
+                root = float(scipy.optimize.brentq(value, a, b, xtol=1e-15, rtol=8.9e-16))
                 # a pole changes sign as well
                 if abs(value(root)) < 1e-6:
                     return root, count

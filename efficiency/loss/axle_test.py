@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import brentq
 
 from efficiency.loss.axle import AxleLosses
 from efficiency.loss.loss_map import LossMap, Tabulated, require_all
@@ -230,7 +229,7 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
         return AxleTest(mesh, ratio, (), notes)
     torques, rows = mesh.torques, []
     for speed, wheel, losses in zip(mesh.speeds, points.speed_wheel, mesh.values("torque_loss_mesh"), strict=True):
-        share = PchipInterpolator(torques, losses / torques)
+        share = scipy.interpolate.PchipInterpolator(torques, losses / torques)
         for output in points.torque_output:
 
             def missing(
@@ -242,6 +241,6 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
             if missing(float(torques[-1])) <= 0.0:
                 where = f"{quantity('torque_output').text(output)} and {quantity('speed_wheel').text(wheel)}"
                 raise ConvergenceError("loss_too_large", f"more than a fifth of the input torque is lost at {where}")
-            torque = float(brentq(missing, 0.0, float(torques[-1]), xtol=1e-12))
+            torque = float(scipy.optimize.brentq(missing, 0.0, float(torques[-1]), xtol=1e-12))
             rows.append(AxleTestRow(wheel, output, torque, power_loss_40cfr1037(torque, output, wheel, ratio)))
     return AxleTest(mesh, ratio, tuple(rows), notes)

@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from pydantic import model_validator
 
@@ -30,6 +29,9 @@ from ehl.io.validation import InputModel
 from ehl.material import Material
 from ehl.quantities import quantity
 from ehl.view.table import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FloatArray = NDArray[np.float64]
 Solve = Callable[[Operation], EfficiencyResult]

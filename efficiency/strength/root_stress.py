@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import RootProfile, ToothGrid, root_profile, tooth_grid
@@ -274,7 +274,7 @@ def _side(
     for k, column in enumerate(_SECTIONS):
         station = _STATIONS + k
         height = grid.height[:, column]
-        line = CubicSpline(height, azimuth[:, column])
+        line = scipy.interpolate.CubicSpline(height, azimuth[:, column])
         u = grid.u[0, column]
         low = height[0] if root is None else root.start[column]
         levels = np.linspace(height[-1], low, 25)

@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.machine import MachineSettings
@@ -77,7 +77,7 @@ def share_of_root_angle(assembly: Assembly, root_angle: float, member: str = "ge
             f"{np.degrees(root_angle):.5g} deg",
             "an angle the cradle can have between the members",
         )
-    return float(brentq(excess, low, high, xtol=1e-15))
+    return float(scipy.optimize.brentq(excess, low, high, xtol=1e-15))
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import optimize
 
 from ehl.io.errors import InputError
 
@@ -69,7 +69,7 @@ def _moments(family: str, a: float, b: float) -> tuple[float, float, float, floa
 
 def lognormal_kurtosis(skewness: float) -> float:
     """Kurtosis of the lognormal distribution of that skewness: the border between Johnson's two families [-]."""
-    half = optimize.brentq(lambda w: (w + 2.0) * math.sqrt(w - 1.0) - abs(skewness), 1.0, 1.0 + skewness**2)
+    half = scipy.optimize.brentq(lambda w: (w + 2.0) * math.sqrt(w - 1.0) - abs(skewness), 1.0, 1.0 + skewness**2)
     return float(half**4 + 2.0 * half**3 + 3.0 * half**2 - 3.0)
 
 
@@ -99,7 +99,7 @@ def translation(skewness: float, kurtosis: float) -> Callable[[FloatArray], Floa
         return np.array([third - sign * skewness, math.log((fourth - third**2 - 1.0) / (kurtosis - skewness**2 - 1.0))])
 
     for start in ((0.0, 0.3), (-1.0, 0.3), (1.0, 0.3), (2.0, 0.0), (-2.0, 0.7), (4.0, 1.0), (0.5, -0.5), (6.0, 0.5)):
-        fit = optimize.least_squares(residual, start, bounds=([-60.0, -3.0], [60.0, 4.0]), xtol=1e-14, ftol=1e-14)
+        fit = scipy.optimize.least_squares(residual, start, bounds=([-60.0, -3.0], [60.0, 4.0]), xtol=1e-14, ftol=1e-14)
         if np.max(np.abs(fit.fun)) < 1e-7:
             a, b = float(fit.x[0]), math.exp(float(fit.x[1]))
             mean, std, _, _ = _moments(family, a, b)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import fft
 
 from ehl.io.errors import InputError
 from ehl.io.files import read_bytes, read_text
@@ -176,16 +176,18 @@ def gaussian_mean_line(heights: FloatArray, spacing: float, cutoff: float, *, pe
     """
     n = len(heights)
     if periodic:
-        k = fft.rfftfreq(n, spacing)
-        return np.asarray(fft.irfft(fft.rfft(heights) * np.exp(-math.pi * (GAUSSIAN_CONSTANT * cutoff * k) ** 2), n))
+        k = scipy.fft.rfftfreq(n, spacing)
+        return np.asarray(
+            scipy.fft.irfft(scipy.fft.rfft(heights) * np.exp(-math.pi * (GAUSSIAN_CONSTANT * cutoff * k) ** 2), n)
+        )
     reach = min(n - 1, math.ceil(1.2 * cutoff / spacing))
     place = spacing * np.arange(-reach, reach + 1)
     weight = np.exp(-math.pi * (place / (GAUSSIAN_CONSTANT * cutoff)) ** 2)
-    size = fft.next_fast_len(n + 2 * reach)
-    spectrum = fft.rfft(weight, size)
+    size = scipy.fft.next_fast_len(n + 2 * reach)
+    spectrum = scipy.fft.rfft(weight, size)
 
     def smoothed(values: FloatArray) -> FloatArray:
-        return np.asarray(fft.irfft(fft.rfft(values, size) * spectrum, size)[reach : reach + n])
+        return np.asarray(scipy.fft.irfft(scipy.fft.rfft(values, size) * spectrum, size)[reach : reach + n])
 
     return smoothed(heights) / smoothed(np.ones(n))
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import fft, interpolate, optimize, special
 
 from ehl.io.errors import InputError
 from ehl.surface.height_translation import translation
@@ -134,16 +134,16 @@ class RoughProfile:
         _check_spacing(spacing, self.cutoff)
         if self.periodic:
             count = _count(self.length, spacing)
-            spectrum = fft.rfft(self.heights)
+            spectrum = scipy.fft.rfft(self.heights)
             kept = np.zeros(count // 2 + 1, dtype=complex)
             shared = min(len(spectrum), len(kept))
             kept[:shared] = spectrum[:shared]
-            heights = fft.irfft(kept, count) * (count / len(self.heights))
+            heights = scipy.fft.irfft(kept, count) * (count / len(self.heights))
             step = self.length / count
         else:
             step = spacing
             points = np.arange(0.0, self.length * (1.0 + 1e-12), step)
-            heights = interpolate.CubicSpline(self.x, self.heights)(np.minimum(points, self.length))
+            heights = scipy.interpolate.CubicSpline(self.x, self.heights)(np.minimum(points, self.length))
         return RoughProfile.of(
             heights,
             step,
@@ -169,9 +169,9 @@ def moments(heights: FloatArray) -> tuple[float, float, float]:
 def autocorrelation(heights: FloatArray, *, periodic: bool = True) -> FloatArray:
     """Autocorrelation at lags 0, 1, 2... samples, 1 at lag 0; unbiased for a profile that is not periodic."""
     n = len(heights)
-    size = n if periodic else fft.next_fast_len(2 * n)
-    power = np.abs(fft.rfft(heights, size)) ** 2
-    raw = fft.irfft(power, size)[: n // 2 + 1]
+    size = n if periodic else scipy.fft.next_fast_len(2 * n)
+    power = np.abs(scipy.fft.rfft(heights, size)) ** 2
+    raw = scipy.fft.irfft(power, size)[: n // 2 + 1]
     if not periodic:
         raw = raw * (n / (n - np.arange(len(raw))))
     return np.asarray(raw / raw[0]) if raw[0] > 0.0 else np.ones_like(raw)
@@ -332,14 +332,14 @@ class SelfAffine:
 
     def share_below(self, wavelength: float) -> float:
         """Share of the variance in waves shorter than this [-]."""
-        return float(special.betainc(self.hurst, 0.5, 1.0 / (1.0 + (self.roll_off / wavelength) ** 2)))
+        return float(scipy.special.betainc(self.hurst, 0.5, 1.0 / (1.0 + (self.roll_off / wavelength) ** 2)))
 
     def slope(self, shortest: float, longest: float = math.inf) -> float:
         """RMS slope of the waves between two wavelengths [m], for a Rq of 1 m of all waves [1/m]."""
         first, last = self.roll_off / longest, self.roll_off / min(shortest, longest)
         u = np.linspace(math.sqrt(first), math.sqrt(last), 2001) ** 2  # dense at the long waves
         density = (1.0 + u**2) ** -(0.5 + self.hurst)
-        whole = 0.5 * float(special.beta(0.5, self.hurst))
+        whole = 0.5 * float(scipy.special.beta(0.5, self.hurst))
         return 2.0 * math.pi / self.roll_off * math.sqrt(float(np.trapezoid(u**2 * density, u)) / whole)
 
 
@@ -348,15 +348,16 @@ def _lag_of_1_over_e(hurst: float) -> float:
     """k_r x where Matern's autocorrelation is 1/e."""
 
     def excess(x: float) -> float:
-        return float(2.0 ** (1.0 - hurst) / special.gamma(hurst) * x**hurst * special.kv(hurst, x)) - math.exp(-1.0)
+        bessel = scipy.special.kv(hurst, x)
+        return float(2.0 ** (1.0 - hurst) / scipy.special.gamma(hurst) * x**hurst * bessel) - math.exp(-1.0)
 
-    return float(optimize.brentq(excess, 1e-8, 20.0, xtol=1e-14))
+    return float(scipy.optimize.brentq(excess, 1e-8, 20.0, xtol=1e-14))
 
 
 def _synthesis(modes: NDArray[np.complex128], count: int) -> FloatArray:
     spectrum = np.zeros(count // 2 + 1, dtype=complex)
     spectrum[1 : len(modes) + 1] = modes
-    return np.asarray(fft.irfft(spectrum, count) * count)
+    return np.asarray(scipy.fft.irfft(spectrum, count) * count)
 
 
 def _count(length: float, spacing: float) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.special import erfc
+import scipy
 
 from regression.friction.conditions import Array, Conditions
 from regression.friction.families.family import BOX, Family
@@ -41,7 +41,7 @@ def load_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Arra
     capped = fluid * (1.0 + (fluid / c["limiting_shear_coefficient"]) ** _CAP_ORDER) ** (-1.0 / _CAP_ORDER)
     flattening = c["pressure_hertz"] / 1e9 * 0.5e-6 / np.maximum(c["roughness_rms"], 1e-12)
     ratio = k["share_scale"] * c["film_ratio_formula"] * flattening ** k["share_flattening"]
-    share = erfc(ratio ** k["share_power"])
+    share = scipy.special.erfc(ratio ** k["share_power"])
     return np.asarray(share), np.asarray(capped)
 
 
