@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from ehl.io.errors import InputError
-from ehl.io.files import read_text
+from ehl.io.files import read_text, toml_text
 from ehl.io.units import parse_quantity
 
 # label: (table, key, unit); keys in capitals are turned into others at the end
@@ -148,7 +148,7 @@ class Summary:
 
     def toml(self) -> str:
         """The tables as text of a design file; lines that were not read stand at the end as comments."""
-        lines = _toml(self.tables, ())
+        lines = toml_text(self.tables).splitlines()
         if self.unread:
             lines += ["# not read from the summary:", *(f"# {line}" for line in self.unread)]
         return "\n".join(lines).strip() + "\n"
@@ -227,6 +227,8 @@ def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
         match = re.match(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?", bare)
         assert match is not None
         number, own = float(match[0]), bare[match.end() :].strip()
+    if not math.isfinite(number):
+        raise InputError(where, text, "a finite number")
     number *= sign or 1.0
     if unit == "#":
         if number != int(number):
@@ -342,20 +344,3 @@ def _rounded(length: float) -> float:
 
 def _text(value: Any) -> Any:
     return f"{value[0]!r} {value[1]}" if isinstance(value, tuple) else value
-
-
-def _toml(tables: dict[str, Any], path: tuple[str, ...]) -> list[str]:
-    plain = {key: value for key, value in tables.items() if not isinstance(value, dict)}
-    lines = []
-    if plain:
-        lines = [f"[{'.'.join(path)}]"] if path else []
-        lines += [f"{key} = {_literal(value)}" for key, value in plain.items()]
-        lines.append("")
-    for key, value in tables.items():
-        if isinstance(value, dict):
-            lines += _toml(value, (*path, key))
-    return lines
-
-
-def _literal(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-_MOST_SHOWN = 20  # problems of one input that a message tells
+_MOST_SHOWN, _MOST_TEXT = 20, 4000  # problems of one input that a message tells, and characters after which no further one
 
 
 def _shown(value: object) -> str:
@@ -69,9 +69,12 @@ class InputError(MixedEhlError, ValueError):
         return InputError.of(change(problem) for problem in self.problems)
 
     def __str__(self) -> str:
-        lines = [self._sentence(), *(problem._sentence() for problem in self.also[: _MOST_SHOWN - 1])]
-        if len(self.also) >= _MOST_SHOWN:
-            lines.append(f"And {len(self.also) - _MOST_SHOWN + 1} more.")
+        lines = [self._sentence()]
+        for number, problem in enumerate(self.also):
+            if len(lines) == _MOST_SHOWN or sum(map(len, lines)) > _MOST_TEXT:
+                lines.append(f"And {len(self.also) - number} more.")
+                break
+            lines.append(problem._sentence())
         return lines[0] if len(lines) == 1 else "\n  ".join([f"{1 + len(self.also)} problems:", *lines])
 
     def _sentence(self) -> str:

@@ -106,6 +106,16 @@ def test_json_nested_too_deep_is_refused(text: str, mixed_ehl: Cli, tmp_path: Pa
     refused(mixed_ehl("mu", path, *POINT), f"nested deeper than {MAX_DEPTH} levels")
 
 
+def test_many_problems_at_once_are_a_readable_message() -> None:
+    many = [InputError(f"key_{k}", "x" * 500, "y" * 900, "z" * 900) for k in range(60)]
+    text = str(InputError.of(many))
+    assert text.startswith("60 problems:")
+    shown = text.count("cannot be used")
+    assert 2 <= shown < 20
+    assert text.endswith(f"And {60 - shown} more.")
+    assert len(text) < 8000
+
+
 def test_what_is_nested_less_is_read() -> None:
     inner = MAX_DEPTH - 2
     assert parse_toml("x = " + "[" * inner + "]" * inner, "file", "name")

@@ -141,6 +141,7 @@ def test_test_rolls_give_the_ratio() -> None:
         ("member, gear\nhand, middle", "line 2 (hand)", "left"),
         ("member, gear\nnc/75, 0.5", "gear: nc/75", "teeth"),
         ("member, gear\nflank, upper", "line 2", "concave"),
+        ("member, pinion\nteeth, inf", "line 2 (teeth)", "finite number"),
     ],
 )
 def test_bad_lines_are_named(text: str, field: str, allowed: str) -> None:
