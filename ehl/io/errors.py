@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-_MOST_SHOWN, _MOST_TEXT = 20, 4000  # problems of one input that a message tells, and characters after which no further one
+_MOST_SHOWN, _MOST_TEXT = 20, 4000  # problems a message tells, and its length after which it tells no more
 
 
 def _shown(value: object) -> str:
