@@ -339,6 +339,7 @@ class GearPair:
         grid: tuple[int, int] | None = None,
         fixed: Mapping[str, Any] | None = None,
         report: Report | None = None,
+        strength: bool = False,
         **axes: Any,
     ) -> Grid:
         """Efficiency at all combinations of any axes.
@@ -353,6 +354,8 @@ class GearPair:
             What has no axis and differs from the operating point of the design.
         report : callable, optional
             Called with the number of points done and of all points.
+        strength : bool
+            Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
         **axes : sequence
             `torque`, `speed`, `temperature`, `oil`, `driver`, `roughness_rms`, `roughness_rms_pinion`,
             `roughness_rms_gear`, `correlation_length`, `peklenik_number`, `E`, `P`, `G`, `alpha`, `side`, `design`:
@@ -380,7 +383,7 @@ class GearPair:
                 models[pair.name] = resolve_friction(friction, pair.design)
             return pair.at(models[pair.name], grid, many=True, **here)
 
-        return solve_grid(chosen, solve, report, GearOutput(self.design))
+        return solve_grid(chosen, solve, report, GearOutput(self.design), strength)
 
     def duty(
         self,
@@ -937,6 +940,7 @@ class Mesh:
         *,
         fixed: Mapping[str, Any] | None = None,
         report: Report | None = None,
+        strength: bool = False,
         **axes: Any,
     ) -> Grid:
         """Efficiency at all combinations of axes that do not change the geometry; see `GearPair.over`.
@@ -949,6 +953,8 @@ class Mesh:
             What has no axis and differs from the operating point of the design.
         report : callable, optional
             Called with the number of points done and of all points.
+        strength : bool
+            Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
         **axes : sequence
             Values of `torque`, `speed`, `temperature`, `oil`, `driver`, roughness.
 
@@ -966,7 +972,7 @@ class Mesh:
             return self.load(here.pop("torque", None)).at(model, **here)
 
         chosen = {name: axis_values(name, values) for name, values in axes.items()}
-        return solve_grid(chosen, solve, report, GearOutput(self.design))
+        return solve_grid(chosen, solve, report, GearOutput(self.design), strength)
 
     def map(
         self,
@@ -977,6 +983,7 @@ class Mesh:
         *,
         fixed: Mapping[str, Any] | None = None,
         report: Report | None = None,
+        strength: bool = False,
     ) -> Grid:
         """Efficiency over torque, speed and temperature, in this order; what is not given is that of the design."""
         own = self.design.operation
@@ -985,7 +992,7 @@ class Mesh:
             "speed": own.speed if speed is None else speed,
             "temperature": own.temperature_oil if temperature is None else temperature,
         }
-        return self.over(friction, fixed=fixed, report=report, **axes)
+        return self.over(friction, fixed=fixed, report=report, strength=strength, **axes)
 
     def __repr__(self) -> str:
         lines = f"{len(self.grids.fine)} positions, {self.grids.points_per_line} points per line"

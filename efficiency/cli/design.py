@@ -253,6 +253,9 @@ def study(
         str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT)
     ] = None,
     load_balance: LoadBalanceOption = None,
+    strength: Annotated[
+        bool, typer.Option("--strength", help="Columns of grade, safety factors, integral temperature, specific film.")
+    ] = False,
     jobs: JobsOption = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
     json_output: JsonOption = False,
@@ -271,6 +274,7 @@ def study(
     except OSError as error:
         raise InputError("output", str(output), "a folder that can be written", f"{error}.") from None
     chosen = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
+    chosen |= {"strength": strength}
     chosen |= given({"load_balance": load_balance_of(load_balance)})
     with progress("points") as move:
         result = efficiency.study(designs or PAIRS, report=move, **chosen, **given(values))

@@ -61,6 +61,14 @@ UncertaintyOption = Annotated[
         rich_help_panel=LOSS,
     ),
 ]
+StrengthOption = Annotated[
+    bool,
+    typer.Option(
+        "--strength",
+        help="Maps: columns of worst grade, safety factors, integral temperature and specific film (0.1 s a point).",
+        rich_help_panel=LOSS,
+    ),
+]
 LoadFromOption = Annotated[
     Path | None,
     typer.Option(
@@ -107,6 +115,7 @@ def gear(
     load_balance: LoadBalanceOption = None,
     bulk_temperature: BulkOption = None,
     uncertainty: UncertaintyOption = False,
+    strength: StrengthOption = False,
     duty: DutyOption = None,
     load_from: LoadFromOption = None,
     save_load: SaveLoadOption = None,
@@ -163,7 +172,7 @@ def gear(
     [model] = pair.check([friction], **axes, **fixed)
     flanks = one_side(side or "drive")
     if duty is not None:
-        refuse("--duty", point | options | {"side": side, "plot": plot, "report": report})
+        refuse("--duty", point | options | {"strength": strength, "side": side, "plot": plot, "report": report})
         with progress("rows of the duty cycle") as move:
             cycle = pair.duty(duty, model, oil=oil, report=move, load_balance=balance_of)
         present(cycle, json_output, xlsx=xlsx, csv=csv)
@@ -171,9 +180,11 @@ def gear(
     if any(is_list(text) for text in axes.values()):
         refuse("lists of operating points", options)
         with progress("operating points") as move:
-            grid = pair.mesh(flanks).map(model, fixed=fixed | given({"load_balance": balance_of}), report=move, **axes)
+            more = fixed | given({"load_balance": balance_of})
+            grid = pair.mesh(flanks).map(model, fixed=more, report=move, strength=strength, **axes)
         present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
         return
+    refuse("one operating point, whose strength is always shown", {"strength": strength})
     if load_from is not None:
         refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
     mesh = pair.mesh(flanks)

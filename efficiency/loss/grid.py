@@ -51,12 +51,15 @@ class GridPoint:
         Why the point failed; empty where it did not.
     detail : str
         The same in words, where there is no result.
+    strength : dict
+        Worst grade and safety factors, where they were asked for.
     """
 
     condition: dict[str, Any]
     result: EfficiencyResult | None = field(repr=False)
     reason: str = ""
     detail: str = ""
+    strength: dict[str, str | float] = field(default_factory=dict)
 
     @property
     def status(self) -> Literal["converged", "failed"]:
@@ -74,7 +77,8 @@ class GridPoint:
         """Condition, single values of the result and notes."""
         values = {} if self.result is None else self.result.scalars()
         named = {name: getattr(value, "name", value) for name, value in self.condition.items()}
-        return named | values | {"status": self.status, "reason": self.reason, "notes": "; ".join(self.notes)}
+        last = {"status": self.status, "reason": self.reason, "notes": "; ".join(self.notes)}
+        return named | values | self.strength | last
 
 
 @dataclass(frozen=True, repr=False)
@@ -194,7 +198,9 @@ def count_reasons(reasons: Iterable[str], what: str) -> str:
     return ", ".join(f"{count} of {len(every)} {what} {reason}" for reason, count in counts.items())
 
 
-def solve_points(conditions: Sequence[Condition], solve: Solve, report: Report | None = None) -> list[GridPoint]:
+def solve_points(
+    conditions: Sequence[Condition], solve: Solve, report: Report | None = None, strength: bool = False
+) -> list[GridPoint]:
     """Efficiency at each condition, in their order; what has no geometry or load is a point with its reason.
 
     Parameters
@@ -205,12 +211,15 @@ def solve_points(conditions: Sequence[Condition], solve: Solve, report: Report |
         Efficiency at a condition; it keeps geometry and load of the last conditions.
     report : callable, optional
         Progress.
+    strength : bool
+        Whether the points have grades and safety factors: 0.1 s each.
     """
     points = []
     for done, condition in enumerate(conditions, 1):
         try:
             result = solve(condition)
-            points.append(GridPoint(dict(condition), result, result.reason))
+            graded = result.strength.columns() if strength and not result.reason else {}
+            points.append(GridPoint(dict(condition), result, result.reason, strength=graded))
         except ConvergenceError as error:
             points.append(GridPoint(dict(condition), None, error.reason, error.detail))
         if report is not None:
@@ -219,7 +228,11 @@ def solve_points(conditions: Sequence[Condition], solve: Solve, report: Report |
 
 
 def solve_grid(
-    axes: Mapping[str, Sequence[Any]], solve: Solve, report: Report | None = None, output: Output | None = None
+    axes: Mapping[str, Sequence[Any]],
+    solve: Solve,
+    report: Report | None = None,
+    output: Output | None = None,
+    strength: bool = False,
 ) -> Grid:
     """Efficiency at every combination of the axes; geometry and load once each, whatever the order of the axes.
 
@@ -227,7 +240,7 @@ def solve_grid(
     ----------
     axes : mapping
         Names of `AXES` to values in SI units.
-    solve, report
+    solve, report, strength
         As in `solve_points`.
     output : Output, optional
         Draws, prints and writes the grid.
@@ -251,7 +264,7 @@ def solve_grid(
     conditions = [
         dict(zip(axes, (v[k] for v, k in zip(axes.values(), place, strict=True)), strict=True)) for place in places
     ]
-    solved = solve_points([conditions[k] for k in order], solve, report)
+    solved = solve_points([conditions[k] for k in order], solve, report, strength)
     points = dict(zip(order, solved, strict=True))
     named = {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
     return Grid(named, tuple(points[k] for k in range(len(places))), output)

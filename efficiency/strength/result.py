@@ -33,6 +33,9 @@ _SHOWN = (
 )
 
 
+COLUMNS = ("safety_contact", "safety_root_pinion", "safety_root_gear", "temperature_integral", "film_specific")
+
+
 @dataclass(frozen=True)
 class Grade:
     """One kind of limit a load goes beyond, with its worst value.
@@ -126,6 +129,10 @@ class Strength:
     def scalars(self) -> dict[str, Any]:
         """The single values by their names, SI units."""
         return {n: v for n in self.__dataclass_fields__ if isinstance(v := getattr(self, n), str | float)}
+
+    def columns(self) -> dict[str, str | float]:
+        """Worst grade, safety factors, integral temperature and specific film: the columns of maps and studies."""
+        return {"strength": self.status} | {name: getattr(self, name) for name in COLUMNS}
 
     def to_dict(self) -> dict[str, Any]:
         """Single values, grades, factors, root stress over the mesh, for JSON; not-a-number becomes None."""

@@ -154,6 +154,8 @@ class StudyPoint:
         Greatest surface temperature of the cycle [K].
     status, reason : str
     seconds : float
+    strength : dict
+        Worst grade, safety factors, integral temperature and specific film, where they were asked for.
     causes : dict
         Half width of the efficiency that each cause of uncertainty alone leaves, the largest first [-].
     notes : tuple of str
@@ -188,6 +190,7 @@ class StudyPoint:
     status: str = "failed"
     reason: str = ""
     seconds: float = 0.0
+    strength: dict[str, Any] = field(default_factory=dict)
     causes: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -202,7 +205,8 @@ class StudyPoint:
 
     def scalars(self) -> dict[str, Any]:
         """The single values by their names."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in ("causes", "notes")}
+        apart = ("strength", "causes", "notes")
+        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in apart} | self.strength
 
     def _shifted(self, name: str) -> bool:
         return bool(getattr(self, name) != 0.0)
@@ -384,6 +388,8 @@ class StudyTask:
         Positions and points per line.
     load_balance : {"frictional", "frictionless"}
         What carries the torque.
+    strength : bool
+        Whether points have their strength.
     """
 
     design: Design
@@ -394,6 +400,7 @@ class StudyTask:
     states: tuple[State, ...]
     grid: tuple[int, int]
     load_balance: LoadBalance
+    strength: bool
 
     @property
     def key(self) -> str:
@@ -402,7 +409,7 @@ class StudyTask:
         if isinstance(model, Formula):
             model = model.formula.model_dump_json()
         design = self.design.model_dump_json()
-        run = (self.states, self.grid, self.load_balance)
+        run = (self.states, self.grid, self.load_balance, self.strength)
         content = (__version__, design, self.side, self.oil, model, *run, asdict(self.blank))
         return hashlib.sha256(repr(content).encode()).hexdigest()
 
@@ -420,6 +427,7 @@ def run_study(
     store: Path | None = None,
     report: Callable[[int, int], None] | None = None,
     load_balance: LoadBalance = "frictional",
+    strength: bool = False,
     **values: Any,
 ) -> Study:
     """Efficiency of designs over torque, speed, temperature, roughness and misalignment.
@@ -447,6 +455,8 @@ def run_study(
         Called with the number of points done and of all points.
     load_balance : {"frictional", "frictionless"}
         What carries the torque: normal and friction forces together, or the normal forces alone.
+    strength : bool
+        Columns of strength at each point: worst grade, safety factors, integral temperature, specific film.
     **values : sequence
         Of `torque`, `speed`, `temperature`, `roughness_rms`, `E`, `P`, `G`, `alpha` in place of the default levels, as
         in `GearPair.over`.
@@ -488,7 +498,9 @@ def run_study(
     tasks: list[StudyTask] = []
     for pair in pairs:
         own = resolve_friction(friction, pair) if isinstance(friction, str) else model
-        tasks += _tasks(pair, own, chosen, reference, side, card, (positions, points_per_line), costly, load_balance)
+        tasks += _tasks(
+            pair, own, chosen, reference, side, card, (positions, points_per_line), costly, load_balance, strength
+        )
     known = _read(store) if store is not None else {}
     waiting = [task for task in tasks if task.key not in known]
     total = sum(len(task.states) for task in tasks)
@@ -528,6 +540,7 @@ def _tasks(
     grid: tuple[int, int],
     costly: bool,
     load_balance: LoadBalance,
+    strength: bool,
 ) -> Iterator[StudyTask]:
     """States of the aligned design, a task for each torque, and each misalignment at the reference.
 
@@ -550,7 +563,9 @@ def _tasks(
             temperature_oil=0.0,
             roughness_rms=0.0,
         )
-        task = StudyTask(design.with_misalignment(**moved), blank, side, oil, friction, (), grid, load_balance)
+        task = StudyTask(
+            design.with_misalignment(**moved), blank, side, oil, friction, (), grid, load_balance, strength
+        )
         states = (middle,) if shift else every
         for _, part in groupby(states, key=None if costly else itemgetter(0)):
             yield replace(task, states=tuple(part))
@@ -583,12 +598,17 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
     for torque, speed, temperature, roughness in task.states:
         clock = time.perf_counter()
         condition = dict(zip(names, (torque, speed, temperature, roughness), strict=True))
-        [found] = solve_points([condition], lambda c: pair.at(task.friction, task.grid, many=True, **fixed, **c))
+        [found] = solve_points(
+            [condition],
+            lambda c: pair.at(task.friction, task.grid, many=True, **fixed, **c),
+            strength=task.strength,
+        )
         point = replace(task.blank, torque=torque, speed=speed, temperature_oil=temperature, roughness_rms=roughness)
         if found.result is None:
             points.append(replace(point, reason=found.reason, notes=found.notes))
         else:
-            points.append(replace(with_result(point, found.result), seconds=time.perf_counter() - clock))
+            solved = with_result(replace(point, strength=found.strength), found.result)
+            points.append(replace(solved, seconds=time.perf_counter() - clock))
     return task.key, points
 
 
@@ -625,4 +645,5 @@ def _read(store: Path) -> dict[str, Found]:
 
 def _numbers(row: dict[str, Any]) -> dict[str, Any]:
     values = {name: math.nan if value is None else value for name, value in row.items()}
-    return values | {"notes": tuple(row["notes"])}
+    strength = {name: math.nan if value is None else value for name, value in row["strength"].items()}
+    return values | {"strength": strength, "notes": tuple(row["notes"])}

@@ -47,7 +47,7 @@ def _column(name: str) -> Column:
 
 def study_tables(study: Study) -> list[Table]:
     """Every point, the levels and the notes."""
-    points = [point.scalars() for point in study.points]
+    points = Table.from_records([point.scalars() for point in study.points]).records()
     levels = [
         (name, level_quantity(name).unit, ", ".join(f"{value:.6g}" for value in values), study.reference.get(name, 0.0))
         for name, values in study.levels.to_dict().items()

@@ -141,9 +141,9 @@ class Table:
 
     @classmethod
     def from_records(cls, records: Sequence[Mapping[str, Any]], **others: Any) -> Table:
-        """A table from rows that name their columns, all the same; `others` as of `Table`."""
-        names = tuple(records[0]) if records else ()
-        return cls(names, tuple(tuple(record[name] for name in names) for record in records), **others)
+        """A table from rows that name their columns; a row may lack some; `others` as of `Table`."""
+        names = tuple(dict.fromkeys(name for record in sorted(records, key=len, reverse=True) for name in record))
+        return cls(names, tuple(tuple(record.get(name) for name in names) for record in records), **others)
 
     def __post_init__(self) -> None:
         columns = tuple(Column(column) if isinstance(column, str) else column for column in self.columns)

@@ -13,7 +13,9 @@ import efficiency.pair
 from efficiency.design.design import load_design
 from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency import load_grids, solve_balanced
+from efficiency.loss.grid import solve_grid
 from efficiency.loss.kinematics import Operation
+from efficiency.output.tables import map_table
 from efficiency.pair import GearPair, Mesh
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
@@ -133,3 +135,21 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
 def test_bad_axes(axes: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         PAIR.over(MODEL, **axes)
+
+
+def test_strength_of_a_map_and_a_point_without_a_result() -> None:
+    """The grades of each point; a point that has no geometry leaves its cells empty."""
+
+    def solve(condition: Any) -> Any:
+        if condition["torque"] > 300.0:
+            raise ConvergenceError("no_contact", "no tooth pair can touch")
+        return PAIR.at(MODEL, GRID, many=True, **condition)
+
+    grid = solve_grid({"torque": [200.0, 400.0]}, solve, strength=True)
+    solved, failed = map_table(grid).records()
+    strength = grid.results[0].strength
+    assert solved["strength"] == strength.status
+    assert solved["safety_root_pinion"] == strength.safety_root_pinion
+    assert failed["safety_root_pinion"] is None
+    assert (failed["status"], failed["reason"]) == ("failed", "no_contact")
+    assert "strength" not in map_table(PAIR.mesh("drive", *GRID).over(MODEL, torque=[200.0])).records()[0]

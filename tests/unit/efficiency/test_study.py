@@ -21,10 +21,10 @@ from efficiency.design.design import Design, load_design
 from efficiency.loss.efficiency import solve_balanced
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
-from efficiency.pair import Mesh
+from efficiency.pair import GearPair, Mesh
 from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
 from efficiency.studies.plots import causes_figure, causes_of, designs_figure, influence_figure, study_figures
-from efficiency.studies.report import causes_table, influence_table, section_table, write_study
+from efficiency.studies.report import causes_table, influence_table, section_table, study_tables, write_study
 from ehl.fluid.oil import Oil
 from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model
@@ -163,6 +163,27 @@ def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
     assert page.text.count("edges carry") == 1
     edges = sum(any(note.startswith("edges carry") for note in point.notes) for point in study.points)
     assert f"{edges} of {len(study.points)}; worst: " in page.sections[0]
+
+
+def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: list[Design], store: Path) -> None:
+    """Columns of the point's own strength, empty where it failed; kept in the store."""
+    few = Levels((100.0, 200.0), (150.0,), (353.15,), (4e-7,), (), (), (), ())
+    asked = {"store": store, "strength": True, **GRID}
+    run_study(designs[:1], MODEL, few, **asked)
+    again = run_study(designs[:1], MODEL, few, **asked)
+    assert again.reused == 2
+    table = study_tables(again)[0]
+    pair = GearPair(designs[0])
+    for row, torque in zip(table.records(), few.torque, strict=True):
+        own = pair.mesh("drive", GRID["positions"], GRID["points_per_line"]).load(torque)
+        expected = own.strength(MODEL, speed=150.0, temperature=353.15, roughness_rms=4e-7).columns()
+        assert row["strength"] == expected["strength"] == "warning"
+        for name in ("safety_contact", "safety_root_pinion", "safety_root_gear", "film_specific"):
+            assert row[name] == pytest.approx(expected[name], rel=1e-3)
+    assert table.records()[0]["safety_root_gear"] > table.records()[1]["safety_root_gear"]
+    failed = replace(again, points=(replace(again.points[0], strength={}, status="failed"), again.points[1]))
+    assert study_tables(failed)[0].records()[0]["safety_contact"] is None
+    assert "safety_contact" not in study_tables(study)[0].records()[0]
 
 
 def test_bars_of_the_uncertainty_are_those_of_the_reference(study: Study) -> None:
