@@ -866,9 +866,8 @@ class Mesh:
                 if not stiffness.given:
                     return cls.of(placed, side, positions, points_per_line, known).grids
                 small = min(positions, _FEW_POSITIONS), min(points_per_line, _FEW_POINTS)
-                found = solve_deflection(
-                    placed.placement(), stiffness.compliances(), torque, (lambda axes: mesh_of(axes, *small), mesh_of)
-                )
+                few = () if small == (positions, points_per_line) else (lambda axes: mesh_of(axes, *small),)
+                found = solve_deflection(placed.placement(), stiffness.compliances(), torque, (*few, mesh_of))
                 if found.deflection is None:
                     return found
                 return replace(found, deflection=replace(found.deflection, E=design.mirror * found.deflection.E))

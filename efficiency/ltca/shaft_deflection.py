@@ -2,8 +2,9 @@
 
 mesh force and its moment, mean of the cycle  ->  K^-1  ->  moved axes  ->  E, P, G, alpha  ->  contact  ->  mesh force
 
-The forces are the normal forces that carry the torque. Friction, a few per cent of them, is left out of the load of the
-shafts: it would need a mesh for each friction model, speed and driver.
+The forces are the normal forces that carry the torque. Friction is left out of the load of the shafts: it would need a
+mesh for each friction model, speed and driver. For the hypoid pair of the tests it is worth 6 % of the displacements
+and 0.5 % of the loss at a friction coefficient of 0.05, 13 % and 1 % at 0.1.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ FloatArray = NDArray[np.float64]
 # last change of E, P, G [m] and of alpha [rad]: a tenth of what changes a transmission error visibly (ours)
 TOLERANCE, TOLERANCE_ANGLE = 1e-7, 1e-6
 ROUNDS = 12
+# earlier rounds that tell how the load answers to a displacement
+REMEMBERED = 3
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ def solve_deflection(
     torque: float,
     meshes: Sequence[Callable[[DisplacedAxes], MeshGrids]],
 ) -> MeshGrids:
-    """The mesh at the misalignment that its own load produces, by fixed-point rounds.
+    """The mesh at the misalignment that its own load produces, by fixed-point rounds with secants (Anderson).
 
     Parameters
     ----------
@@ -116,7 +119,9 @@ def solve_deflection(
     rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
     now = displaced_axes(placed, rest, rest)
     rounds = 0
+    steps: list[tuple[FloatArray, FloatArray]] = []
     for mesh_at in meshes:
+        before: tuple[FloatArray, FloatArray] | None = None
         for _ in range(ROUNDS):
             mesh, rounds = mesh_at(now), rounds + 1
             load = load_grids(mesh, torque).coarse
@@ -126,7 +131,11 @@ def solve_deflection(
             change, turned = found.distance(now)
             if change < TOLERANCE and turned < TOLERANCE_ANGLE:
                 break
-            now = found
+            put, left = _vector(now), _vector(found) - _vector(now)
+            if before is not None:
+                steps = [*steps, (put - before[0], left - before[1])][-REMEMBERED:]
+            before = put, left
+            now = _moved(found, put + left - _secant(steps, left))
         else:
             raise ConvergenceError(
                 "deflection_limit",
@@ -135,3 +144,32 @@ def solve_deflection(
             )
     moved = (now.E - placed.E, now.P - placed.P, now.G - placed.G, now.alpha - placed.alpha)
     return replace(mesh, deflection=ShaftDeflection(*moved, rounds, change))
+
+
+def _vector(axes: DisplacedAxes) -> FloatArray:
+    """E, P, G and alpha on one scale [m]."""
+    return np.array([axes.E, axes.P, axes.G, axes.alpha * TOLERANCE / TOLERANCE_ANGLE])
+
+
+def _moved(axes: DisplacedAxes, vector: FloatArray) -> DisplacedAxes:
+    E, P, G, turned = map(float, vector)
+    return replace(axes, E=E, P=P, G=G, alpha=turned * TOLERANCE_ANGLE / TOLERANCE)
+
+
+def _secant(steps: list[tuple[FloatArray, FloatArray]], left: FloatArray) -> FloatArray:
+    """What the plain round goes too far, after the answers to earlier steps: their mix that leaves least (Anderson).
+
+    Parameters
+    ----------
+    steps : list
+        Change of the displacement put in, and of what the load left of it, of earlier rounds.
+    left : (4,) array
+        Displacement under the load less that put in.
+    """
+    if not steps:
+        return np.zeros(4)
+    put, answers = (np.array(part).T for part in zip(*steps, strict=True))
+    size = np.linalg.norm(answers, axis=0)
+    size[size == 0.0] = 1.0
+    share = np.linalg.lstsq(answers / size, left, rcond=1e-3)[0] / size
+    return np.asarray((put + answers) @ share)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,11 @@ from efficiency.contact.assembly import Assembly
 from efficiency.contact.displaced_axes import RigidMove, displaced_axes
 from efficiency.design.design import Design, load_design
 from efficiency.design.stiffness_input import MemberStiffnessInput, StiffnessInput
+from efficiency.ltca import shaft_deflection
+from efficiency.ltca.mesh_grids import MeshGrids
 from efficiency.ltca.shaft import shaft_compliance
 from efficiency.pair import GearPair, LoadedMesh
-from ehl.io.errors import InputError
+from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 
 PAIR = "fm_hypoid_13x42_relieved"
@@ -103,6 +107,38 @@ def test_axes_that_stay() -> None:
     # a right-hand pinion has its offset along -y, and the normal turns with the axes, not with the offset
     assert (found.E, found.P, found.G, found.alpha) == pytest.approx((1e-4, -2e-4, 1e-4, 1e-3), abs=1e-15)
     np.testing.assert_allclose(found.frame, np.eye(3), atol=1e-15)
+
+
+def rounds_of(monkeypatch: pytest.MonkeyPatch, answer: Any) -> tuple[float, float, int]:
+    """E, alpha and rounds of the equilibrium where a load answers to E and 0.1 m alpha with others."""
+    placed = Assembly(13, 42, 1.4, 0.03)
+
+    def moved(placed: Any, compliances: Any, load: Any, now: Any) -> Any:
+        E, turned = answer(np.array([now.E, 0.1 * now.alpha]))
+        return replace(now, E=float(E), alpha=10.0 * float(turned))
+
+    mesh = MeshGrids("stub", "drive", (), (), None, 9)  # type: ignore[arg-type]
+    monkeypatch.setattr(shaft_deflection, "axes_under_load", moved)
+    monkeypatch.setattr(shaft_deflection, "load_grids", lambda *_: SimpleNamespace(coarse=SimpleNamespace(reason="")))
+    found = shaft_deflection.solve_deflection(placed, (None, None), 1.0, (lambda _: mesh,)).deflection
+    assert found is not None
+    return found.E, found.alpha, found.rounds
+
+
+def test_rounds_with_secants_settle_where_plain_rounds_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load that answers to a displacement with 1.5 times as much, the other way: solved, by the solution at hand."""
+    matrix, start = np.array([[-1.5, 0.2], [0.1, 0.4]]), np.array([1e-4, 3e-5])
+    E, alpha, rounds = rounds_of(monkeypatch, lambda x: start + matrix @ x)
+    expected = np.linalg.solve(np.eye(2) - matrix, start)
+    assert pytest.approx([expected[0], 10.0 * expected[1]], abs=1e-9) == [E, alpha]
+    assert rounds <= 5
+
+
+def test_shafts_without_an_equilibrium_are_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load that always pushes to the other side never settles."""
+    with pytest.raises(ConvergenceError, match="too soft for this torque") as told:
+        rounds_of(monkeypatch, lambda x: np.array([-1e-4 if x[0] > 0.0 else 1e-4, 0.0]))
+    assert told.value.reason == "deflection_limit"
 
 
 def test_same_as_stated_by_hand(soft: LoadedMesh) -> None:
