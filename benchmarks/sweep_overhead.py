@@ -1,6 +1,7 @@
 """What a sweep costs beside its cases: overhead per case, and how busy two cores are.
 
     python benchmarks/sweep_overhead.py [--shard 1/16] [--empty 512] [--jobs 2] [--dask] [--csv FILE]
+    python benchmarks/sweep_overhead.py --growth 1024 4096 24576
 
 Overhead: cases that take no time, wall time and processor time of the parent over their number.
 
@@ -12,12 +13,15 @@ compiled code is loaded before the clock runs. The first two of these figures me
 - slowing: processor time of the same cases one at a time, over that beside each other (memory, caches, clock rate);
 - efficiency: wall time with one worker over workers times wall time with several. It needs a quiet machine, and is the
   product of the first two there.
+
+Growth: memory and file of sweeps of cases that take no time, and of reading them back.
 """
 
 from __future__ import annotations
 
 import csv
 import os
+import resource
 import tempfile
 import time
 from collections.abc import Sequence
@@ -27,6 +31,7 @@ from pathlib import Path
 from common import command_line
 
 from ehl.contact import Contact
+from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
 from regression.sweeping.dask_workers import dask_executor
 from regression.sweeping.evaluators import Outputs
@@ -35,6 +40,7 @@ from regression.sweeping.sweep import sweep_shard
 
 # share of the plan that starts workers and loads compiled code: enough cases for each worker to meet a rough one
 WARM = 127
+TEMPERATURES = 'variables.temperature_oil=["60 degC", "90 degC"]'
 
 
 def nothing(case: Contact) -> Outputs:
@@ -65,6 +71,22 @@ def solved(plan: Plan, shard: tuple[int, int], jobs: int, dask: bool) -> tuple[i
     return report.total, report.seconds, report.seconds_cases, report.seconds_cpu
 
 
+def growth(cases: int) -> tuple[float, float, float]:
+    """Memory a sweep takes at its peak above the start [MB], its file [MB], and seconds to read it back."""
+    # a list of temperatures, since Sobol points come in powers of two
+    plan = Plan.from_file("gear_default", [f"sampling.size={cases // 2}", "sampling.corners=false", TEMPERATURES])
+    with tempfile.TemporaryDirectory() as folder:
+        run = Path(folder) / "run"
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        sweep_shard(plan, run, evaluate=nothing)
+        taken = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024.0
+        size = sum(path.stat().st_size for path in run.glob("*.h5")) / 1e6
+        clock = time.perf_counter()
+        rows = len(load_dataset(run).frame)
+        assert rows == plan.count, (rows, plan.count)
+        return taken, size, time.perf_counter() - clock
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Measure overhead and efficiency."""
     parser = command_line(__doc__)
@@ -73,7 +95,16 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=2, help="workers beside each other")
     parser.add_argument("--dask", action="store_true", help="dask workers in place of joblib's")
     parser.add_argument("--csv", type=Path, default=Path("sweep_overhead.csv"))
+    parser.add_argument("--growth", type=int, nargs="+", help="numbers of cases; this alone")
     options = parser.parse_args(argv)
+    for cases in options.growth or ():
+        clock = time.perf_counter()
+        memory, size, seconds = growth(cases)
+        each = 1e6 * size / cases
+        print(f"{cases} cases: {time.perf_counter() - clock:.1f} s, memory +{memory:.0f} MB, file {size:.1f} MB, "
+              f"{each:.0f} bytes a case, read back in {seconds:.1f} s", flush=True)  # fmt: skip
+    if options.growth:
+        return
     number, shards = (int(part) for part in options.shard.split("/"))
     load = os.getloadavg()[0]
     print(f"load of the machine before: {load:.1f}")

@@ -56,9 +56,6 @@ def sweep_run(
         str | None, typer.Option("--with", help="Compute with a published formula, to try a plan in seconds.")
     ] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Compute failed cases on disk again.")] = False,
-    adaptive: Annotated[
-        bool, typer.Option("--adaptive", help="Add batches of cases by the plan's [adaptive].")
-    ] = False,
     estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
     slurm: Annotated[int | None, typer.Option(metavar="N", help="Print a Slurm job array of N tasks.")] = None,
 ) -> None:
@@ -76,11 +73,11 @@ def sweep_run(
     options: dict[str, Any] = {"jobs": jobs, "formula": formula, "time_cap": time_cap, "retries": retries}
     options["retry_failed"] = retry_failed
     if slurm is not None:
-        if adaptive or dask is not None or shard != "1/1":
-            raise InputError("slurm", slurm, "neither --adaptive, --dask nor --shard with it")
+        if dask is not None or shard != "1/1":
+            raise InputError("slurm", slurm, "neither --dask nor --shard with it")
         typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
         return
-    options |= {"shard": shard, "dask": dask, "adaptive": adaptive, "progress": True, "notify": _show_score}
+    options |= {"shard": shard, "dask": dask, "progress": True}
     try:
         result = regression.sweep(content, run, **options)
     except KeyboardInterrupt:
@@ -91,10 +88,6 @@ def sweep_run(
         cases = "1 case has" if result.unanswered == 1 else f"{result.unanswered} cases have"
         typer.echo(f"{cases} no answer: `mixed-ehl sweep status {run} --failed` lists them", err=True)
         raise typer.Exit(1)
-
-
-def _show_score(score: Any) -> None:
-    typer.echo(str(score), err=True)
 
 
 @sweep_app.command("status")

@@ -375,8 +375,6 @@ class RunStatus:
         Name of the plan.
     planned, finished : int
         Cases of the plan, and distinct ones of them on disk.
-    adaptive : int
-        Cases on disk that an adaptive sweep added.
     failed : tuple of FailedCase
         Cases without a result, by reason.
     shards : tuple of ShardStatus
@@ -388,7 +386,6 @@ class RunStatus:
     plan_name: str
     planned: int
     finished: int
-    adaptive: int
     failed: tuple[FailedCase, ...]
     shards: tuple[ShardStatus, ...]
     longest: float = 0.0
@@ -409,7 +406,6 @@ class RunStatus:
 
     def table(self) -> Table:
         """One row per result file."""
-        added = f", {self.adaptive} added by the adaptive sweep" if self.adaptive else ""
         seconds = sum(shard.seconds for shard in self.shards)
         rows = [
             (
@@ -425,7 +421,7 @@ class RunStatus:
         return Table(
             ("file", "finished", "converged", "unsettled", "failed", Column("seconds_cpu", label="CPU time")),
             rows,
-            title=f"{self.plan_name}: {self.finished} of {self.planned} cases{added}",
+            title=f"{self.plan_name}: {self.finished} of {self.planned} cases",
             notes=(f"CPU time of all cases {duration(seconds)}, the longest {duration(self.longest)}",),
         )
 
@@ -470,10 +466,9 @@ def run_status(run: Path) -> RunStatus:
         frames.append(frame)
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])
     every = one_row_per_case(frames)
-    adaptive = int((every["origin"] == "adaptive").sum())
     failures = tuple(_failed_cases(every[every["status"] == "failed"]))
     longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
-    return RunStatus(plan_name, planned, len(every) - adaptive, adaptive, failures, tuple(shards), longest)
+    return RunStatus(plan_name, planned, len(every), failures, tuple(shards), longest)
 
 
 _WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")

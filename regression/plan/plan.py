@@ -83,28 +83,6 @@ class Sampling(InputModel):
     same_profile: bool = False
 
 
-class Adaptive(InputModel):
-    """Batches of further points where a surrogate is least certain (`mixed-ehl sweep --adaptive`).
-
-    Parameters
-    ----------
-    batch : int
-        Points added at a time.
-    budget : int
-        Cases in all, those of the plan included.
-    gain : float
-        The sweep ends when two batches together lower the cross-validated error by less than this part of it.
-    weight : str
-        Column whose product with the surrogate's variance is sought; `pressure_velocity` is p_h times the sliding
-        speed, to which the power loss of a gear is proportional; `uniform` is none.
-    """
-
-    batch: Annotated[int, Field(ge=1, le=4096)] = 64
-    budget: Annotated[int, Field(ge=1, le=MAX_CASES)] = 1024
-    gain: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.05
-    weight: Literal["pressure_velocity", "speed_sliding", "load_per_length", "uniform"] = "pressure_velocity"
-
-
 @dataclass(frozen=True)
 class PlanPoints:
     """All points of a plan, in a fixed order.
@@ -155,8 +133,6 @@ class Plan(InputModel):
         Columns of points given one by one, SI.
     constraints : Constraints
         Windows a point must lie in.
-    adaptive : Adaptive
-        Batches of an adaptive sweep.
     lubricant : dict
         Oil card or cards, or a lubricant by numbers.
     solid_1, solid_2 : SolidInput
@@ -186,7 +162,6 @@ class Plan(InputModel):
     variables: Variables = Variables()
     table: Annotated[dict[str, Column], BeforeValidator(_read_columns)] = Field(default_factory=dict)
     constraints: Constraints = Constraints()
-    adaptive: Adaptive = Adaptive()
     lubricant: dict[str, Any]
     solid_1: SolidInput = SolidInput()
     solid_2: SolidInput = SolidInput()
@@ -283,7 +258,8 @@ class Plan(InputModel):
         """
         stored = parse_json(text, "plan", "of a result file")
         content = {key: value for key, value in stored.items() if value not in (None, {})}
-        for key in ("sampling", "adaptive", "solid_1", "solid_2", "surface", "model"):
+        content.pop("adaptive", None)  # of files written before adaptive sweeps were dropped
+        for key in ("sampling", "solid_1", "solid_2", "surface", "model"):
             defaults = json.loads(cls.model_fields[key].default.model_dump_json())
             content[key] = {k: v for k, v in stored.get(key, {}).items() if v != defaults.get(k)}
         axes = {name: axis for name, axis in stored["variables"].items() if axis is not None}
@@ -424,7 +400,7 @@ class Plan(InputModel):
     @property
     def plan_hash(self) -> str:
         """Hash of everything that decides the cases and their results."""
-        content = self.model_dump(mode="json", exclude={"name", "description", "adaptive"})
+        content = self.model_dump(mode="json", exclude={"name", "description"})
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     @cached_property

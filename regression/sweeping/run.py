@@ -18,7 +18,6 @@ from regression.data.store import merge, read_run
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
-from regression.sweeping.adaptive import AdaptiveReport, SurrogateScore, adaptive_sweep
 from regression.sweeping.evaluators import published_outputs, solve_outputs
 from regression.sweeping.executors import Executor
 from regression.sweeping.progress import show_progress
@@ -42,8 +41,6 @@ class Run(PathLike[str]):
         Folder or file of results, or the name of a shipped dataset.
     reports : tuple of SweepReport
         What a call of `sweep` did; empty where results are opened only.
-    adaptive : AdaptiveReport, optional
-        What an adaptive sweep did.
 
     Raises
     ------
@@ -60,14 +57,9 @@ class Run(PathLike[str]):
     True
     """
 
-    def __init__(
-        self,
-        source: str | PathLike[str],
-        reports: tuple[SweepReport, ...] = (),
-        adaptive: AdaptiveReport | None = None,
-    ) -> None:
+    def __init__(self, source: str | PathLike[str], reports: tuple[SweepReport, ...] = ()) -> None:
         self.path = results_path(source)
-        self.reports, self.adaptive = reports, adaptive
+        self.reports = reports
 
     def __fspath__(self) -> str:
         return str(self.path)
@@ -188,11 +180,7 @@ class Run(PathLike[str]):
         -------
         str
         """
-        lines = []
-        if self.adaptive is not None:
-            cause = "the budget is spent" if self.adaptive.ended == "budget" else "two more batches gained too little"
-            lines.append(f"{self.adaptive.batches} batches added; ended because {cause}")
-        return "\n".join(lines + [report.to_text() for report in self.reports])
+        return "\n".join(report.to_text() for report in self.reports)
 
     def __repr__(self) -> str:
         status = self.status
@@ -210,13 +198,11 @@ def sweep(
     jobs: int | None = None,
     shard: tuple[int, int] | str = (1, 1),
     dask: Any = None,
-    adaptive: bool = False,
     formula: str | None = None,
     time_cap: float | str | None = 600.0,
     retries: int = 1,
     retry_failed: bool = False,
     progress: bool | Callable[[Progress], None] = False,
-    notify: Callable[[SurrogateScore], None] | None = None,
 ) -> Run:
     """Compute the cases of a plan that are not on disk yet; the same call resumes a sweep that was interrupted.
 
@@ -233,8 +219,6 @@ def sweep(
     dask : str or distributed.Client, optional
         Compute on a dask cluster: the address of its scheduler, a scheduler file, ``local:N``, or a connected client,
         for whose workers the sweep waits up to an hour.
-    adaptive : bool
-        Add batches of cases by the plan's ``[adaptive]`` table.
     formula : str, optional
         Compute with this published formula in place of the solver, to try a plan in seconds.
     time_cap : float or str, optional
@@ -245,8 +229,6 @@ def sweep(
         Compute the failed cases on disk again.
     progress : bool or callable
         Show the progress on standard error, or call this with each `Progress`.
-    notify : callable, optional
-        Called with each `SurrogateScore` of an adaptive sweep.
 
     Returns
     -------
@@ -275,8 +257,6 @@ def sweep(
     content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
     _check_formula(formula)
     part = _shard(shard)
-    if adaptive and part != (1, 1):
-        raise InputError("shard", f"{part[0]}/{part[1]}", "no shards in an adaptive sweep", "Use jobs or dask.")
     shown: AbstractContextManager[Callable[[Progress], None] | None]
     shown = show_progress(content.name) if progress is True else nullcontext(progress or None)
     with shown as show, _executor(dask) as executor:
@@ -293,9 +273,6 @@ def sweep(
         if formula is None and executor is None and options["jobs"] > 1:
             prepare_workers(rough=content.model.roughness == "deterministic")
         target = Path(folder)
-        if adaptive:
-            report = adaptive_sweep(content, target, notify=notify, **options)
-            return Run(target, report.sweeps, report)
         return Run(target, (sweep_shard(content, target, part, **options),))
 
 

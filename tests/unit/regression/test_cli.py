@@ -271,18 +271,6 @@ def test_failed_cases_are_listed(mixed_ehl: Call, plan: Path, tmp_path: Path) ->
     assert set(failed[0]["conditions"]) >= {"pressure_hertz", "slide_to_roll", "temperature_oil"}
 
 
-def test_adaptive_sweep_on_the_command_line(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
-    plan.write_text(PLAN + "[adaptive]\nbatch = 4\nbudget = 40\n")
-    swept = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "arana_2019", "--jobs", "1", "--adaptive")
-    assert swept.code == 0
-    assert "2 batches added; ended because the budget is spent" in swept.out
-    assert "cross-validated error of mu" in swept.err
-    assert "8 added by the adaptive sweep" in mixed_ehl("sweep", "status", tmp_path / "run").out
-    shards = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--adaptive", "--shard", "1/2")
-    assert shards.code == 2
-    assert "no shards in an adaptive sweep" in shards.err
-
-
 def test_slurm_script_is_shell(mixed_ehl: Call, tmp_path: Path) -> None:
     change = ("--set", "lubricant.oil=fva3", "--with", "arana_2019", "--time-cap", "90 s", "--jobs", "2")
     printed = mixed_ehl("sweep", "demo", "-o", tmp_path / "run", "--slurm", "8", *change)

@@ -63,7 +63,6 @@ def test_shards_and_failed_cases(tmp_path: Path) -> None:
         ({"formula": "nothing"}, "formula"),
         ({"shard": "3/2"}, "shard"),
         ({"shard": (0, 2)}, "shard"),
-        ({"shard": "1/2", "adaptive": True}, "shard"),
         ({"time_cap": "5 m"}, "time_cap"),
         ({"jobs": 0}, "jobs"),
         ({"dask": "local:x"}, "dask"),
