@@ -9,6 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
+
+# the same draws on every machine, however loaded
+settings.register_profile("gate", deadline=None, derandomize=True)
+settings.load_profile("gate")
 
 _approx = pytest.approx
 

@@ -297,4 +297,12 @@ def serve(bench: Bench, port: int, *, browser: bool) -> None:
     def index() -> None:
         Page(bench)
 
-    ui.run(host="127.0.0.1", port=port, show=browser, reload=False, title="mixed-ehl", show_welcome_message=False)
+    ui.run(
+        host="127.0.0.1",
+        port=port,
+        show=browser,
+        reload=False,
+        title="mixed-ehl",
+        show_welcome_message=False,
+        timeout_graceful_shutdown=2,  # [s]; without it the server waits for browsers that do not answer
+    )

@@ -51,7 +51,7 @@ _TERMS: dict[str, tuple[float, float, float]] = {
 _EQUATION = (
     f"mu = X mu_b + (1 - X)^film_power F; {SHARE_EQUATION} n = squeeze_film (0.01 lc/Rq)^squeeze_slope;"
     " F = r sum_i w_i t_i (1 + (t_i/(Lam p_i))^8)^(-1/8)/p over p_i = q_i p/r,"
-    " q = 1.2594, 1.0977, 0.58446, w = 5/18, 8/18, 5/18; p = pi p_h/4; r = (1 + relief_thick h0 R/b^2)^(2/3);"
+    " q = 1.2593, 1.0976, 0.58454, w = 5/18, 8/18, 5/18; p = pi p_h/4; r = (1 + relief_thick h0 R/b^2)^(2/3);"
     " t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
     " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = p_i/p, G = ln(eta_p/eta0), c = G/(alpha p);"
     f" {FILM_EQUATION}"

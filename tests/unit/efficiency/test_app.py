@@ -176,8 +176,12 @@ def address() -> Iterator[str]:
                 if trial.connect_ex(("127.0.0.1", port)) == 0:
                     break
             time.sleep(0.1)
-        yield f"http://127.0.0.1:{port}"
-        server.terminate()
+        try:
+            yield f"http://127.0.0.1:{port}"
+            server.terminate()
+            server.wait(30.0)
+        finally:
+            server.kill()
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
