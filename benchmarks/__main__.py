@@ -32,6 +32,7 @@ FIGURES = {
     ),
     "root_stress_fem.png": ("root_stress_fem", "docs/figures"),
     "smooth_accuracy.png": ("smooth_accuracy", "--out", "docs/figures"),
+    "step.png": ("step_picture", "docs/figures"),
     "stress_wide.png": ("stress", "--out", "docs/figures"),
     "tooth_compliance.png": ("compliance_fem", "docs/figures"),
     "waviness.png": ("mixed_validation", "waviness", "--out", "docs/figures"),

@@ -164,6 +164,15 @@ def test_impossible_relief_is_refused_with_the_remedy(
 SHIPPED = [name for name in data_names("designs") if name.endswith("_relieved")]
 
 
+def test_every_shipped_pair_is_clean_or_a_reference_case_beside_a_clean_one() -> None:
+    """The reference cases keep the edges and settings that figures and golden files are of, and say so."""
+    for name in sorted(set(data_names("designs")) - set(SHIPPED)):
+        assert f"{name}_relieved" in SHIPPED
+        assert f"reference case with sharp edges, for use: {name}_relieved" in load_design(name).source
+        assert load_design(f"{name}_relieved").operation.oil == load_design(name).operation.oil
+    assert not any("reference case" in load_design(name).source for name in SHIPPED)
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_pairs_with_relief_are_clean(name: str) -> None:
     design = load_design(name)

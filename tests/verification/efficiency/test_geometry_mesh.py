@@ -372,3 +372,43 @@ def test_the_cycle_closes_after_one_pitch(pair: FlankPair) -> None:
         if before.size and after.size:
             assert np.abs(before - after).max() < 0.6e-3
     assert abs(first.transmission_error - last.transmission_error) / ARCSEC < 0.5
+
+
+@pytest.mark.parametrize("hand", ["left", "right"])
+def test_positive_misalignments_move_the_members_as_documented(hand: str) -> None:
+    """E enlarges the offset, P and G move pinion and gear from the apex towards the heel, alpha opens the shaft angle.
+
+    From a heel point of each member, turned about axes fitted to three places of it: no formula of the assembly.
+    """
+    mirror = 1.0 if hand == "left" else -1.0
+    nominal = Assembly(9, 34, 1.5, mirror * 0.03)
+    heel_pinion, heel_gear = np.array([[0.02], [0.0], [0.09]]), np.array([[0.08], [0.0], [0.03]])
+
+    def lines(assembly: Assembly) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Point and direction of both axes by the circles that the heel points run on, towards the heel."""
+        found = []
+        for place, point in ((assembly.pinion_in_mesh, heel_pinion), (assembly.gear_in_mesh, heel_gear)):
+            a, b, c, d = (place(point, np.array([angle]))[:, 0] for angle in (0.0, np.pi / 2, np.pi, 1.5 * np.pi))
+            axis = np.cross(b - a, c - a)
+            # the apex lies before the circle: towards the heel is away from the crossing point
+            found.append(((a + b + c + d) / 4.0, axis / np.linalg.norm(axis)))
+        return found
+
+    def measures(assembly: Assembly) -> tuple[float, float]:
+        (p, a), (q, b) = lines(assembly)
+        normal = np.cross(a, b)
+        return abs(float((p - q) @ normal)) / float(np.linalg.norm(normal)), float(np.arccos(a @ b))
+
+    before, after = lines(nominal), lines(replace(nominal, P=1e-4, G=2e-4))
+    for (centre, axis), (shifted, _), amount in zip(before, after, (1e-4, 2e-4), strict=True):
+        assert (shifted - centre) @ axis == pytest.approx(amount, abs=1e-12)
+        assert np.linalg.norm(shifted - centre) == pytest.approx(amount, abs=1e-12)
+        assert centre @ axis > 0.02
+    distance, angle = measures(nominal)
+    assert (distance, angle) == pytest.approx((0.03, 1.5), abs=1e-12)
+    assert measures(replace(nominal, E=mirror * 1e-4))[0] == pytest.approx(distance + 1e-4, abs=1e-12)
+    assert measures(replace(nominal, alpha=1e-3))[1] == pytest.approx(angle + 1e-3, abs=1e-9)
+    # as a design states it: E of the design adds to its offset, whatever the hand
+    pair = load_design("fh_hypoid_9x34")
+    wide, near = (measures(pair.with_misalignment(E=e).placement())[0] for e in (1e-4, 0.0))
+    assert wide == pytest.approx(near + 1e-4, abs=1e-12)
