@@ -57,6 +57,7 @@ if TYPE_CHECKING:
 
     from efficiency.geometry.misalignment import MisalignmentGrid
     from efficiency.geometry.pair_geometry import PairGeometry
+    from ehl.surface.finish import State
     from regression.plan.operating_range import WeightedPoints
 
 POSITIONS, POINTS_PER_LINE = 24, 31
@@ -302,6 +303,10 @@ class GearPair:
         own = self.design.assembly.misalignment.model_dump()
         given = {name: _checked(name, value) for name, value in misalignment.items()}
         return GearPair(self.design.with_misalignment(**(own | given)))
+
+    def finished(self, finish: str, state: State = "run_in") -> GearPair:
+        """The pair with both flanks of a finish of `ehl.shipped("finishes")`, "new" or "run_in", with its Rq."""
+        return self.sharing_bodies(self.design.with_finish(finish, state))
 
     def at(
         self,

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import ehl
-from ehl.console import App, check_outputs, given, names_of, print_json
+from ehl.console import FIGURE, PAGE, App, check_outputs, check_suffix, given, names_of, print_json
 
 
 def solve(
@@ -25,6 +25,9 @@ def solve(
 
     Exit code 0 with an answer, also where its interval is wider than asked for (status unsettled); 1 without.
     """
+    check_outputs({"plot": plot, "animate": animate, "report": report})
+    check_suffix(plot, "plot", FIGURE)
+    check_suffix(report, "report", PAGE)
     contact = ehl.Contact.from_file(case_file)
     if animate is not None:
         contact.check_animation(animate)

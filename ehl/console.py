@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 FIGURE = (".png", ".svg", ".pdf")
+PAGE = (".html", ".htm")
 
 # keyword or quantity of the Python interface -> option, where they are not the same word
 _OPTIONS = {

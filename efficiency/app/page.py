@@ -5,32 +5,23 @@ from __future__ import annotations
 import asyncio
 import base64
 import io
+import logging
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, TypeVar
 
 from nicegui import run, ui
 
 from efficiency.app import charts
-from efficiency.app.scene import FIELDS, FRICTIONS, Answer, Bench, changed, worst_first
+from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, Answer, Bench, Scene, changed, worst_first
 from ehl.io.data import data_names
-from ehl.io.errors import MixedEhlError
+from ehl.io.errors import InputError, MixedEhlError
 
 _T = TypeVar("_T")
 
-LABELS = {
-    "torque": "pinion torque",
-    "speed": "pinion speed",
-    "temperature": "oil temperature",
-    "roughness_pinion": "Rq pinion",
-    "roughness_gear": "Rq gear",
-    "peklenik": "Peklenik number (empty: of the finish)",
-    "E": "E offset",
-    "P": "P pinion axial",
-    "G": "G gear axial",
-    "alpha": "α shaft angle",
-}
+_LOG = logging.getLogger(__name__)
+_STALE = "opacity-30"  # of pictures that do not belong to the settings
 # half the way of a slider about the design's alignment
 SLIDERS = {"E": 0.3, "P": 0.3, "G": 0.3, "alpha": 0.3}
 COLOURS = {"fault": "negative", "warning": "warning", "for information": "info"}
@@ -44,14 +35,17 @@ class Page:
         self.scene = bench.start()
         self.busy = self.waiting = False
         self.inputs: dict[str, Any] = {}
+        self.drawn: dict[str, Scene] = {}  # what map and contact were drawn for
         self._controls()
         with ui.column().classes("w-full max-w-screen-xl mx-auto gap-3 p-2"):
             with ui.card().classes("w-full"):
                 ui.label("Efficiency of the mesh").classes("text-sm opacity-70")
                 self.headline = ui.label("…").classes("text-3xl font-bold").mark("headline")
                 self.details = ui.label("").classes("text-sm")
-                self.fault = ui.label("").classes("text-negative").mark("fault")
+                self.fault = ui.label("").classes("text-negative whitespace-pre-line").mark("fault")
                 self.fault.set_visibility(False)
+                self.stale = ui.label("Everything below belongs to the last settings that had an answer.").mark("stale")
+                self.stale.classes("text-negative").set_visibility(False)
                 self.notes = ui.column().classes("w-full gap-1")
             with ui.row().classes("w-full gap-3"):
                 self.pressure = self._chart("Contact pressure on the gear tooth [GPa]")
@@ -64,12 +58,14 @@ class Page:
                     self.progress.set_visibility(False)
                     self.map = ui.echart({"series": []}).classes("h-80 w-full")
                     self.map.set_visibility(False)
+                    self.map_stale = _outdated("map")
                 with ui.card().classes("flex-1 min-w-[320px]"):
                     self.contact_button = ui.button("Film and pressure of the contact that loses most (smooth)")
                     self.contact_button.on_click(self._draw_contact)
                     self.contact_text = ui.label("")
                     self.contact = ui.image().classes("w-full")
                     self.contact.set_visibility(False)
+                    self.contact_stale = _outdated("contact")
             with ui.row().classes("gap-2"):
                 ui.button("Design file", on_click=self._save_design).props("outline")
                 ui.button("Report", on_click=self._save_report).props("outline")
@@ -89,26 +85,27 @@ class Page:
             contrast = ui.button(icon="contrast", on_click=lambda: dark.set_value(not dark.value))
             contrast.props(f'{flat} aria-label="light or dark"')
         with drawer:
-            self._select("design", "pair", self.bench.designs)
-            self._select("side", "flanks", ["drive", "coast"])
-            self._select("oil", "oil", list(data_names("oils")))
-            self._select("friction", "friction model", list(FRICTIONS))
+            self._select("design", self.bench.designs)
+            self._select("side", ["drive", "coast"])
+            self._select("oil", list(data_names("oils")))
+            self._select("friction", list(FRICTIONS))
+            self._select("finish", {"": "as designed"} | {name: name for name in FINISHES})
             for name in ("torque", "speed", "temperature", "roughness_pinion", "roughness_gear", "peklenik"):
                 self._number(name)
             ui.label("misalignment").classes("text-sm opacity-70 mt-2")
             for name, reach in SLIDERS.items():
                 self._number(name, reach)
 
-    def _select(self, name: str, label: str, names: list[str]) -> None:
+    def _select(self, name: str, names: list[str] | dict[str, str]) -> None:
         value = getattr(self.scene, name)
-        chosen = ui.select(names if value in names else [value, *names], value=value, label=label)
+        chosen = ui.select(names if value in names else [value, *names], value=value, label=CHOICES[name])
         chosen.classes("w-full").props("dense").mark(name)
         chosen.on_value_change(lambda event: self._set(name, event.value))
         self.inputs[name] = chosen
 
     def _number(self, name: str, reach: float = 0.0) -> None:
-        unit = FIELDS[name][1]
-        field = ui.input(f"{LABELS[name]}{f' [{unit}]' if unit else ''}", value=getattr(self.scene, name))
+        _, unit, label = FIELDS[name]
+        field = ui.input(f"{label}{f' [{unit}]' if unit else ''}", value=getattr(self.scene, name))
         field.classes("w-full").props("dense debounce=60").mark(name)
         field.on_value_change(lambda event: self._set(name, event.value))
         self.inputs[name] = field
@@ -123,6 +120,9 @@ class Page:
             await self._open(str(value))
             return
         self.scene = changed(self.scene, **{name: str(value or "")})
+        if name == "finish":  # its Rq and lay
+            self.scene = changed(self.scene, **self.bench.roughness(self.scene.design, self.scene.finish), peklenik="")
+            self._fill()
         await self.refresh()
 
     async def _open(self, design: str) -> None:
@@ -131,22 +131,46 @@ class Page:
         if scene is None:
             return
         self.scene = scene
-        for name, element in self.inputs.items():
-            element.set_value(getattr(scene, name))
+        self._fill()
         await self.refresh()
+
+    def _fill(self) -> None:
+        for name, element in self.inputs.items():
+            element.set_value(getattr(self.scene, name))
 
     # answers
 
     async def _try(self, work: Callable[[], _T]) -> _T | None:
         """The result of work in a thread of its own, or None with its error in the page."""
+        scene = self.scene
+
+        def attempt() -> tuple[_T | None, dict[str, str]]:
+            try:
+                return work(), {}
+            except InputError as error:
+                return None, self.bench.problems(scene, error)
+
         try:
-            found = await run.io_bound(work)
+            found, wrong = await run.io_bound(attempt)  # type: ignore[misc]
         except MixedEhlError as error:
-            self.fault.text = str(error)
-            self.fault.set_visibility(True)
+            self._refuse(str(error))
             return None
-        self.fault.set_visibility(False)
+        except Exception as error:
+            _LOG.exception("fault of the page")
+            self._refuse(
+                f"Fault of the program ({type(error).__name__}: {error}). The terminal has the rest: please send it "
+                "with what you had set."
+            )
+            return None
+        self._refuse("\n".join(wrong.values()), wrong)
         return found
+
+    def _refuse(self, words: str, fields: Collection[str] = ()) -> None:
+        """Say what is wrong and mark the fields; nothing where all is right."""
+        self.fault.text = words
+        self.fault.set_visibility(bool(words))
+        for name, element in self.inputs.items():
+            element.error = "see above" if name in fields else None
 
     async def refresh(self) -> None:
         """Answer the scene as it is now; what was asked meanwhile is answered next, only the last of it."""
@@ -159,8 +183,9 @@ class Page:
                 self.waiting = False
                 scene = self.scene
                 answer = await self._try(lambda scene=scene: self.bench.answer(scene))  # type: ignore[misc]
+                self._mark(fresh=answer is not None)
                 if answer is None:
-                    self.headline.text = "no answer"
+                    self.headline.text, self.details.text = "no answer", ""
                 else:
                     self._show(answer)
                     pictures = await self._try(lambda answer=answer: _drawn(answer))  # type: ignore[misc]
@@ -174,6 +199,19 @@ class Page:
                     return
         finally:
             self.busy = False
+
+    def _mark(self, *, fresh: bool) -> None:
+        """Grey what does not belong to the settings."""
+        self.stale.set_visibility(not fresh)
+        for element in (self.notes, self.pressure, self.loss, self.bars):
+            element.classes(**({"remove": _STALE} if fresh else {"add": _STALE}))
+        for name, element, words in (
+            ("map", self.map, self.map_stale),
+            ("contact", self.contact, self.contact_stale),
+        ):
+            old = name in self.drawn and self.drawn[name] != self.scene
+            words.set_visibility(old)
+            element.classes(**({"add": _STALE} if old else {"remove": _STALE}))
 
     def _show(self, answer: Answer) -> None:
         found = answer.result
@@ -222,10 +260,12 @@ class Page:
         self.map.options.update(charts.efficiency_map(*found))
         self.map.set_visibility(True)
         self.map.update()
+        self.drawn["map"] = scene
+        self._mark(fresh=True)
 
     async def _draw_contact(self) -> None:
         self.contact_button.disable()
-        self.contact_text.text = "solving; on a fresh installation the solver is compiled first (about 10 s)"
+        self.contact_text.text = "solving; on a fresh installation the solver is compiled first, some 20 s"
         scene = self.scene
 
         def solve() -> tuple[str, str]:
@@ -243,6 +283,8 @@ class Page:
         self.contact.set_source(found[0])
         self.contact.set_visibility(True)
         self.contact_text.text = found[1]
+        self.drawn["contact"] = scene
+        self._mark(fresh=True)
 
     # exports
 
@@ -271,6 +313,12 @@ class Page:
         with ui.card().classes(classes):
             ui.label(title).classes("text-sm opacity-70")
             return ui.echart({"series": []}).classes("h-72 w-full")
+
+
+def _outdated(name: str) -> Any:
+    words = ui.label("Drawn for other settings: press again.").classes("text-negative").mark(f"old {name}")
+    words.set_visibility(False)
+    return words
 
 
 def _note(note: Any) -> None:

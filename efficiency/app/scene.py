@@ -7,6 +7,7 @@ friction formula alone.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -20,34 +21,49 @@ from efficiency.output.notes import pair_notes, result_notes
 from efficiency.pair import GearPair, LoadedMesh, default_friction
 from ehl.contact import Contact
 from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.files import toml_text
 from ehl.io.validation import read_toml
 from regression.formula import shipped_formulas
 from regression.friction.published_registry import PUBLISHED
 
 if TYPE_CHECKING:
+    from efficiency.design.design import Design
     from efficiency.loss.efficiency_result import EfficiencyResult
+    from ehl.surface.finish import State
     from ehl.view.notes import Note
 
-# field of a scene: argument of the Python interface, unit
-FIELDS: dict[str, tuple[str, str]] = {
-    "torque": ("torque", "N m"),
-    "speed": ("speed", "rpm"),
-    "temperature": ("temperature", "degC"),
-    "roughness_pinion": ("roughness_rms_pinion", "um"),
-    "roughness_gear": ("roughness_rms_gear", "um"),
-    "peklenik": ("peklenik_number", ""),
-    "E": ("E", "mm"),
-    "P": ("P", "mm"),
-    "G": ("G", "mm"),
-    "alpha": ("alpha", "deg"),
+# field of a scene with a number: argument of the Python interface, unit, label
+FIELDS: dict[str, tuple[str, str, str]] = {
+    "torque": ("torque", "N m", "pinion torque"),
+    "speed": ("speed", "rpm", "pinion speed"),
+    "temperature": ("temperature", "degC", "oil temperature"),
+    "roughness_pinion": ("roughness_rms_pinion", "um", "Rq pinion"),
+    "roughness_gear": ("roughness_rms_gear", "um", "Rq gear"),
+    "peklenik": ("peklenik_number", "", "Peklenik number (empty: of the finish)"),
+    "E": ("E", "mm", "E offset"),
+    "P": ("P", "mm", "P pinion axial"),
+    "G": ("G", "mm", "G gear axial"),
+    "alpha": ("alpha", "deg", "α shaft angle"),
+}
+CHOICES = {
+    "design": "pair",
+    "side": "flanks",
+    "finish": "finish of both flanks",
+    "oil": "oil",
+    "friction": "friction model",
+}
+_STATES: dict[str, State] = {"run in": "run_in", "new": "new"}
+# finish as it is chosen: name, state
+FINISHES: dict[str, tuple[str, State]] = {
+    f"{name}, {words}": (name, state) for name in data_names("finishes") for words, state in _STATES.items()
 }
 MISALIGNMENTS = ("E", "P", "G", "alpha")
 COMPARED = ("xu_kahraman_2007", "constant:0.05")
 FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
 FIRST = "fh_hypoid_9x34_relieved"  # design a page begins with
 MAP_STEPS = 7  # torques and speeds of a map each
+_LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
 _LONGEST = 40  # characters of a field
 
 
@@ -60,6 +76,8 @@ class Scene:
     design : str
         Shipped design, or the file the program was started with.
     side, oil, friction : str
+    finish : str
+        Of `FINISHES`.
     torque, speed, temperature, roughness_pinion, roughness_gear, peklenik : str
         Numbers in N m, rpm, degC, um, um, 1.
     E, P, G, alpha : str
@@ -70,6 +88,7 @@ class Scene:
     side: str = "drive"
     oil: str = ""
     friction: str = ""
+    finish: str = ""
     torque: str = ""
     speed: str = ""
     temperature: str = ""
@@ -87,22 +106,25 @@ class Scene:
         Raises
         ------
         InputError
-            A field holds something else than a number.
+            Fields hold something else than a number.
         """
-        found = {}
+        found, wrong = {}, []
         for name in names:
             text = str(getattr(self, name)).strip()
             if not text:
                 continue
-            argument, unit = FIELDS[name]
+            argument, unit, _ = FIELDS[name]
             try:
                 number = float(text)
             except ValueError:
                 number = math.nan
             if not math.isfinite(number):
                 shown = text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
-                raise InputError(name, shown, f"a number {f'in {unit}' if unit else ''}".strip())
+                wrong.append(InputError(name, shown, f"a number {f'in {unit}' if unit else ''}".strip()))
+                continue
             found[argument] = f"{number:.12g} {unit}".strip()
+        if wrong:
+            raise InputError.of(wrong)
         return found
 
     @property
@@ -193,7 +215,7 @@ class Bench:
 
     given: Path | None = None
     _pairs: dict[str, GearPair] = field(default_factory=dict, repr=False)
-    _loads: dict[tuple[str, str, str, str], LoadedMesh] = field(default_factory=dict, repr=False)
+    _loads: dict[tuple[str, ...], LoadedMesh] = field(default_factory=dict, repr=False)
 
     @property
     def designs(self) -> list[str]:
@@ -224,7 +246,6 @@ class Bench:
         offsets = {
             key: 1e3 * value for key, value in given.assembly.misalignment.model_dump().items() if key != "alpha"
         }
-        operation = given.running(point.speed, point.temperature_oil, point.driver)
         return Scene(
             name,
             oil=point.oil,
@@ -232,14 +253,21 @@ class Bench:
             torque=f"{point.torque:.6g}",
             speed=f"{point.speed * turn:.6g}",
             temperature=f"{point.temperature_oil - 273.15:.6g}",
-            roughness_pinion=f"{1e6 * operation.roughness_rms_pinion:.4g}",
-            roughness_gear=f"{1e6 * operation.roughness_rms_gear:.4g}",
+            **self.roughness(name),
             alpha=f"{math.degrees(given.assembly.misalignment.alpha):.6g}",
             **{key: f"{value:.6g}" for key, value in offsets.items()},
         )
 
+    def roughness(self, design: str, finish: str = "") -> dict[str, str]:
+        """Texts of the fields of Rq of a pair with a finish."""
+        members = _finished(self.pair(design).design, finish)
+        return {
+            "roughness_pinion": f"{1e6 * members.pinion.roughness_rms:.4g}",
+            "roughness_gear": f"{1e6 * members.gear.roughness_rms:.4g}",
+        }
+
     def loaded(self, scene: Scene) -> LoadedMesh:
-        """The loaded mesh of a scene; the last few are kept."""
+        """The loaded mesh of a scene; the last few are kept. A finish changes neither mesh nor load."""
         mesh_values, torque = scene.mesh_values, scene.values("torque")
         key = (scene.design, scene.side, repr(mesh_values), repr(torque))
         if key not in self._loads:
@@ -247,7 +275,11 @@ class Bench:
             self._loads[key] = pair.mesh(side=scene.side, **mesh_values).load(torque.get("torque"))
             while len(self._loads) > 16:
                 self._loads.pop(next(iter(self._loads)))
-        return self._loads[key]
+        found = self._loads[key]
+        mesh = found.mesh
+        return (
+            replace(found, mesh=replace(mesh, design=_finished(mesh.design, scene.finish))) if scene.finish else found
+        )
 
     def answer(self, scene: Scene) -> Answer:
         """Efficiency and all that the page draws of one scene.
@@ -257,9 +289,37 @@ class Bench:
         MixedEhlError
             A field that cannot be used, or flanks that do not mesh.
         """
-        loaded = self.loaded(scene)
+        self.oil(scene)
         friction = self.friction(scene)
+        loaded = self.loaded(scene)
         return Answer(scene, loaded, loaded.efficiency(friction, **scene.conditions), friction)
+
+    def problems(self, scene: Scene, error: InputError) -> dict[str, str]:
+        """All that is wrong with a scene: the field, or nothing where none is named, and a sentence by its label.
+
+        A refused field is put back to the design's value and the scene asked again, until it has an answer.
+        """
+        found: dict[str, str] = {}
+        try:
+            start = self.start(scene.design)
+        except InputError as unknown:
+            return {"design": str(unknown)}
+        while True:
+            named = {_field(one.field): one for one in error.problems}
+            fresh = {name: one for name, one in named.items() if name not in found}
+            found |= {name: _sentence(scene, name, one) for name, one in fresh.items()}
+            back = {name: getattr(start, name) for name in fresh if name}
+            if not back:
+                return found
+            scene = replace(scene, **back)
+            try:
+                self.answer(scene)
+            except InputError as other:
+                error = other
+            except MixedEhlError:
+                return found
+            else:
+                return found
 
     def oil(self, scene: Scene) -> str:
         """Name of the oil; a shipped one, no file.
@@ -329,9 +389,10 @@ class Bench:
         torque = scene.values("torque").get("torque")
         friction = self.friction(scene)
         conditions = "".join(f", {key}={value!r}" for key, value in scene.conditions.items())
+        finished = f".finished{FINISHES[scene.finish]}" if scene.finish else ""
         return (
             "import efficiency\n\n"
-            f"pair = efficiency.load({name!r})\n"
+            f"pair = efficiency.load({name!r}){finished}\n"
             f"mesh = pair.mesh(side={scene.side!r}{mesh})\n"
             f"result = mesh.load({torque!r}).efficiency({friction!r}{conditions})\n"
             'print(f"efficiency {100 * result.efficiency:.3f} %")\n'
@@ -350,7 +411,11 @@ class Bench:
         conditions, torque = scene.conditions, scene.values("torque")
         places = {"speed": "speed", "temperature": "temperature_oil", "oil": "oil"}
         operation.update({place: conditions[name] for name, place in places.items() if name in conditions} | torque)
+        if scene.finish:
+            content.pop("surface", None)
         for member in ("pinion", "gear"):
+            if scene.finish:
+                content[member]["finish"], content[member]["finish_state"] = FINISHES[scene.finish]
             if f"roughness_rms_{member}" in conditions:
                 content[member]["roughness_rms"] = conditions[f"roughness_rms_{member}"]
         if "peklenik_number" in conditions:
@@ -370,6 +435,50 @@ class Bench:
         )  # fmt: skip
         point = {name: float(getattr(state, name)[at]) for name in names}
         return Contact(oil=self.oil(scene), temperature=float(state.temperature_oil[at]), **point)
+
+
+def _finished(design: Design, finish: str) -> Design:
+    """The design with a finish of `FINISHES`, or as it is."""
+    if finish and finish not in FINISHES:
+        raise InputError("finish", finish[:_LONGEST], "one of " + "; ".join(FINISHES))
+    return design.with_finish(*FINISHES[finish]) if finish else design
+
+
+def _field(name: str) -> str:
+    """Field of a scene that an error names, or nothing."""
+    last = name.rpartition(".")[2]
+    arguments = {argument: key for key, (argument, *_) in FIELDS.items()}
+    known = {one.name: one.name for one in fields(Scene)} | arguments | {"temperature_oil": "temperature"}
+    return known.get(last, "")
+
+
+def _sentence(scene: Scene, name: str, error: InputError) -> str:
+    """An error with the label and the unit of its field, and what was typed there."""
+    if not name:
+        return str(error)
+    _, unit, label = FIELDS.get(name, ("", "", CHOICES.get(name, name)))
+    allowed = error.allowed
+    if unit:  # ranges in the unit of the field, which takes no other
+        allowed = _LIMIT.sub(lambda found: _in_unit(found, unit), allowed.partition(" (a number")[0])
+    typed = str(getattr(scene, name))
+    shown = typed if len(typed) <= _LONGEST else typed[:_LONGEST] + "…"
+    hint = "" if unit == "degC" else error.hint  # of unit-less numbers in files
+    return f"{label}{f' [{unit}]' if unit else ''} = {shown!r} cannot be used; allowed: {allowed}. {hint}".strip()
+
+
+def _in_unit(found: re.Match[str], unit: str) -> str:
+    """A limit such as `2e-05 m` in the unit of a field."""
+    number = float(found[1])
+    match found[2], unit:
+        case "K", "degC":
+            return f"{number - 273.15:.4g} degC"
+        case "m", _:
+            return f"{number * {'um': 1e6, 'mm': 1e3}[unit]:.4g} {unit}"
+        case "rad/s", _:
+            return f"{number * 30.0 / math.pi:.4g} rpm"
+        case "rad", _:
+            return f"{math.degrees(number):.4g} deg"
+    return f"{number:.4g} {unit}"
 
 
 def changed(scene: Scene, **values: str) -> Scene:

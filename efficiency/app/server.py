@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import socket
+import sys
 from os import PathLike
 from pathlib import Path
 
@@ -48,4 +49,5 @@ def serve_app(design: str | PathLike[str] | None = None, *, port: int = PORT, br
 
     bench = Bench(None if design is None else Path(design))
     bench.start()  # a file that cannot be used is told before the browser opens
+    print(f"http://127.0.0.1:{port} (Ctrl-C ends it)", file=sys.stderr)
     serve(bench, port, browser=browser)

@@ -19,7 +19,6 @@ def app(
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser.")] = True,
 ) -> None:
     """Play with a pair in the browser: pattern, loss, map, friction models, misalignment; on this machine alone."""
-    typer.echo(f"http://127.0.0.1:{port} (Ctrl-C ends it)", err=True)
     efficiency.serve_app(design, port=port, browser=browser)
 
 

@@ -444,6 +444,13 @@ class Design(InputModel):
         assembly = self.assembly.model_copy(update={"misalignment": moved})
         return self.model_copy(update={"assembly": assembly})
 
+    def with_finish(self, finish: str, state: State = "run_in") -> Design:
+        """The same pair with both flanks of a shipped finish: its Rq and waves in place of those of the design."""
+        rms = Finish.load(finish, state).roughness_rms.value
+        made = {"finish": finish, "finish_state": state, "roughness_rms": rms}
+        members = {name: getattr(self, name).model_copy(update=made) for name in ("pinion", "gear")}
+        return self.model_copy(update={**members, "surface": FlankSurfaceInput()})
+
     def under_torque(self, torque: float) -> Design:
         """The pair with the deflections at a pinion torque [N m] added to its misalignment."""
         given, start = self.assembly.deflection, self.assembly.misalignment

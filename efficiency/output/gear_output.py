@@ -103,11 +103,11 @@ class GearOutput:
 
     def tables(self, result: Any, **parts: Any) -> list[Table]:
         """The tables a reader looks for first; `balance` and `uncertainty` of an efficiency with it."""
-        from efficiency.output import geometry_tables, misalignment_table, tables
+        from efficiency.output import geometry_tables, misalignment_table, notes, tables
 
         if isinstance(result, Grid):
             if tuple(result.axes) == ("torque", "speed", "temperature"):
-                return [*tables.efficiency_grids(result), tables.remarks_table(result.results)]
+                return [*tables.efficiency_grids(result), notes.grid_notes(result)]
             return [tables.map_table(result)]
         if isinstance(result, Comparison):
             return [tables.comparison_table(result)]

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from efficiency.output.tables import percent
-from ehl.view.notes import Note, NoteKind, group_notes
+from efficiency.output.tables import operating_state, percent
+from ehl.view.notes import Note, NoteKind, group_notes, notes_table
 
 if TYPE_CHECKING:
     from efficiency.loss.efficiency_result import EfficiencyResult
+    from efficiency.loss.grid import Grid
+    from ehl.view.table import Table
 
 GEAR_NOTES: tuple[NoteKind, ...] = (
     # before the limits that its sentence names too
@@ -74,6 +77,14 @@ def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: 
         said.append(outside)
     # those without load belong to every case
     return [(case, text) for text in said] + [("", note) for note in of_design if note not in said]
+
+
+def grid_notes(grid: Grid) -> Table:
+    """What has to be known of a map: a row for each kind of note with the worst point; below what is left out."""
+    said = [pair for result in grid.results for pair in result_notes(result, (), operating_state(result))]
+    skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
+    table = notes_table(pair_notes(said), len(grid.results))
+    return replace(table, notes=tuple(f"skipped: {text}" for text in skipped))
 
 
 def outside_note(share: float, model: str) -> str:

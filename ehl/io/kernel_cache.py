@@ -22,7 +22,7 @@ _SHARED = (*(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rhe
 _COMPILER = (_EHL / "io" / "kernel_compiler.py",)
 # what is compiled for a rough contact, and for any: the words of the user, and processor time on a slow core
 ROUGH, SMOOTH = "rough", "smooth"
-_TAKES = {SMOOTH: "smooth contacts, about 10 s", ROUGH: "rough contacts, about a minute"}
+_TAKES = {SMOOTH: "smooth contacts, 10 to 30 s", ROUGH: "rough contacts, about a minute"}
 
 compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
 _nested = False

@@ -181,7 +181,7 @@ class Table:
         dense = "dense densest" if len(head) > _DENSEST else "dense"
         lines = [f'<table class="{dense}">' if len(head) > _DENSE else "<table>"]
         if self.title:
-            lines.append(f"<caption>{html.escape(self.title)}</caption>")
+            lines.append(f"<caption><span>{html.escape(self.title)}</span></caption>")
         cells = "".join(f"<th{mark}>{html.escape(text)}</th>" for text, mark in zip(head, style, strict=True))
         lines.append(f"<thead><tr>{cells}</tr></thead>\n<tbody>")
         for number, row in enumerate(rows):

@@ -60,8 +60,7 @@ def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
         above.legend(frameon=False, fontsize=8)
         below.axhline(0.0, color="black", lw=0.8)
         below.set(xlabel=axis_label(over), ylabel="table - computed\nover noise [-]")
-    fitted = ", ".join(map(label_of, result.fitted))
-    figure.suptitle(f"{measurement.name}: points of the table, lines computed with fitted\n{fitted}", fontsize=10)
+    figure.suptitle(f"{measurement.name}: points of the table, lines computed", fontsize=10)
     return figure
 
 
@@ -148,10 +147,13 @@ def write_calibration_report(path: Path, measurement: Measurement, result: Calib
             "",
             [
                 Answer(
-                    f"{result.misfit:.2g}",
-                    "misfit of mu, root of the mean square",
+                    f"{len(answers)} of {len(result.parameters)}",
+                    "parameters determined by these data",
                     [
-                        (f"{result.noise:.2g}", "noise of the measurement"),
+                        (
+                            f"{result.misfit:.2g}",
+                            f"misfit of mu (RMS), {result.misfit / result.noise:.2g} times its noise",
+                        ),
                         (_share(result.solver_error), "solver's error"),
                     ],
                 ),
@@ -163,11 +165,16 @@ def write_calibration_report(path: Path, measurement: Measurement, result: Calib
         Section("Parameters", [replace(parameter_table(result), notes=()), *correlation_tables(result)]),
         Section(
             "How it was computed",
-            [Text(f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s.")],
+            [Text(_how(result))],
         ),
     ]
     footer = f"mixed-ehl {__version__}, Python {platform.python_version()}."
     return write_report(path, "Calibration", measurement.name, sections, footer)
+
+
+def _how(result: Calibration) -> str:
+    begun = "" if result.setup is None else f"Begun with the oil card {result.setup.oil}. "
+    return f"{begun}{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s."
 
 
 def _share(value: float) -> str:

@@ -10,7 +10,7 @@ import typer
 import ehl
 import regression
 from ehl import InputError
-from ehl.console import FIGURE, App, check_outputs, check_suffix, print_json, working, write_figure
+from ehl.console import FIGURE, PAGE, App, check_outputs, check_suffix, print_json, working, write_figure
 from regression.cli.sweep import sweep_app
 
 
@@ -41,6 +41,7 @@ def fit(
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     check_outputs({"output": output, "plot": plot, "report": report})
     check_suffix(plot, "plot", FIGURE)
+    check_suffix(report, "report", PAGE)
     with working("fit"):
         formula = regression.fit(
             runs, family, gaussian_process=gaussian_process, corners=corners, nested=nested, paths=paths, noise=noise

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import regression
-from ehl.console import FIGURE, App, check_outputs, check_suffix, pairs, print_json, working, write_figure
+from ehl.console import FIGURE, PAGE, App, check_outputs, check_suffix, pairs, print_json, working, write_figure
 
 
 def calibrate(
@@ -22,6 +22,9 @@ def calibrate(
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Oil card to begin with, in place of the setup's.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Write measured and computed curves (PNG, SVG, PDF).")] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="CALIBRATION.html", help="Write one page on parameters, curves, misfit.")
+    ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; all processors if not given.")] = None,
     profile: Annotated[
         bool | None, typer.Option("--profile/--no-profile", help="Intervals by profiles; by default if cheap.")
@@ -37,9 +40,10 @@ def calibrate(
     seed: Annotated[int, typer.Option(min=0, help="Of the synthetic noise.")] = 1,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
-    check_outputs({"output": output, "plot": plot, "synthetic": synthetic})
+    check_outputs({"output": output, "plot": plot, "report": report, "synthetic": synthetic})
     check_suffix(output, "output", (".toml",))
     check_suffix(plot, "plot", FIGURE)
+    check_suffix(report, "report", PAGE)
     chosen: dict[str, Any] = {"parameters": fit, "oil": oil, "jobs": jobs}
     if synthetic is not None:
         truth = pairs("true", true)
@@ -52,6 +56,8 @@ def calibrate(
         )
     if plot is not None:
         write_figure(result.plot(), plot)
+    if report is not None:
+        result.report(report)
     if output is not None:
         result.save_card(output)
     if json_output:

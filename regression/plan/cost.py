@@ -73,9 +73,10 @@ class CostEstimate:
         for name, share in sorted(self.rejected.items(), key=lambda item: -item[1]):
             lines.append(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}")
         workers = f"{jobs} {'worker' if jobs == 1 else 'workers'}"
+        longest = duration(self.longest) if self.longest >= 1.0 else "under 1 s"
         lines.append(
             f"about {duration(self.seconds)} of CPU time, {duration(self.wall(jobs))} with {workers}, longest "
-            f"case {duration(self.longest)}; single cases may take twice or half of it"
+            f"case {longest}; single cases may take twice or half of it"
         )
         return "\n".join(lines)
 

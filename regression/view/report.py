@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from regression.view.tables import band_table, interval_table, not_fitted, reason_text
+from regression.view.tables import band_table, interval_table, not_fitted, reason_text, value_text
 
 if TYPE_CHECKING:
     from regression.friction.formula import FittedFormula
@@ -21,11 +22,17 @@ def formula_report(formula: FittedFormula, spread: Sequence[tuple[float, float, 
     console = Console(markup=False)
     console.print(formula.to_text(), highlight=False, soft_wrap=True)
     band_table(formula).print()
-    interval_table(formula, spread).print()
+    if formula.interval.bands:
+        interval_table(formula, spread).print()
+    else:  # too few cases for bands
+        level, width = formula.interval.level, math.exp(formula.interval.log_width)
+        console.print(
+            f"interval of {100 * level:g} %: µ over and times {width:.3g}, at every film ratio", highlight=False
+        )
     worst = formula.validation.worst
-    where = ", ".join(f"{name} {value:.4g}" for name, value in worst.conditions.items())
+    where = ", ".join(value_text(name, value) for name, value in worst.conditions.items())
     console.print(
-        f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where} (SI)",
+        f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where}",
         highlight=False,
         soft_wrap=True,
     )
@@ -57,10 +64,11 @@ def formula_report(formula: FittedFormula, spread: Sequence[tuple[float, float, 
         f"{data.used} of {data.count} cases used, {formula.folds} folds, the solver's own error "
         f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}",
         highlight=False,
+        soft_wrap=True,
     )
     if data.excluded:
         console.print(f"left out: {reason_text(data.excluded)}", highlight=False)
     collinear = {term: value for term, value in formula.variance_inflation.items() if value > 10.0}
     if collinear:
         listed = ", ".join(f"{term} {value:.0f}" for term, value in collinear.items())
-        console.print(f"collinear terms (variance inflation above 10): {listed}", highlight=False)
+        console.print(f"collinear terms (variance inflation above 10): {listed}", highlight=False, soft_wrap=True)

@@ -132,6 +132,12 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
     )
 
 
+def value_text(variable: str, value: float) -> str:
+    """A value of a variable in words, in its display unit."""
+    entry = quantities().get(variable, Quantity(variable, label=variable))
+    return f"{entry.label} {entry.text(value, 4)}"
+
+
 def region_text(variable: str, low: float, high: float) -> str:
     """A band of a variable in words."""
     entry = quantities().get(variable, Quantity(variable, label=variable))

@@ -96,6 +96,7 @@ def test_pictures_hold_the_contact(bench: Bench, scene: Scene) -> None:
         ("oil", "../secret.toml", "oil"),
         ("friction", "/etc/hostname", "friction"),
         ("friction", "ehl", "friction"),
+        ("finish", "polished", "superfinished, new"),
         ("design", "../../pyproject.toml", "design"),
     ],
 )
@@ -105,6 +106,41 @@ def test_nonsense_makes_a_sentence_and_opens_no_file(
     with pytest.raises(InputError, match=said) as caught:
         bench.answer(changed(scene, **{field: text}))
     assert len(str(caught.value)) < 2000
+
+
+def test_all_problems_at_once_by_label_and_unit(bench: Bench, scene: Scene) -> None:
+    asked = changed(scene, torque="-5", speed="1,200", temperature="2000", roughness_gear="40", E="3")
+    with pytest.raises(InputError) as caught:
+        bench.answer(asked)
+    told = bench.problems(asked, caught.value)
+    assert set(told) == {"torque", "speed", "temperature", "roughness_gear", "E"}
+    assert "pinion torque [N m] = '-5'" in told["torque"]
+    assert told["speed"].endswith("allowed: a number in rpm.")
+    assert "at least -40 degC and at most 200 degC" in told["temperature"]
+    assert "Rq gear [um] = '40' cannot be used; allowed: at least 0 um and at most 20 um" in told["roughness_gear"]
+    assert "at most 2 mm" in told["E"]
+    assert not any("_" in sentence for sentence in told.values())
+
+
+def test_card_of_another_folder_is_not_opened(bench: Bench, scene: Scene, tmp_path: Path) -> None:
+    card = tmp_path / "mine.toml"
+    card.write_text(efficiency.new_file("oil"), encoding="utf-8")
+    with pytest.raises(InputError, match="oil"):
+        bench.answer(changed(scene, oil=str(card)))
+
+
+def test_finish_by_name(bench: Bench, scene: Scene, tmp_path: Path) -> None:
+    fine = changed(scene, finish="superfinished, new", **bench.roughness(scene.design, "superfinished, new"))
+    found = bench.answer(fine).result
+    pair = efficiency.load(PAIR).finished("superfinished", "new")
+    assert float(fine.roughness_gear) == 1e6 * pair.design.gear.roughness_rms == 0.12
+    assert found.efficiency == pytest.approx(pair.mesh(side="drive").load().efficiency("75w90").efficiency, abs=1e-9)
+    assert found.efficiency > bench.answer(scene).result.efficiency
+    design = tmp_path / "design.toml"
+    design.write_text(bench.design_text(fine), encoding="utf-8")
+    again = efficiency.load(design)
+    assert again.design.pinion.surface_finish() == pair.design.pinion.surface_finish()
+    assert "finished('superfinished', 'new')" in bench.script(fine)
 
 
 def test_design_file_and_script_give_the_number_of_the_page(bench: Bench, scene: Scene, tmp_path: Path) -> None:
@@ -157,6 +193,7 @@ def test_command_without_its_extra_or_port(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     found = CliRunner().invoke(app, ["app"])
     assert "mixed-ehl[app]" in str(found.exception)
+    assert "http" not in found.output  # no address of a page that is not there
 
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -205,11 +242,22 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         faster = changed(scene, speed="3000")
         page.get_by_label("pinion speed").fill("3000")
         expect(headline).to_have_text(bench.answer(faster).headline(), timeout=30_000)
+        # two refused fields: both told, both marked, what stands below is called stale
         page.get_by_label("pinion torque").fill("-3")
+        page.get_by_label("oil temperature").fill("hot")
         expect(headline).to_have_text("no answer", timeout=30_000)
-        expect(page.locator(".text-negative")).to_contain_text("above 0 N*m")
+        said = page.locator(".text-negative.whitespace-pre-line")
+        expect(said).to_contain_text("pinion torque [N m] = '-3' cannot be used; allowed: above 0 N m")
+        expect(said).to_contain_text("oil temperature [degC] = 'hot'")
+        stale = page.get_by_text("belongs to the last settings that had an answer")
+        expect(stale).to_be_visible()
+        expect(page.locator(".q-field--error")).to_have_count(2)
+        page.get_by_label("oil temperature").fill(scene.temperature)
+        expect(said).not_to_contain_text("oil temperature")
         page.get_by_label("pinion torque").fill(scene.torque)
         expect(headline).to_have_text(bench.answer(faster).headline(), timeout=30_000)
+        expect(stale).to_be_hidden()
+        expect(page.locator(".q-field--error")).to_have_count(0)
         # another tab begins with the design as it is, and leaves this one alone
         other = browser.new_page()
         other.goto(address)
@@ -227,8 +275,30 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         moved = changed(faster, E=offset.input_value())
         assert 0.0 < float(moved.E) < 0.15
         expect(headline).to_have_text(bench.answer(moved).headline(), timeout=30_000)
+        # finish, oil, friction model and flanks by name
+        finish = "ground, new"
+        for label, choice, texts in (
+            ("finish of both flanks", finish, {"finish": finish, **bench.roughness(scene.design, finish)}),
+            ("oil", "fva3", {"oil": "fva3"}),
+            ("friction model", "xu_kahraman_2007", {"friction": "xu_kahraman_2007"}),
+        ):
+            page.get_by_label(label, exact=True).click()
+            page.get_by_role("option", name=choice, exact=True).click()
+            moved = changed(moved, **texts)
+            expect(headline).to_have_text(bench.answer(moved).headline(), timeout=30_000)
         page.get_by_role("button", name="Efficiency map").click()
         expect(page.locator("canvas").nth(3)).to_be_visible(timeout=30_000)
+        page.get_by_role("button", name="Film and pressure").click()
+        expect(page.get_by_text("central film")).to_be_visible(timeout=90_000)
+        assert page.locator("img").count() == 1
+        old = page.get_by_text("Drawn for other settings")
+        expect(old).to_have_count(2)
+        expect(old.first).to_be_hidden()
+        page.get_by_label("Rq pinion").fill("0.35")
+        moved = changed(moved, roughness_pinion="0.35")
+        expect(headline).to_have_text(bench.answer(moved).headline(), timeout=30_000)
+        expect(old.first).to_be_visible()
+        expect(old.last).to_be_visible()
         page.get_by_role("button", name="light or dark").click()
         for label, suffix in (("Python script", "script.py"), ("Design file", "design.toml"), ("Report", "page.html")):
             with page.expect_download(timeout=30_000) as download:
