@@ -82,7 +82,7 @@ def test_tutorial_runs_as_it_is_printed(
         monkeypatch.setattr(search, "_FIRST", 1)
         monkeypatch.setattr(search, "CHECK_GRID", (6, 11))
         monkeypatch.setattr(report, "CHECK_GRID", (6, 11))
-        told[1][told[1].index("--evaluations") + 1] = "4"
+        told[1][told[1].index("--evaluations") + 1] = "5"
     for words in told:
         outcome = mixed_ehl(*words)
         assert outcome.code == 0, (words, outcome.err)
