@@ -15,7 +15,7 @@ from ehl.heat.film import (
     wilson_gupta_1992,
     zhu_cheng_1984,
 )
-from ehl.heat.traction import FilmProfile, ThermalTraction, thermal_traction
+from ehl.heat.traction import FilmProfile, Matrices, ThermalTraction, surface_matrices, thermal_traction
 
 __all__ = [
     "THERMAL_THRESHOLD",
@@ -23,6 +23,7 @@ __all__ = [
     "CouetteFilm",
     "FilmProfile",
     "InletFactor",
+    "Matrices",
     "ThermalEstimate",
     "ThermalTraction",
     "carried_shear_heat",
@@ -34,6 +35,7 @@ __all__ = [
     "material_point_matrix",
     "murch_wilson_1975",
     "peclet_number",
+    "surface_matrices",
     "surface_matrix",
     "thermal_loading",
     "thermal_traction",

@@ -127,7 +127,7 @@ def jaeger_matrix(x: FloatArray, speed: float, body: Material, half_width: float
 def _moving_kernel(place: FloatArray) -> FloatArray:
     """Jaeger's kernel exp(z) K0(|z|) integrated over each cell, z = place_i - place_j."""
     z = place[:, None] - place[None, :]
-    zeroth, first = _bessel_integrals(z)
+    zeroth, first = _bessel_integrals(place)
     near, far = z[:, 1:], z[:, :-1]
     width = far - near
     i0 = zeroth[:, :-1] - zeroth[:, 1:]
@@ -138,19 +138,18 @@ def _moving_kernel(place: FloatArray) -> FloatArray:
     return matrix
 
 
-def _bessel_integrals(z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Integrals from 0 to z of exp(t) K0(|t|) and of t exp(t) K0(|t|), in closed form."""
-    r = np.maximum(np.abs(z), 1e-290)
+def _bessel_integrals(place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Integrals from 0 to z of exp(t) K0(|t|) and of t exp(t) K0(|t|), in closed form; `place` increases."""
+    n = len(place)
+    ahead = np.triu_indices(n, 1)  # z = place_i - place_j below zero; behind the source are the same distances
+    r = place[ahead[1]] - place[ahead[0]]
     k0, k1 = k0e(r), k1e(r)
-    ahead = z < 0.0
+    both, less = r * (k0 + k1), r * (k0 - k1)
     # behind the source exp(z) K is k0e, ahead of it exp(-2 r) k0e
-    decay = np.where(ahead, np.exp(-2.0 * np.minimum(r, 350.0)), 1.0)
-    sign = np.where(ahead, -1.0, 1.0)
-    zeroth = sign * (r * decay * (k0 + sign * k1) - sign)
-    first = (decay * (r * r * (k0 + sign * k1) - r * k1) + 1.0) / 3.0
-    at_source = z == 0.0
-    zeroth[at_source] = 0.0
-    first[at_source] = 0.0
+    decay = np.exp(-2.0 * np.minimum(r, 350.0))
+    zeroth, first = np.zeros((n, n)), np.zeros((n, n))
+    zeroth[ahead], first[ahead] = -(decay * less + 1.0), (decay * r * (less - k1) + 1.0) / 3.0
+    zeroth.T[ahead], first.T[ahead] = both - 1.0, (r * (both - k1) + 1.0) / 3.0
     return zeroth, first
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy.linalg.lapack import dgesv
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
@@ -19,6 +19,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
+Matrices = tuple[FloatArray, FloatArray]
 
 FilmProfile = Literal["parabolic", "couette"]
 
@@ -121,6 +122,8 @@ def thermal_traction(
     conduction: Conduction = "jaeger",
     conductivity: FilmConductivity | None = None,
     film_profile: FilmProfile = "parabolic",
+    matrices: Matrices | None = None,
+    guess: FloatArray | None = None,
     tolerance: float = 1e-9,
     max_iterations: int = 80,
 ) -> ThermalTraction:
@@ -156,6 +159,10 @@ def thermal_traction(
     film_profile : {"parabolic", "couette"}
         Temperature across the film: a parabola, whose middle acts on the viscosity (as in the transient solver), or
         the profile of a film that shears most where it is hot (`ehl.heat.couette_film`).
+    matrices : pair of ndarray, shape (n, n), optional
+        `surface_matrices` of these nodes, where they are known.
+    guess : ndarray, shape (n,), optional
+        Shear stress to start from [Pa].
     tolerance : float
         On ln tau.
 
@@ -176,7 +183,9 @@ def thermal_traction(
     wet = pressure > 0.0
     rolling = np.zeros_like(x) if rolling_heat is None else np.where(wet, rolling_heat, 0.0)
     extra = rolling if asperity_heat is None else rolling + asperity_heat
-    balance = _balance(x, pressure, film, contact, lubricant, bodies, bulk, law, conduction)
+    if matrices is None:
+        matrices = surface_matrices(x, contact, bodies, conduction)
+    balance = _balance(pressure, film, lubricant, bulk, law, matrices)
     layer = 0.5 * balance.film * rolling
     offset = balance.constant + balance.surface @ extra + layer
     inlet = np.full_like(x, lubricant.temperature)
@@ -184,7 +193,7 @@ def thermal_traction(
 
     if speed > 0.0:
         stress, iterations, converged = _newton(
-            pressure, film, lubricant, speed, wet, balance, offset, film_profile, tolerance, max_iterations
+            pressure, film, lubricant, speed, wet, balance, offset, film_profile, guess, tolerance, max_iterations
         )
     else:
         stress, iterations, converged = np.zeros_like(x), 0, True
@@ -246,19 +255,26 @@ def thermal_traction(
     )
 
 
+def surface_matrices(
+    x: FloatArray, contact: LineContact, bodies: tuple[Material, Material], conduction: Conduction = "jaeger"
+) -> Matrices:
+    """Rise of each surface per flux into it at the nodes `x` [K m2/W]."""
+    first, second = (
+        surface_matrix(x, speed, body, contact.half_width, conduction)
+        for speed, body in zip((contact.speed_1, contact.speed_2), bodies, strict=True)
+    )
+    return first, second
+
+
 def _balance(
-    x: FloatArray,
     pressure: FloatArray,
     film: FloatArray,
-    contact: LineContact,
     lubricant: Lubricant,
-    bodies: tuple[Material, Material],
     bulk: tuple[float, float],
     law: FilmConductivity,
-    conduction: Conduction,
+    matrices: Matrices,
 ) -> _Balance:
-    a1 = surface_matrix(x, contact.speed_1, bodies[0], contact.half_width, conduction)
-    a2 = surface_matrix(x, contact.speed_2, bodies[1], contact.half_width, conduction)
+    a1, a2 = matrices
     k_film = law(pressure, lubricant.thermal_conductivity)
     division, constant = flux_to_surface_1(k_film / film, a1, a2, bulk[1] - bulk[0])
     difference = a1 - a2
@@ -282,6 +298,7 @@ def _newton(
     balance: _Balance,
     offset: FloatArray,
     film_profile: FilmProfile,
+    guess: FloatArray | None,
     tolerance: float,
     max_iterations: int,
 ) -> tuple[FloatArray, int, bool]:
@@ -297,6 +314,9 @@ def _newton(
         return y - law, slope, state.share
 
     y = _log_stress(p, h, base, lubricant, speed)[0]
+    if guess is not None:
+        known = guess[wet] > 0.0
+        y[known] = np.log(guess[wet][known])
     # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
     y = np.minimum(y, np.log(_MAX_RISE / np.maximum(np.diag(kernel) + across, 1e-300)))
     value, slope, share = residual(y)
@@ -305,7 +325,10 @@ def _newton(
         jacobian[np.diag_indices_from(jacobian)] += across * share * np.exp(y)
         jacobian *= -slope[:, None]
         jacobian[np.diag_indices_from(jacobian)] += 1.0
-        step = -linalg.solve(jacobian, value, check_finite=False)
+        _, _, change, singular = dgesv(jacobian, value)
+        if singular:
+            break
+        step = -change
         length = min(1.0, 3.0 / max(float(np.max(np.abs(step))), 1e-300))
         norm = float(np.max(np.abs(value)))
         for _ in range(12):

@@ -52,8 +52,10 @@ def nested(
     nodes = refined(COARSEST[accuracy], scaled)
     most = refined(MAX_NODES[accuracy], scaled)
     levels: list[Level] = []
+    points = grading.points(8 * nodes - 7)  # of the third grid; those of the first two are among them
     while True:
-        grid = Grid.of(grading, grading.points(2 * nodes - 1))
+        stride = (points.size - 1) // (2 * nodes - 2)
+        grid = Grid.of(grading, points[::stride] if stride else grading.points(2 * nodes - 1))
         guess = transfer(levels[-1] if levels else near, grid)
         if len(levels) >= 2:
             guess = _corrected(levels, guess)

@@ -21,10 +21,18 @@ from threadpoolctl import ThreadpoolController
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
-from ehl.smooth.continuation import PATH_NODES, PathReport, cold_path, from_neighbour
+from ehl.smooth.continuation import (
+    PATH_NODES,
+    PathReport,
+    cold_path,
+    features_of_level,
+    from_neighbour,
+    grid_for,
+    transfer,
+)
 from ehl.smooth.estimate import Extrapolation
-from ehl.smooth.newton import Level, NewtonFailure
-from ehl.smooth.outputs import FilmShear, friction_inlet
+from ehl.smooth.newton import Level, NewtonFailure, solve_level
+from ehl.smooth.outputs import FilmShear, friction_inlet, numbers_of
 from ehl.smooth.refine import COARSEST, Accuracy, nested, refined, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
 from ehl.smooth.steady_result import SteadyResult
@@ -84,15 +92,7 @@ def solve_steady(
     report = PathReport()
     if contact.speed_entrainment == 0.0:
         return _failed("no_entrainment", report, ())
-    b = contact.half_width
-    offset = None
-    if film_log_viscosity_offset is not None:
-        given = film_log_viscosity_offset
-
-        def offset(x: Array) -> Array:
-            return np.asarray(given(x * b), dtype=float)
-
-    scaled = scaled_contact(contact, lubricant, offset)
+    scaled = _scaled(contact, lubricant, film_log_viscosity_offset)
     shear = film_shear(contact, lubricant)
     fallbacks: list[str] = []
     reason = ""
@@ -110,6 +110,62 @@ def solve_steady(
         else:
             return _result(contact, scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
     return _failed(reason, report, tuple(dict.fromkeys(fallbacks)))
+
+
+def solve_on_mesh(
+    contact: LineContact,
+    lubricant: Lubricant,
+    start: SteadyResult,
+    nodes: int,
+    film_log_viscosity_offset: Callable[[Array], Array],
+) -> SteadyResult:
+    """The contact of `start` under another offset on one mesh, for iterations whose end is solved in full.
+
+    Parameters
+    ----------
+    contact, lubricant, film_log_viscosity_offset
+        As in `solve_steady`.
+    start : SteadyResult
+        Converged; its coarse mesh is used again where that has enough nodes.
+    nodes : int
+        At least.
+
+    Returns
+    -------
+    SteadyResult
+        Values of this mesh, with infinite errors; status "failed" where Newton's method does not converge from `start`.
+    """
+    near, report = start.coarse, PathReport()
+    assert near is not None
+    scaled, shear = _scaled(contact, lubricant, film_log_viscosity_offset), film_shear(contact, lubricant)
+    if ROUNDED in start.fallbacks:
+        scaled = scaled.rounded()
+    try:
+        with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
+            grid, unknowns = near.grid, near.unknowns
+            features = features_of_level(near)
+            if near.x.size < nodes or not features.close_to(near.features):
+                grid = grid_for(features, max(nodes, near.x.size))
+                unknowns = transfer(near, grid)
+            level = solve_level(grid, scaled, unknowns, tolerance=1e-6, max_iterations=12)
+            report.iterations += level.iterations
+            values = numbers_of(level, shear).as_array()
+    except NewtonFailure as failure:
+        report.iterations += failure.iterations
+        return _failed(failure.reason, report, start.fallbacks)
+    limit = Extrapolation(values, np.full_like(values, np.inf))
+    return _result(contact, scaled, shear, [level], limit, level, report, start.fallbacks)
+
+
+def _scaled(contact: LineContact, lubricant: Lubricant, given: Callable[[Array], Array] | None) -> ScaledContact:
+    if given is None:
+        return scaled_contact(contact, lubricant, None)
+    b = contact.half_width
+
+    def offset(x: Array) -> Array:
+        return np.asarray(given(x * b), dtype=float)
+
+    return scaled_contact(contact, lubricant, offset)
 
 
 @cache

@@ -20,10 +20,12 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
     FilmProfile,
     InletFactor,
+    Matrices,
     ThermalEstimate,
     ThermalTraction,
     estimate_thermal_effect,
     inlet_thermal_factors,
+    surface_matrices,
     thermal_traction,
 )
 from ehl.heat.conduction import Conduction
@@ -32,6 +34,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth import SteadyResult, solve_steady
 from ehl.smooth.refine import Accuracy
+from ehl.smooth.solver import solve_on_mesh
 
 FloatArray = NDArray[np.float64]
 Offset = Callable[[FloatArray], FloatArray]
@@ -40,6 +43,7 @@ Thermal = Literal["auto", "on"]
 # on the change of friction and film between two rounds, and the number of nodes of the heat balance
 ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
 HEAT_NODES: dict[Accuracy, int] = {"fast": 65, "standard": 97, "reference": 257}
+FIRST_ROUNDS = 5.0  # of this tolerance, before the nodes are doubled
 MAX_ROUNDS = 40
 MAX_HALVINGS = 4
 # where twice the nodes change friction or film by more, the balance is struck anew at the next accuracy
@@ -164,34 +168,18 @@ def solve_steady_thermal(
         skipped = f"heat: estimated change of ln(viscosity) {estimate.viscosity_change:.2g}"
         return replace(base, skipped=(*isothermal.skipped, skipped))
 
-    def balance(film: SteadyResult, nodes: int) -> ThermalTraction:
-        x, p, h, extra = _sampled(film, contact, lubricant, nodes, conductivity)
-        return thermal_traction(
-            x,
-            p,
-            h,
-            contact,
-            lubricant,
-            bodies,
-            temperature_bulk=bulk,
-            rolling_heat=extra if rolling_heat else None,
-            conduction=conduction,
-            conductivity=conductivity,
-            film_profile=film_profile,
-        )
-
+    balance = _HeatBalance(contact, lubricant, bodies, bulk, rolling_heat, conduction, conductivity, film_profile)
     film, mixer, rounds, iterations = isothermal, _Mixer(), 0, isothermal.iterations
     if start_heat is not None:
-        offset = mixer.start_from(start_heat, isothermal.x_exit)
-        warm = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
+        # the temperatures of the neighbour, stretched to this contact's exit
+        offset = _curve(start_heat.x * (isothermal.x_exit / start_heat.x[-1]), start_heat.log_viscosity_offset)
+        warm = solve_on_mesh(contact, lubricant, film, HEAT_NODES[accuracy], offset)
         iterations += warm.iterations
         if warm.status == "converged":
-            film = warm
-        else:
-            mixer = _Mixer()
+            film, mixer = warm, _Mixer(offset)
     found, levels = None, list(HEAT_NODES)
     for level in levels[levels.index(accuracy) :]:
-        following = _settled(contact, lubricant, balance, film, mixer, level)
+        following = _settled(balance, film, mixer, level)
         rounds, iterations = rounds + following.rounds, iterations + following.iterations
         if following.reason and found is not None:
             break  # what the coarser nodes gave stands, with its error
@@ -245,26 +233,61 @@ class _Settled:
     refined: tuple[float, float] = (math.inf, math.inf)
 
 
-def _settled(
-    contact: LineContact,
-    lubricant: Lubricant,
-    balance: Callable[[SteadyResult, int], ThermalTraction],
+def _settled(balance: _HeatBalance, film: SteadyResult, mixer: _Mixer, accuracy: Accuracy) -> _Settled:
+    """Rounds on one mesh, then on twice the nodes, until heat and film agree; then the film with its grid error."""
+    contact, lubricant = balance.contact, balance.lubricant
+    nodes, tolerance = HEAT_NODES[accuracy], ROUND_TOLERANCE[accuracy]
+    first = _rounds(balance, film, mixer, nodes, accuracy, FIRST_ROUNDS * tolerance)
+    if first.reason:
+        return first
+    offset = mixer.last_offset()
+    fine = solve_on_mesh(contact, lubricant, first.film, 2 * nodes - 1, offset)
+    if fine.status != "converged":
+        fine = solve_steady(contact, lubricant, accuracy=accuracy, start=first.film, film_log_viscosity_offset=offset)
+    if fine.status != "converged":
+        return replace(first, reason=fine.reason)
+    finer = _Mixer(offset)
+    second = _rounds(balance, fine, finer, 2 * nodes - 1, accuracy, tolerance, first.heat)
+    rounds = first.rounds + second.rounds
+    iterations = first.iterations + fine.iterations + second.iterations
+    if second.reason:
+        return replace(second, rounds=rounds, iterations=iterations)
+    # all of what twice the nodes change counts as error
+    offset = finer.last_offset()
+    check = solve_on_mesh(contact, lubricant, first.film, nodes, offset)
+    last = solve_steady(contact, lubricant, accuracy=accuracy, start=second.film, film_log_viscosity_offset=offset)
+    iterations += check.iterations + last.iterations
+    refined = _changes(first.film, check if check.status == "converged" else last)
+    return _Settled(last, second.heat, last.reason, rounds, iterations, second.change, refined)
+
+
+def _rounds(
+    balance: _HeatBalance,
     film: SteadyResult,
     mixer: _Mixer,
+    nodes: int,
     accuracy: Accuracy,
+    tolerance: float,
+    last: ThermalTraction | None = None,
 ) -> _Settled:
-    """Rounds of heat balance and film until both agree, and one more on twice the nodes."""
-    nodes, tolerance = HEAT_NODES[accuracy], ROUND_TOLERANCE[accuracy]
+    """Heat balance and film on one mesh in turn, until friction and film change by less than the tolerance."""
+    contact, lubricant = balance.contact, balance.lubricant
     change, rounds, iterations = (math.inf, math.inf), 0, 0
+    heat = balance.on_nodes_of(film, nodes, last)
+    matrices = surface_matrices(heat.x, contact, balance.bodies, balance.conduction)
     while max(change) > tolerance and rounds < MAX_ROUNDS:
         rounds += 1
-        heat = balance(film, nodes)
+        if rounds > 1:
+            heat = balance.on_nodes(heat, film, matrices)
         if heat.status != "converged":
             return _Settled(film, heat, heat.reason, rounds, iterations)
         offset = mixer.next_offset(heat)
         for _ in range(MAX_HALVINGS):
-            hot = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
+            hot = solve_on_mesh(contact, lubricant, film, nodes, offset)
             iterations += hot.iterations
+            if hot.status != "converged":
+                hot = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
+                iterations += hot.iterations
             if hot.status == "converged":
                 break
             offset = mixer.halved()
@@ -272,14 +295,8 @@ def _settled(
             return _Settled(film, heat, hot.reason, rounds, iterations)
         change = _changes(film, hot)
         film = hot
-    if max(change) > ACCEPTED_CHANGE:
-        return _Settled(film, heat, "thermal_rounds", rounds, iterations)
-    # all of what twice the nodes change counts as error
-    heat = balance(film, 2 * nodes - 1)
-    offset = _curve(heat.x, heat.log_viscosity_offset)
-    last = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
-    reason = heat.reason or last.reason
-    return _Settled(last, heat, reason, rounds, iterations + last.iterations, change, _changes(film, last))
+    reason = "thermal_rounds" if max(change) > ACCEPTED_CHANGE else ""
+    return _Settled(film, heat, reason, rounds, iterations, change)
 
 
 def _without_heat(
@@ -321,21 +338,65 @@ def _failed(base: ThermalSteadyResult, reason: str, rounds: int, iterations: int
     )
 
 
-def _sampled(
-    film: SteadyResult,
-    contact: LineContact,
-    lubricant: Lubricant,
-    nodes: int,
-    conductivity: FilmConductivity | None,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Nodes, pressure, film and heat of the pressure-driven flow, on every k-th node of the film's grid."""
-    step = max(1, (film.x.size - 1) // (nodes - 1))
-    x, thickness, pressure = film.x, film.film, np.maximum(film.pressure, 0.0)
-    # the flow of this very mesh (density 1 at the exit): in the contact h - h* is a small difference
-    excess = thickness - thickness[-1] / lubricant.density_ratio(pressure)
-    heat = np.maximum(contact.speed_entrainment * excess * _gradient(x, pressure), 0.0)
-    heat = _carried(x, heat, pressure, thickness, contact, lubricant, conductivity)
-    return x[::step], pressure[::step], thickness[::step], heat[::step]
+@dataclass(frozen=True)
+class _HeatBalance:
+    """The heat balance of a film: see `ehl.heat.thermal_traction`."""
+
+    contact: LineContact
+    lubricant: Lubricant
+    bodies: tuple[Material, Material]
+    bulk: tuple[float, float]
+    rolling_heat: bool
+    conduction: Conduction
+    conductivity: FilmConductivity | None
+    film_profile: FilmProfile
+
+    def on_nodes_of(self, film: SteadyResult, nodes: int, last: ThermalTraction | None = None) -> ThermalTraction:
+        """On every k-th node of the film's mesh, so that they are at least so many; from the stress of another one."""
+        step = max(1, (film.x.size - 1) // (nodes - 1))
+        x, pressure, heat = film.x[::step], np.maximum(film.pressure, 0.0), self._heat(film)
+        guess = None if last is None else np.interp(x, last.x, last.shear_stress)
+        return self._found(x, pressure[::step], film.film[::step], heat[::step], guess=guess)
+
+    def on_nodes(self, last: ThermalTraction, film: SteadyResult, matrices: Matrices) -> ThermalTraction:
+        """On the nodes of another one, whose stress is the start; nothing is freed behind the exit."""
+        columns = np.column_stack((np.maximum(film.pressure, 0.0), film.film, self._heat(film)))
+        pressure, thickness, heat = PchipInterpolator(film.x, columns)(np.clip(last.x, film.x[0], film.x[-1])).T
+        pressure = np.where(last.x < film.x[-1], np.maximum(pressure, 0.0), 0.0)
+        return self._found(last.x, pressure, thickness, heat, matrices, last.shear_stress)
+
+    def _found(
+        self,
+        x: FloatArray,
+        pressure: FloatArray,
+        thickness: FloatArray,
+        heat: FloatArray,
+        matrices: Matrices | None = None,
+        guess: FloatArray | None = None,
+    ) -> ThermalTraction:
+        return thermal_traction(
+            x,
+            pressure,
+            thickness,
+            self.contact,
+            self.lubricant,
+            self.bodies,
+            temperature_bulk=self.bulk,
+            rolling_heat=heat if self.rolling_heat else None,
+            conduction=self.conduction,
+            conductivity=self.conductivity,
+            film_profile=self.film_profile,
+            matrices=matrices,
+            guess=guess,
+        )
+
+    def _heat(self, film: SteadyResult) -> FloatArray:
+        """Of the pressure-driven flow, where it reaches the walls."""
+        pressure = np.maximum(film.pressure, 0.0)
+        # the flow of this very mesh (density 1 at the exit): in the contact h - h* is a small difference
+        excess = film.film - film.film[-1] / self.lubricant.density_ratio(pressure)
+        heat = np.maximum(self.contact.speed_entrainment * excess * _gradient(film.x, pressure), 0.0)
+        return _carried(film.x, heat, pressure, film.film, self.contact, self.lubricant, self.conductivity)
 
 
 def _carried(
@@ -380,25 +441,19 @@ class _Mixer:
     Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with the first step relaxed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, start: Offset | None = None) -> None:
+        self.start = start
         self.x: FloatArray = np.zeros(0)
         self.used: list[FloatArray] = []
         self.residuals: list[FloatArray] = []
-
-    def start_from(self, heat: ThermalTraction, exit_place: float) -> Offset:
-        """Begin with the temperatures of a neighbour, stretched to this contact's exit."""
-        self.x = heat.x * (exit_place / heat.x[-1])
-        self.used.append(heat.log_viscosity_offset)
-        return _curve(self.x, heat.log_viscosity_offset)
 
     def next_offset(self, heat: ThermalTraction) -> Offset:
         """The offset to solve the next film with, from the temperatures of the last one."""
         if not len(self.x):
             self.x = heat.x
+            self.used.append(np.zeros_like(self.x) if self.start is None else self.start(self.x))
         found = _curve(heat.x, heat.log_viscosity_offset)(self.x)
-        used = self.used[-1] if self.used else np.zeros_like(found)
-        if not self.used:
-            self.used.append(used)
+        used = self.used[-1]
         residual = found - used
         self.residuals.append(residual)
         mixed = used + RELAXATION * residual
@@ -408,12 +463,16 @@ class _Mixer:
             share = np.linalg.lstsq(changes, residual, rcond=1e-6)[0]
             mixed = mixed - (steps + RELAXATION * changes) @ share
         self.used.append(mixed)
-        return _curve(self.x, mixed)
+        return self.last_offset()
+
+    def last_offset(self) -> Offset:
+        """What the last film was solved with."""
+        return _curve(self.x, self.used[-1])
 
     def halved(self) -> Offset:
         """Half the last step, where the film could not be solved with all of it."""
         self.used[-1] = 0.5 * (self.used[-1] + self.used[-2])
-        return _curve(self.x, self.used[-1])
+        return self.last_offset()
 
 
 def _curve(x: FloatArray, values: FloatArray) -> Offset:
