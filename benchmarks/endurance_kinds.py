@@ -159,7 +159,7 @@ def _formula_checksum(content: bytes) -> bytes:
         found = json.loads(content)
         found.pop("checksum", None)
         return json.dumps(found | {"checksum": _checksum(found)}).encode()
-    except (ValueError, AttributeError, RecursionError):
+    except (ValueError, AttributeError, TypeError, RecursionError):
         return content
 
 

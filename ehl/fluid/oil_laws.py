@@ -45,8 +45,8 @@ class ModulusViscosity(InputModel):
 
     law: Literal["modulus"]
     K: Annotated[float, ValueRange("Pa*s", gt=0.0)]
-    B: float
-    C: float
+    B: Annotated[float, ValueRange("K", ge=-1e6, le=1e6)]
+    C: Annotated[float, ValueRange("K", ge=-1e4, le=1e4)]
     a1: Annotated[float, ValueRange("Pa", gt=0.0)]
     a2: float  # [Pa/K]
     b1: float

@@ -451,13 +451,17 @@ def test_doctor_without_the_installed_distribution(monkeypatch: pytest.MonkeyPat
     assert [check.name for check in failed] == ["dependencies"]
 
 
-@pytest.mark.parametrize(("constant", "word"), [("1e400", "viscosity.B"), ("3e5", "give a viscosity")])
+@pytest.mark.parametrize(
+    ("constant", "word"),
+    [("1e400", "viscosity.B"), ("3e5", "give a viscosity"), ("1e308", "viscosity.C"), ("-1e200", "viscosity.C")],
+)
 def test_constants_of_an_oil_without_a_viscosity_are_refused(
     constant: str, word: str, mixed_ehl: Cli, tmp_path: Path
 ) -> None:
     card = (Path(regression.__file__).parents[1] / "data" / "oils" / "fva3.toml").read_text(encoding="utf-8")
-    old = next(line for line in card.splitlines() if line.startswith("B = "))
-    refused(mixed_ehl("oil", case(tmp_path, card.replace(old, f"B = {constant}"))), word)
+    name = word[-1] if word[-2] == "." else "B"
+    old = next(line for line in card.splitlines() if line.startswith(f"{name} = "))
+    refused(mixed_ehl("oil", case(tmp_path, card.replace(old, f"{name} = {constant}"))), word)
 
 
 def test_texts_of_other_encodings_are_refused(tmp_path: Path) -> None:
