@@ -268,7 +268,7 @@ def _rough(
         roughness_load_share=run.roughness_load_share,
         temperature_film_max=run.temperature_film_max,
         temperature_flash=run.temperature_flash,
-        film_error=run.mesh_error,
+        film_error=run.film_error,
         friction_error=run.mesh_error + run.statistical_error + run.subgrid_error,
         mesh_error=run.mesh_error,
         statistical_error=run.statistical_error,

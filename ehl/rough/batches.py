@@ -11,6 +11,7 @@ from scipy.stats import t as student
 Array = NDArray[np.float64]
 
 MIN_BATCHES = 5  # batches below which no interval is given
+ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 MAX_CORRELATION = 0.8  # correlation of neighbours that the correction still trusts
 
 

@@ -21,6 +21,7 @@ from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
+from ehl.rough.batches import ONE_DRAW
 from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid
 from ehl.rough.mixed import TOLERANCE, rough_surfaces
 from ehl.rough.surfaces import sample_ring
@@ -33,7 +34,6 @@ NODES_MIN, NODES_MAX = 512, 8192
 REACH = 2.0  # half length of the dry mesh [b]
 MOMENTS = (0.0, 5.3, 9.9, 16.1, 21.7, 27.2)  # travel of the surfaces at which it is solved [b]
 HEAT_NODES = 97
-ONE_DRAW = 1.645  # half width of the 90 % interval over the standard error
 
 
 @dataclass(frozen=True)

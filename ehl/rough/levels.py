@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.rough._kernels.march import ITERATIONS
+from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS
 from ehl.rough.accuracy import PER_SWEEP, SETTLING, SPREADS, RunPlan
-from ehl.rough.batches import interval_of_means, paired_error
+from ehl.rough.batches import ONE_DRAW, batch_means, interval_of_means, paired_error
 from ehl.rough.window import BLOCK, Window
 
 Array = NDArray[np.float64]
@@ -142,6 +142,20 @@ class Levels:
             / (finer.batch * finer.run.problem.units.steps_per_half_width)
         )
         return paired_error(coarser.friction_of(common), finer.friction_of(common), parts)
+
+    def film_error(self) -> float:
+        """Error of the mean film over itself: by the mesh as that of mu, and the 90 % interval of its time mean."""
+        coarser, finer = self.windows[-2:]
+        common = sorted(set(finer.numbers) & set(coarser.numbers))
+        per_batch = finer.batch * finer.run.problem.units.steps_per_half_width
+        films = [window.run.problem.units.film * window.records_of(common)[:, FILM_MEAN] for window in (coarser, finer)]
+        mesh = paired_error(films[0], films[1], round(len(films[1]) / per_batch))
+        window = self.longest
+        film = window.run.problem.units.film * window.records[:, FILM_MEAN]
+        _, half_width = batch_means(film, round(window.batch * window.run.problem.units.steps_per_half_width))
+        if not math.isfinite(half_width):
+            half_width = ONE_DRAW * float(np.std(film))
+        return (mesh + half_width) / self.mean(FILM_MEAN, film=True)
 
     def finer_needed(self) -> bool:
         """Whether the error of the mesh is large, and half of it affordable with no more than twice the budget."""

@@ -363,6 +363,7 @@ def _result(
         statistical_error=half_width / scale,
         realisation_error=realisation_error(longest, surfaces, contact, half_width / scale),
         mesh_error=levels.mesh_error() / scale,
+        film_error=levels.film_error(),
         friction_boundary_half=mu * factors[0],
         friction_boundary_double=mu * factors[1],
         boundary_film=problem.settings.boundary_film,

@@ -146,6 +146,8 @@ class TransientResult:
     mesh_error : float
         Estimated error of mesh and time step, over mu: difference to a run with twice the spacing over the same
         roughness, with its spread over the window (`ehl.rough.batches.paired_error`).
+    film_error : float
+        The same of the mean film, with the half width of its 90 % interval, over the film.
     friction_boundary_half, friction_boundary_double : float
         mu at half and twice the boundary film; nan where not computed (share below 0.01, or accuracy "fast").
     boundary_film : float
@@ -203,6 +205,7 @@ class TransientResult:
     statistical_error: float
     realisation_error: float
     mesh_error: float
+    film_error: float
     friction_boundary_half: float
     friction_boundary_double: float
     boundary_film: float

@@ -13,14 +13,13 @@ from scipy.stats import t as student
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE
 from ehl.rough.accuracy import BATCH, FRONT_STARTUP
-from ehl.rough.batches import batch_means
+from ehl.rough.batches import ONE_DRAW, batch_means
 from ehl.rough.run import Run
 from ehl.rough.surfaces import RoughSurfaces
 
 Array = NDArray[np.float64]
 
 BLOCK = 4.0  # travel between two looks at the interval [b]
-ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
 MAX_MEDIAN_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
 FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
