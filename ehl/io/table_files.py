@@ -162,7 +162,7 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
     if unit and unit != "1" and unit != "-":
         try:
             number = float(value)
-        except ValueError:
+        except (ValueError, OverflowError):
             # a cell may carry a unit of its own
             number = math.nan
         value = f"{number!r} {unit}" if math.isfinite(number) else value

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 import tracemalloc
@@ -226,6 +227,14 @@ def test_a_row_number_without_end_is_refused(tmp_path: Path) -> None:
             new.writestr(name, old.read(name).replace(b'<row r="2"', b'<row r="' + 100 * b"9" + b'"'))
     with pytest.raises(InputError, match="rows numbered up to 1048576"):
         read_table(tmp_path / "far.xlsx", TORQUES)
+
+
+def test_a_cell_of_400_digits_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(workbook(tmp_path / "sound.xlsx")) as old, zipfile.ZipFile(tmp_path / "long.xlsx", "w") as new:
+        for name in old.namelist():
+            new.writestr(name, re.sub(rb"<v>[0-9.]+</v>", b"<v>" + 400 * b"9" + b"</v>", old.read(name)))
+    with pytest.raises(InputError, match="torque"):
+        read_table(tmp_path / "long.xlsx", TORQUES)
 
 
 def test_a_truncated_sheet_is_refused(tmp_path: Path) -> None:
