@@ -10,6 +10,7 @@ import errno
 import json
 import os
 import platform
+import re
 import sys
 import tempfile
 import threading
@@ -17,6 +18,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, NoReturn, TypeVar
 
@@ -61,6 +63,18 @@ _OPTIONS = {
 class Command(typer.core.TyperCommand):
     """A command whose errors name the option where the Python interface names its keyword."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options; a value of the wrong kind is refused in the words of all other errors."""
+        typed = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            option = max(getattr(error.param, "opts", None) or [""], key=len)
+            value = next((after for name, after in pairwise(typed) if name == option), None)
+            if value is None or not option.startswith("-"):
+                raise
+            raise InputError(option, value, _kind(error.message), f"See `{ctx.command_path} --help`.") from None
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         try:
@@ -84,6 +98,15 @@ class Command(typer.core.TyperCommand):
                 if value is None or (source is not None and source.name == "COMMANDLINE"):
                     return str(max(param.opts, key=len))
         return field
+
+
+def _kind(message: str) -> str:
+    """What an option takes, of the sentence of the parser: old and new versions of it word that in two ways."""
+    if found := re.search(r"is not in the range (.+?)\.?$", message):
+        return f"a number x with {found[1]}"
+    if found := re.search(r"(greater|less) than or equal to (\S+)", message):
+        return f"a number of at {'least' if found[1] == 'greater' else 'most'} {found[2]}"
+    return "a whole number" if "integer" in message else "a number" if "float" in message else message
 
 
 class App(typer.Typer):

@@ -26,6 +26,7 @@ from efficiency.cli.options import (
     load_balance_of,
     one_side,
     present,
+    refuse,
     unit_system,
 )
 from ehl import InputError, shipped
@@ -72,6 +73,9 @@ def settings(
     fail_unless_converged(result.status, "; ".join(result.warnings))
 
 
+WHAT = "tooth, member, grid, summary"
+
+
 def export(
     design: Annotated[
         str, typer.Argument(metavar="DESIGN|FORMULA", help="Design (file or name), or formula (file or name).")
@@ -83,7 +87,7 @@ def export(
             help="Comma-separated: tooth (STL of a space), member (STL), step (member, STEP), grid, "
             "ease_off, summary (CSV)."
         ),
-    ] = "tooth, member, grid, summary",
+    ] = WHAT,
     member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
     rows: Annotated[int, typer.Option(help="Points from root to tip.")] = 15,
     columns: Annotated[int, typer.Option(help="Points from heel to toe.")] = 31,
@@ -110,18 +114,24 @@ def export(
     A formula becomes one function with its range, interval and flag: .py, .c, .f90, .m, .tex, .xlsx (live cells), .txt
     (formula for one cell).
     """
+    of_designs = {"rim": rim, "bore": bore, "member": member != "both" and member, "what": what != WHAT and what}
     if design in shipped("formulas") or Path(design).suffix == ".json":
+        refuse("a formula", of_designs)
         formula = regression.Formula.load(design)
         formula.export(output, language, oil=oil, oil_arguments=oil_arguments, guard=guard)
         laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
         print(f"{output}: {formula.formula.name}, {laws}")
         return
+    refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments})
     if member not in ("pinion", "gear", "both"):
         raise InputError("member", member, "pinion, gear or both")
+    parts = [part.strip() for part in what.split(",") if part.strip()]
+    if not parts:
+        raise InputError("what", what, f"some of {WHAT}, ease_off, step")
     members: dict[str, tuple[Literal["pinion", "gear"], ...]] = {"pinion": ("pinion",), "gear": ("gear",)}
     written = efficiency.load(design).export(
         output,
-        [part.strip() for part in what.split(",") if part.strip()],
+        parts,
         members=members.get(member, ("pinion", "gear")),
         rows=rows,
         columns=columns,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -35,6 +34,7 @@ from efficiency.cli.options import (
     load_balance_of,
     one_side,
     present,
+    refuse,
     unit_system,
 )
 from ehl import InputError
@@ -239,13 +239,6 @@ def compare(
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
         comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **axes, **fixed)
     present(comparison, json_output, plot=plot, report=report, xlsx=xlsx, csv=csv)
-
-
-def refuse(what: str, options: Mapping[str, object]) -> None:
-    """`InputError` for options that mean nothing beside something else."""
-    for name, value in options.items():
-        if value is not None and value is not False:
-            raise InputError(name, str(value), f"nothing beside {what}")
 
 
 def demo(

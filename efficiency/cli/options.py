@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
@@ -98,3 +99,10 @@ def present(result: Any, json_output: bool, **files: Any) -> None:
         result.show(**parts)
     result.write(**files)
     fail_unless_converged(result.status, result.reason)
+
+
+def refuse(what: str, options: Mapping[str, object]) -> None:
+    """`InputError` for options that mean nothing beside something else."""
+    for name, value in options.items():
+        if value is not None and value is not False:
+            raise InputError(name, str(value), f"nothing beside {what}")
