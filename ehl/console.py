@@ -27,7 +27,7 @@ import typer.core
 
 from ehl import InputError, MixedEhlError, __version__, shipped
 from ehl.io.duration import duration
-from ehl.io.files import make_folder as make_folder
+from ehl.io.files import make_folder
 from ehl.io.telling import listening
 
 if TYPE_CHECKING:
@@ -100,13 +100,27 @@ class Command(typer.core.TyperCommand):
         return field
 
 
+@contextmanager
+def output_folder(folder: Path) -> Iterator[None]:
+    """A folder to work in; taken away again, empty as it is, where an input is refused."""
+    made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
+    make_folder(folder, "output")
+    try:
+        yield
+    except InputError:
+        for path in made:
+            with contextlib.suppress(OSError):
+                path.rmdir()
+        raise
+
+
 def _kind(message: str) -> str:
     """What an option takes, of the sentence of the parser: old and new versions of it word that in two ways."""
     if found := re.search(r"is not in the range (.+?)\.?$", message):
         return f"a number x with {found[1]}"
     if found := re.search(r"(greater|less) than or equal to (\S+)", message):
         return f"a number of at {'least' if found[1] == 'greater' else 'most'} {found[2]}"
-    return "a whole number" if "integer" in message else "a number" if "float" in message else message
+    return "a whole number" if "integer" in message else "a number" if re.search("float|number", message) else message
 
 
 class App(typer.Typer):

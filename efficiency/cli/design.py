@@ -30,7 +30,7 @@ from efficiency.cli.options import (
     unit_system,
 )
 from ehl import InputError, shipped
-from ehl.console import App, fail_unless_converged, given, names_of, print_json, progress, write_text
+from ehl.console import App, fail_unless_converged, given, names_of, output_folder, print_json, progress, write_text
 
 PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
 
@@ -279,14 +279,10 @@ def study(
     store = output / "points.jsonl"
     if fresh and os.path.exists(store):
         store.unlink()
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("output", str(output), "a folder that can be written", f"{error}.") from None
     chosen = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
     chosen |= {"strength": strength}
     chosen |= given({"load_balance": load_balance_of(load_balance)})
-    with progress("points") as move:
+    with output_folder(output), progress("points") as move:
         result = efficiency.study(designs or PAIRS, report=move, **chosen, **given(values))
     written = result.write(folder=output)
     if json_output:

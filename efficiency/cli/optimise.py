@@ -11,7 +11,7 @@ import typer
 import efficiency
 from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, JobsOption, JsonOption, OilOption
 from ehl import InputError
-from ehl.console import App, fail_unless_converged, given, make_folder, print_json, progress
+from ehl.console import App, fail_unless_converged, given, output_folder, print_json, progress
 
 SEARCH = "Search"
 
@@ -99,12 +99,11 @@ def optimise(
     store = output / "points.jsonl"
     if fresh and os.path.exists(store):
         store.unlink()
-    make_folder(output, "output")
     box = {"E": "0.05 mm", "P": "0.05 mm"} | given({"E": e, "P": p, "G": g, "alpha": alpha})
     chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
     chosen |= {"over": over, "flanks": flanks, "friction": friction, "oil": oil, "solved": check_friction}
     chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "seed": seed, "jobs": jobs, "store": store}
-    with progress("evaluations") as move:
+    with output_folder(output), progress("evaluations") as move:
         result = efficiency.optimise(targets, _variables(vary), report=move, **chosen)
     written = result.write(folder=output)
     if json_output:

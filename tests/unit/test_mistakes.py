@@ -280,6 +280,168 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
         ("misalignment", PAIR), {"--E": "0, 0.1 mm"},
         [("--E", "0.1", "unit"), ("--P", "1 deg", "dimension"), ("--alpha", "1 mm", "dimension"), ("--side", "up", "drive")],
     ),
+    "loss-map again": (
+        ("loss-map", PAIR), {"--torque": "100, 200 N m", "--speed": "500 rpm"},
+        [
+            ("--torque", "100:x:3 N m", "a number in N*m"), ("--torque", "1e9 N m", "at least"),
+            ("--speed", "-500 rpm", "above"), ("--speed", "500", "unit"),
+            ("--friction", "75w9", "constant:VALUE, coleman"), ("--temperature", "900 degC", "at least"),
+            ("--drag", "-2 N m", "at least"), ("--drag", "2 mm", "dimension"), ("--load-share", "150 %", "at least"),
+            ("--load-share", "-1 %", "at least"), ("--axle-losses", "none.csv", "an existing CSV or"),
+            ("--load-balance", "friction", "frictional or frictionless"), ("--xlsx", "x.csv", "a file name ending"),
+            ("--vecto", "no/where.vtlm", "a file in a"),
+        ],
+    ),
+    "misalignment again": (
+        ("misalignment", PAIR), {"--E": "0, 0.1 mm"},
+        [
+            ("--E", "0:0.1 mm", "'from:to:number unit' such as"), ("--E", "10 mm", "at least"),
+            ("--E", "a mm", "a number in m"), ("--P", "0.1", "unit"), ("--P", "50 mm", "at least"),
+            ("--G", "0.1", "unit"), ("--G", "2 s", "dimension"), ("--G", "0.1,,0.2 mm", "a number in m"),
+            ("--alpha", "2", "unit"), ("--alpha", "20 deg", "at least"), ("--alpha", "x arcmin", "a number in rad"),
+            ("--side", "both sides", "drive, coast or both"), ("--torque", "300", "unit"),
+            ("--torque", "-300 N m", "above"), ("--torque", "300 mm", "dimension"),
+            ("--friction", "75w91", "no value without a"), ("--speed", "10", "no value without a"),
+        ],
+    ),
+    "compare again": (
+        ("compare", PAIR), {"--torque": "300 N m"},
+        [
+            ("--torque", "-300 N m", "above"), ("--torque", "300 mm", "dimension"), ("--torque", "0 N m", "above"),
+            ("--speed", "1500", "unit"), ("--speed", "1e9 rpm", "above"), ("--temperature", "90", "unit"),
+            ("--temperature", "900 degC", "at least"), ("--oil", "75w91", "one of 5p4e, 75w90"),
+            ("--friction", "constant:two", "constant:VALUE as in constant:0"),
+            ("--friction", "constant:3", "at least"), ("--friction", "none.json", "a formula file as"),
+            ("--report", "x.pdf", "a file name ending"), ("--driver", "geer", "pinion or gear"),
+        ],
+    ),
+    "axle-test": (
+        ("axle-test", PAIR), {},
+        [
+            ("--application", "singel", "single or tandem"), ("--torque-max", "2500", "unit"),
+            ("--torque-max", "-1 N m", "above"), ("--torque-max", "2500 rpm", "dimension"),
+            ("--torque-max", "1e9 N m", "above"), ("--revolutions-per-mile", "-650", "at least"),
+            ("--revolutions-per-mile", "many", "a number"), ("--revolutions-per-mile", "0", "at least"),
+            ("--revolutions-per-mile", "nan", "a finite value"), ("--friction", "constant:2", "at least"),
+            ("--friction", "75w91", "constant:VALUE, coleman"), ("--temperature", "80", "unit"),
+            ("--temperature", "900 degC", "at least"), ("--axle-losses", "none.csv", "an existing CSV or"),
+            ("--drag", "2", "unit"), ("--drag", "-2 N m", "at least"), ("--load-share", "2", "at least"),
+            ("--load-share", "a %", "a number without unit"),
+            ("--load-balance", "friction", "frictional or frictionless"), ("--xlsx", "x.csv", "a file name ending"),
+        ],
+    ),
+    "export": (
+        ("export", PAIR), {"--output": "out"},
+        [
+            ("--what", "tooths", "some of tooth, member"), ("--what", "gird", "some of tooth, member"),
+            ("--what", "", "some of tooth, member"), ("--member", "pinon", "pinion, gear or both"),
+            ("--rows", "2", "from 5 to 200"), ("--rows", "-5", "from 5 to 200"), ("--rows", "many", "a whole number"),
+            ("--rows", "100000", "from 5 to 200"), ("--columns", "1", "from 5 to 200"),
+            ("--columns", "1e3", "a whole number"), ("--margin", "0.6", "from 0 to 0"),
+            ("--margin", "-0.1", "from 0 to 0"), ("--margin", "a", "a number"), ("--rim", "6", "unit"),
+            ("--rim", "-6 mm", "at least"), ("--rim", "6 s", "dimension"), ("--bore", "-1 mm", "at least"),
+            ("--bore", "10 m", "at least"), ("--bore", "10", "unit"), ("--units", "si", "metric or inch"),
+        ],
+    ),
+    "export formula": (
+        ("export", "75w90"), {"--output": "mu.py"},
+        [
+            ("--language", "pyton", "one of python, c"), ("--language", "java", "one of python, c"),
+            ("--output", "no/where/mu.py", "a writable file"), ("--oil", "75w91", "one of 75w90"),
+            ("--oil", "fva3", "one of 75w90"), ("--what", "grid", "nothing beside a formula"),
+            ("--member", "pinion", "nothing beside a formula"),
+        ],
+    ),
+    "correct": (
+        ("correct", PAIR, "none.csv"), {},
+        [
+            ("--order", "3", "1 or 2"), ("--order", "0", "1 or 2"), ("--order", "two", "a whole number"),
+            ("--uncertainty", "1", "0"), ("--uncertainty", "-1 um", "0"), ("--uncertainty", "1 s", "dimension"),
+            ("--uncertainty", "0 um", "0"), ("--uncertainty", "10 mm", "0"),
+        ],
+    ),
+    "plan": (
+        ("plan", PAIR), {"--duty": "duty.csv", "--output": "p.toml"},
+        [
+            ("--duty", "none.csv", "an existing CSV or"), ("--output", "p.json", "a file name ending"),
+            ("--oil", "75w91", "one of 5p4e, 75w90"), ("--size", "0", "at least"), ("--size", "-1", "at least"),
+            ("--size", "many", "a whole number"), ("--coverage", "a", "a number"),
+            ("--model", "rough", "deterministic or load_sharing"),
+        ],
+    ),
+    "study": (
+        ("study", PAIR), {},
+        [
+            ("--friction", "75w91", "constant:VALUE, coleman"), ("--friction", "constant:-1", "at least"),
+            ("--jobs", "0", "at least"), ("--jobs", "-2", "at least"), ("--jobs", "many", "a whole number"),
+            ("--jobs", "1000", "at least"), ("--torque", "50", "unit"),
+            ("--torque", "50:250 N m", "'from:to:number unit' such as"), ("--torque", "-50 N m", "above"),
+            ("--torque", "50:250:100000 N m", "'from:to:number unit' such as"), ("--speed", "100", "unit"),
+            ("--speed", "0 rpm", "above"), ("--speed", "1 mm", "dimension"), ("--temperature", "80", "unit"),
+            ("--temperature", "800 degC", "at least"), ("--roughness", "0.2", "unit"),
+            ("--roughness", "-0.2 um", "at least"), ("--roughness", "2 mm", "at least"),
+            ("--oil", "75w91", "one of 5p4e, 75w90"), ("--side", "both", "drive or coast"), ("--E", "0.1", "unit"),
+            ("--alpha", "4 mm", "dimension"), ("--load-balance", "friction", "frictional or frictionless"),
+            ("--P", "10 m", "at least"),
+        ],
+    ),
+    "optimise": (
+        ("optimise", "fm_hypoid_13x42"), {},
+        [
+            ("--vary", "crowning", "one of lengthwise_crowning, profile_crowning"),
+            ("--objective", "loss", "one of power_loss, pressure_max"),
+            ("--objective", "pressure", "one of power_loss, pressure_max"),
+            ("--limit", "presure_max", "one of power_loss, pressure_max"),
+            ("--flanks", "drives", "drive, coast or both"), ("--evaluations", "1", "from 9 to 20000"),
+            ("--evaluations", "many", "a whole number"), ("--batch", "0", "from 1 to 256"),
+            ("--check", "-1", "from 0 to 100"), ("--check", "many", "a whole number"), ("--seed", "-1", "at least"),
+            ("--duty", "none.csv", "an existing CSV or"), ("--oil", "none", "one of 5p4e, 75w90"),
+            ("--E", "0.05", "unit"), ("--E", "-0.05 mm", "above"), ("--over", "median", "mean or worst"),
+            ("--jobs", "0", "at least"),
+        ],
+    ),
+    "fit": (
+        ("fit", "gear_fva3_noise"), {"--output": "f.json"},
+        [
+            ("--family", "shrot", "one of xu, power_law"), ("--family", "neural", "one of xu, power_law"),
+            ("--output", "no/where/f.json", "a file in a"), ("--paths", "none", "a folder or file"),
+            ("--noise", "none", "a folder or file"), ("--plot", "x.xls", "a file name ending"),
+            ("--report", "x.pdf", "a file name ending"),
+        ],
+    ),
+    "sweep": (
+        ("sweep", "demo"), {"--output": "r"},
+        [
+            ("--jobs", "0", "at least"), ("--jobs", "-3", "at least"), ("--jobs", "many", "a whole number"),
+            ("--jobs", "1000", "at least"), ("--shard", "0/4", "i/n with 1 <="), ("--shard", "5/4", "i/n with 1 <="),
+            ("--shard", "1of4", "i/n with 1 <="), ("--time-cap", "600", "unit"), ("--time-cap", "-1 s", "above"),
+            ("--time-cap", "1 mm", "dimension"), ("--retries", "-1", "at least"),
+            ("--retries", "many", "a whole number"),
+            ("--with", "xu_kahraman_2006", "one of arana_2019, benedict_kelley_1961"),
+            ("--set", "lubricant.oil", "KEY=VALUE such as lubricant"), ("--slurm", "0", "at least"),
+            ("--slurm", "many", "a whole number"), ("--dask", "local:0", "local:N with N worker"),
+        ],
+    ),
+    "calibrate": (
+        ("calibrate", ROOT / "docs/examples/synthetic_traction.csv"), {"--setup": str(ROOT / "docs/examples/calibration.toml")},
+        [
+            ("--setup", "none.toml", "an existing TOML file"), ("--output", "x.csv", "a file name ending"),
+            ("--plot", "x.xls", "a file name ending"), ("--report", "x.txt", "a file name ending"),
+            ("--jobs", "0", "at least"),
+        ],
+    ),
+    "demo": (
+        ("demo",), {},
+        [
+            ("--jobs", "0", "at least"), ("--jobs", "many", "a whole number"),
+        ],
+    ),
+    "app": (
+        ("app",), {},
+        [
+            ("--port", "80", "at least"), ("--port", "many", "a whole number"),
+        ],
+    ),
     "names": (
         (), {},
         [
