@@ -47,7 +47,7 @@ REFUSED = REASONS | {
     "deflection_limit": "shafts too soft: E, P, G do not settle",
     "assembly.stiffness": "shafts so soft that the axes leave the range of misalignments",
     "self_locking": "friction takes the whole torque",
-    "hardness": "flank pressure above the hardness",
+    "pressure_above_hardness": "flank pressure above the hardness",
 }
 COLUMNS = (
     "seed", "index", "process", "gear", "offset_mm", "ratio", "module_mm", "torque_factor", "torque", "E_mm", "P_mm",
@@ -182,8 +182,8 @@ def check_load(loaded: LoadedMesh) -> dict[str, Any]:
             "deflection_rounds": moved.rounds,
             "deflection_residual_um": 1e6 * max(off[:3]),
         }
-        # the tolerances of the rounds
-        require(max(off[:3]) < 1e-7 and off[3] < 1e-6, "the deflection does not return itself")
+        # the tolerances of the rounds, and a tenth of them for the frame of the last round, which lags by one
+        require(max(off[:3]) < 1.1e-7 and off[3] < 1.1e-6, "the deflection does not return itself")
     return row
 
 
@@ -191,8 +191,10 @@ def check_result(loaded: LoadedMesh, result: Any) -> dict[str, Any]:
     """Status, numbers and energy of an answer; refusals that hold are raised as such."""
     limit = hardness(loaded.grids.mesh.teeth)
     if result.status != "converged":
-        require(math.isnan(result.efficiency), "failed with an efficiency")
-        require(result.reason != "hardness" or result.pressure_max > limit, "refused below the hardness")
+        # above the hardness the elastic numbers stay, beside a status that says what they are worth
+        above = result.reason == "pressure_above_hardness"
+        require(above or math.isnan(result.efficiency), "failed with an efficiency")
+        require(not above or result.pressure_max > limit, "refused below the hardness")
         raise ConvergenceError(result.reason, "result")
     require(result.pressure_max <= limit, "answered above the hardness")
     optional = {"transmission_error_unloaded"}

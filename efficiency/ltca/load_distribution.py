@@ -479,14 +479,18 @@ class EdgeLoad:
     """
 
     def towards(self, other: EdgeLoad, share: float) -> EdgeLoad:
-        """Between two loads near each other: linear in the share of the way; the place is that of the nearer one."""
+        """Between two loads near each other: linear in the share of the way, and never below zero, where an edge lets
+        go; the place is that of the nearer one.
+        """
         near = other if share > 0.5 else self
+
+        def between(here: float, there: float) -> float:
+            return max((1.0 - share) * here + share * there, 0.0)
+
         names = ("share", "share_extended", "pressure", "pressure_lower", "pressure_upper")
-        values = {name: (1.0 - share) * getattr(self, name) + share * getattr(other, name) for name in names}
+        values = {name: between(getattr(self, name), getattr(other, name)) for name in names}
         edges = dict.fromkeys((*self.shares, *other.shares))
-        shares = {
-            edge: (1.0 - share) * self.shares.get(edge, 0.0) + share * other.shares.get(edge, 0.0) for edge in edges
-        }
+        shares = {edge: between(self.shares.get(edge, 0.0), other.shares.get(edge, 0.0)) for edge in edges}
         return replace(near, shares=shares, **values)
 
     share: float = 0.0

@@ -217,3 +217,12 @@ def test_strength_is_computed_only_when_asked_for(loaded: LoadedMesh) -> None:
     assert frame["safety_contact"][0] == result.strength.safety_contact
     assert result.strength.points_film_specific.shape == result.friction.mu.shape
     assert "specific film" in result.strength.table().html()
+
+
+def test_an_edge_that_lets_go_carries_nothing() -> None:
+    here, beyond = EdgeLoad(0.01, 0.0, {"toe": 0.01}, 1e9), EdgeLoad(0.03, 0.0, {"toe": 0.03}, 1.2e9)
+    assert here.towards(beyond, 0.5).share == pytest.approx(0.02)
+    # extrapolated to a smaller torque
+    gone = here.towards(beyond, -1.0)
+    assert gone.share == gone.shares["toe"] == 0.0
+    assert gone.pressure == pytest.approx(0.8e9)
