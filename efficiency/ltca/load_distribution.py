@@ -488,7 +488,7 @@ class EdgeLoad:
             return max((1.0 - share) * here + share * there, 0.0)
 
         names = ("share", "share_extended", "pressure", "pressure_lower", "pressure_upper")
-        values = {name: between(getattr(self, name), getattr(other, name)) for name in names}
+        values: dict[str, Any] = {name: between(getattr(self, name), getattr(other, name)) for name in names}
         edges = dict.fromkeys((*self.shares, *other.shares))
         shares = {edge: between(self.shares.get(edge, 0.0), other.shares.get(edge, 0.0)) for edge in edges}
         return replace(near, shares=shares, **values)
