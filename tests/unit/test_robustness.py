@@ -485,3 +485,12 @@ def test_texts_of_other_encodings_are_refused(tmp_path: Path) -> None:
 def test_shipped_oils_have_names_that_fit() -> None:
     for name in ehl.shipped("oils"):
         assert Oil.load(name).name.isprintable()
+
+
+def test_no_duration_comes_from_a_clock_that_jumps() -> None:
+    """Only monotonic and processor clocks: the wall clock may be set while a sweep runs."""
+    packages = (Path(package.__file__).parent for package in (ehl, regression, efficiency))
+    sources = [path for package in packages for path in package.rglob("*.py")]
+    assert len(sources) > 200
+    for path in sources:
+        assert not re.search(r"\btime\.time(_ns)?\(|datetime\.now|utcnow", path.read_text(encoding="utf-8")), path

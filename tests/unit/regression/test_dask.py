@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -71,6 +72,29 @@ def test_a_case_that_always_kills_its_worker_is_the_only_one_lost(
     assert frame.loc[slow, "reason"] == "time_cap"
     assert frame.loc[slow, "seconds"] < 30.0
     assert report.converged == 14
+
+
+@pytest.mark.parametrize("stage", ["with its first case", "with its result in hand", "with the last case"])
+def test_a_worker_that_dies_once_costs_no_case(plan: Plan, tmp_path: Path, cluster: Executor, stage: str) -> None:
+    sides = sorted(case.contact.slide_to_roll for _, case in plan.cases())
+    done, victim = str(tmp_path / "done"), sides[-1] if "last" in stage else sides[0]
+
+    def evaluate(case: Contact) -> Outputs:
+        if case.contact.slide_to_roll == victim and not os.path.exists(done):
+            with open(done, "w"):
+                pass
+            if "result" in stage:
+                # after the answer, while it may be on its way
+                threading.Timer(0.02, os.kill, (os.getpid(), signal.SIGKILL)).start()
+            else:
+                os.kill(os.getpid(), signal.SIGKILL)
+        return XU(case)
+
+    report = sweep_shard(plan, tmp_path / "dask", evaluate=evaluate, executor=cluster)
+    assert report.converged == 16
+    assert os.path.exists(done)
+    sweep_shard(plan, tmp_path / "one", evaluate=XU)
+    assert load_dataset(tmp_path / "dask").data_hash == load_dataset(tmp_path / "one").data_hash
 
 
 def test_a_worker_of_another_version_is_refused(
