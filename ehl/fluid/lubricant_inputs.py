@@ -250,8 +250,8 @@ class OilLubricant(ShearInput):
     def _rising_stress(self, card: Oil) -> RisingStressInput | None:
         return self.eyring_stress_pressure or card.eyring_stress_pressure
 
-    def lubricant(self) -> Lubricant:
-        """The numbers the solvers take."""
+    def lubricant(self, temperature: Any = None) -> Lubricant:
+        """The numbers the solvers take; arrays where other temperatures are given as one [K]."""
         card = Oil.load(self.oil)
         names = ("eyring_stress", "limiting_shear_coefficient", "thermal_conductivity", "heat_capacity")
         given: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
@@ -260,7 +260,7 @@ class OilLubricant(ShearInput):
         rising = self._rising_stress(card)
         if self.eyring_stress_law == "pressure" and rising is not None:
             given["eyring_stress"] = rising.law()
-        found = card.at(self.temperature_oil)
+        found = card.at(self.temperature_oil if temperature is None else temperature)
         # the viscosity is that of the card
         return replace(found, **(given | self.shear_figures())).with_alpha_film(found.pressure_viscosity_film)
 

@@ -32,7 +32,7 @@ from ehl.io.validation import InputModel, Name, read_toml, validate
 from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
 from ehl.view.table import Table
-from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_row
+from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
 from regression.plan.constraints import Constraints, constrained_quantities
 from regression.plan.cost import CostEstimate, contact_seconds
@@ -565,19 +565,28 @@ class Plan(InputModel):
 
     def _lubricant_columns(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
         """Columns of `regression.friction.conditions.LUBRICANT_UNITS` at the points."""
-        names = [name for name in columns if TABLE_OF.get(name) == "lubricant"]
-        rows = []
+        names = [name for name in columns if TABLE_OF.get(name) == "lubricant" and name != "temperature_oil"]
+        # points that differ in nothing but their temperature, together
+        groups: dict[tuple[Any, ...], list[int]] = {}
         for i, oil in enumerate(oils):
-            content = {**self.lubricant, **{name: float(columns[name][i]) for name in names}}
+            groups.setdefault((oil, *(float(columns[name][i]) for name in names)), []).append(i)
+        temperature = columns.get("temperature_oil")
+        found = {name: np.empty(len(oils)) for name in LUBRICANT_UNITS}
+        for (oil, *values), rows in groups.items():
+            content = {**self.lubricant, **dict(zip(names, values, strict=True))}
             if oil is not None:
                 content["oil"] = oil
-            given: OilLubricant | DirectLubricant = (
-                validate(OilLubricant, content, "lubricant")
-                if "oil" in content
-                else validate(DirectLubricant, content, "lubricant")
-            )
-            rows.append(lubricant_row(given.lubricant(), float(columns["pressure_hertz"][i])))
-        return {name: np.array([row[name] for row in rows]) for name in LUBRICANT_UNITS}
+            for part in [rows] if "oil" in content else [[row] for row in rows]:
+                if temperature is not None:
+                    content["temperature_oil"] = float(temperature[part[0]])
+                if "oil" in content:
+                    given = validate(OilLubricant, content, "lubricant")
+                    lubricant = given.lubricant(None if temperature is None else temperature[part])
+                else:
+                    lubricant = validate(DirectLubricant, content, "lubricant").lubricant()
+                for name, column in lubricant_columns(lubricant, columns["pressure_hertz"][part]).items():
+                    found[name][part] = column
+        return found
 
     def contact_seconds(
         self, columns: Mapping[str, Array], oils: Sequence[str | None]

@@ -13,6 +13,7 @@ import pytest
 from ehl.io.data import data_names
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
+from regression.friction.conditions import LUBRICANT_UNITS
 from regression.plan.plan import Plan
 from regression.plan.sampling import corner_unit, sobol_unit, to_range
 
@@ -192,3 +193,14 @@ def test_ends_of_ranges_are_exact() -> None:
         assert ends.tolist() == [0.1, 0.7]
     assert float(to_range(np.array(0.5), 1.0, 100.0, "log")) == pytest.approx(10.0, rel=1e-14)
     assert corner_unit(3).shape == (8, 3)
+
+
+@pytest.mark.parametrize("oil", ["fva3", "75w90", "pao100", "5p4e"])
+def test_the_oil_at_many_points_is_that_at_each(oil: str) -> None:
+    plan = Plan.from_file("demo", [f"lubricant.oil={oil}"])
+    points = plan.points.columns
+    table = plan.conditions({name: column[:20] for name, column in points.items()}, [None] * 20)
+    for row in range(20):
+        one = plan.conditions({name: column[row : row + 1] for name, column in points.items()}, [None])
+        for name in LUBRICANT_UNITS:
+            assert one[name][0] == pytest.approx(table[name][row], rel=1e-15), name
