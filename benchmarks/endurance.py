@@ -2,8 +2,9 @@
 
     python -m benchmarks endurance [--count N] [--kinds KIND ...] [--commands N] [--seed S] [--minutes M]
 
-Sound files are mutated: bits, pieces and lines at random, and values, keys and units where they stand. What gives an
-answer or a refusal not seen before joins the sound files and is mutated further (guidance by outcome). Each kind goes
+Sound files are mutated: bits, pieces and lines at random, and values, keys and units where they stand. What runs a line
+of the program that no input of its kind ran before, or gives an answer or a refusal not seen before, joins the sound
+files and is mutated further (guidance by coverage, from Python 3.12 on, and by outcome). Each kind goes
 through its reader and what is checked and computed before solving; ``--commands`` puts files through whole commands,
 which stop where solving begins. Anything but an answer or an `InputError` of readable length is a traceback; more than
 ten seconds of processor time is a hang; numbers that are not finite, or of the wrong sign, are impossible answers.
@@ -27,19 +28,22 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import numpy as np
 from common import OUT, command_line, write_rows
 from endurance_kinds import Impossible, Kind, Reached, kinds, stopped
 
+import efficiency
 import ehl
+import regression
 from efficiency.cli import main as mixed_ehl
 from ehl import MixedEhlError
 
 HANG = 10.0  # s of processor time; and ten times that on the clock, for what only waits
 CLOCKS = ((signal.SIGPROF, signal.ITIMER_PROF, HANG), (signal.SIGALRM, signal.ITIMER_REAL, 10.0 * HANG))
-CORPUS = 300  # files kept for further mutation
+CORPUS = 300  # files kept for further mutation because of what they give; those that reach new lines all
 NUMBERS = (
     "0", "-1", "1e308", "-1e308", "1e-320", "nan", "inf", "-inf", "1e400", "9" * 400, "0x10", "1_0", "1,5", "-0.0",
     "true", '"x"', '""', "[]", "{}", "[1, 2]", "null", '"1 GPa"', '"5 degC"', '"-300 degC"', '"1 m m"', '"1e999 m"',
@@ -56,6 +60,39 @@ class Hang(BaseException):
     """The alarm rang."""
 
 
+class Coverage:
+    """Lines of the program that run for the first time; before Python 3.12 none are seen."""
+
+    OWN = tuple(str(Path(package.__file__).parent) for package in (ehl, regression, efficiency))
+
+    def __init__(self) -> None:
+        self.lines = 0
+        self.monitoring: Any = getattr(sys, "monitoring", None)
+
+    def __enter__(self) -> Coverage:
+        if self.monitoring:
+            tool, line = self.monitoring.COVERAGE_ID, self.monitoring.events.LINE
+            self.monitoring.use_tool_id(tool, "endurance")
+            self.monitoring.register_callback(tool, line, self._line)
+            self.monitoring.set_events(tool, line)
+        return self
+
+    def __exit__(self, *given: object) -> None:
+        if self.monitoring:
+            self.monitoring.set_events(self.monitoring.COVERAGE_ID, 0)
+            self.monitoring.free_tool_id(self.monitoring.COVERAGE_ID)
+
+    def _line(self, code: Any, line: int) -> object:
+        self.lines += code.co_filename.startswith(self.OWN)
+        return self.monitoring.DISABLE  # each line is heard of once, so that this costs next to nothing
+
+    def restart(self) -> None:
+        """Hear of every line once more."""
+        self.lines = 0
+        if self.monitoring:
+            self.monitoring.restart_events()
+
+
 @dataclass
 class Tally:
     """Outcomes of one kind."""
@@ -63,18 +100,21 @@ class Tally:
     kind: str
     counts: Counter[str] = field(default_factory=Counter)
     faults: Counter[str] = field(default_factory=Counter)
+    lines: int = 0  # of the program that ran
     seconds: float = 0.0
 
     def add(self, other: Tally) -> None:
         """Add the outcomes of another round."""
         self.counts += other.counts
         self.faults += other.faults
+        self.lines = max(self.lines, other.lines)
         self.seconds += other.seconds
 
     def row(self) -> dict[str, object]:
         """As a row of the table."""
         names = ("answer", "refusal", "traceback", "hang", "impossible")
-        return {"kind": self.kind, "inputs": sum(self.counts.values()), **{name: self.counts[name] for name in names}}
+        counts = {name: self.counts[name] for name in names}
+        return {"kind": self.kind, "inputs": sum(self.counts.values()), **counts, "lines": self.lines}
 
 
 def mutate(content: bytes, others: Sequence[bytes], rng: random.Random) -> bytes:
@@ -213,8 +253,11 @@ def command(arguments: Sequence[str]) -> None:
         raise RuntimeError(f"exit code {code}: {words[-300:]}")
 
 
-def run(name: str, kind: Kind, count: int, folder: Path, seed: int, keep: Path, until: float, whole: bool) -> Tally:
+def run(
+    name: str, kind: Kind, count: int, folder: Path, seed: int, keep: Path, until: float, whole: bool, covered: Coverage
+) -> Tally:
     """Mutate, read and count."""
+    covered.restart()
     rng = random.Random(f"{seed} {name} {whole}")
     tally, corpus, seen = Tally(f"{name} by command" if whole else name), list(kind.seeds), set[str]()
     change = mutate_workbook if kind.suffix == ".xlsx" else mutate
@@ -232,12 +275,14 @@ def run(name: str, kind: Kind, count: int, folder: Path, seed: int, keep: Path, 
         start = kind.seeds[number] if sound else rng.choice(kind.seeds if rng.random() < 0.5 else corpus)
         content = start if sound else kind.repair(change(start, corpus, rng))
         path.write_bytes(content)
+        lines = covered.lines
         what, signature = outcome(task)
         if sound and what != "answer":
             what, signature = "impossible", f"sound file {number} gives {what}: {signature}"
         tally.counts[what] += 1
         if what in ("answer", "refusal"):
-            if signature not in seen and len(corpus) < CORPUS and len(content) < 10 * len(start) + 1000:
+            new = covered.lines > lines or (signature not in seen and len(corpus) < CORPUS)
+            if new and len(content) < 10 * len(start) + 1000:
                 corpus.append(content)
             seen.add(signature)
         else:
@@ -245,7 +290,7 @@ def run(name: str, kind: Kind, count: int, folder: Path, seed: int, keep: Path, 
                 keep.mkdir(parents=True, exist_ok=True)
                 (keep / f"{name}_{what}_{number}{kind.suffix}").write_bytes(content)
             tally.faults[signature] += 1
-    tally.seconds = time.perf_counter() - began
+    tally.lines, tally.seconds = covered.lines, time.perf_counter() - began
     return tally
 
 
@@ -277,11 +322,12 @@ def campaign(
         folder = Path(place)
         found = kinds(folder)
         ends.enter_context(stopped())
+        covered = ends.enter_context(Coverage())
         for seed in seeds:
             for name, kind in found.items():
                 for number, whole in ((count, False), (commands if kind.command else 0, True)):
                     if number and (not names or name in names):
-                        tally = run(name, kind, number, folder, seed, out / "endurance", until, whole)
+                        tally = run(name, kind, number, folder, seed, out / "endurance", until, whole, covered)
                         for signature, times in tally.faults.most_common():
                             print(f"{tally.kind}, seed {seed}: {times} x {signature}", flush=True)
                         tallies.setdefault((name, whole), Tally(tally.kind)).add(tally)

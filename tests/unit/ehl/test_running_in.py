@@ -28,7 +28,8 @@ def test_elastic_contact_leaves_the_profile() -> None:
     profile = rough()
     assert flattened(profile, LINE, math.inf) is profile
     hard = flattened(profile, LINE, 40e9)
-    np.testing.assert_array_equal(hard.heights, profile.heights)
+    # the offset that is taken out and put back rounds, by library, in the last digit
+    np.testing.assert_allclose(hard.heights, profile.heights, rtol=1e-12, atol=1e-20)
 
 
 def test_peaks_are_flattened_and_a_second_passage_takes_little() -> None:
