@@ -1,16 +1,16 @@
-"""Search of the ease-off: gains of the shipped hypoids, the front against a grid, random search, exact check.
+"""Search of ease-off and blank: gains of the shipped hypoids, the front against a grid, random search, exact check.
 
 ``python -m benchmarks optimise gain`` searches each pair for the least loss within the limits of the start (figures of
 docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
 better; ``grid`` compares the hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved``
-checks the gain of a pair with solved contacts. Evaluations are kept in the folder; what was stopped goes on.
+checks the gain of a pair with solved contacts. ``--vary ease_off blank`` frees the blank too. Evaluations are kept in the folder; what was stopped goes on.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from common import OUT, command_line, write_rows
 
 import efficiency
 from efficiency.optimisation.evaluation import Store, Task, evaluate_all
-from efficiency.optimisation.optimise import SEARCH_GRID, Optimisation, front_of, optimise
+from efficiency.optimisation.optimise import Optimisation, front_of, optimise, search_task
 from efficiency.optimisation.pareto import hypervolume
 
 PAIRS = (
@@ -37,10 +37,22 @@ TWO: dict[str, Any] = {"objectives": [LOSS, "pressure_max"], "misalignment": {},
 TEN = 10
 
 
-def search(pair: str, folder: Path, evaluations: int, jobs: int, **more: Any) -> Optimisation:
+@dataclass(frozen=True)
+class Chosen:
+    """What the command line says."""
+
+    pairs: Sequence[str]
+    folder: Path
+    evaluations: int
+    jobs: int
+    vary: Sequence[str]
+
+
+def search(chosen: Chosen, pair: str, **more: Any) -> Optimisation:
     """The least loss within the limits of the start."""
-    store = folder / pair / "points.jsonl"
-    return optimise(pair, objectives=[LOSS], evaluations=evaluations, check=1, jobs=jobs, store=store, **more)
+    store = chosen.folder / pair / "points.jsonl"
+    fixed: dict[str, Any] = {"objectives": [LOSS], "evaluations": chosen.evaluations, "check": 1, "jobs": chosen.jobs}
+    return optimise(pair, chosen.vary, store=store, **fixed, **more)
 
 
 def gain_row(found: Optimisation, seconds: float) -> dict[str, Any]:
@@ -54,26 +66,27 @@ def gain_row(found: Optimisation, seconds: float) -> dict[str, Any]:
     return row | changes | {"gain from": round(100 * low, 2), "gain to": round(100 * high, 2), "s": round(seconds)}
 
 
-def gain(pairs: Sequence[str], folder: Path, evaluations: int, jobs: int) -> None:
+def gain(chosen: Chosen) -> None:
     """Each pair searched."""
     rows = []
-    for pair in pairs:
+    for pair in chosen.pairs:
         clock = time.perf_counter()
-        found = search(pair, folder, evaluations, jobs)
+        found = search(chosen, pair)
         rows.append(gain_row(found, time.perf_counter() - clock))
         print(rows[-1], flush=True)
-        found.write(folder=folder / pair)
-        write_rows(folder / "gain.csv", rows)
+        found.write(folder=chosen.folder / pair)
+        write_rows(chosen.folder / "gain.csv", rows)
 
 
-def random(pairs: Sequence[str], folder: Path, evaluations: int, jobs: int) -> None:
+def random(chosen: Chosen) -> None:
     """Ten times as many points, evenly drawn between the same bounds."""
-    for pair in pairs:
-        found = search(pair, folder, evaluations, jobs)
+    folder, jobs = chosen.folder, chosen.jobs
+    for pair in chosen.pairs:
+        found = search(chosen, pair)
         best = min((p.figures[LOSS] for p in found.front), default=np.inf)
         task = _task(found)
         rng, variables = np.random.default_rng(0), found.problem.variables
-        places = rng.random((TEN * evaluations, len(variables)))
+        places = rng.random((TEN * chosen.evaluations, len(variables)))
         values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
         points = evaluate_all([replace(task, values=v) for v in values], jobs, Store(folder / pair / "random.jsonl"))
         within = [p for p in points if p.feasible(found.allowed)]
@@ -90,14 +103,7 @@ def random(pairs: Sequence[str], folder: Path, evaluations: int, jobs: int) -> N
 def _task(found: Optimisation) -> Task:
     """The task of the points of a search."""
     made = efficiency.settings(found.problem.start, transmission=False)
-    return Task(
-        found.problem,
-        {},
-        found.search_states,
-        SEARCH_GRID,
-        bodies=made.design.model_dump_json(),
-        accepted=made.status,
-    )
+    return replace(search_task(found.problem, made), states=found.search_states)
 
 
 def grid(folder: Path, jobs: int) -> None:
@@ -125,10 +131,10 @@ def grid(folder: Path, jobs: int) -> None:
     write_rows(folder / "grid.csv", rows)
 
 
-def solved(pairs: Sequence[str], folder: Path, evaluations: int, jobs: int, friction: str) -> None:
+def solved(chosen: Chosen, friction: str) -> None:
     """The gain of each pair with solved contacts."""
-    for pair in pairs:
-        best = search(pair, folder, evaluations, jobs, solved=friction).best
+    for pair in chosen.pairs:
+        best = search(chosen, pair, solved=friction).best
         if best is None:
             print(f"{pair}: nothing to check")
             continue
@@ -148,16 +154,17 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("pairs", nargs="*", default=PAIRS)
     parser.add_argument("--evaluations", type=int, default=120)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--vary", nargs="*", default=("ease_off",))
     parser.add_argument("--friction", default="ehl")
     parser.add_argument("--out", type=Path, default=OUT / "optimise")
     options = parser.parse_args(argv)
-    chosen = options.pairs, options.out, options.evaluations, options.jobs
+    chosen = Chosen(options.pairs, options.out, options.evaluations, options.jobs, options.vary)
     if options.what == "grid":
         grid(options.out, options.jobs)
     elif options.what == "solved":
-        solved(*chosen, options.friction)
+        solved(chosen, options.friction)
     else:
-        {"gain": gain, "random": random}[options.what](*chosen)
+        {"gain": gain, "random": random}[options.what](chosen)
 
 
 if __name__ == "__main__":

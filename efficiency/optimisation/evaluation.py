@@ -92,11 +92,13 @@ class Task:
     grid : (int, int)
         Positions and points per line.
     bodies : str
-        Design (JSON) whose elastic bodies and roots are taken; empty for the own ones, and the interval of the loss.
+        Design (JSON) whose elastic bodies and roots are taken; empty for the own ones.
     accepted : str
         Status of the settings that is accepted besides ``converged``: that of the start.
     solved : str
         Friction model the loss of the aligned pair is checked with; empty for none.
+    interval : bool
+        Whether the loss has its interval.
     """
 
     problem: Problem
@@ -106,6 +108,7 @@ class Task:
     bodies: str = ""
     accepted: str = "converged"
     solved: str = ""
+    interval: bool = False
 
     @property
     def key(self) -> str:
@@ -114,7 +117,7 @@ class Task:
         content = (
             *(__version__, p.start.model_dump_json(), p.flanks, p.figures, [asdict(row) for row in p.duty], p.over),
             *(_friction_key(p.friction), p.oil, sorted(self.values.items()), self.states, self.grid),
-            *(bool(self.bodies), self.accepted, self.solved),
+            *(bool(self.bodies), self.accepted, self.solved, self.interval),
         )
         return hashlib.sha256(repr(content).encode()).hexdigest()[:24]
 
@@ -149,7 +152,7 @@ def evaluate(task: Task) -> Evaluation:
         if task.solved:
             return replace(found, solved=solved_loss(pair, task), seconds=time.perf_counter() - clock)
         figures = pair_figures(pair, task.problem, task.states, task.grid)
-        losses = {} if task.bodies else loss_interval(pair, task)
+        losses = loss_interval(pair, task) if task.interval else {}
     except (ConvergenceError, InputError) as error:
         reason = f"{error.reason}: {error.detail}" if isinstance(error, ConvergenceError) else str(error)
         return replace(found, reason=reason, seconds=time.perf_counter() - clock)

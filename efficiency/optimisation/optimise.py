@@ -341,7 +341,7 @@ def optimise(
     store: Path | str | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> Optimisation:
-    """Search the ease-off of a pair for less loss within limits of pressure, transmission error, edges and roots.
+    """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
 
     Parameters
     ----------
@@ -349,8 +349,9 @@ def optimise(
         Targets of the pair to start from: content, file, or the name of shipped ones.
     variables : mapping or sequence, optional
         Names of `efficiency.optimisation.problem.VARIABLES`, with their bounds: two values, ``"from:to unit"``, or None
-        for default ones. By default crowning lengthwise and in profile, bias, twist, place of the contact, and relief
-        where the targets have it.
+        for default ones. ``"ease_off"``, the default, stands for crowning lengthwise and in profile, bias, twist, place
+        of the contact, and relief where the targets have it; ``"blank"`` for spiral angle, offset, cutter radius,
+        pressure angles, addendum and depth factor where the blank states them.
     objectives : sequence of str, optional
         Figures to minimise, the most important first; by default loss, pressure and loaded transmission error.
     limits : mapping, optional
@@ -532,6 +533,12 @@ def _write_problem(problem: Problem, path: Path, evaluations: int, batch: int, s
     write_file(path, json.dumps(finite_or_none(content), indent=1) + "\n", "output", folder=True)
 
 
+def search_task(problem: Problem, start: SettingsResult) -> Task:
+    """What the points of a search are like; with the bodies of the start where only the ease-off is varied."""
+    bodies = "" if problem.varies_blank else start.design.model_dump_json()
+    return Task(problem, {}, problem.states, SEARCH_GRID, bodies=bodies, accepted=start.status)
+
+
 def _begin(
     problem: Problem, jobs: int, store: Store, *, default: bool
 ) -> tuple[Problem, Evaluation, tuple[dict[str, float], ...], Task, list[str]]:
@@ -543,7 +550,7 @@ def _begin(
         hint = "Search with a formula; `solved` (--check-friction) checks the gain with solved contacts."
         raise InputError("friction", problem.friction, "a formula, a constant, or a published model", hint)
     notes = [] if made.status == "converged" else [f"start: {made.status}: {'; '.join(made.warnings)}"]
-    task = Task(problem, {}, problem.states, SEARCH_GRID, bodies=made.design.model_dump_json(), accepted=made.status)
+    task = search_task(problem, made)
     each = evaluate_all([replace(task, states=(state,)) for state in problem.states], jobs, store)
     for found in each:
         if found.reason:
@@ -667,7 +674,7 @@ def _check(
         return (), "" if front else "no point of the search keeps all limits"
     values = np.array([[p.figures[name] for name in problem.objectives] for p in front])
     chosen = sorted(spread_out(values, count))
-    exact = replace(task, states=problem.states, grid=CHECK_GRID, bodies="")
+    exact = replace(task, states=problem.states, grid=CHECK_GRID, bodies="", interval=True)
     tasks = [exact, *(replace(exact, values=front[k].variables) for k in chosen)]
     start, *found = evaluate_all(tasks, jobs, store, step)
     if start.reason:
@@ -680,7 +687,7 @@ def _check(
     held = [c for c in candidates if c.holds]
     if solved and held:
         best = min(held, key=lambda c: c.exact.figures[problem.objectives[0]])
-        again = [replace(exact, solved=solved, values=values) for values in ({}, best.point.variables)]
+        again = [replace(exact, interval=False, solved=solved, values=values) for values in ({}, best.point.variables)]
         # solved contacts have their own processes
         before, after = evaluate_all(again, 1, store)
         if before.reason or after.reason:

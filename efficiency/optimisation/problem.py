@@ -1,4 +1,4 @@
-"""What is optimised: variables of the ease-off, figures that are minimised or limited, states they are taken over."""
+"""What is optimised: variables of ease-off and blank, figures to minimise or to limit, states they are taken over."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from itertools import product
 from operator import mul
 from typing import Any, Literal
 
+from efficiency.blanks.inputs import DepthTypeTwo, PairBlankInput, PressureAngles
 from efficiency.design.design import Misalignment
 from efficiency.loss.duty import DutyRow
 from efficiency.synthesis.inputs import FlankTarget, MemberTargets, SettingsInput
@@ -38,15 +39,40 @@ _TARGETS: dict[str, tuple[tuple[str, ...], ValueRange]] = {
 }
 # edges of both members whose relief a variable sets
 _EDGES = {"tip_relief": ("tip",), "end_relief": ("toe", "heel")}
+# each variable of the blank and the table of the blank file its key stands in
+_BLANK: dict[str, str] = {
+    "spiral_angle": "",
+    "hypoid_offset": "",
+    "cutter_radius": "",
+    "pressure_angle_drive": "pressure_angle",
+    "pressure_angle_coast": "pressure_angle",
+    "gear_addendum_factor": "depth",
+    "depth_factor": "depth",
+}
 VARIABLES: dict[str, ValueRange] = {
     **{name: allowed for name, (_, allowed) in _TARGETS.items()},
     **dict.fromkeys(_EDGES, _RELIEF),
+    "spiral_angle": value_range_of(PairBlankInput, "mean_spiral_angle_gear"),
+    **{name: value_range_of(PairBlankInput, name) for name in ("hypoid_offset", "cutter_radius")},
+    **{f"pressure_angle_{side}": value_range_of(PressureAngles, side) for side in ("drive", "coast")},
+    **{name: value_range_of(DepthTypeTwo, name) for name in ("gear_addendum_factor", "depth_factor")},
 }
+GROUPS = ("ease_off", "blank")
+"""Names that stand for the default variables of the ease-off, and for those of the blank that the pair has."""
 _DEFAULT = ("lengthwise_crowning", "profile_crowning", "bias", "twist", "contact_face", "contact_depth")
 
 # default bounds: amounts in shares of the start's but at least of the floor, slopes and places about the start (ours)
 _SHARES, _FLOOR, _RELIEF_SHARES = (0.25, 3.5), {"lengthwise_crowning": 20e-6, "profile_crowning": 6e-6}, (0.25, 3.0)
 _BIAS, _PLACE, _MAX_PLACE = 0.8, 0.35, 0.6
+
+# default bounds of the blank about the start (ours): shares of it, or so far to both sides
+_BLANK_SHARES = {"hypoid_offset": (0.5, 1.1), "cutter_radius": (0.8, 1.4), "depth_factor": (0.85, 1.05)}
+_BLANK_REACH = {
+    "spiral_angle": math.radians(12.0),
+    "pressure_angle_drive": math.radians(4.0),
+    "pressure_angle_coast": math.radians(4.0),
+    "gear_addendum_factor": 0.12,
+}
 
 BOX = {"E": 5e-5, "P": 5e-5}
 """Half widths of the default misalignment box [m]: bearings and housings of an axle (ours)."""
@@ -72,7 +98,7 @@ START = "start"
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the ease-off with its bounds.
+    """One variable of ease-off or blank with its bounds.
 
     Attributes
     ----------
@@ -116,7 +142,8 @@ def variables_of(
     start : SettingsInput
         Targets the search starts from.
     given : mapping or sequence, optional
-        Names, or names with their bounds: two values, a text ``"from:to unit"``, or None for the default ones.
+        Names of `VARIABLES` or `GROUPS`, or names with their bounds: two values, a text ``"from:to unit"``, or None for
+        the default ones.
     flanks : {"drive", "coast", "both"}
         Whose ease-off they are.
 
@@ -125,16 +152,24 @@ def variables_of(
     InputError
         An unknown variable, bounds out of range or out of order, or one that sets the same as another.
     """
-    names = dict.fromkeys(given) | dict(given if isinstance(given, Mapping) else {}) if given else _default_names(start)
+    named = dict.fromkeys(given) | dict(given if isinstance(given, Mapping) else {}) if given else {"ease_off": None}
+    names: dict[str, Any] = {}
+    for name, bounds in named.items():
+        if name in GROUPS and bounds is not None:
+            raise InputError(name, bounds, "no bounds, as it stands for several variables", "Name each with its own.")
+        group = _default_names(start) if name == "ease_off" else _blank_names(start) if name == "blank" else [name]
+        names |= {one: named.get(one) if one in named else bounds for one in group}
     found: list[Variable] = []
     taken: dict[str, str] = {}
     for name, bounds in names.items():
         if name not in VARIABLES:
-            raise InputError("variable", name, "one of " + ", ".join(VARIABLES))
-        for key in _TARGETS[name][0] if name in _TARGETS else _EDGES[name]:
+            raise InputError("variable", name, "one of " + ", ".join((*VARIABLES, *GROUPS)))
+        for key in _TARGETS[name][0] if name in _TARGETS else _EDGES.get(name, (name,)):
             if key in taken:
                 raise InputError("variable", name, f"not beside {taken[key]}, which sets {key} too")
             taken[key] = name
+        if name in _BLANK:
+            _blank_value(start, name)
         low, high = _default_bounds(start, name, flanks) if bounds is None else _given_bounds(name, bounds)
         found.append(Variable(name, low, high))
     if not found:
@@ -142,12 +177,37 @@ def variables_of(
     return found
 
 
-def _default_names(start: SettingsInput) -> dict[str, None]:
-    names = dict.fromkeys(_DEFAULT)
-    for name in _EDGES:
-        if _reliefs(start, name):
-            names[name] = None
-    return names
+def _default_names(start: SettingsInput) -> list[str]:
+    return [*_DEFAULT, *(name for name in _EDGES if _reliefs(start, name))]
+
+
+def _blank_place(start: SettingsInput, name: str) -> tuple[Any, str]:
+    """The table of the blank a variable stands in, and its key there."""
+    blank = start.blank
+    if name == "spiral_angle":
+        return blank, "mean_spiral_angle_pinion" if blank.method == 1 else "mean_spiral_angle_gear"
+    if name.startswith("pressure_angle"):
+        return blank.pressure_angle, name.removeprefix("pressure_angle_")
+    return (blank.depth if _BLANK[name] else blank), name
+
+
+def _blank_value(start: SettingsInput, name: str) -> float:
+    """What the blank says; `InputError` where it leaves the value to the standard or has none."""
+    table, key = _blank_place(start, name)
+    value = getattr(table, key, None)
+    if not value:
+        raise InputError(
+            "variable", name, "a value that the blank states", f"Give {key} in the blank, or leave the variable out."
+        )
+    return float(value)
+
+
+def _blank_names(start: SettingsInput) -> list[str]:
+    def stated(name: str) -> bool:
+        table, key = _blank_place(start, name)
+        return bool(getattr(table, key, None))
+
+    return [name for name in _BLANK if stated(name)]
 
 
 def _given_bounds(name: str, bounds: Any) -> Bounds:
@@ -178,6 +238,12 @@ def _default_bounds(start: SettingsInput, name: str, flanks: Flanks) -> Bounds:
     own = start_value(start, name, flanks)
     allowed = VARIABLES[name]
     most = 1.0 if allowed.le is None else allowed.le
+    if name in _BLANK_SHARES:
+        least, greatest = _BLANK_SHARES[name]
+        return least * own, min(greatest * own, most)
+    if name in _BLANK_REACH:
+        reach = _BLANK_REACH[name]
+        return max(own - reach, 0.05 if allowed.ge is None else allowed.ge), min(own + reach, most)
     if name in _EDGES:
         if not own:
             raise InputError(
@@ -215,6 +281,8 @@ def _reliefs(start: SettingsInput, name: str) -> list[float]:
 
 def start_value(start: SettingsInput, name: str, flanks: Flanks) -> float:
     """Value of a variable at the start: the mean of what it sets."""
+    if name in _BLANK:
+        return round(_blank_value(start, name), 12)
     if name in _EDGES:
         values = _reliefs(start, name)
     else:
@@ -237,8 +305,19 @@ def with_values(start: SettingsInput, values: Mapping[str, float], flanks: Flank
         if variable in values:
             for which, member in members.items():
                 members[which] = _relieved(member, edges, values[variable])
-    update = {"targets": targets.model_copy(update=changed), **members}
+    update = {"targets": targets.model_copy(update=changed), **members, "blank": _blank_with(start, values)}
     return start.model_copy(update=update | ({"name": name} if name else {}))
+
+
+def _blank_with(start: SettingsInput, values: Mapping[str, float]) -> PairBlankInput:
+    own: dict[str, float] = {}
+    inner: dict[str, dict[str, float]] = {}
+    for name, value in values.items():
+        if name in _BLANK:
+            _, key = _blank_place(start, name)
+            (inner.setdefault(_BLANK[name], {}) if _BLANK[name] else own)[key] = value
+    tables = {table: getattr(start.blank, table).model_copy(update=keys) for table, keys in inner.items()}
+    return start.blank.model_copy(update={**own, **tables})
 
 
 def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float) -> MemberTargets:
@@ -261,7 +340,7 @@ class Problem:
         Targets the search starts from.
     variables : tuple of Variable
     flanks : {"drive", "coast", "both"}
-        Whose ease-off the variables are.
+        Whose ease-off is varied.
     objectives : tuple of str
         Of `FIGURES`, the first one the most important.
     limits : dict
@@ -291,6 +370,11 @@ class Problem:
     def figures(self) -> tuple[str, ...]:
         """Objectives and limits, each once."""
         return tuple(dict.fromkeys((*self.objectives, *self.limits)))
+
+    @property
+    def varies_blank(self) -> bool:
+        """Whether teeth change by more than micrometres."""
+        return any(variable.name in _BLANK for variable in self.variables)
 
     @property
     def start_values(self) -> dict[str, float]:
