@@ -3,7 +3,8 @@
 ``python -m benchmarks optimise gain`` searches each pair for the least loss within the limits of the start (figures of
 docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
 better; ``grid`` compares the hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved``
-checks the gain of a pair with solved contacts. ``--vary ease_off blank`` frees the blank too. Evaluations are kept in the folder; what was stopped goes on.
+checks the gain of a pair with solved contacts. ``--vary ease_off blank`` frees the blank too. Evaluations are kept in
+the folder; what was stopped goes on.
 """
 
 from __future__ import annotations

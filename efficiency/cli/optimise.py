@@ -1,4 +1,4 @@
-"""Command that searches a better ease-off: `optimise`."""
+"""Command that searches a better ease-off and blank: `optimise`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def optimise(
     vary: Annotated[
         list[str] | None,
         typer.Option(
-            help="A variable, with bounds or without: 'lengthwise_crowning=20:120 um', 'bias'; repeat for several.",
+            help="A variable, with bounds or without: 'lengthwise_crowning=20:120 um', 'bias', 'hypoid_offset'; repeat "
+            "for several. 'ease_off' (the default) and 'blank' stand for the usual ones of each.",
             rich_help_panel=SEARCH,
         ),
     ] = None,
@@ -91,7 +92,7 @@ def optimise(
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
     json_output: JsonOption = False,
 ) -> None:
-    """Search the ease-off of a pair for less loss within limits of pressure, transmission error, edges and roots.
+    """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
 
     Writes the front, and each checked point as a design file that `gear` opens. A search that was killed goes on. Exit
     code 1: no point is better within the limits.

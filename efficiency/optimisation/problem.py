@@ -282,7 +282,7 @@ def _reliefs(start: SettingsInput, name: str) -> list[float]:
 def start_value(start: SettingsInput, name: str, flanks: Flanks) -> float:
     """Value of a variable at the start: the mean of what it sets."""
     if name in _BLANK:
-        return round(_blank_value(start, name), 12)
+        return _blank_value(start, name)
     if name in _EDGES:
         values = _reliefs(start, name)
     else:

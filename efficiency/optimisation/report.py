@@ -227,15 +227,15 @@ def duty_text(result: Optimisation) -> str:
 
 
 def design_head(result: Optimisation, candidate: Candidate) -> str:
-    """Comment over a design file: where its ease-off comes from and what it does."""
+    """Comment over a design file: where its ease-off and blank come from and what it does."""
     changes = ", ".join(
         f"{quantities()[name].label} {change_text(candidate.change(name))}" for name in result.problem.figures
     )
     values = ", ".join(f"{name} {candidate.point.variables[name]:.10g}" for name in candidate.point.variables)
     lines = [
-        f"Ease-off found by `mixed-ehl optimise` from {result.name}, {duty_text(result)}, over",
+        f"Found by `mixed-ehl optimise` from {result.name}, {duty_text(result)}, over",
         f"{len(result.problem.states)} states of misalignment: {changes} against the start.",
-        f"Targets of the {result.problem.flanks} flanks in SI units: {values}.",
+        f"Variables, SI units, targets those of the {result.problem.flanks} flanks: {values}.",
     ]
     return "".join(f"# {line}\n" for line in lines)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,10 @@ from pages import read_page
 import efficiency
 from efficiency.optimisation import optimise as search
 from efficiency.optimisation import report
-from efficiency.optimisation.evaluation import Evaluation, Task, settings_of
+from efficiency.optimisation.evaluation import Evaluation, Task, evaluate, settings_of
 from efficiency.optimisation.optimise import Candidate, Optimisation, make_problem, optimise
 from efficiency.optimisation.pareto import hypervolume, non_dominated, spread_out
-from efficiency.optimisation.problem import box_states, checked_limits, variables_of, with_values
+from efficiency.optimisation.problem import box_states, checked_limits, start_value, variables_of, with_values
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
 from efficiency.pair import GearPair, Mesh
 from efficiency.synthesis.inputs import SettingsInput, load_targets
@@ -146,6 +147,10 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
         ({"variables": {"lengthwise_crowning": "-5:30 um"}}, "at least 0"),
         ({"variables": {"lengthwise_crowning": None, "crowning_toe": None}}, "lengthwise_crowning, which sets"),
         ({"variables": {"tip_relief": None}}, "edge_relief"),
+        ({"variables": {"hypoid_offset": None}}, "Give hypoid_offset in the blank"),
+        ({"variables": {"depth_factor": "1.8:2.0"}}, "Give depth_factor in the blank"),
+        ({"variables": {"spiral_angle": "30:90 deg"}}, "65"),
+        ({"variables": {"blank": "1:2"}}, "several variables"),
         ({"objectives": ["loss"]}, "power_loss"),
         ({"limits": {"noise": "start"}}, "pressure_max"),
         ({"misalignment": {"E": "-0.1 mm"}}, "half width"),
@@ -213,6 +218,44 @@ def test_default_bounds_hold_the_start(start: SettingsInput) -> None:
     assert relieved.gear.edge_relief.tip.amount == 2e-5
     assert checked_limits({"edge_load_share": "2 %"}) == {"edge_load_share": 0.02}
     assert variables_of(start, {"bias": "-0.3:0.3"}, "both")[0].high == 0.3
+
+
+@pytest.mark.parametrize("name", ["fm_hypoid_13x42", "fh_hypoid_9x34", PAIR])
+def test_the_blank_follows_its_variables(name: str) -> None:
+    targets = load_targets(name)
+    problem = make_problem(targets, **(_arguments() | {"variables": ["blank"], "flanks": "drive"}))
+    names = [v.name for v in problem.variables]
+    assert ("hypoid_offset" in names) == (targets.blank.hypoid_offset > 0.0)
+    assert {"spiral_angle", "cutter_radius", "pressure_angle_drive", "pressure_angle_coast"} <= set(names)
+    for variable in problem.variables:
+        assert variable.low < problem.start_values[variable.name] < variable.high
+    assert problem.varies_blank
+    assert with_values(targets, problem.start_values, "drive").blank == targets.blank
+    # each of them changes the blank alone, and is there again when asked for
+    for variable in problem.variables:
+        value = variable.at(0.3)
+        changed = with_values(targets, {variable.name: value}, "drive")
+        assert start_value(changed, variable.name, "drive") == pytest.approx(value)
+        assert changed.blank != targets.blank
+        assert changed.targets == targets.targets
+        others = [n for n in names if n != variable.name]
+        assert [start_value(changed, n, "drive") for n in others] == [problem.start_values[n] for n in others]
+
+
+def test_a_point_with_another_blank_has_bodies_of_its_own() -> None:
+    variables = {"pressure_angle_drive": "18:22 deg", "lengthwise_crowning": "35:45 um"}
+    arguments = _arguments() | {"variables": variables, "objectives": ["power_loss"], "limits": {}}
+    problem = make_problem(load_targets(PAIR), **arguments)
+    task = replace(search.search_task(problem, settings_of(problem, {})), grid=SMALL)
+    assert not task.bodies
+    values = {"pressure_angle_drive": math.radians(22.0), "lengthwise_crowning": 40e-6}
+    point = evaluate(replace(task, values=values))
+    pair = GearPair(efficiency.settings(with_values(problem.start, values, "drive"), transmission=False).design)
+    own = pair.at("constant:0.05", SMALL, many=True, oil="75w90", driver="pinion")
+    assert point.figures["power_loss"] == pytest.approx(own.power_loss, rel=1e-12)
+    # more pressure angle, less normal force and sliding at constant friction
+    assert point.figures["power_loss"] < 0.999 * evaluate(task).figures["power_loss"]
+    assert not point.losses
 
 
 def test_hypervolume_and_front_of_known_points() -> None:
