@@ -22,6 +22,7 @@ import efficiency
 from efficiency.optimisation.evaluation import Store, Task, evaluate_all
 from efficiency.optimisation.optimise import Optimisation, front_of, optimise, search_task
 from efficiency.optimisation.pareto import hypervolume
+from regression.sweeping.executors import local_executor
 
 PAIRS = (
     "fm_hypoid_13x42",
@@ -89,7 +90,9 @@ def random(chosen: Chosen) -> None:
         rng, variables = np.random.default_rng(0), found.problem.variables
         places = rng.random((TEN * chosen.evaluations, len(variables)))
         values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
-        points = evaluate_all([replace(task, values=v) for v in values], jobs, Store(folder / pair / "random.jsonl"))
+        points = evaluate_all(
+            [replace(task, values=v) for v in values], local_executor(jobs), Store(folder / pair / "random.jsonl")
+        )
         within = [p for p in points if p.feasible(found.allowed)]
         better = [p for p in within if p.figures[LOSS] < best]
         least = min((p.figures[LOSS] for p in within), default=np.nan) / found.start.figures[LOSS] - 1.0
@@ -116,7 +119,9 @@ def grid(folder: Path, jobs: int) -> None:
     variables = found.problem.variables
     values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
     task = _task(found)
-    points = evaluate_all([replace(task, values=v) for v in values], jobs, Store(folder / "grid" / "grid.jsonl"))
+    points = evaluate_all(
+        [replace(task, values=v) for v in values], local_executor(jobs), Store(folder / "grid" / "grid.jsonl")
+    )
     names = found.problem.objectives
     fronts = {"search": found.front, "grid": front_of(points, names, found.allowed)}
     figures = {kind: np.array([[p.figures[n] for n in names] for p in front]) for kind, front in fronts.items()}

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 import efficiency
-from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, JobsOption, JsonOption, OilOption
+from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, DaskOption, JobsOption, JsonOption, OilOption
 from ehl import InputError
 from ehl.console import App, fail_unless_converged, given, output_folder, print_json, progress
 
@@ -89,6 +89,7 @@ def optimise(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.", rich_help_panel=SEARCH)] = 1,
     jobs: JobsOption = None,
+    dask: DaskOption = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
     json_output: JsonOption = False,
 ) -> None:
@@ -103,7 +104,8 @@ def optimise(
     box = {"E": "0.05 mm", "P": "0.05 mm"} | given({"E": e, "P": p, "G": g, "alpha": alpha})
     chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
     chosen |= {"over": over, "flanks": flanks, "friction": friction, "oil": oil, "solved": check_friction}
-    chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "seed": seed, "jobs": jobs, "store": store}
+    chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "seed": seed, "jobs": jobs}
+    chosen |= {"dask": dask, "store": store}
     with output_folder(output), progress("evaluations") as move:
         result = efficiency.optimise(targets, _variables(vary), report=move, **chosen)
     written = result.write(folder=output)

@@ -59,6 +59,9 @@ XlsxOption = Annotated[
 CsvOption = Annotated[Path | None, typer.Option("--csv", help="Folder for every table as CSV.", rich_help_panel=OUTPUT)]
 FiguresOption = Annotated[Path | None, typer.Option(help="Folder for figures (PNG).", rich_help_panel=OUTPUT)]
 UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric or inch.", rich_help_panel=OUTPUT)]
+DaskOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
+]
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")]
 
 

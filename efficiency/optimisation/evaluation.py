@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -24,6 +24,7 @@ from ehl import __version__
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.files import make_folder
 from ehl.io.numbers import finite_or_none
+from regression.sweeping.executors import Executor, ThisProcess, compute
 
 _ROOT = ("root_stress_pinion", "root_stress_gear")
 _LOSS = "power_loss"
@@ -152,6 +153,9 @@ def evaluate(task: Task) -> Evaluation:
         if task.solved:
             return replace(found, solved=solved_loss(pair, task), seconds=time.perf_counter() - clock)
         figures = pair_figures(pair, task.problem, task.states, task.grid)
+        missing = [name for name, value in figures.items() if not math.isfinite(value)]
+        if missing and task.values:  # what the start lacks is told there
+            return replace(found, reason=f"no_data: no {', '.join(missing)}", seconds=time.perf_counter() - clock)
         losses = loss_interval(pair, task) if task.interval else {}
     except (ConvergenceError, InputError) as error:
         reason = f"{error.reason}: {error.detail}" if isinstance(error, ConvergenceError) else str(error)
@@ -322,24 +326,37 @@ class Store:
             raise InputError("output", str(self.path.parent), "a folder that can be written", f"{error}.") from None
 
 
-def evaluate_all(tasks: list[Task], jobs: int, store: Store, done: Any = None) -> list[Evaluation]:
-    """Evaluations of tasks in their order; those known are read, the rest computed in worker processes."""
+@dataclass(frozen=True)
+class _Evaluator:
+    """What a worker does with a point (`regression.sweeping.executors.Runner`)."""
+
+    time_cap: float | None = None
+
+    def __call__(self, task: Task) -> dict[str, Any]:
+        return {"key": task.key, "found": evaluate(task)}
+
+    def crashed(self, task: Task) -> dict[str, Any]:
+        return {"key": task.key, "found": Evaluation(task.key, task.values, reason="worker_lost: its worker crashed")}
+
+
+def evaluate_all(tasks: list[Task], executor: Executor, store: Store, done: Any = None) -> list[Evaluation]:
+    """Evaluations of tasks in their order; those known are read, the rest computed where the executor has its workers.
+
+    Raises
+    ------
+    MixedEhlError
+        Every worker crashes, or the cluster is gone.
+    """
     waiting = {task.key: task for task in tasks if task.key not in store.known}
     store.reused += len(tasks) - len(waiting)
-    for found in _computed(list(waiting.values()), jobs):
-        store.add(found)
+
+    def keep(row: Mapping[str, Any]) -> None:
+        store.add(row["found"])
         if done is not None:
             done()
+
+    def pending() -> Iterator[Task]:
+        return (task for task in waiting.values() if task.key not in store.known)
+
+    compute(pending, _Evaluator(), ThisProcess() if len(waiting) < 2 else executor, keep)
     return [store.known[task.key] for task in tasks]
-
-
-def _computed(tasks: list[Task], jobs: int) -> Any:
-    if jobs == 1 or len(tasks) < 2:
-        yield from map(evaluate, tasks)
-        return
-    from joblib import Parallel, delayed, parallel_config
-
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(
-            delayed(evaluate)(task) for task in tasks
-        )

@@ -51,6 +51,7 @@ from ehl.io.numbers import finite_or_none
 from ehl.io.validation import read_toml
 from ehl.uncertainty.result import Change, combined
 from regression.plan.cost import checked_jobs
+from regression.sweeping.executors import Executor, ThisProcess, cluster, local_executor
 
 if TYPE_CHECKING:
     import pandas
@@ -338,6 +339,7 @@ def optimise(
     solved: str | None = None,
     seed: int = 1,
     jobs: int | None = 1,
+    dask: Any = None,
     store: Path | str | None = None,
     report: Callable[[int, int], None] | None = None,
 ) -> Optimisation:
@@ -382,6 +384,8 @@ def optimise(
         Of the random numbers.
     jobs : int, optional
         Worker processes, None for the cores there are.
+    dask : str or distributed.Client, optional
+        Compute on a dask cluster, as `regression.sweep`; a batch should then be as large as the cluster.
     store : Path or str, optional
         File of the evaluations, read and continued.
     report : callable, optional
@@ -424,11 +428,13 @@ def optimise(
         if report is not None:
             report(min(done, total), total)
 
-    problem, first, states, task, notes = _begin(problem, jobs, known, default=limits is None)
-    step()
-    allowed = allowed_of(problem, first)
-    points = [first, *_search(problem, task, first, allowed, evaluations, batch, seed, jobs, known, step)]
-    candidates, more = _check(problem, task, points, allowed, check, solved, jobs, known, step)
+    with cluster(dask) as workers:
+        executor = workers or local_executor(jobs)
+        problem, first, states, task, notes = _begin(problem, executor, known, default=limits is None)
+        step()
+        allowed = allowed_of(problem, first)
+        points = [first, *_search(problem, task, first, allowed, evaluations, batch, seed, executor, known, step)]
+        candidates, more = _check(problem, task, points, allowed, check, solved, executor, known, step)
     if more:
         notes.append(more)
     return Optimisation(
@@ -540,7 +546,7 @@ def search_task(problem: Problem, start: SettingsResult) -> Task:
 
 
 def _begin(
-    problem: Problem, jobs: int, store: Store, *, default: bool
+    problem: Problem, executor: Executor, store: Store, *, default: bool
 ) -> tuple[Problem, Evaluation, tuple[dict[str, float], ...], Task, list[str]]:
     """The start in all states; which of them the search takes; the task its points are like."""
     made = settings_of(problem, {})
@@ -551,7 +557,7 @@ def _begin(
         raise InputError("friction", problem.friction, "a formula, a constant, or a published model", hint)
     notes = [] if made.status == "converged" else [f"start: {made.status}: {'; '.join(made.warnings)}"]
     task = search_task(problem, made)
-    each = evaluate_all([replace(task, states=(state,)) for state in problem.states], jobs, store)
+    each = evaluate_all([replace(task, states=(state,)) for state in problem.states], executor, store)
     for found in each:
         if found.reason:
             reason, _, detail = found.reason.partition(": ")
@@ -608,7 +614,7 @@ def _search(
     evaluations: int,
     batch: int,
     seed: int,
-    jobs: int,
+    executor: Executor,
     store: Store,
     step: Callable[[], None],
 ) -> list[Evaluation]:
@@ -651,7 +657,7 @@ def _search(
                     scales=scales,
                 )
         values = [{v.name: v.at(float(z)) for v, z in zip(problem.variables, row, strict=True)} for row in proposed]
-        points += evaluate_all([replace(task, values=one) for one in values], jobs, store, step)
+        points += evaluate_all([replace(task, values=one) for one in values], executor, store, step)
         places += list(proposed)
     return points
 
@@ -663,7 +669,7 @@ def _check(
     allowed: Mapping[str, float],
     count: int,
     solved: str | None,
-    jobs: int,
+    executor: Executor,
     store: Store,
     step: Callable[[], None],
 ) -> tuple[tuple[Candidate, ...], str]:
@@ -676,7 +682,7 @@ def _check(
     chosen = sorted(spread_out(values, count))
     exact = replace(task, states=problem.states, grid=CHECK_GRID, bodies="", interval=True)
     tasks = [exact, *(replace(exact, values=front[k].variables) for k in chosen)]
-    start, *found = evaluate_all(tasks, jobs, store, step)
+    start, *found = evaluate_all(tasks, executor, store, step)
     if start.reason:
         return (), f"the start on the full mesh: {start.reason}"
     limited = allowed_of(problem, start)
@@ -689,7 +695,7 @@ def _check(
         best = min(held, key=lambda c: c.exact.figures[problem.objectives[0]])
         again = [replace(exact, interval=False, solved=solved, values=values) for values in ({}, best.point.variables)]
         # solved contacts have their own processes
-        before, after = evaluate_all(again, 1, store)
+        before, after = evaluate_all(again, ThisProcess(), store)
         if before.reason or after.reason:
             return tuple(candidates), f"check with {solved}: {before.reason or after.reason}"
         checked = replace(

@@ -18,8 +18,8 @@ from typing import Any
 
 from ehl import __version__
 from ehl.io.errors import InputError, MixedEhlError
-from regression.sweeping.executors import MAX_CRASHES, Executor, Row, WorkersCrashed
-from regression.sweeping.workers import CaseRunner, Task, cpu_limit, one_thread
+from regression.sweeping.executors import MAX_CRASHES, Executor, Row, Runner, Task, WorkersCrashed
+from regression.sweeping.workers import cpu_limit, one_thread
 
 # cases at each thread of a worker: one runs, one waits
 _CASES_PER_THREAD = 2
@@ -48,7 +48,7 @@ class DaskCluster:
     client: Any
     worker_timeout: float = 60.0
 
-    def rows(self, tasks: Iterator[Task], runner: CaseRunner, in_flight: dict[str, Task]) -> Iterator[Row]:
+    def rows(self, tasks: Iterator[Task], runner: Runner, in_flight: dict[str, Task]) -> Iterator[Row]:
         """As `regression.sweeping.executors.Executor.rows`."""
         distributed = import_module("distributed")
         self._wait_for_workers()
@@ -150,7 +150,7 @@ class _OtherVersion(Exception):
     """The worker's mixed-ehl is another version: its results would be stored under the wrong key."""
 
 
-def _in_dask_worker(task: Task, runner: CaseRunner, version: str) -> Row:
+def _in_dask_worker(task: Task, runner: Runner, version: str) -> Row:
     if version != __version__:
         raise _OtherVersion(__version__)
     one_thread()

@@ -1,4 +1,4 @@
-"""Where the cases of a sweep are computed: this process, worker processes of this machine, or a dask cluster.
+"""Where the cases of a sweep, or the points of a search, are computed: here, in worker processes, on a dask cluster.
 
 An executor distributes tasks and returns rows as they are finished. A worker that crashes is replaced; the case that
 crashed it is found by computing the suspects one by one.
@@ -9,16 +9,43 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ehl.io.errors import MixedEhlError
-from regression.sweeping.workers import CaseRunner, Task, cpu_limit, crashed_row, init_worker
+from regression.sweeping.workers import cpu_limit, init_worker
 
 # after so many crashes in a row without a finished case, the cases are not the cause
 MAX_CRASHES = 5
 
 Row = Mapping[str, Any]
+
+
+class Task(Protocol):
+    """Anything to be computed, with a key that tells it from all others; it travels to workers."""
+
+    @property
+    def key(self) -> str:
+        """Unique."""
+        ...
+
+
+class Runner(Protocol):
+    """What a worker does with a task; it travels to workers."""
+
+    @property
+    def time_cap(self) -> float | None:
+        """Wall time of a task [s]."""
+        ...
+
+    def __call__(self, task: Any) -> Row:
+        """Row of the task, with its ``key``. Never raises for what is wrong with the task."""
+        ...
+
+    def crashed(self, task: Any) -> Row:
+        """Row of a task whose worker crashed."""
+        ...
 
 
 class WorkersCrashed(Exception):
@@ -34,7 +61,7 @@ class AllWorkersCrashed(MixedEhlError):
 class Executor(Protocol):
     """What computes tasks."""
 
-    def rows(self, tasks: Iterator[Task], runner: CaseRunner, in_flight: dict[str, Task]) -> Iterator[Row]:
+    def rows(self, tasks: Iterator[Task], runner: Runner, in_flight: dict[str, Task]) -> Iterator[Row]:
         """Rows as they are finished; `in_flight` holds the tasks that were distributed and have no row yet.
 
         Raises
@@ -49,7 +76,7 @@ class Executor(Protocol):
 class ThisProcess:
     """One case after the other, here."""
 
-    def rows(self, tasks: Iterator[Task], runner: CaseRunner, in_flight: dict[str, Task]) -> Iterator[Row]:
+    def rows(self, tasks: Iterator[Task], runner: Runner, in_flight: dict[str, Task]) -> Iterator[Row]:
         """As `Executor.rows`."""
         from threadpoolctl import threadpool_limits
 
@@ -64,7 +91,7 @@ class LocalProcesses:
 
     jobs: int
 
-    def rows(self, tasks: Iterator[Task], runner: CaseRunner, in_flight: dict[str, Task]) -> Iterator[Row]:
+    def rows(self, tasks: Iterator[Task], runner: Runner, in_flight: dict[str, Task]) -> Iterator[Row]:
         """As `Executor.rows`."""
         from joblib import Parallel, delayed, parallel_config
         from joblib.externals.loky.process_executor import BrokenProcessPool
@@ -95,7 +122,7 @@ class LocalProcesses:
                     rows.close()
 
 
-def _in_worker(parent: int, task: Task, runner: CaseRunner) -> Row:
+def _in_worker(parent: int, task: Task, runner: Runner) -> Row:
     init_worker(parent)
     with cpu_limit(runner.time_cap):
         return runner(task)
@@ -106,8 +133,17 @@ def local_executor(jobs: int) -> Executor:
     return ThisProcess() if jobs == 1 else LocalProcesses(jobs)
 
 
+def cluster(dask: Any) -> AbstractContextManager[Executor | None]:
+    """Workers of a dask cluster: address, scheduler file, ``local:N``, or a connected client; None for None."""
+    if dask is None:
+        return nullcontext(None)
+    from regression.sweeping.dask_workers import DaskCluster, dask_executor
+
+    return dask_executor(dask) if isinstance(dask, str) else nullcontext(DaskCluster(dask, worker_timeout=3600.0))
+
+
 def compute(
-    pending: Callable[[], Iterator[Task]], runner: CaseRunner, executor: Executor, record: Callable[[Row], None]
+    pending: Callable[[], Iterator[Task]], runner: Runner, executor: Executor, record: Callable[[Row], None]
 ) -> int:
     """Compute all pending tasks; returns how often workers crashed.
 
@@ -121,7 +157,7 @@ def compute(
 
     def record_crashed() -> None:
         for task in crashed.values():
-            record(crashed_row(task))
+            record(runner.crashed(task))
         crashed.clear()
 
     def finished(row: Row) -> None:

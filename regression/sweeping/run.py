@@ -19,7 +19,7 @@ from regression.friction.published_registry import PUBLISHED
 from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs, solve_outputs
-from regression.sweeping.executors import Executor
+from regression.sweeping.executors import cluster
 from regression.sweeping.progress import show_progress
 from regression.sweeping.recorder import Progress
 from regression.sweeping.rerun import SHARE, Rerun, rerun
@@ -259,7 +259,7 @@ def sweep(
     part = _shard(shard)
     shown: AbstractContextManager[Callable[[Progress], None] | None]
     shown = show_progress(content.name) if progress is True else nullcontext(progress or None)
-    with shown as show, _executor(dask) as executor:
+    with shown as show, cluster(dask) as executor:
         options: dict[str, Any] = {
             "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
             "version": formula or SOLVER,
@@ -352,11 +352,3 @@ def _shard(value: tuple[int, int] | str) -> tuple[int, int]:
 def _time_cap(value: float | str) -> float:
     """Seconds; a text must have its unit."""
     return _SECONDS.check(value, "time_cap", bare=not isinstance(value, str))
-
-
-def _executor(dask: Any) -> AbstractContextManager[Executor | None]:
-    if dask is None:
-        return nullcontext(None)
-    from regression.sweeping.dask_workers import DaskCluster, dask_executor
-
-    return dask_executor(dask) if isinstance(dask, str) else nullcontext(DaskCluster(dask, worker_timeout=3600.0))

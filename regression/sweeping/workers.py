@@ -71,6 +71,10 @@ class CaseRunner:
         row["seconds_cpu"] = time.thread_time() - processor
         return row
 
+    def crashed(self, task: Task) -> dict[str, Any]:
+        """Row of a case whose worker crashed."""
+        return _failed_row(task) | {"reason": WORKER_CRASHED} | input_row(task.case)
+
     def _attempt(self, task: Task, row: dict[str, Any]) -> None:
         for step in range(task.failed, task.failed + self.retries + 1):
             setting = fallback_settings(task.case, step)
@@ -91,11 +95,6 @@ class CaseRunner:
 def _failed_row(task: Task) -> dict[str, Any]:
     row = {"key": task.key, "origin": task.origin, "status": "failed", "reason": "", "skipped": "", "setting": ""}
     return {**row, "attempts": task.failed + 1}
-
-
-def crashed_row(task: Task) -> dict[str, Any]:
-    """Row of a case whose worker crashed."""
-    return _failed_row(task) | {"reason": WORKER_CRASHED} | input_row(task.case)
 
 
 class _TimeCapReached(BaseException):

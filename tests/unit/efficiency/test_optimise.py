@@ -16,7 +16,7 @@ from pages import read_page
 import efficiency
 from efficiency.optimisation import optimise as search
 from efficiency.optimisation import report
-from efficiency.optimisation.evaluation import Evaluation, Task, evaluate, settings_of
+from efficiency.optimisation.evaluation import Evaluation, Store, Task, evaluate, evaluate_all, settings_of
 from efficiency.optimisation.optimise import Candidate, Optimisation, make_problem, optimise
 from efficiency.optimisation.pareto import hypervolume, non_dominated, spread_out
 from efficiency.optimisation.problem import box_states, checked_limits, start_value, variables_of, with_values
@@ -24,6 +24,7 @@ from efficiency.optimisation.surrogate import Processes, first_points, next_poin
 from efficiency.pair import GearPair, Mesh
 from efficiency.synthesis.inputs import SettingsInput, load_targets
 from ehl.io.errors import ConvergenceError, InputError
+from regression.sweeping.executors import WorkersCrashed, cluster
 
 PAIR = "fh_spiral_bevel_12x37"
 BOUNDS = {"lengthwise_crowning": "30:90 um", "profile_crowning": (8e-6, 24e-6)}
@@ -113,6 +114,34 @@ def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: P
     }
 
 
+def test_workers_give_the_same_points_and_one_that_crashes_costs_its_point_alone(
+    found: Optimisation, start: SettingsInput
+) -> None:
+    tasks = [Task(found.problem, e.variables, found.search_states, SMALL) for e in found.evaluations[1:3]]
+    bodies = settings_of(found.problem, {}).design.model_dump_json()
+    tasks = [replace(task, bodies=bodies) for task in tasks]
+    with cluster("local:1") as workers:
+        assert workers is not None
+        points = evaluate_all(tasks, workers, Store(None))
+    assert [p.figures for p in points] == [p.figures for p in found.evaluations[1:3]]
+
+    class Crashes:
+        """Its first row is lost with its worker, and when it is alone again."""
+
+        def rows(self, tasks: Any, runner: Any, in_flight: dict[str, Any]) -> Any:
+            for task in tasks:
+                in_flight[task.key] = task
+                if task.key == lost:
+                    raise WorkersCrashed
+                yield {"key": task.key, "found": Evaluation(task.key, task.values, {"power_loss": 1.0})}
+                del in_flight[task.key]
+
+    lost, store = tasks[0].key, Store(None)
+    first, second = evaluate_all(tasks, Crashes(), store)
+    assert first.reason.startswith("worker_lost")
+    assert second.figures == {"power_loss": 1.0}
+
+
 def _arguments() -> dict[str, Any]:
     names = ("objectives", "limits", "misalignment", "friction")
     own = {name: RUN[name] for name in names}
@@ -171,6 +200,13 @@ def test_a_figure_without_data_is_refused_or_left_out(monkeypatch: pytest.Monkey
     pair = GearPair(settings_of(found.problem, {}).design)
     with pytest.raises(InputError, match="pressure_max"):
         search._with_data(found.problem, pair, bare, default=False)
+
+
+def test_a_point_that_lost_its_root_has_a_reason(monkeypatch: pytest.MonkeyPatch, found: Optimisation) -> None:
+    monkeypatch.setattr(Mesh, "root_teeth", lambda self: ("no fillet, for the test",) * 2)
+    problem = make_problem(found.problem.start, **(_arguments() | {"limits": {"root_stress_gear": "start"}}))
+    task = Task(problem, found.evaluations[1].variables, ({},), SMALL)
+    assert evaluate(task).reason == "no_data: no root_stress_gear"
 
 
 def test_reasons_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -325,6 +361,7 @@ def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder:
         (["optimise", PAIR, "--vary", "lengthwise_crowning=30:90"], "unit"),
         (["optimise", PAIR, "--evaluations", "3"], "evaluations"),
         (["optimise", PAIR, "--friction", "ehl"], "check-friction"),
+        (["optimise", PAIR, "--dask", "nowhere.json"], "scheduler"),
         (["optimise", str(Path("data/designs") / f"{PAIR}.toml")], "targets"),
     ):
         refused = mixed_ehl(*arguments, "-o", str(folder / "refused"))
