@@ -155,7 +155,8 @@ def evaluate(task: Task) -> Evaluation:
         figures = pair_figures(pair, task.problem, task.states, task.grid)
         missing = [name for name, value in figures.items() if not math.isfinite(value)]
         if missing and task.values:  # what the start lacks is told there
-            return replace(found, reason=f"no_data: no {', '.join(missing)}", seconds=time.perf_counter() - clock)
+            reason = f"no_data: no {', '.join(missing)}{missing_roots(pair, task.problem)}"
+            return replace(found, reason=reason, seconds=time.perf_counter() - clock)
         losses = loss_interval(pair, task) if task.interval else {}
     except (ConvergenceError, InputError) as error:
         reason = f"{error.reason}: {error.detail}" if isinstance(error, ConvergenceError) else str(error)
@@ -183,6 +184,12 @@ def pair_figures(
         An operating point has no efficiency in one of the states.
     """
     return over_states([state_figures(pair, problem, state, grid) for state in states], problem)
+
+
+def missing_roots(pair: GearPair, problem: Problem) -> str:
+    """Why teeth have no root stress; empty where they have."""
+    roots = pair.mesh(problem.duty[0].side, 4, 9).root_teeth()
+    return "".join(f": {root}" for root in roots if isinstance(root, str))
 
 
 def over_states(found: list[dict[str, float]], problem: Problem) -> dict[str, float]:

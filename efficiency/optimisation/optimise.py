@@ -25,6 +25,7 @@ from efficiency.optimisation.evaluation import (
     Task,
     allowed_of,
     evaluate_all,
+    missing_roots,
     over_states,
     settings_of,
 )
@@ -583,10 +584,7 @@ def _with_data(problem: Problem, pair: GearPair, start: Evaluation, default: boo
     missing = [name for name in problem.figures if not math.isfinite(start.figures[name])]
     notes = []
     for name in missing:
-        reason = ""
-        if name.startswith("root_stress"):
-            roots = pair.mesh(problem.duty[0].side, 4, 9).root_teeth()
-            reason = ": " + "; ".join(str(root) for root in roots if isinstance(root, str))
+        reason = missing_roots(pair, problem) if name.startswith("root_stress") else ""
         if name in problem.objectives or not default:
             kind = "objective" if name in problem.objectives else "limit"
             remedy = "give the tooth a root (larger edge radius or slot), or leave it out"
