@@ -43,6 +43,7 @@ from ehl import MixedEhlError
 
 HANG = 10.0  # s of processor time; and ten times that on the clock, for what only waits
 CLOCKS = ((signal.SIGPROF, signal.ITIMER_PROF, HANG), (signal.SIGALRM, signal.ITIMER_REAL, 10.0 * HANG))
+SUFFIXES = ("", ".toml", ".json", ".csv", ".py")  # of what commands write
 CORPUS = 300  # files kept for further mutation because of what they give; those that reach new lines all
 NUMBERS = (
     "0", "-1", "1e308", "-1e308", "1e-320", "nan", "inf", "-inf", "1e400", "9" * 400, "0x10", "1_0", "1,5", "-0.0",
@@ -262,17 +263,22 @@ def run(
     tally, corpus, seen = Tally(f"{name} by command" if whole else name), list(kind.seeds), set[str]()
     change = mutate_workbook if kind.suffix == ".xlsx" else mutate
     path, began = folder / f"input{kind.suffix}", time.perf_counter()
-    arguments = [
-        {"FILE": str(path), "OUT": str(folder / "out"), "OUT.toml": str(folder / "out.toml")}.get(word, word)
-        for word in kind.command
-    ]
-    task = (lambda: command(arguments)) if whole else (lambda: kind.read(path))
+    places = {"FILE": str(path)} | {f"OUT{suffix}": str(folder / f"out{suffix}") for suffix in SUFFIXES}
+
+    def task() -> None:
+        if whole:
+            command([places.get(word, word) for word in kind.commands[number % len(kind.commands)]])
+        else:
+            kind.read(path)
+
     for number in range(count):
         if time.perf_counter() > until:
             break
         # the sound files first; then half of the mutations from them, half from what was found
-        sound = number < len(kind.seeds)
-        start = kind.seeds[number] if sound else rng.choice(kind.seeds if rng.random() < 0.5 else corpus)
+        sound = number < len(kind.seeds) * (len(kind.commands) if whole else 1)
+        start = (
+            kind.seeds[number % len(kind.seeds)] if sound else rng.choice(kind.seeds if rng.random() < 0.5 else corpus)
+        )
         content = start if sound else kind.repair(change(start, corpus, rng))
         path.write_bytes(content)
         lines = covered.lines
@@ -325,7 +331,7 @@ def campaign(
         covered = ends.enter_context(Coverage())
         for seed in seeds:
             for name, kind in found.items():
-                for number, whole in ((count, False), (commands if kind.command else 0, True)):
+                for number, whole in ((count, False), (commands if kind.commands else 0, True)):
                     if number and (not names or name in names):
                         tally = run(name, kind, number, folder, seed, out / "endurance", until, whole, covered)
                         for signature, times in tally.faults.most_common():

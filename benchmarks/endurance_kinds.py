@@ -47,7 +47,8 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "docs" / "examples"
 POINT = {"pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "3 m/s", "slide_to_roll": 0.3}
 OPTIONS = ("--pressure", "1 GPa", "--radius", "15 mm", "--speed", "3 m/s", "--slide-to-roll", "0.3",
            "--temperature", "90 degC")  # fmt: skip
-DESIGN = "fm_spiral_bevel_14x39"
+DESIGN, TARGETS = "fm_spiral_bevel_14x39", "fh_spiral_bevel_12x37"
+CONSTANT = ("--friction", "constant:0.05")
 POINTS = 300  # of a plan that is expanded
 
 
@@ -70,8 +71,8 @@ class Kind:
         Sound files.
     read : callable
         Takes a path; raises `Impossible` where the answer is.
-    command : tuple of str
-        Arguments of a whole command; FILE and OUT are put in place.
+    commands : tuple of tuple of str
+        Arguments of the whole commands that take it, in turn; FILE, OUT and OUT.SUFFIX are put in place.
     repair : callable
         What is done after a mutation, so that it comes through an outer check such as a checksum.
     """
@@ -79,7 +80,7 @@ class Kind:
     suffix: str
     seeds: Sequence[bytes]
     read: Callable[[Path], object]
-    command: tuple[str, ...] = ()
+    commands: tuple[tuple[str, ...], ...] = ()
     repair: Callable[[bytes], bytes] = bytes
 
 
@@ -97,16 +98,22 @@ def stopped() -> Iterator[None]:
     def reach(*given: object, **named: object) -> None:
         raise Reached
 
+    import efficiency.contact.flank_pair
+    import efficiency.contact.measured_flank
     import efficiency.pair
     import efficiency.synthesis.solve
     import ehl.solve
+    import regression.calibration.calibrate
     import regression.fitting.fit
 
     with contextlib.ExitStack() as stack:
         stack.enter_context(mock.patch.object(efficiency.pair.GearPair, "mesh", reach))
         for module, name in (
             (ehl.solve, "_solve"),
+            (efficiency.contact.flank_pair, "flank_pair"),
+            (efficiency.contact.measured_flank, "measured_flank"),
             (efficiency.synthesis.solve, "conjugate_start"),
+            (regression.calibration.calibrate, "solver_of"),
             (regression.fitting.fit, "fit_families"),
         ):
             function = getattr(module, name)
@@ -184,6 +191,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
     fixed = {"radius_equivalent": 0.0095, "temperature_oil": 353.15, "roughness_rms": 8e-8}
     duty = [["torque [N m]", "speed [rpm]", "temperature [degC]", "hours [h]"], [200, 1500, 80, 3], [-50, 800, 60, 1]]
     text = "\n".join(",".join(map(str, row)) for row in duty).encode()
+    (folder / "duty.csv").write_bytes(text)
     traction = [line.split(",") for line in calibration.read_text().splitlines() if not line.startswith("#")]
     pair = efficiency.load(DESIGN)
     pair.export(folder / "design", ["summary", "grid", "tooth"], rows=5, columns=7)
@@ -210,37 +218,70 @@ def kinds(folder: Path) -> dict[str, Kind]:
         _plan(folder / "plan.toml")
 
     return {
-        "contact": Kind(".toml", contacts, lambda path: ehl.Contact.from_file(path), ("solve", "FILE")),
-        "oil card": Kind(".toml", _shipped("oils"), _oil, ("oil", "FILE")),
+        "contact": Kind(".toml", contacts, lambda path: ehl.Contact.from_file(path), (("solve", "FILE"),)),
+        "oil card": Kind(".toml", _shipped("oils"), _oil, (
+                ("oil", "FILE"),
+                ("mu", "75w90", *OPTIONS, "--oil", "FILE"),
+                ("gear", DESIGN, *CONSTANT, "--oil", "FILE"),
+            )),
         "material": Kind(".toml", _shipped("materials"), lambda path: validate(Material, read_toml(path))),
         "finish": Kind(".toml", _shipped("finishes"), lambda path: validate(_FinishFile, read_toml(path))),
         "additive": Kind(".toml", _shipped("additives"), lambda path: validate(_AdditiveFile, read_toml(path))),
-        "plan": Kind(".toml", plans, _plan, ("sweep", "FILE", "--estimate")),
+        "plan": Kind(".toml", plans, _plan, (("sweep", "FILE", "--estimate"),)),
         "table of a plan": Kind(".csv", [table + b"1.0,15,3,0.2,80\n0.8,12,5,0.1,90\n"], table_plan),
-        "result file": Kind(".h5", [results.read_bytes()], read_file, ("sweep", "status", "FILE")),
+        "result file": Kind(".h5", [results.read_bytes()], read_file, (
+                ("sweep", "status", "FILE"),
+                ("fit", "FILE", "-o", "OUT.json"),
+            )),
         "formula": Kind(
             ".json", [data_path("formulas", f"{name}.json").read_bytes() for name in ("fva3", "75w90")], _formula,
-            ("mu", "FILE", *OPTIONS), _formula_checksum,
+            (
+                ("mu", "FILE", *OPTIONS),
+                ("export", "FILE", "-o", "OUT.py"),
+                ("gear", DESIGN, "--friction", "FILE"),
+                ("compare", DESIGN, "--friction", "FILE"),
+            ),
+            _formula_checksum,
         ),
         "calibration data": Kind(
             ".csv", [calibration.read_bytes()], lambda path: read_measurement(path, fixed),
+            (("calibrate", "FILE", "--setup", str(EXAMPLES / "calibration.toml")),),
         ),
         "calibration workbook": Kind(".xlsx", [_workbook(traction)], lambda path: read_measurement(path, fixed)),
-        "calibration setup": Kind(".toml", [setup], lambda path: load_setup(path, {})),
-        "design": Kind(".toml", _shipped("designs"), load_design, ("gear", "FILE", "--friction", "constant:0.05")),
-        "blank": Kind(".toml", _shipped("blanks"), _blank, ("blank", "FILE")),
+        "calibration setup": Kind(
+            ".toml", [setup], lambda path: load_setup(path, {}), (("calibrate", str(calibration), "--setup", "FILE"),)
+        ),
+        "design": Kind(".toml", _shipped("designs"), load_design, (
+                ("gear", "FILE", *CONSTANT),
+                ("compare", "FILE", *CONSTANT),
+                ("study", "FILE", *CONSTANT, "--torque", "100, 200 N m", "-o", "OUT"),
+                ("misalignment", "FILE", "--E", "-0.1, 0.1 mm"),
+                ("export", "FILE", "--what", "summary", "-o", "OUT"),
+                ("loss-map", "FILE", *CONSTANT, "--torque", "100, 200 N m", "--speed", "500, 1500 rpm"),
+                ("axle-test", "FILE", *CONSTANT, "--torque-max", "1000 N m", "-o", "OUT.csv"),
+                ("plan", "FILE", "--duty", str(folder / "duty.csv"), "-o", "OUT.toml"),
+            )),
+        "blank": Kind(".toml", _shipped("blanks"), _blank, (("blank", "FILE"),)),
         "targets": Kind(
-            ".toml", _shipped("targets"), lambda path: validate(SettingsInput, read_toml(path)), ("settings", "FILE")
+            ".toml", _shipped("targets"), lambda path: validate(SettingsInput, read_toml(path)), (
+                ("settings", "FILE"),
+                ("optimise", "FILE", "-o", "OUT"),
+            )
         ),
         "duty cycle": Kind(
-            ".csv", [text], read_duty, ("gear", DESIGN, "--duty", "FILE", "--friction", "constant:0.05")
+            ".csv", [text], read_duty, (
+                ("gear", DESIGN, "--duty", "FILE", *CONSTANT),
+                ("optimise", TARGETS, "--duty", "FILE", "-o", "OUT"),
+            )
         ),
         "duty workbook": Kind(
-            ".xlsx", [_workbook(duty)], read_duty, ("plan", DESIGN, "--duty", "FILE", "-o", "OUT.toml")
+            ".xlsx", [_workbook(duty)], read_duty, (("plan", DESIGN, "--duty", "FILE", "-o", "OUT.toml"),)
         ),
         "load distribution": Kind(".csv", [load], read_load_table),
-        "machine summary": Kind(".csv", summaries, _summary, ("import", "FILE", "-o", "OUT.toml")),
-        "inspection grid": Kind(".csv", grids, read_point_grid),
+        "machine summary": Kind(".csv", summaries, _summary, (("import", "FILE", "-o", "OUT.toml"),)),
+        "inspection grid": Kind(
+            ".csv", grids, read_point_grid, (("correct", DESIGN, "FILE", "--uncertainty", "1 um", "-o", "OUT.toml"),)
+        ),
         "ease-off map": Kind(".csv", [relief.encode()], read_ease_off_map),
         "measured profile": Kind(
             ".csv", [profile.encode()], lambda path: load_profile(path, cutoff_long=None, cutoff_short=2.5e-6)
