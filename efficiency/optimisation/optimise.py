@@ -419,8 +419,6 @@ def optimise(
     problem = make_problem(start, variables, objectives, limits, duty, misalignment, over, flanks, friction, oil)
     _check_numbers(evaluations, batch, check, len(problem.variables))
     known = Store(None if store is None else Path(store))
-    if known.path is not None:
-        _write_problem(problem, known.path.with_name("problem.json"), evaluations, batch, seed)
     total, done = evaluations + check + (check > 0), 0
 
     def step(count: int = 1) -> None:
@@ -431,6 +429,8 @@ def optimise(
 
     with cluster(dask) as workers:
         executor = workers or local_executor(jobs)
+        if known.path is not None:
+            _write_problem(problem, known.path.with_name("problem.json"), evaluations, batch, seed)
         problem, first, states, task, notes = _begin(problem, executor, known, default=limits is None)
         step()
         allowed = allowed_of(problem, first)

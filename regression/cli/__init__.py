@@ -40,6 +40,7 @@ def fit(
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     check_outputs({"output": output, "plot": plot, "report": report})
+    check_suffix(output, "output", (".json",))
     check_suffix(plot, "plot", FIGURE)
     check_suffix(report, "report", PAGE)
     with working("fit"):

@@ -397,14 +397,16 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
             ("--check", "-1", "from 0 to 100"), ("--check", "many", "a whole number"), ("--seed", "-1", "at least"),
             ("--duty", "none.csv", "an existing CSV or"), ("--oil", "none", "one of 5p4e, 75w90"),
             ("--E", "0.05", "unit"), ("--E", "-0.05 mm", "above"), ("--over", "median", "mean or worst"),
-            ("--jobs", "0", "at least"),
+            ("--jobs", "0", "at least"), ("--vary", "hypoid_ofset", "one of lengthwise_crowning, profile_crowning"),
+            ("--limit", "noise", "one of power_loss, pressure_max"),
+            ("--dask", "nowhere.json", "a scheduler file that exists"), ("--dask", "local:x", "local:N with N"),
         ],
     ),
     "fit": (
         ("fit", "gear_fva3_noise"), {"--output": "f.json"},
         [
             ("--family", "shrot", "one of xu, power_law"), ("--family", "neural", "one of xu, power_law"),
-            ("--output", "no/where/f.json", "a file in a"), ("--paths", "none", "a folder or file"),
+            ("--output", "no/where/f.json", "a file in a"), ("--output", "f.toml", "a file name ending"), ("--paths", "none", "a folder or file"),
             ("--noise", "none", "a folder or file"), ("--plot", "x.xls", "a file name ending"),
             ("--report", "x.pdf", "a file name ending"),
         ],
