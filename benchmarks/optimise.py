@@ -53,7 +53,7 @@ class Chosen:
 def search(chosen: Chosen, pair: str, **more: Any) -> Optimisation:
     """The least loss within the limits of the start."""
     store = chosen.folder / pair / "points.jsonl"
-    fixed: dict[str, Any] = {"objectives": [LOSS], "evaluations": chosen.evaluations, "check": 1, "jobs": chosen.jobs}
+    fixed: dict[str, Any] = {"objectives": [LOSS], "evaluations": chosen.evaluations, "check": 4, "jobs": chosen.jobs}
     return optimise(pair, chosen.vary, store=store, **fixed, **more)
 
 

@@ -378,7 +378,8 @@ def optimise(
     batch : int
         Points between two updates of the surrogate; they are computed at the same time.
     check : int
-        Points of the front that are computed again on the full mesh, in all states.
+        Points of the front, and the next best where it has fewer, that are computed again on the full mesh, in all
+        states.
     solved : str, optional
         Friction model that solves contacts (``ehl``...), to check the gain of the best point with; minutes.
     seed : int
@@ -673,11 +674,19 @@ def _check(
 ) -> tuple[tuple[Candidate, ...], str]:
     """Points of the front on the full mesh with own bodies, in all states; the best one with solved contacts too."""
     strict = {name: value * (1.0 - _MARGIN) for name, value in allowed.items()}
-    front = front_of(points[1:], problem.objectives, strict) or front_of(points[1:], problem.objectives, allowed)
+    keep = strict if front_of(points[1:], problem.objectives, strict) else allowed
+    front = front_of(points[1:], problem.objectives, keep)
     if not front or not count:
         return (), "" if front else "no point of the search keeps all limits"
     values = np.array([[p.figures[name] for name in problem.objectives] for p in front])
     chosen = sorted(spread_out(values, count))
+    if len(front) < count:
+        # a front of few points, that of one objective above all: the next best, lest the check finds a limit missed
+        first = problem.objectives[0]
+        others = {p.key: p for p in points[1:] if p.feasible(keep)}.keys() - {p.key for p in front}
+        near = sorted((p for p in points[1:] if p.key in others), key=lambda p: p.figures[first])
+        front += tuple({p.key: p for p in near}.values())[: count - len(front)]
+        chosen = list(range(len(front)))
     exact = replace(task, states=problem.states, grid=CHECK_GRID, bodies="", interval=True)
     tasks = [exact, *(replace(exact, values=front[k].variables) for k in chosen)]
     start, *found = evaluate_all(tasks, executor, store, step)

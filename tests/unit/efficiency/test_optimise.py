@@ -148,6 +148,16 @@ def _arguments() -> dict[str, Any]:
     return own | {"variables": BOUNDS, "duty": None, "over": "mean", "flanks": "drive", "oil": None}
 
 
+def test_the_next_best_are_checked_where_the_front_is_short(found: Optimisation, tmp_path: Path, folder: Path) -> None:
+    store = tmp_path / "points.jsonl"
+    store.write_bytes((folder / "points.jsonl").read_bytes())
+    one = optimise(PAIR, BOUNDS, store=store, **RUN | {"objectives": ["power_loss"], "check": 2})
+    assert len(one.front) <= 2
+    feasible = {e.key for e in one.evaluations[1:] if e.feasible(one.allowed)}
+    assert len(one.candidates) == min(2, len(feasible))
+    assert {c.point.key for c in one.candidates} <= feasible
+
+
 def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
     def exact(loss: float, low: float, high: float) -> Evaluation:
         losses = {"aligned": (loss, 0.1), "interval": (low, high), "viscosity": (low, high)}
