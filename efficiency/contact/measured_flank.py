@@ -3,9 +3,9 @@
 An inspection machine gives points with noise. Their deviation from the nominal flank, along its normal, is taken as a
 polynomial of second order of face and depth (size and place, pressure and spiral angle, crowning, twist: free) plus a
 smooth field of unknown size and wavelength, a Gaussian process; what scatters about both is the measurement, at least
-the stated uncertainty. The mean of the process is the flank, its covariance the uncertainty of the flank, and of the
-transmission error that follows from it. Without a nominal flank the deviation is that from a polynomial through the
-points, and the uncertainty larger.
+the stated uncertainty. Sizes and wavelengths about the likeliest ones count by their likelihood. The mean of the
+process is the flank, its covariance the uncertainty of the flank, and of the transmission error that follows from it.
+Without a nominal flank the deviation is that from a polynomial through the points, and the uncertainty larger.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), ch. 2 and 5; the kernel is ours.
 """
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -36,10 +37,43 @@ _BEYOND = 0.06
 _ORDER, _ORDER_ALONE, _FREE, _FIELD = 2, 4, 1e3, (0.02, 300.0)
 # the field changes over these lengths, in half faces and half depths
 _WAVELENGTH = (0.4, 10.0)
+# sizes and wavelengths about the likeliest ones that count, as factors, and the least likelihood of one that does
+_SIZES, _LENGTHS, _UNLIKELY = (0.25, 0.5, 1.0, 2.0, 4.0), (0.5, 1.0, 2.0), 1e-3
 # no cut and ground flank lies farther from its nominal one [m]
 _FARTHEST = 0.5e-3
 # points that scatter more than this times the stated uncertainty are worth a word
 _SCATTER = 1.3
+
+
+@dataclass(frozen=True)
+class SmoothField:
+    """Gaussian processes of a deviation [um] over places (2, n), each with its weight.
+
+    Attributes
+    ----------
+    processes : tuple
+        Of scikit-learn.
+    weights : (k,) array
+        Sum to one.
+    noise : float
+        Scatter of the points, 1 sigma [um].
+    """
+
+    processes: tuple[Any, ...]
+    weights: FloatArray
+    noise: float
+
+    def mean(self, place: FloatArray) -> FloatArray:
+        """Of all processes [um], (n,)."""
+        return np.asarray(self.weights @ np.array([process.predict(place.T) for process in self.processes]))
+
+    def covariance(self, place: FloatArray) -> FloatArray:
+        """Without noise, and that of the means about theirs [um^2], (n, n)."""
+        found = [process.predict(place.T, return_cov=True) for process in self.processes]
+        means = np.array([mean for mean, _ in found])
+        apart = means - self.weights @ means
+        within = sum(weight * own for weight, (_, own) in zip(self.weights, found, strict=True))
+        return np.asarray(within + (self.weights * apart.T) @ apart - self.noise**2 * np.eye(place.shape[1]))
 
 
 @dataclass(frozen=True)
@@ -56,8 +90,8 @@ class MeasuredFlank(SmoothFlank):
         That mean as an angle about the axis: thickness, or the turn of the grid [rad].
     stated, scatter : float
         Measurement uncertainty as given, and scatter of the points about the flank, both 1 sigma [m].
-    process : Any
-        Fitted Gaussian process, in um.
+    field : SmoothField
+        The deviation over face and depth.
     """
 
     place: FloatArray
@@ -65,16 +99,15 @@ class MeasuredFlank(SmoothFlank):
     offset: float
     stated: float
     scatter: float
-    process: Any
+    field: SmoothField
 
     def covariance(self, u: FloatArray, h: FloatArray) -> FloatArray:
         """Covariance of the flank along its normal at blank coordinates [m^2], (n, n)."""
-        _, covariance = self.process.predict(_place(self.blank, u, h).T, return_cov=True)
-        return np.asarray(covariance - self.process.kernel_.k2.noise_level * np.eye(u.size)) * 1e-12
+        return self.field.covariance(_place(self.blank, u, h)) * 1e-12
 
     def smooth_deviation(self, u: FloatArray, h: FloatArray) -> FloatArray:
         """Deviation from nominal without noise and without its mean [m], (n,)."""
-        return np.asarray(self.process.predict(_place(self.blank, u, h).T)) * 1e-6
+        return self.field.mean(_place(self.blank, u, h)) * 1e-6
 
     @property
     def note(self) -> str:
@@ -149,10 +182,10 @@ def measured_flank(
             "Check that the points are those of this member and flank, and their units.",
         )
     place = _place(blank, u, h)
-    process = _process(place.T, deviation * 1e6, uncertainty * 1e6, _ORDER if nominal is not None else _ORDER_ALONE)
+    field = _field(place.T, deviation * 1e6, uncertainty * 1e6, _ORDER if nominal is not None else _ORDER_ALONE)
 
     node_height = blank.height(*nodes)
-    smooth = process.predict(_place(blank, nodes[0], node_height).T) * 1e-6
+    smooth = field.mean(_place(blank, nodes[0], node_height)) * 1e-6
     around = np.arctan2(points.position[1], points.position[0])
     middle = around[int(np.argmin(np.sum(_place(blank, nodes[0], node_height) ** 2, axis=0)))]
     total = middle + np.angle(np.exp(1j * (around - middle))) + offset + smooth / _lever(points)
@@ -162,8 +195,7 @@ def measured_flank(
         patch = Patch.fit_points(*ranges, _SHAPE, *nodes, {"azimuth": total})
     (laid,) = patch(*nodes, ("azimuth",))
     missed = max(float(np.abs((laid - total) * _lever(points)).max()), patch.tail["azimuth"] * float(abs(levers).max()))
-    noise = process.kernel_.k2.noise_level
-    spread = np.sqrt(np.maximum(process.predict(place.T, return_std=True)[1] ** 2 - noise, 0.0)).max() * 1e-6
+    spread = np.sqrt(np.maximum(np.diag(field.covariance(place)), 0.0)).max() * 1e-6
     return MeasuredFlank(
         side,
         blank,
@@ -175,8 +207,8 @@ def measured_flank(
         deviation=deviation,
         offset=offset,
         stated=uncertainty,
-        scatter=float(np.sqrt(noise)) * 1e-6,
-        process=process,
+        scatter=field.noise * 1e-6,
+        field=field,
     )
 
 
@@ -192,8 +224,8 @@ def _lever(points: FlankPoints) -> FloatArray:
     return np.asarray(x * ny - y * nx)
 
 
-def _process(place: FloatArray, deviation: FloatArray, noise: float, order: int) -> Any:
-    """Gaussian process of the deviation [um] at (n, 2) places, free up to an order; noise at least as stated."""
+def _field(place: FloatArray, deviation: FloatArray, noise: float, order: int) -> SmoothField:
+    """The deviation [um] at (n, 2) places, free up to an order; noise at least as stated."""
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
@@ -208,4 +240,23 @@ def _process(place: FloatArray, deviation: FloatArray, noise: float, order: int)
     with warnings.catch_warnings():
         # a bound that is reached is an answer: no field beyond second order, or noise as stated
         warnings.simplefilter("ignore", ConvergenceWarning)
-        return GaussianProcessRegressor(kernel, alpha=1e-10).fit(place, deviation)
+        best = GaussianProcessRegressor(kernel, alpha=1e-10).fit(place, deviation)
+    theta, bounds = best.kernel_.theta, best.kernel_.bounds
+    tried: dict[tuple[float, ...], float] = {}
+    for factors in product(_SIZES, _LENGTHS, _LENGTHS):
+        # the kernel holds the square of the size, logarithms, the noise last
+        near = theta + np.log([factors[0] ** 2, *factors[1:], 1.0])
+        near = tuple(np.clip(near, *bounds.T))
+        if near not in tried:
+            tried[near] = float(best.log_marginal_likelihood(np.array(near)))
+    weights = np.exp(np.array(list(tried.values())) - max(tried.values()))
+    counted = weights > _UNLIKELY
+    processes = tuple(
+        GaussianProcessRegressor(best.kernel_.clone_with_theta(np.array(near)), alpha=1e-10, optimizer=None).fit(
+            place, deviation
+        )
+        for near, counts in zip(tried, counted, strict=True)
+        if counts
+    )
+    share = weights[counted] / weights[counted].sum()
+    return SmoothField(processes, share, float(np.sqrt(best.kernel_.k2.noise_level)))
