@@ -98,7 +98,8 @@ def parallel_figure(result: Optimisation) -> Figure:
     shares = [_shares(front, result, name) for name in names]
     own = [v.place(result.problem.start_values[v.name]) for v in variables]
     ranges = [(min(float(s.min()), 1.0), max(float(s.max()), 1.0)) for s in shares]
-    figure = Figure(figsize=(2.0 + 1.1 * (len(variables) + len(names)), 4.4), layout="constrained")
+    many = len(variables) + len(names)
+    figure = Figure(figsize=(min(2.0 + 1.1 * many, 13.0), 4.4 if many < 12 else 6.0), layout="constrained")
     axes = figure.add_subplot()
     scaled = [
         (s - low) / (high - low) if high > low else 0.0 * s + 0.5 for s, (low, high) in zip(shares, ranges, strict=True)
@@ -115,7 +116,9 @@ def parallel_figure(result: Optimisation) -> Figure:
         f"{quantities()[name].label}\n{100.0 * low:.0f} to {100.0 * high:.0f} %"
         for name, (low, high) in zip(names, ranges, strict=True)
     ]
-    axes.set_xticks(range(len(heads)), heads, rotation=60, ha="right", fontsize=8)
+    axes.set_xticks(
+        range(len(heads)), heads, **({"rotation": 60, "ha": "right"} if many < 12 else {"rotation": 90}), fontsize=8
+    )
     axes.set_yticks([0.0, 1.0], ["low", "high"])
     axes.set_xlabel("variables between their bounds, figures in shares of the start [-]")
     axes.grid(axis="x", alpha=0.4)

@@ -42,6 +42,18 @@ def change_text(share: float) -> str:
     return f"{100.0 * share:+.1f} %" if math.isfinite(share) else "–"
 
 
+def _edge_free(best: Candidate, name: str) -> bool:
+    """Whether edges carry so little that it counts as none."""
+    return name == "edge_load_share" and best.exact.figures[name] <= EDGE_FREE
+
+
+def _figure_change(best: Candidate, name: str) -> str:
+    """Change of a figure; a share of the torque as it is, since that of the start may be next to nothing."""
+    if name != "edge_load_share":
+        return change_text(best.change(name))
+    return f"{100.0 * best.exact.figures[name]:.2g} % ({100.0 * best.start.figures[name]:.2g} % before)"
+
+
 def evaluations_table(result: Optimisation) -> Table:
     """Every evaluation of the search, in its order."""
     variables = [v.name for v in result.problem.variables]
@@ -202,7 +214,7 @@ def write_optimisation(result: Optimisation, folder: Path) -> list[Path]:
     save_figures(figures, folder)
     page = write_report(
         folder / "optimise.html",
-        f"Ease-off for less loss: {result.name}",
+        f"Less loss: {result.name}",
         f"{duty_text(result)}; {result.problem.oil}, friction {result.problem.friction}",
         [
             _answer(result),
@@ -270,8 +282,8 @@ def _answer(result: Optimisation) -> Section:
         notes.append(
             Note("warning", f"others whose gain is smaller than the uncertainty of friction: {', '.join(uncertain)}")
         )
-    costs = [(known[name].label, best.change(name)) for name in result.problem.figures if best.change(name) > 0.005]
-    price = ", ".join(f"{label} {change_text(change)}" for label, change in costs)
+    costs = [name for name in result.problem.figures if best.change(name) > 0.005 and not _edge_free(best, name)]
+    price = ", ".join(f"{known[name].label} {_figure_change(best, name)}" for name in costs)
     notes.append(
         Note("warning", f"what it costs: {price}")
         if price
@@ -288,7 +300,7 @@ def _answer(result: Optimisation) -> Section:
         "",
         [
             Answer(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", said),
-            KeyFigures([(change_text(best.change(name)), known[name].label) for name in others]),
+            KeyFigures([(_figure_change(best, name), known[name].label) for name in others]),
             Notes(sorted(notes, key=lambda note: GRADES.index(note.grade))),
         ],
     )
