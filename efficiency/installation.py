@@ -96,7 +96,9 @@ def _cache() -> Check:
             pass
     except OSError:
         return Check(
-            "compile cache", True, f"{folder} is not writable: numba caches in the user's cache folder instead"
+            "compile cache",
+            True,
+            f"{folder} is not writable: kernels are kept in the user's cache folder, else in a temporary one",
         )
     return Check("compile cache", True, f"{folder} is writable")
 

@@ -7,7 +7,10 @@ the hash of all sources its code can come from: contents decide, not times of fi
 from __future__ import annotations
 
 import hashlib
+import os
+import stat
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -51,8 +54,46 @@ def source_hash(folder: Path) -> bytes:
 _hash_of_folder = cache(source_hash)
 
 
+class _TemporaryLocator:
+    """A folder for temporary files that belongs to the user alone, where neither packages nor HOME can be written."""
+
+    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
+        self._line = py_func.__code__.co_firstlineno
+        self._path = _own_temporary() / hashlib.sha256(py_file.encode()).hexdigest()[:16]
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder."""
+        self._path.mkdir(mode=0o700, exist_ok=True)
+        tempfile.TemporaryFile(dir=self._path).close()
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(self._path)
+
+    def get_disambiguator(self) -> str:
+        """What tells functions of one name apart."""
+        return str(self._line)
+
+
+def _own_temporary() -> Path:
+    """Folder of this user below that for temporary files; compiled code is loaded from it, so nobody else may write.
+
+    Raises
+    ------
+    OSError
+        It cannot be made, or others can write into it.
+    """
+    user = os.getuid() if hasattr(os, "getuid") else 0  # under Windows each user has a folder of their own
+    folder = Path(tempfile.gettempdir()) / f"mixed-ehl-kernels-{user}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    if hasattr(os, "getuid") and (not stat.S_ISDIR(found.st_mode) or found.st_uid != user or found.st_mode & 0o022):
+        raise PermissionError(f"{folder} belongs to others")
+    return folder
+
+
 class _ContentLocator:
-    """Where numba would put a kernel anyway, under the hash of its sources."""
+    """Where numba would put a kernel anyway, else a temporary folder, under the hash of its sources."""
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
@@ -64,15 +105,25 @@ class _ContentLocator:
             stamp = _hash_of_folder(folder)
         except OSError:  # sources in an archive: numba's own stamp will do
             return None
-        for other in CompileResultCacheImpl._locator_classes:
-            locator = None if other is cls else other.from_function(py_func, py_file)
-            if locator is not None:
-                locator.get_source_stamp = lambda: stamp
-                return locator
-        return None
+        others = (other for other in CompileResultCacheImpl._locator_classes if other is not cls)
+        locator: Any = next(filter(None, (other.from_function(py_func, py_file) for other in others)), None)
+        if locator is None:
+            try:
+                locator = _TemporaryLocator(py_func, py_file)
+                locator.ensure_cache_path()
+            except OSError:
+                return None
+        locator.get_source_stamp = lambda: stamp
+        return locator
 
 
 CompileResultCacheImpl._locator_classes.insert(0, _ContentLocator)
+
+
+def kept_on_disk() -> bool:
+    """Whether there is any place for compiled kernels; without one each process compiles its own."""
+    places = (locator.from_function(kept_on_disk, __file__) for locator in CompileResultCacheImpl._locator_classes)
+    return any(place is not None for place in places)
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from typing import Any
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
-from ehl.io.kernel_cache import announced
+from ehl.io.kernel_cache import announced, kept_on_disk
 
 
 class KernelLibrary(JITCodeLibrary):
@@ -90,7 +90,7 @@ class InternalCompiler(KernelCompiler):
 
 
 # options of a kernel that Python calls
-KERNEL: dict[str, Any] = {"cache": True, "error_model": "numpy", "pipeline_class": KernelCompiler}
+KERNEL: dict[str, Any] = {"cache": kept_on_disk(), "error_model": "numpy", "pipeline_class": KernelCompiler}
 # and of one that only kernels call; a call from Python would crash. Without the wrappers for Python it compiles faster,
 # and so it does without counting references: kernels keep no array
 INTERNAL_KERNEL: dict[str, Any] = {

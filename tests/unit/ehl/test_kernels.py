@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,7 @@ from ehl.io.kernel_cache import announced, missing_on_disk, source_hash
 from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
-from ehl.smooth._kernels import jacobian
+from ehl.smooth._kernels import jacobian, residual
 from ehl.warmup import warm_up
 
 ANSWER = """
@@ -91,6 +93,36 @@ def test_kernels_on_disk_carry_the_stamp_and_another_one_does_not_count(monkeypa
     assert missing_on_disk(jacobian)
     # where nothing is compiled, or kept, nothing is missing
     assert not missing_on_disk(lambda: None)
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="under Windows each user has a folder for temporary files")
+def test_kernels_are_kept_in_a_temporary_folder_of_the_user_alone(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Where neither the packages nor HOME can be written: numba then finds no place."""
+    content = kernel_cache._ContentLocator
+    monkeypatch.setattr(kernel_cache.CompileResultCacheImpl, "_locator_classes", [content])
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    source = str(smooth_kernels.__file__)
+    found = content.from_function(jacobian.py_func, source)
+    folder = tmp_path / f"mixed-ehl-kernels-{os.getuid()}"
+    assert Path(found.get_cache_path()).parent == folder
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert found.get_source_stamp() == source_hash(Path(source).parent)
+    assert kernel_cache.kept_on_disk()
+    # functions of one name, and files of one name elsewhere
+    other = content.from_function(residual.py_func, source)
+    assert other.get_disambiguator() != found.get_disambiguator()
+    # compiled code is loaded from there: not from a folder that others can write, or that is a link
+    folder.chmod(0o777)
+    assert content.from_function(jacobian.py_func, source) is None
+    assert not kernel_cache.kept_on_disk()
+    shutil.rmtree(folder)
+    (tmp_path / "elsewhere").mkdir()
+    folder.symlink_to(tmp_path / "elsewhere")
+    assert content.from_function(jacobian.py_func, source) is None
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    assert content.from_function(jacobian.py_func, source) is None
 
 
 def test_compiling_is_announced_once_for_each_kind(
