@@ -69,6 +69,8 @@ SEARCH_GRID, CHECK_GRID = (8, 15), (POSITIONS, POINTS_PER_LINE)
 _FIRST, _REFIT = 4, 24
 # states of a search: with more of them it takes three
 _MAX_STATES = 5
+# times that points are checked until one keeps the limits
+_CHECKS = 3
 # the search keeps so far below limits, for what the coarse mesh and shared bodies are off (ours; measured in the docs)
 _MARGIN = 0.015
 
@@ -170,7 +172,7 @@ class Optimisation(Presented):
     evaluations : tuple of Evaluation
         All points, the start first.
     candidates : tuple of Candidate
-        Points of the front that were checked, least loss first.
+        Points that were checked, in that order.
     search_states : tuple of dict
         Misalignments of the search; the check takes all of the problem.
     notes : tuple of str
@@ -661,6 +663,20 @@ def _search(
     return points
 
 
+def _chosen(
+    problem: Problem, points: Sequence[Evaluation], allowed: Mapping[str, float], count: int
+) -> list[Evaluation]:
+    """Points to check: spread over the front; the next best in the first objective where the front is short."""
+    front = front_of(points, problem.objectives, allowed)
+    if len(front) >= count:
+        values = np.array([[p.figures[name] for name in problem.objectives] for p in front])
+        return [front[k] for k in sorted(spread_out(values, count))]
+    on_front = {p.key for p in front}
+    others = {p.key: p for p in points if p.feasible(allowed) and p.key not in on_front}
+    first = problem.objectives[0]
+    return [*front, *sorted(others.values(), key=lambda p: p.figures[first])][:count]
+
+
 def _check(
     problem: Problem,
     task: Task,
@@ -674,29 +690,30 @@ def _check(
 ) -> tuple[tuple[Candidate, ...], str]:
     """Points of the front on the full mesh with own bodies, in all states; the best one with solved contacts too."""
     strict = {name: value * (1.0 - _MARGIN) for name, value in allowed.items()}
-    keep = strict if front_of(points[1:], problem.objectives, strict) else allowed
-    front = front_of(points[1:], problem.objectives, keep)
-    if not front or not count:
-        return (), "" if front else "no point of the search keeps all limits"
-    values = np.array([[p.figures[name] for name in problem.objectives] for p in front])
-    chosen = sorted(spread_out(values, count))
-    if len(front) < count:
-        # a front of few points, that of one objective above all: the next best, lest the check finds a limit missed
-        first = problem.objectives[0]
-        others = {p.key: p for p in points[1:] if p.feasible(keep)}.keys() - {p.key for p in front}
-        near = sorted((p for p in points[1:] if p.key in others), key=lambda p: p.figures[first])
-        front += tuple({p.key: p for p in near}.values())[: count - len(front)]
-        chosen = list(range(len(front)))
+    keep = strict if front_of(points[1:], problem.objectives, strict) else dict(allowed)
+    if not front_of(points[1:], problem.objectives, keep) or not count:
+        return (), "" if count == 0 else "no point of the search keeps all limits"
     exact = replace(task, states=problem.states, grid=CHECK_GRID, bodies="", interval=True)
-    tasks = [exact, *(replace(exact, values=front[k].variables) for k in chosen)]
-    start, *found = evaluate_all(tasks, executor, store, step)
+    (start,) = evaluate_all([exact], executor, store, step)
     if start.reason:
         return (), f"the start on the full mesh: {start.reason}"
     limited = allowed_of(problem, start)
-    candidates = [
-        Candidate(f"{problem.start.name}_optimum_{number}", front[k], one, start, limited)
-        for number, (k, one) in enumerate(zip(chosen, found, strict=True), 1)
-    ]
+    candidates: list[Candidate] = []
+    for _ in range(_CHECKS):
+        known = {c.point.key for c in candidates}
+        chosen = [p for p in _chosen(problem, points[1:], keep, count) if p.key not in known]
+        found = evaluate_all([replace(exact, values=p.variables) for p in chosen], executor, store, step)
+        candidates += [
+            Candidate(f"{problem.start.name}_optimum_{number}", point, one, start, limited)
+            for number, (point, one) in enumerate(zip(chosen, found, strict=True), len(candidates) + 1)
+        ]
+        if any(c.holds for c in candidates):
+            break
+        # as far below the limits as the search was wrong about these points
+        for name in keep:
+            excess = [c.exact.excess(limited).get(name, 0.0) for c in candidates if not c.exact.reason]
+            worst = max((x for x in excess if math.isfinite(x)), default=0.0)
+            keep[name] = min(keep[name], strict[name] / (1.0 + worst))
     held = [c for c in candidates if c.holds]
     if solved and held:
         best = min(held, key=lambda c: c.exact.figures[problem.objectives[0]])
