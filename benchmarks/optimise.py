@@ -2,9 +2,9 @@
 
 ``python -m benchmarks optimise gain`` searches each pair for the least loss within the limits of the start (figures of
 docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
-better; ``grid`` compares the hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved``
-checks the gain of a pair with solved contacts. ``--vary ease_off blank`` frees the blank too. Evaluations are kept in
-the folder; what was stopped goes on.
+better (what breaks a limit when aligned breaks it in the box: the other states are left out); ``grid`` compares the hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved``
+checks the gain of a pair with solved contacts. ``--vary ease_off blank`` frees the blank too. A pair ``random:SEED`` is
+a face-milled hypoid drawn at random. Evaluations are kept in the folder; what was stopped goes on.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ import efficiency
 from efficiency.optimisation.evaluation import Store, Task, evaluate_all
 from efficiency.optimisation.optimise import Optimisation, front_of, optimise, search_task
 from efficiency.optimisation.pareto import hypervolume
+from efficiency.synthesis.inputs import SettingsInput, load_targets
+from ehl import MixedEhlError
 from regression.sweeping.executors import local_executor
 
 PAIRS = (
@@ -52,9 +54,57 @@ class Chosen:
 
 def search(chosen: Chosen, pair: str, **more: Any) -> Optimisation:
     """The least loss within the limits of the start."""
-    store = chosen.folder / pair / "points.jsonl"
+    store = chosen.folder / pair.replace(":", "_") / "points.jsonl"
     fixed: dict[str, Any] = {"objectives": [LOSS], "evaluations": chosen.evaluations, "check": 4, "jobs": chosen.jobs}
-    return optimise(pair, chosen.vary, store=store, **fixed, **more)
+    return optimise(targets_of(pair), chosen.vary, store=store, **fixed, **more)
+
+
+def targets_of(pair: str) -> SettingsInput | str:
+    """Shipped targets by their name, or those of ``random:SEED``."""
+    kind, _, seed = pair.partition(":")
+    return random_targets(int(seed)) if kind == "random" else pair
+
+
+def random_targets(seed: int) -> SettingsInput:
+    """A face-milled hypoid drawn at random, with crowning and relief as the shipped pairs have; one that can be cut."""
+    rng = np.random.default_rng(seed)
+    base = load_targets("fm_hypoid_13x42_relieved")
+    while True:
+        pinion = int(rng.integers(9, 16))
+        diameter = rng.uniform(0.15, 0.26)
+        scale = diameter / base.blank.outer_pitch_diameter_gear
+        angle = np.radians(rng.uniform(19.0, 22.0))
+        blank = {
+            "name": f"random_{seed}",
+            "source": "drawn at random",
+            "teeth_pinion": pinion,
+            "teeth_gear": round(pinion * rng.uniform(2.6, 4.4)),
+            "hypoid_offset": round(diameter * rng.uniform(0.05, 0.17), 4),
+            "outer_pitch_diameter_gear": round(diameter, 4),
+            "face_width_gear": round(diameter * rng.uniform(0.15, 0.18), 4),
+            "mean_spiral_angle_pinion": float(np.radians(rng.uniform(42.0, 50.0))),
+            "cutter_radius": round(diameter * rng.uniform(0.36, 0.46), 4),
+            "pressure_angle": base.blank.pressure_angle.model_copy(update={"drive": angle, "coast": angle}),
+        }
+        crowning = {"crowning_toe": rng.uniform(2e-5, 4e-5), "relief_root": rng.uniform(5e-6, 12e-6)}
+        target = base.targets.drive.model_copy(
+            update=crowning | {"crowning_heel": crowning["crowning_toe"], "relief_tip": crowning["relief_root"]}
+        )
+        torque = base.operation.torque * scale**3 * 42 / 13 * pinion / blank["teeth_gear"]
+        found = base.model_copy(
+            update={
+                "name": f"random_{seed}",
+                "source": "drawn at random",
+                "blank": base.blank.model_copy(update=blank),
+                "targets": base.targets.model_copy(update={"drive": target, "coast": target}),
+                "operation": base.operation.model_copy(update={"torque": float(f"{torque:.2g}")}),
+            }
+        )
+        try:
+            if efficiency.settings(found, transmission=False).status == "converged":
+                return found
+        except MixedEhlError:
+            continue
 
 
 def gain_row(found: Optimisation, seconds: float) -> dict[str, Any]:
@@ -76,7 +126,7 @@ def gain(chosen: Chosen) -> None:
         found = search(chosen, pair)
         rows.append(gain_row(found, time.perf_counter() - clock))
         print(rows[-1], flush=True)
-        found.write(folder=chosen.folder / pair)
+        found.write(folder=chosen.folder / found.name)
         write_rows(chosen.folder / "gain.csv", rows)
 
 
@@ -86,19 +136,23 @@ def random(chosen: Chosen) -> None:
     for pair in chosen.pairs:
         found = search(chosen, pair)
         best = min((p.figures[LOSS] for p in found.front), default=np.inf)
+        limits = {name: value for name, value in found.allowed.items() if name != LOSS}
         task = _task(found)
         rng, variables = np.random.default_rng(0), found.problem.variables
         places = rng.random((TEN * chosen.evaluations, len(variables)))
         values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
-        points = evaluate_all(
-            [replace(task, values=v) for v in values], local_executor(jobs), Store(folder / pair / "random.jsonl")
-        )
+        store = Store(folder / pair.replace(":", "_") / "random.jsonl")
+        tasks = [replace(task, values=v) for v in values]
+        aligned = [replace(one, states=task.states[:1]) for one in tasks]
+        first = evaluate_all(aligned, local_executor(jobs), store)
+        left = [one for one, alone in zip(tasks, first, strict=True) if alone.feasible(limits)]
+        points = evaluate_all(left, local_executor(jobs), store)
         within = [p for p in points if p.feasible(found.allowed)]
         better = [p for p in within if p.figures[LOSS] < best]
         least = min((p.figures[LOSS] for p in within), default=np.nan) / found.start.figures[LOSS] - 1.0
         ours = best / found.start.figures[LOSS] - 1.0
         print(
-            f"{pair}: {len(points)} random points, {len(within)} within the limits, {len(better)} better than the "
+            f"{pair}: {len(tasks)} random points, {len(within)} within the limits, {len(better)} better than the "
             f"search; loss {100.0 * least:+.2f} % against {100.0 * ours:+.2f} %",
             flush=True,
         )
