@@ -2,9 +2,10 @@
 
 ``python -m benchmarks optimise gain`` searches each pair for the least loss within the limits of the start (figures of
 docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
-better (what breaks a limit when aligned breaks it in the box: the other states are left out); ``grid`` compares the hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved``
-checks the gain of a pair with solved contacts. ``--vary ease_off blank`` frees the blank too. A pair ``random:SEED`` is
-a face-milled hypoid drawn at random. Evaluations are kept in the folder; what was stopped goes on.
+better (what breaks a limit when aligned breaks it in the box: its other states are left out); ``grid`` compares the
+hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved`` checks the gain of a pair with
+solved contacts. ``--vary ease_off blank`` frees the blank too. A pair ``random:SEED`` is a face-milled hypoid drawn at
+random. Evaluations are kept in the folder; what was stopped goes on.
 """
 
 from __future__ import annotations

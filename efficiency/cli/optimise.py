@@ -74,6 +74,13 @@ def optimise(
     alpha: Annotated[
         str | None, typer.Option("--alpha", help="Of the shaft angle; default none.", rich_help_panel=MISALIGNMENT)
     ] = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Error of the ease-off as made, to both sides: 'lengthwise_crowning=5 um'; repeat for several.",
+            rich_help_panel=MISALIGNMENT,
+        ),
+    ] = None,
     over: Annotated[
         str, typer.Option(help="Loss over the box: mean or worst; all else is the worst.", rich_help_panel=MISALIGNMENT)
     ] = "mean",
@@ -103,7 +110,14 @@ def optimise(
         store.unlink()
     box = {"E": "0.05 mm", "P": "0.05 mm"} | given({"E": e, "P": p, "G": g, "alpha": alpha})
     chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
-    chosen |= {"over": over, "flanks": flanks, "friction": friction, "oil": oil, "solved": check_friction}
+    chosen |= {
+        "tolerance": _tolerance(tolerance),
+        "over": over,
+        "flanks": flanks,
+        "friction": friction,
+        "oil": oil,
+        "solved": check_friction,
+    }
     chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "seed": seed, "jobs": jobs}
     chosen |= {"dask": dask, "store": store}
     with output_folder(output), progress("evaluations") as move:
@@ -123,6 +137,14 @@ def _variables(texts: list[str] | None) -> dict[str, Any] | None:
         return None
     parts = [[part.strip() for part in text.partition("=")] for text in texts]
     return {name: bounds if equals else None for name, equals, bounds in parts}
+
+
+def _tolerance(texts: list[str] | None) -> dict[str, Any]:
+    parts = [[part.strip() for part in text.partition("=")] for text in texts or ()]
+    for name, equals, value in parts:
+        if not value:
+            raise InputError("tolerance", name + equals, "'name=half width' such as 'lengthwise_crowning=5 um'")
+    return {name: value for name, _, value in parts}
 
 
 def _limits(texts: list[str] | None) -> dict[str, Any] | None:

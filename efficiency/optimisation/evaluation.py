@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,8 +16,9 @@ import numpy as np
 
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.optimisation.problem import EDGE_FREE, START, Problem, with_values
+from efficiency.optimisation.problem import EDGE_FREE, START, Problem, as_made, misalignment_of, state_text, with_values
 from efficiency.pair import GearPair, resolve_friction
+from efficiency.synthesis.inputs import SettingsInput
 from efficiency.synthesis.settings_result import SettingsResult
 from efficiency.synthesis.solve import machine_settings
 from ehl import __version__
@@ -89,7 +90,7 @@ class Task:
     values : dict
         Of the variables; empty for the start itself.
     states : tuple of dict
-        Misalignments.
+        Misalignments and errors of the ease-off.
     grid : (int, int)
         Positions and points per line.
     bodies : str
@@ -127,6 +128,10 @@ class Task:
         """Machine settings of the point."""
         return settings_of(self.problem, self.values)
 
+    def pair(self, design: Design) -> GearPair:
+        """A pair with the bodies of the task, or its own."""
+        return _reference(self.bodies).sharing_bodies(design) if self.bodies else GearPair(design)
+
 
 def _friction_key(name: str) -> str:
     """The model, a file by what it holds."""
@@ -134,10 +139,14 @@ def _friction_key(name: str) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else name
 
 
+def targets_of(problem: Problem, values: Mapping[str, float], name: str = "") -> SettingsInput:
+    """Targets of the start with variables at these values."""
+    return with_values(problem.start, values, problem.flanks, name)
+
+
 def settings_of(problem: Problem, values: Mapping[str, float], name: str = "") -> SettingsResult:
     """Machine settings of the start with variables at these values."""
-    inputs = with_values(problem.start, values, problem.flanks, name)
-    return machine_settings(inputs, transmission=False)
+    return machine_settings(targets_of(problem, values, name), transmission=False)
 
 
 def evaluate(task: Task) -> Evaluation:
@@ -149,10 +158,12 @@ def evaluate(task: Task) -> Evaluation:
         if made.status not in ("converged", task.accepted):
             reason = f"{made.status}: {next(iter(made.warnings), '')}"
             return replace(found, reason=reason, seconds=time.perf_counter() - clock)
-        pair = _reference(task.bodies).sharing_bodies(made.design) if task.bodies else GearPair(made.design)
+        pair = task.pair(made.design)
         if task.solved:
             return replace(found, solved=solved_loss(pair, task), seconds=time.perf_counter() - clock)
-        figures = pair_figures(pair, task.problem, task.states, task.grid)
+        figures = over_states(
+            [state_figures(p, task.problem, s, task.grid) for p, s in _made(task, pair)], task.problem
+        )
         missing = [name for name, value in figures.items() if not math.isfinite(value)]
         if missing and task.values:  # what the start lacks is told there
             reason = f"no_data: no {', '.join(missing)}{missing_roots(pair, task.problem)}"
@@ -171,19 +182,18 @@ def _reference(design: str) -> GearPair:
     return GearPair(Design.model_validate_json(design))
 
 
-def pair_figures(
-    pair: GearPair, problem: Problem, states: Iterable[Mapping[str, float]], grid: tuple[int, int]
-) -> dict[str, float]:
-    """Figures of a pair over duty and states.
-
-    The loss is the mean power over the duty [W], mean or worst over the states; all else is the worst over both.
-
-    Raises
-    ------
-    ConvergenceError
-        An operating point has no efficiency in one of the states.
-    """
-    return over_states([state_figures(pair, problem, state, grid) for state in states], problem)
+def _made(task: Task, pair: GearPair) -> Iterator[tuple[GearPair, dict[str, float]]]:
+    """The pair as it is made in each state: as designed, or with machine settings for the ease-off and its errors."""
+    designed = targets_of(task.problem, task.values)
+    for state in task.states:
+        inputs = as_made(designed, state, task.problem.flanks)
+        if inputs is designed:
+            yield pair, state
+            continue
+        made = machine_settings(inputs, transmission=False)
+        if made.status not in ("converged", task.accepted):
+            raise ConvergenceError(made.status, f"{state_text(state)}: {next(iter(made.warnings), '')}")
+        yield task.pair(made.design), state
 
 
 def missing_roots(pair: GearPair, problem: Problem) -> str:
@@ -193,7 +203,7 @@ def missing_roots(pair: GearPair, problem: Problem) -> str:
 
 
 def over_states(found: list[dict[str, float]], problem: Problem) -> dict[str, float]:
-    """Figures over the states from those of each."""
+    """Figures over the states from those of each: the loss [W] mean or worst, all else the worst."""
     loss = np.mean if problem.over == "mean" else np.max
     return {name: float((loss if name == _LOSS else np.max)([figures[name] for figures in found])) for name in found[0]}
 
@@ -201,7 +211,13 @@ def over_states(found: list[dict[str, float]], problem: Problem) -> dict[str, fl
 def state_figures(
     pair: GearPair, problem: Problem, state: Mapping[str, float], grid: tuple[int, int]
 ) -> dict[str, float]:
-    """Figures of a pair over the duty in one state."""
+    """Figures of a pair over the duty in one state: the mean loss [W], all else the worst.
+
+    Raises
+    ------
+    ConvergenceError
+        An operating point has no efficiency.
+    """
     results = duty_results(pair, problem, state, grid)
     names = [name for name in problem.figures if name != _LOSS]
     hours = [row.hours for row in problem.duty]
@@ -219,7 +235,7 @@ def duty_results(
     """Results of all operating points in one state; a point without one raises `ConvergenceError`."""
     model = resolve_friction(friction or problem.friction, pair.design)
     own = pair.design.assembly.misalignment.model_dump()
-    shifted = {name: own[name] + value for name, value in state.items()}
+    shifted = {name: own[name] + value for name, value in misalignment_of(state).items()}
     results = []
     for row in problem.duty:
         result = pair.at(model, grid, many=True, oil=problem.oil, **shifted, **row.condition)

@@ -41,7 +41,7 @@ from efficiency.optimisation.problem import (
 )
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
 from efficiency.pair import POINTS_PER_LINE, POSITIONS, GearPair, default_friction, resolve_friction
-from efficiency.synthesis.inputs import SettingsInput, load_targets
+from efficiency.synthesis.inputs import SettingsInput, load_targets, targets_beside
 from efficiency.synthesis.settings_result import SettingsResult
 from ehl import __version__
 from ehl.fluid.oil import Oil
@@ -332,6 +332,7 @@ def optimise(
     limits: Mapping[str, Any] | None = None,
     duty: Path | str | Sequence[DutyRow] | None = None,
     misalignment: Mapping[str, Any] | None = None,
+    tolerance: Mapping[str, Any] | None = None,
     over: Over = "mean",
     flanks: Flanks = "drive",
     friction: str | None = None,
@@ -367,6 +368,8 @@ def optimise(
     misalignment : mapping, optional
         Half widths of the box of `E`, `P`, `G` [m] and `alpha` [rad] the pair has to be good in; by default 0.05 mm in
         E and P. Empty for the aligned pair alone.
+    tolerance : mapping, optional
+        Half widths of variables of the ease-off as it is made, besides the misalignments; at most seven of both.
     over : {"mean", "worst"}
         What counts of the losses in the box; of all else the worst counts.
     flanks : {"drive", "coast", "both"}
@@ -419,7 +422,9 @@ def optimise(
     clock = time.perf_counter()
     jobs = checked_jobs(jobs)
     start = load_start(targets) if isinstance(targets, Path | str) else targets
-    problem = make_problem(start, variables, objectives, limits, duty, misalignment, over, flanks, friction, oil)
+    problem = make_problem(
+        start, variables, objectives, limits, duty, misalignment, tolerance, over, flanks, friction, oil
+    )
     _check_numbers(evaluations, batch, check, len(problem.variables))
     known = Store(None if store is None else Path(store))
     total, done = evaluations + check + (check > 0), 0
@@ -459,15 +464,19 @@ def optimise(
 
 
 def load_start(name: Path | str) -> SettingsInput:
-    """Targets to start from; a design file is refused with what to do."""
+    """Targets to start from; those beside a design file, which alone is refused with what to do."""
     path = named_file("targets", "targets", name)
     content = read_toml(path)
     if "assembly" in content and "targets" not in content:
+        beside = targets_beside(path)
+        if beside.is_file():
+            return load_targets(beside)
         raise InputError(
             "targets",
             str(name),
             "a targets file (blank, [cutting], [targets]); a design holds no wanted ease-off",
-            "Write its blank and ease-off as in data/targets, or start from shipped targets by name.",
+            f"Write its blank and ease-off as in data/targets into {beside.name} beside it, or start from shipped "
+            "targets by name.",
         )
     return load_targets(path)
 
@@ -479,6 +488,7 @@ def make_problem(
     limits: Mapping[str, Any] | None,
     duty: Path | str | Sequence[DutyRow] | None,
     misalignment: Mapping[str, Any] | None,
+    tolerance: Mapping[str, Any] | None,
     over: Over,
     flanks: Flanks,
     friction: str | None,
@@ -506,7 +516,7 @@ def make_problem(
         objectives=checked_objectives(objectives),
         limits=checked_limits(limits),
         duty=rows,
-        states=box_states(misalignment),
+        states=box_states(misalignment, tolerance),
         over=over,
         friction=friction or default_friction(card),
         oil=card,
@@ -576,8 +586,8 @@ def _begin(
     first = Evaluation(task.key, problem.start_values, figures, notes=made.warnings)
     if len(states) < len(problem.states):
         notes.append(
-            f"search in {len(states)} of {len(problem.states)} states: aligned, and the corners with most and least "
-            "pressure at the start; the check takes all"
+            f"search in {len(states)} of {len(problem.states)} states: aligned as designed, and the corners with most "
+            "and least pressure at the start; the check takes all"
         )
     return problem, first, states, task, notes
 

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from efficiency.blanks.inputs import DepthTypeTwo, PairBlankInput, PressureAngles
 from efficiency.design.design import Misalignment
 from efficiency.loss.duty import DutyRow
-from efficiency.synthesis.inputs import FlankTarget, MemberTargets, SettingsInput
+from efficiency.synthesis.inputs import FlankTarget, MemberTargets, SettingsInput, Targets
 from ehl.io.errors import InputError
 from ehl.io.units import ValueRange
 from ehl.io.validation import value_range_of
@@ -24,7 +24,7 @@ Over = Literal["mean", "worst"]
 Bounds = tuple[float, float]
 
 _AMOUNT = value_range_of(FlankTarget, "crowning_toe")
-_RELIEF = ValueRange("m", gt=0.0, le=1e-3)
+_RELIEF, _LEAST_RELIEF = ValueRange("m", gt=0.0, le=1e-3), 1e-8
 # each variable, the keys of a flank target it sets, and what it may be
 _TARGETS: dict[str, tuple[tuple[str, ...], ValueRange]] = {
     "lengthwise_crowning": (("crowning_toe", "crowning_heel"), _AMOUNT),
@@ -76,6 +76,8 @@ _BLANK_REACH = {
 
 BOX = {"E": 5e-5, "P": 5e-5}
 """Half widths of the default misalignment box [m]: bearings and housings of an axle (ours)."""
+# half widths of a box: more have no design of eight corners
+_MAX_WIDTHS = 7
 _SHIFTS = {name: value_range_of(Misalignment, name) for name in Misalignment.model_fields}
 
 FIGURES = (
@@ -320,13 +322,15 @@ def _blank_with(start: SettingsInput, values: Mapping[str, float]) -> PairBlankI
     return start.blank.model_copy(update={**own, **tables})
 
 
-def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float) -> MemberTargets:
+def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float, by: bool = False) -> MemberTargets:
+    """A member with another amount of relief, or with one that is greater `by` the amount."""
     relief = member.edge_relief
-    parts = {
-        edge: getattr(relief, edge).model_copy(update={"amount": amount})
-        for edge in edges
-        if getattr(relief, edge) is not None
-    }
+    parts = {}
+    for edge in edges:
+        own = getattr(relief, edge)
+        if own is not None:
+            new = min(max(own.amount + amount, _LEAST_RELIEF), _RELIEF.le or amount) if by else amount
+            parts[edge] = own.model_copy(update={"amount": new})
     return member.model_copy(update={"edge_relief": relief.model_copy(update=parts)})
 
 
@@ -348,7 +352,7 @@ class Problem:
     duty : tuple of DutyRow
         Operating points.
     states : tuple of dict
-        Misalignments added to none, the aligned pair first.
+        Misalignments, and errors of the ease-off as made, added to none; the aligned pair as designed first.
     over : {"mean", "worst"}
         Whether the loss is the mean over the states or the worst; all else is the worst.
     friction, oil : str
@@ -407,21 +411,25 @@ def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
     return found
 
 
-def box_states(box: Mapping[str, Any] | None) -> tuple[dict[str, float], ...]:
-    """The aligned pair and corners of a misalignment box.
+def box_states(
+    box: Mapping[str, Any] | None, tolerance: Mapping[str, Any] | None = None
+) -> tuple[dict[str, float], ...]:
+    """The aligned pair as designed, and corners of a box of misalignments and errors of the ease-off as made.
 
-    All corners of one and two misalignments; of three and four the half in which the product of their signs is one
-    (a fractional design of two levels: no two main effects share their sums).
+    All corners of one and two half widths; of three the half in which the product of their signs is one; of four to
+    seven eight corners (a fractional design of two levels: no two main effects share their sums).
 
     Parameters
     ----------
     box : mapping, optional
         Half widths of E, P, G [m] and alpha [rad]; zero leaves one out. By default `BOX`.
+    tolerance : mapping, optional
+        Half widths of variables of the ease-off as made, in their units; none by default.
 
     Raises
     ------
     InputError
-        An unknown misalignment, or a half width out of range.
+        An unknown misalignment or variable, a half width out of range, or more than seven.
     """
     widths: dict[str, float] = {}
     for name, value in (BOX if box is None else box).items():
@@ -432,17 +440,77 @@ def box_states(box: Mapping[str, Any] | None) -> tuple[dict[str, float], ...]:
             raise InputError(name, value, "a half width, zero or above", "The box goes to both sides.")
         if width > 0.0:
             widths[name] = width
-    aligned = dict.fromkeys(widths, 0.0)
-    corners = (
-        [signs for signs in product((-1.0, 1.0), repeat=len(widths)) if len(signs) < 3 or reduce(mul, signs) > 0.0]
-        if widths
-        else []
+    taken: dict[str, str] = {}
+    for name, value in (tolerance or {}).items():
+        if name not in VARIABLES or name in _BLANK:
+            raise InputError("tolerance", name, "one of " + ", ".join(n for n in VARIABLES if n not in _BLANK))
+        for key in _TARGETS[name][0] if name in _TARGETS else _EDGES[name]:
+            if key in taken:
+                raise InputError("tolerance", name, f"not beside {taken[key]}, which moves {key} too")
+            taken[key] = name
+        allowed = VARIABLES[name]
+        half = ValueRange(allowed.unit, gt=0.0, le=allowed.le, hint="A half width: the error goes to both sides.")
+        widths[name] = half.check(value, f"tolerance {name}", bare=not isinstance(value, str))
+    if len(widths) > _MAX_WIDTHS:
+        hint = "Leave out the least of them; a misalignment by its option with '0 mm'."
+        raise InputError("tolerance", ", ".join(widths), f"at most {_MAX_WIDTHS} half widths, misalignments too", hint)
+    corners = [_signs(base, len(widths)) for base in product((-1.0, 1.0), repeat=min(len(widths), 3))] if widths else []
+    corners = [signs for signs in corners if len(signs) != 3 or reduce(mul, signs) > 0.0]
+    return (
+        dict.fromkeys(widths, 0.0),
+        *(dict(zip(widths, map(mul, signs, widths.values()), strict=True)) for signs in corners),
     )
-    return (aligned, *(dict(zip(widths, map(mul, signs, widths.values()), strict=True)) for signs in corners))
+
+
+def _signs(base: tuple[float, ...], count: int) -> tuple[float, ...]:
+    """Signs of a corner: those beyond the third are products of the first three."""
+    if count <= len(base):
+        return base
+    a, b, c = base
+    return (a, b, c, a * b * c, a * b, a * c, b * c)[:count]
+
+
+def misalignment_of(state: Mapping[str, float]) -> dict[str, float]:
+    """The misalignments of a state."""
+    return {name: value for name, value in state.items() if name in _SHIFTS}
+
+
+def as_made(inputs: SettingsInput, state: Mapping[str, float], flanks: Flanks) -> SettingsInput:
+    """Targets with the errors of the ease-off of a state; amounts stay within what they can be."""
+    errors = {name: value for name, value in state.items() if value and name not in _SHIFTS}
+    if not errors:
+        return inputs
+    changed: dict[str, Any] = {}
+    for side in _sides(flanks):
+        target = getattr(inputs.targets, side)
+        moved = {
+            key: _within(getattr(target, key) + value, value_range_of(FlankTarget, key))
+            for name, value in errors.items()
+            for key in _TARGETS.get(name, ((),))[0]
+        }
+        if moved:
+            changed[side] = target.model_copy(update=moved | {"transmission_error": None})
+    members = {"pinion": inputs.pinion, "gear": inputs.gear}
+    for name, edges in _EDGES.items():
+        if name in errors:
+            members = {which: _relieved(member, edges, errors[name], by=True) for which, member in members.items()}
+    targets: Targets = inputs.targets.model_copy(update=changed)
+    return inputs.model_copy(update={"targets": targets, **members})
+
+
+def _within(value: float, allowed: ValueRange) -> float:
+    low = allowed.ge if allowed.ge is not None else allowed.gt
+    return min(max(value, -math.inf if low is None else low), math.inf if allowed.le is None else allowed.le)
 
 
 def state_text(state: Mapping[str, float]) -> str:
-    """A misalignment in words."""
+    """A misalignment, and the errors of the ease-off, in words."""
     known = quantities()
-    moved = [f"{name} {known[f'misalignment.{name}'].text(value)}" for name, value in state.items() if value]
+
+    def one(name: str, value: float) -> str:
+        if name in _SHIFTS:
+            return f"{name} {known[f'misalignment.{name}'].text(value)}"
+        return f"{variable_quantity(name).label} {'+' if value > 0.0 else ''}{variable_quantity(name).text(value)}"
+
+    moved = [one(name, value) for name, value in state.items() if value]
     return ", ".join(moved) or "aligned"

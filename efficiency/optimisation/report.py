@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.optimisation.evaluation import duty_results
+from efficiency.optimisation.evaluation import duty_results, targets_of
 from efficiency.optimisation.optimise import CHECK_GRID, state_of
 from efficiency.optimisation.plots import optimisation_figures
 from efficiency.optimisation.problem import EDGE_FREE, START, state_text
@@ -18,6 +18,8 @@ from efficiency.output.flank_map import FlankMap
 from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure
 from efficiency.output.plots_load import plot_transmission_error
 from efficiency.pair import GearPair
+from efficiency.synthesis.design_file import targets_text
+from efficiency.synthesis.inputs import targets_beside
 from ehl import __version__
 from ehl.io.files import write_file
 from ehl.quantities import quantities
@@ -209,7 +211,10 @@ def write_optimisation(result: Optimisation, folder: Path) -> list[Path]:
         write_file(path, design_head(result, candidate) + made.text, "output", folder=True)
         pairs[candidate.name] = GearPair(path)
         pairs[candidate.name].export(folder / candidate.name, ("summary",))
-        written.append(path)
+        inputs = targets_of(result.problem, candidate.point.variables, candidate.name)
+        beside = targets_beside(path)
+        write_file(beside, targets_text(inputs, f"Targets that {path.name} was made from."), "output")
+        written += [path, beside]
     figures = list(optimisation_figures(result))
     save_figures(figures, folder)
     page = write_report(
@@ -246,7 +251,7 @@ def design_head(result: Optimisation, candidate: Candidate) -> str:
     values = ", ".join(f"{name} {candidate.point.variables[name]:.10g}" for name in candidate.point.variables)
     lines = [
         f"Found by `mixed-ehl optimise` from {result.name}, {duty_text(result)}, over",
-        f"{len(result.problem.states)} states of misalignment: {changes} against the start.",
+        f"{len(result.problem.states)} states: {changes} against the start.",
         f"Variables, SI units, targets those of the {result.problem.flanks} flanks: {values}.",
     ]
     return "".join(f"# {line}\n" for line in lines)
@@ -354,7 +359,7 @@ def _search(result: Optimisation) -> list[Block]:
     blocks: list[Block] = [
         Text(f"Variables ({problem.flanks} flanks): {spans}."),
         Text(f"Limits: {allowed or 'none'}. Edge load below {100.0 * EDGE_FREE:g} % of the torque counts as none."),
-        Text(f"States of misalignment: {states}. The loss is {loss} over them, all else the worst."),
+        Text(f"States: {states}. The loss is {loss} over them, all else the worst."),
         Text(
             f"{len(result.evaluations)} evaluations with seed {result.seed}: {counts['feasible']} within the limits, "
             f"{counts['limit']} beyond one, {counts['failed']} that cannot be made or computed. All are in "

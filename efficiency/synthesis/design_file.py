@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, replace
 
 import numpy as np
+from pydantic import BaseModel
 
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
@@ -17,7 +18,7 @@ from efficiency.synthesis.fit import FittedFlank
 from efficiency.synthesis.free_settings import tilt_and_swivel
 from efficiency.synthesis.inputs import FlankTarget, SettingsInput
 from ehl.io.units import ARCSEC, KELVIN
-from ehl.io.validation import validate
+from ehl.io.validation import validate, value_range_of
 from ehl.quantities import quantities
 
 Value = str | float | int
@@ -242,6 +243,41 @@ def design_text(
                 tables.append((f"{name}.edge_relief.{edge}", relief.model_dump()))
     comment = "".join(f"# {line}".rstrip() + "\n" for line in header)
     return comment + "\n" + _tables(tables)
+
+
+def targets_text(inputs: SettingsInput, comment: str) -> str:
+    """Text of a targets file: what was given, none of the defaults."""
+    return f"# {comment}\n\n" + _tables(_model_tables("", inputs))
+
+
+def _model_tables(name: str, model: BaseModel) -> Iterator[tuple[str, Table]]:
+    """A model as tables of a file, each after the one it is part of."""
+    plain: Table = {}
+    inner: list[tuple[str, BaseModel]] = []
+    for key in type(model).model_fields:
+        value = getattr(model, key)
+        if key not in model.model_fields_set or value is None:
+            continue
+        if isinstance(value, BaseModel):
+            inner.append((f"{name}.{key}".removeprefix("."), value))
+        else:
+            plain[key] = _with_unit(type(model), key, value) if isinstance(value, float) else value
+    yield name, plain
+    for full, one in inner:
+        yield from _model_tables(full, one)
+
+
+def _with_unit(model: type[BaseModel], key: str, value: float) -> Value:
+    """A value as a user would write it; ten digits."""
+    unit = value_range_of(model, key).unit
+    shown, factor, shift = {
+        "m": ("mm", 1e3, 0.0) if abs(value) >= 1e-3 else ("um", 1e6, 0.0),
+        "rad": ("deg", 180.0 / np.pi, 0.0),
+        "rad/s": ("rpm", 30.0 / np.pi, 0.0),
+        "K": ("degC", 1.0, -KELVIN),
+    }.get(unit, (unit, 1.0, 0.0))
+    number = float(f"{value * factor + shift:.10g}")
+    return f"{number!r} {shown}" if unit else number
 
 
 def parse_design(text: str) -> Design:

@@ -208,6 +208,11 @@ class SettingsInput(InputModel):
         return self.blank.process == "face_hobbing" or self.cutting.pinion == "both_flanks"
 
 
+def targets_beside(design: Path) -> Path:
+    """Where the targets that a design file was made from lie."""
+    return design.with_name(f"{design.stem}_targets{design.suffix}")
+
+
 def load_targets(name: str | Path) -> SettingsInput:
     """Read and check a targets file, or shipped targets by their name.
 

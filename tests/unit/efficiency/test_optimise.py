@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,13 +18,24 @@ import efficiency
 from efficiency.optimisation import optimise as search
 from efficiency.optimisation import report
 from efficiency.optimisation.evaluation import Evaluation, Store, Task, evaluate, evaluate_all, settings_of
-from efficiency.optimisation.optimise import Candidate, Optimisation, make_problem, optimise
+from efficiency.optimisation.optimise import Candidate, Optimisation, load_start, make_problem, optimise
 from efficiency.optimisation.pareto import hypervolume, non_dominated, spread_out
-from efficiency.optimisation.problem import box_states, checked_limits, start_value, variables_of, with_values
+from efficiency.optimisation.problem import (
+    as_made,
+    box_states,
+    checked_limits,
+    start_value,
+    state_text,
+    variables_of,
+    with_values,
+)
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
 from efficiency.pair import GearPair, Mesh
+from efficiency.synthesis.design_file import targets_text
 from efficiency.synthesis.inputs import SettingsInput, load_targets
+from ehl.io.data import data_names
 from ehl.io.errors import ConvergenceError, InputError
+from ehl.io.validation import validate
 from regression.sweeping.executors import WorkersCrashed, cluster
 
 PAIR = "fh_spiral_bevel_12x37"
@@ -39,6 +51,7 @@ RUN: dict[str, Any] = {
     "check": 1,
 }
 SMALL = (4, 9)
+SIX = dict.fromkeys(("crowning_toe", "crowning_heel", "relief_root", "relief_tip", "twist"), "2 um")
 
 
 @pytest.fixture(scope="module")
@@ -193,6 +206,11 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
         ({"objectives": ["loss"]}, "power_loss"),
         ({"limits": {"noise": "start"}}, "pressure_max"),
         ({"misalignment": {"E": "-0.1 mm"}}, "half width"),
+        ({"tolerance": {"spiral_angle": "1 deg"}}, "lengthwise_crowning"),
+        ({"tolerance": {"bias": 0.0}}, "above 0"),
+        ({"tolerance": {"bias": 0.1, "twist": "-2 um"}}, "goes to both sides"),
+        ({"tolerance": {"profile_crowning": "2 um", "relief_tip": "2 um"}}, "moves relief_tip too"),
+        ({"tolerance": dict.fromkeys(("bias", "contact_face", "contact_depth"), 0.1) | SIX}, "at most 7"),
         ({"flanks": "coast"}, "carry load"),
         ({"over": "best"}, "mean or worst"),
     ],
@@ -253,6 +271,42 @@ def test_states_of_a_box_are_balanced() -> None:
     assert len(box_states({"E": 1e-5, "P": 1e-5, "G": 1e-5, "alpha": 1e-4})) == 9
 
 
+def test_errors_of_the_ease_off_join_the_box() -> None:
+    widths = {"lengthwise_crowning": "5 um", "bias": 0.1, "contact_face": 0.05, "tip_relief": "3 um"}
+    first, *corners = box_states({"E": 5e-5, "P": 5e-5, "G": 2e-5}, widths)
+    assert not any(first.values())
+    signs = np.sign([list(corner.values()) for corner in corners])
+    np.testing.assert_array_equal(signs.T @ signs, 8.0 * np.eye(7))
+    assert corners[0].keys() == {"E", "P", "G", *widths}
+    assert len(box_states({"E": 5e-5}, {"bias": 0.1, "twist": "2 um"})) == 5
+    assert "lengthwise crowning +5 um" in state_text({"E": 5e-5, "lengthwise_crowning": 5e-6})
+
+
+def test_a_pair_as_made_has_the_errors_and_settings_of_its_own(found: Optimisation) -> None:
+    relieved = load_targets(PAIR + "_relieved")
+    state = {"E": 5e-5, "lengthwise_crowning": -1e-3, "bias": 0.2, "tip_relief": 2e-6}
+    made = as_made(relieved, state, "drive")
+    own = relieved.targets.drive
+    assert (made.targets.drive.crowning_toe, made.targets.drive.crowning_heel) == (0.0, 0.0)
+    assert made.targets.drive.bias == own.bias + 0.2
+    assert made.targets.coast == relieved.targets.coast
+    old, new = (x.pinion.edge_relief.tip for x in (relieved, made))
+    assert old is not None
+    assert new is not None
+    assert new.amount == pytest.approx(old.amount + 2e-6)
+    assert as_made(relieved, {"E": 5e-5}, "drive") is relieved
+
+    errors = {"lengthwise_crowning": 10e-6}
+    point = found.evaluations[1]
+    task = Task(found.problem, point.variables, ({}, errors), SMALL)
+    both, alone = evaluate(task), evaluate(replace(task, states=({},)))
+    moved = {**point.variables, "lengthwise_crowning": point.variables["lengthwise_crowning"] + 10e-6}
+    shifted = evaluate(replace(task, values=moved, states=({},)))
+    assert not both.reason
+    for name, worst in (("power_loss", np.mean), ("pressure_max", np.max)):
+        assert both.figures[name] == pytest.approx(worst([alone.figures[name], shifted.figures[name]]), rel=1e-9)
+
+
 def test_default_bounds_hold_the_start(start: SettingsInput) -> None:
     for targets in (start, load_targets(f"{PAIR}_relieved")):
         problem = make_problem(targets, **(_arguments() | {"variables": None}))
@@ -264,6 +318,24 @@ def test_default_bounds_hold_the_start(start: SettingsInput) -> None:
     assert relieved.gear.edge_relief.tip.amount == 2e-5
     assert checked_limits({"edge_load_share": "2 %"}) == {"edge_load_share": 0.02}
     assert variables_of(start, {"bias": "-0.3:0.3"}, "both")[0].high == 0.3
+
+
+@pytest.mark.parametrize("name", data_names("targets"))
+def test_targets_are_written_as_they_are_read(name: str) -> None:
+    def flat(content: dict[str, Any], name: str = "") -> dict[str, Any]:
+        inner = {f"{name}.{key}": value for key, value in content.items()}
+        parts = [flat(value, key) if isinstance(value, dict) else {key: value} for key, value in inner.items()]
+        return {key: value for part in parts for key, value in part.items()}
+
+    targets = load_targets(name)
+    changed = with_values(targets, {"profile_crowning": 12.3456e-6, "spiral_angle": 0.61}, "both", "another")
+    text = targets_text(changed, "A comment.")
+    again = flat(validate(SettingsInput, tomllib.loads(text)).model_dump())
+    wanted = flat(changed.model_dump())
+    assert again.keys() == wanted.keys()
+    for key, value in wanted.items():
+        assert again[key] == (pytest.approx(value, rel=1e-9) if isinstance(value, float) else value), key
+    assert "12.3456 um" in text
 
 
 @pytest.mark.parametrize("name", ["fm_hypoid_13x42", "fh_hypoid_9x34", PAIR])
@@ -360,6 +432,9 @@ def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder:
     page = read_page(folder / "optimise.html")
     assert f"{-100.0 * best.gain:+.1f} %" in page.sections[0]
     assert "less loss 90 % interval" in page.sections[0]
+    # a search goes on from a design whose targets lie beside it
+    again = load_start(folder / f"{best.name}.toml")
+    assert start_value(again, "profile_crowning", "drive") == best.point.variables["profile_crowning"]
     # the design that was written does what was promised; a constant friction leaves its gain no interval
     reopened = efficiency.load(folder / f"{best.name}.toml").at("constant:0.05", (6, 11), many=True, oil="75w90")
     assert reopened.power_loss == pytest.approx(best.exact.figures["power_loss"], rel=1e-6)
@@ -370,6 +445,8 @@ def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder:
         (["optimise", PAIR, "--vary", "bias=1:9"], "bias"),
         (["optimise", PAIR, "--vary", "lengthwise_crowning=30:90"], "unit"),
         (["optimise", PAIR, "--evaluations", "3"], "evaluations"),
+        (["optimise", PAIR, "--tolerance", "bias"], "half width"),
+        (["optimise", PAIR, "--tolerance", "bias=5 um"], "bias"),
         (["optimise", PAIR, "--friction", "ehl"], "check-friction"),
         (["optimise", PAIR, "--dask", "nowhere.json"], "scheduler"),
         (["optimise", str(Path("data/designs") / f"{PAIR}.toml")], "targets"),
