@@ -158,7 +158,7 @@ def test_workers_give_the_same_points_and_one_that_crashes_costs_its_point_alone
 def _arguments() -> dict[str, Any]:
     names = ("objectives", "limits", "misalignment", "friction")
     own = {name: RUN[name] for name in names}
-    return own | {"variables": BOUNDS, "duty": None, "over": "mean", "flanks": "drive", "oil": None}
+    return own | {"variables": BOUNDS, "duty": None, "tolerance": None, "over": "mean", "flanks": "drive", "oil": None}
 
 
 def test_the_next_best_are_checked_where_the_front_is_short(found: Optimisation, tmp_path: Path, folder: Path) -> None:
