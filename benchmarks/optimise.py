@@ -4,7 +4,8 @@
 docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
 better (what breaks a limit when aligned breaks it in the box: its other states are left out); ``grid`` compares the
 hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved`` checks the gain of a pair with
-solved contacts. ``--vary ease_off blank`` frees the blank too. A pair ``random:SEED`` is a face-milled hypoid drawn at
+solved contacts; ``page`` draws the figures of docs/optimise.md from the command that stands there. ``--vary ease_off
+blank`` frees the blank too. A pair ``random:SEED`` is a face-milled hypoid drawn at
 random. Evaluations are kept in the folder; what was stopped goes on.
 """
 
@@ -18,6 +19,7 @@ from typing import Any
 
 import numpy as np
 from common import OUT, command_line, write_rows
+from report_figures import screenshot
 
 import efficiency
 from efficiency.optimisation.evaluation import Store, Task, evaluate_all
@@ -36,6 +38,7 @@ PAIRS = (
     "fh_hypoid_9x34_offset_10_relieved",
 )
 LOSS = "power_loss"
+PAGE = "fm_hypoid_13x42_relieved"
 GRID_PAIR, GRID, GRID_SEARCH = "fh_spiral_bevel_12x37", 13, 60
 BOUNDS = {"lengthwise_crowning": (10e-6, 120e-6), "profile_crowning": (4e-6, 36e-6)}
 TWO: dict[str, Any] = {"objectives": [LOSS, "pressure_max"], "misalignment": {}, "limits": {"edge_load_share": "50 %"}}
@@ -208,20 +211,33 @@ def solved(chosen: Chosen, friction: str) -> None:
         )
 
 
+def page(chosen: Chosen, figures: Path) -> None:
+    """First screen of the page of a search, and its trade."""
+    folder = chosen.folder / "page"
+    store = folder / "points.jsonl"
+    found = optimise(PAGE, ("ease_off", "blank"), evaluations=160, jobs=chosen.jobs, store=store)
+    found.write(folder=folder)
+    screenshot(folder / "optimise.html", figures / "optimise_report.png")
+    found.figures()["trade"].savefig(figures / "optimise_trade.png", dpi=150)
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """See the head of the file."""
     parser = command_line(__doc__)
-    parser.add_argument("what", choices=("gain", "random", "grid", "solved"))
+    parser.add_argument("what", choices=("gain", "random", "grid", "solved", "page"))
     parser.add_argument("pairs", nargs="*", default=PAIRS)
     parser.add_argument("--evaluations", type=int, default=120)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--vary", nargs="*", default=("ease_off",))
     parser.add_argument("--friction", default="ehl")
     parser.add_argument("--out", type=Path, default=OUT / "optimise")
+    parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
     options = parser.parse_args(argv)
     chosen = Chosen(options.pairs, options.out, options.evaluations, options.jobs, options.vary)
     if options.what == "grid":
         grid(options.out, options.jobs)
+    elif options.what == "page":
+        page(chosen, options.figures)
     elif options.what == "solved":
         solved(chosen, options.friction)
     else:
