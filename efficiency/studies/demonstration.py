@@ -14,6 +14,7 @@ from ehl.io.files import make_folder
 from regression.data.dataset import Dataset
 from regression.formula import fit
 from regression.friction.formula import FittedFormula
+from regression.plan.cost import checked_jobs
 from regression.sweeping.recorder import Progress
 from regression.sweeping.run import Run, sweep
 
@@ -89,7 +90,7 @@ def run_demo(
     """
     from efficiency.studies.demonstration_report import write_demo_report
 
-    folder = Path(folder)
+    folder, jobs = Path(folder), checked_jobs(jobs)
     make_folder(folder, "folder")
     seconds: dict[str, float] = {}
     clock = time.perf_counter()

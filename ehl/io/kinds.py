@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,17 +69,32 @@ def refuse_other_kind(content: Mapping[str, Any], path: str | Path, wanted: str)
         )
 
 
-def refuse_unreadable(text: str, path: str | Path, wanted: str, error: InputError) -> NoReturn:
-    """The error of a text that is no TOML, with what it looks like."""
+def looks_like(text: str) -> str:
+    """The sentence that says what a text is that is no TOML; empty where it does not tell."""
     start = text.lstrip()[:1]
     lines = [line for line in text.splitlines() if line.strip()][:3]
     if start in ("{",):
-        hint = "It is JSON, such as a formula, for mixed-ehl mu, export and gear --friction."
-    elif start == "<":
-        hint = "It is HTML or XML, such as a report."
-    elif lines and all("," in line and "=" not in line for line in lines):
-        hint = "It is a table (CSV), such as a duty cycle, for mixed-ehl gear --duty."
-    else:
+        return "It is JSON, such as a formula, for mixed-ehl mu, export and gear --friction."
+    if start == "<":
+        return "It is HTML or XML, such as a report."
+    if lines and all("," in line and "=" not in line for line in lines):
+        return "It is a table (CSV), such as a duty cycle, for mixed-ehl gear --duty."
+    return ""
+
+
+def told_kind(text: str) -> str:
+    """The sentence that says what a text file is; empty where it does not tell."""
+    try:
+        kind = KINDS.get(kind_of(tomllib.loads(text)))
+    except tomllib.TOMLDecodeError:
+        return looks_like(text)
+    return f"It is {kind.words}, for {kind.use}." if kind else ""
+
+
+def refuse_unreadable(text: str, path: str | Path, wanted: str, error: InputError) -> NoReturn:
+    """The error of a text that is no TOML, with what it looks like."""
+    hint = looks_like(text)
+    if not hint:
         raise error
     allowed = KINDS[wanted].words + " (TOML)" if wanted else error.allowed
     raise InputError(error.field, str(path), allowed, f"{hint} {_write(wanted)}".strip())

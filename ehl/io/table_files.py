@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ehl.io.errors import InputError
+from ehl.io.errors import InputError, near
 from ehl.io.files import read_bytes, read_text
 from ehl.io.units import ValueRange, parse_quantity
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 # a header such as "pressure_hertz [GPa]"; round brackets are common in spreadsheets
 _HEADER = re.compile(r"(?P<name>[^\[(]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?")
 _DECIMAL_COMMA = re.compile(r"^\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*$")
+_WORKBOOKS = (".xlsx", ".xlsm")
 MAX_ROWS = 1_000_000
 MAX_COLUMNS = 1000
 MAX_CELLS = 10_000_000
@@ -33,6 +34,18 @@ MAX_UNPACKED = 1_000_000_000  # of a workbook [bytes]
 
 # what a spreadsheet takes for the beginning of a formula
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+# what others call our columns
+_OTHER_NAMES = {
+    **dict.fromkeys(("mu", "cof", "friction", "traction", "traction_coefficient"), "friction_coefficient"),
+    **dict.fromkeys(("srr", "sr", "slip", "slide_roll_ratio"), "slide_to_roll"),
+    **dict.fromkeys(("speed", "velocity", "rolling_speed", "entrainment_speed", "u_e"), "speed_entrainment"),
+    **dict.fromkeys(("temperature", "temp", "oil_temperature"), "temperature_oil"),
+    **dict.fromkeys(("pressure", "hertz_pressure", "p_h"), "pressure_hertz"),
+    **dict.fromkeys(("radius", "r"), "radius_equivalent"),
+    **dict.fromkeys(("rq", "roughness"), "roughness_rms"),
+    **dict.fromkeys(("time", "duration", "share"), "hours"),
+}
 
 Cell = float | int | str | None
 Column = tuple[float, ...] | tuple[str, ...]
@@ -80,11 +93,13 @@ def numbered_table(
         raise InputError(path.name, "no rows", "a header and at least one row")
     header = [_HEADER.fullmatch(str(cell).strip()) for cell in cells.iloc[0]]
     names = [match["name"].strip() if match else "" for match in header]
-    # what a longer row has beyond the header does not count
+    # beside the table of a workbook there may be notes
     while names and not names[-1]:
         names.pop()
     units = [match["unit"] if match else None for match in header[: len(names)]]
     _check_names(path, names, quantities, required)
+    if path.suffix.lower() not in _WORKBOOKS:
+        _check_width(path, cells, len(names))
     body = cells.iloc[1:, : len(names)]
     if len(body) and _are_units(list(body.iloc[0]), names, units, quantities):
         units = [str(cell).strip() or None for cell in body.iloc[0]]
@@ -105,13 +120,26 @@ def numbered_table(
     return columns, tuple(int(number) for number in body.index)
 
 
+def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
+    """Refuse rows of a CSV file with more cells than the header: most often a decimal comma cut a number in two."""
+    for number, row in zip(cells.index[1:], cells.iloc[1:, width:].itertuples(index=False), strict=True):
+        more = sum(bool(str(cell).strip()) for cell in row)
+        if more:
+            hint = "Where a comma is the decimal sign, separate cells by semicolons. A column of notes begins with '#'."
+            raise InputError(
+                f"{path.name}, row {number}", f"{width + more} cells", f"{width} cells as in the header", hint
+            )
+
+
 def _check_names(
     path: Path, names: Sequence[str], quantities: Mapping[str, ValueRange | None], required: Sequence[str]
 ) -> None:
     known = ", ".join(quantities)
     for name in names:
         if not name.startswith("#") and name not in quantities:
-            hint = "A column of notes begins with '#'."
+            other = _OTHER_NAMES.get(name.lower(), "")
+            hint = f"Did you mean {other!r}?" if other in quantities else near(name, quantities)
+            hint = f"{hint} A column of notes begins with '#'.".strip()
             raise InputError(f"{path.name}, header", name, f"columns named {known}", hint)
         if names.count(name) > 1:
             raise InputError(f"{path.name}, header", name, "each column once")
@@ -172,7 +200,7 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
 def _read_cells(path: Path) -> pd.DataFrame:
     """The cells of a file as they are, in rows numbered as in the file from 1; rows without content left out."""
     allowed = "an existing CSV or XLSX file"
-    if path.suffix.lower() in (".xlsx", ".xlsm"):
+    if path.suffix.lower() in _WORKBOOKS:
         return _read_xlsx(path, read_bytes(path, "file", allowed))
     return _read_csv(path, read_text(path, "file", allowed))
 

@@ -22,6 +22,7 @@ import numpy as np
 import pandas as pd
 
 from ehl.io.errors import InputError
+from ehl.io.kinds import told_kind
 from regression import __version__
 from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS, Rows, checksums, pack
 
@@ -418,11 +419,14 @@ def run_files(run: Path) -> list[Path]:
     InputError
         There are none.
     """
+    hint = "Run `mixed-ehl sweep PLAN.toml -o RUN` first."
     if os.path.isfile(run):
+        if run.suffix != ".h5" and not h5py.is_hdf5(run):
+            kind = told_kind(run.read_text(encoding="utf-8", errors="replace"))
+            raise InputError("run", str(run), "a folder or file of results", f"{kind} {hint}".strip())
         return [run]
     files = sorted(run.glob("*.h5")) if os.path.isdir(run) else []
     if not files:
-        hint = "Run `mixed-ehl sweep PLAN.toml -o RUN` first."
         raise InputError("run", str(run), "a folder or file of results", hint)
     return files
 

@@ -70,6 +70,15 @@ def fit_formula(
         reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
         needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
         raise InputError("run", f"{len(frame)} usable cases", needed, f"Excluded: {reasons}.")
+    for name, beside in (("paths", paths), ("noise", noise)):
+        others = sorted(set(beside.oils) - set(dataset.oils)) if beside is not None else []
+        if others:
+            raise InputError(
+                name,
+                ", ".join(others),
+                f"contacts with the oils of the data, {', '.join(dataset.oils)}",
+                f"Sweep the plan of {name} with that oil, or leave {name} out.",
+            )
     with threadpool_limits(1):
         form = fit_form(family, frame, gaussian_process=gaussian_process)
         held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.residual)

@@ -5,6 +5,8 @@ A mistake is a value in place of a right one: in the file the command reads, or 
 
 from __future__ import annotations
 
+import re
+import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -146,6 +148,51 @@ CARD: list[Change] = [
     ("heat_capacity = ", 'heat_capacity = "2 degC" #', "heat_capacity", "dimension"),
     ("[viscosity]", "[viscosities]", "viscosities", "'viscosity'"),
 ]
+CURVES: list[Change] = [
+    ("load [N]", "laod [N]", "header", "Did you mean 'load'?"),
+    ("load [N]", "load [Pa]", "row 4, load", "dimension"),
+    ("load [N]", "normal force [N]", "header", "load_per_length"),
+    ("speed_entrainment [m/s]", "speed_entrainment [rpm]", "row 4, speed_entrainment", "dimension"),
+    ("speed_entrainment [m/s]", "speed [m/s]", "header", "Did you mean 'speed_entrainment'?"),
+    ("slide_to_roll", "srr", "header", "Did you mean 'slide_to_roll'?"),
+    ("slide_to_roll", "slide_to_roll [mm]", "row 4, slide_to_roll", "dimension"),
+    ("friction_coefficient", "mu", "header", "Did you mean 'friction_coefficient'?"),
+    (",0.009010", "", "friction_coefficient", "empty"),
+    (",0.009010", ",", "friction_coefficient", "empty"),
+    (",0.009010", ",low", "friction_coefficient", "could not be read"),
+    (",0.009010", ",0,009010", "row 4", "semicolons"),
+    (",0.009010", ",9.010", "friction_coefficient", "at most 2"),
+    ("19,2.5,0.005", "-19,2.5,0.005", "row 4, load", "above 0"),
+    ("19,2.5,0.005", "19e9,2.5,0.005", "row 4, load", "at most"),
+    ("19,2.5,0.005", "19,0,0.005", "row 4, speed_entrainment", "at least"),
+    ("19,2.5,0.005", "19,2.5,nan", "row 4, slide_to_roll", "finite"),
+    ("19,2.5,0.005", "19,2.5 rpm,0.005", "row 4, speed_entrainment", "dimension"),
+    ("curve,", "curve;", "header", "columns named"),
+    ("curve,load [N]", "load [N],load [N]", "header", "each column once"),
+]
+SHEET: list[Change] = [
+    ("units, mm", "units, cm", "line 2", "one of inch"),
+    ("units, mm", "unit, mm", "mean cone distance", "units, mm"),
+    ("member, pinion", "member, pinon", "line 4", "pinion, gear"),
+    ("member, pinion", "members, pinion", "line 5", "member, pinion"),
+    ("teeth, 14", "teeth, 14.5", "line 5 (teeth)", "whole number"),
+    ("teeth, 14", "teeth, 0", "teeth", "at least 3"),
+    ("teeth, 14", "teeth, fourteen", "line 5 (teeth)", "number"),
+    ("hand, left", "hand, lefthand", "line 6 (hand)", "left, lh"),
+    ("hand, left", "", "hand", "'left', 'right'"),
+    ("face width, 25.4", "face width, -25.4", "face_width", "above 0"),
+    ("face width, 25.4", "face width, 2540", "face_width", "tooth depth falls to 0"),
+    ("face width, 25.4", "facewidth, 25.4", "face_width", "above 0"),
+    ("pitch angle, 19.7468", "pitch angle, 197.468", "pitch_angle", "below"),
+    ("mean addendum, 4.836", "mean addendum, nan", "mean addendum", "finite"),
+    ("mean addendum, 4.836", "mean addendum, 4,836 x", "mean addendum", "could not be read"),
+    ("flank, concave", "flank, concav", "line 15", "concave, convex"),
+    ("cutter type, face milling", "cutter type, facemilling", "cutter type", "face milling, face hobbing"),
+    ("process, generated", "process, generating", "process", "generated, formate"),
+    ("radial setting", "raidal setting", "radial_setting", "above 0"),
+    ("ratio of roll, 2.98436034987", "ratio of roll, 0", "roll_ratio", "above 0"),
+    ("modified roll 2c, 0.0055", "modified roll 2c, 1e9 #", "modified", "at most"),
+]
 FILES = {
     "solve": ("contact", CONTACT, ("solve", "FILE")),
     "sweep": ("plan", PLAN, ("sweep", "FILE", "--estimate")),
@@ -153,6 +200,8 @@ FILES = {
     "gear": ("design", DESIGN, ("gear", "FILE")),
     "calibrate": ("setup", SETUP, ("calibrate", ROOT / "docs/examples/synthetic_traction.csv", "--setup", "FILE")),
     "oil": ("oil", CARD, ("oil", "FILE")),
+    "calibrate ": ("curves", CURVES, ("calibrate", "FILE", "--setup", ROOT / "docs/examples/calibration.toml")),
+    "import": ("sheet", SHEET, ("import", "FILE", "-o", "never.toml", "--like", PAIR)),
 }
 IN_FILES = [(command, change) for command, (_, changes, _) in FILES.items() for change in changes]
 
@@ -161,6 +210,12 @@ IN_FILES = [(command, change) for command, (_, changes, _) in FILES.items() for 
 def right_file(kind: str) -> str:
     if kind == "setup":
         return (ROOT / "docs/examples/calibration.toml").read_text(encoding="utf-8")
+    if kind == "curves":
+        return (ROOT / "docs/examples/synthetic_traction.csv").read_text(encoding="utf-8")
+    if kind == "sheet":
+        with tempfile.TemporaryDirectory() as folder:
+            efficiency.load(PAIR).export(folder, ("summary",))
+            return re.sub(", +", ", ", (Path(folder) / "setting_sheet.csv").read_text(encoding="utf-8"))
     return efficiency.new_file(kind)
 
 
@@ -408,7 +463,22 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
             ("--family", "shrot", "one of xu, power_law"), ("--family", "neural", "one of xu, power_law"),
             ("--output", "no/where/f.json", "a file in a"), ("--output", "f.toml", "a file name ending"), ("--paths", "none", "a folder or file"),
             ("--noise", "none", "a folder or file"), ("--plot", "x.xls", "a file name ending"),
-            ("--report", "x.pdf", "a file name ending"),
+            ("--report", "x.pdf", "a file name ending"), ("--noise", "gear_75w90_noise", "with the oils of the data, fva3"),
+            ("--paths", "gear_75w90_paths", "with the oils of the data, fva3"),
+            ("--paths", str(ROOT / "docs/examples/contact.toml"), "It is a contact file"),
+            ("--noise", str(ROOT / "README.md"), "mixed-ehl sweep PLAN.toml"), ("--family", "", "one of xu, power_law"),
+            ("--paths", str(ROOT / "docs"), "a folder or file"),
+        ],
+    ),
+    "fit names": (
+        ("fit", "--output", "f.json"), {},
+        [
+            (str(ROOT / "data/plans/demo.toml"), "--corners", "It is a plan, for mixed-ehl sweep"),
+            (str(ROOT / "data/oils/75w90.toml"), "--corners", "It is an oil card"),
+            (str(ROOT / "data/designs/fm_hypoid_13x42.toml"), "--corners", "It is a design"),
+            (str(ROOT / "data/formulas/75w90.json"), "--corners", "It is JSON, such as a formula"),
+            (str(ROOT / "docs/examples/synthetic_traction.csv"), "--corners", "It is a table"),
+            ("75w90", "--corners", "gear_75w90"), ("gear_fva3_nois", "--corners", "gear_fva3_noise"),
         ],
     ),
     "sweep": (
@@ -429,19 +499,25 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
         [
             ("--setup", "none.toml", "an existing TOML file"), ("--output", "x.csv", "a file name ending"),
             ("--plot", "x.xls", "a file name ending"), ("--report", "x.txt", "a file name ending"),
-            ("--jobs", "0", "at least"),
+            ("--jobs", "0", "at least"), ("--fit", "eyring_stres", "eyring_stress"), ("--oil", "fva33", "'fva3'"),
+            ("--seed", "-1", "at least"),
         ],
     ),
     "demo": (
         ("demo",), {},
         [
-            ("--jobs", "0", "at least"), ("--jobs", "many", "a whole number"),
+            ("--jobs", "0", "at least"), ("--jobs", "many", "a whole number"), ("--jobs", "999", "at most"),
+            ("--output", "/proc/x", "a folder that can be written"),
         ],
     ),
     "app": (
         ("app",), {},
         [
-            ("--port", "80", "at least"), ("--port", "many", "a whole number"),
+            ("--port", "80", "at least"), ("--port", "many", "a whole number"), ("--port", "70000", "at most"),
+            (str(ROOT / "data/oils/75w90.toml"), "--no-browser", "It is an oil card"),
+            (str(ROOT / "data/formulas/75w90.json"), "--no-browser", "It is JSON"),
+            (str(ROOT / "README.md"), "--no-browser", "valid TOML"), ("none.toml", "--no-browser", "check the path"),
+            ("fm_hypoid_13x43", "--no-browser", "Did you mean 'fm_hypoid_13x42'"),
         ],
     ),
     "names": (
