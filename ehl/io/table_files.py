@@ -122,7 +122,7 @@ def numbered_table(
 
 def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
     """Refuse rows of a CSV file with more cells than the header: most often a decimal comma cut a number in two."""
-    for number, row in zip(cells.index[1:], cells.iloc[1:, width:].itertuples(index=False), strict=True):
+    for number, row in zip(cells.index[1:], cells.iloc[1:, width:].to_numpy(), strict=True):
         more = sum(bool(str(cell).strip()) for cell in row)
         if more:
             hint = "Where a comma is the decimal sign, separate cells by semicolons. A column of notes begins with '#'."
