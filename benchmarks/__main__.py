@@ -30,6 +30,7 @@ FIGURES = {
     **dict.fromkeys(
         ("measured_film.png", "measured_low_slip.png", "measured_oils.png"), ("measured", "--out", "docs/figures")
     ),
+    **dict.fromkeys(("optimise_report.png", "optimise_trade.png"), ("optimise", "page")),
     "root_stress_fem.png": ("root_stress_fem", "docs/figures"),
     "smooth_accuracy.png": ("smooth_accuracy", "--out", "docs/figures"),
     "step.png": ("step_picture", "docs/figures"),

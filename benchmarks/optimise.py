@@ -11,6 +11,7 @@ random. Evaluations are kept in the folder; what was stopped goes on.
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -218,7 +219,7 @@ def page(chosen: Chosen, figures: Path) -> None:
     found = optimise(PAGE, ("ease_off", "blank"), evaluations=160, jobs=chosen.jobs, store=store)
     found.write(folder=folder)
     screenshot(folder / "optimise.html", figures / "optimise_report.png")
-    found.figures()["trade"].savefig(figures / "optimise_trade.png", dpi=150)
+    shutil.copy(folder / "trade.png", figures / "optimise_trade.png")
 
 
 def main(argv: Sequence[str] | None = None) -> None:
