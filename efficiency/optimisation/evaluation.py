@@ -321,7 +321,7 @@ class Store:
     def __init__(self, path: Path | None) -> None:
         self.path = path
         self.known: dict[str, Evaluation] = {}
-        self.reused = 0
+        self.asked: set[str] = set()
         if path is not None and path.is_file():
             for line in path.read_text(encoding="utf-8").splitlines():
                 try:
@@ -334,6 +334,12 @@ class Store:
                     continue
         elif path is not None:
             make_folder(path.parent, "output")
+        self.read = frozenset(self.known)
+
+    @property
+    def reused(self) -> int:
+        """Evaluations of the file that this run asked for."""
+        return len(self.asked & self.read)
 
     def add(self, found: Evaluation) -> None:
         """Keep an evaluation, and write it down."""
@@ -371,7 +377,7 @@ def evaluate_all(tasks: list[Task], executor: Executor, store: Store, done: Any 
         Every worker crashes, or the cluster is gone.
     """
     waiting = {task.key: task for task in tasks if task.key not in store.known}
-    store.reused += len(tasks) - len(waiting)
+    store.asked.update(task.key for task in tasks)
 
     def keep(row: Mapping[str, Any]) -> None:
         store.add(row["found"])

@@ -73,6 +73,8 @@ _MAX_STATES = 5
 _CHECKS = 3
 # the search keeps so far below limits, for what the coarse mesh and shared bodies are off (ours; measured in the docs)
 _MARGIN = 0.015
+# share of the evaluations after which the best point is checked for the limits of the rest; the most they are tightened
+_LEARN_AT, _MOST_LEARNT = 2 / 3, 0.1
 
 
 @dataclass(frozen=True)
@@ -427,7 +429,7 @@ def optimise(
     )
     _check_numbers(evaluations, batch, check, len(problem.variables))
     known = Store(None if store is None else Path(store))
-    total, done = evaluations + check + (check > 0), 0
+    total, done = evaluations + check + 3 * (check > 0), 0
 
     def step(count: int = 1) -> None:
         nonlocal done
@@ -442,8 +444,12 @@ def optimise(
         problem, first, states, task, notes = _begin(problem, executor, known, default=limits is None)
         step()
         allowed = allowed_of(problem, first)
-        points = [first, *_search(problem, task, first, allowed, evaluations, batch, seed, executor, known, step)]
-        candidates, more = _check(problem, task, points, allowed, check, solved, executor, known, step)
+        keep, points = dict(allowed), [first]
+        for until in (int(_LEARN_AT * evaluations) if check else 0, evaluations):
+            points = _search(problem, task, points, keep, until, batch, seed, executor, known, step)
+            if until < evaluations and check:
+                keep = _learned(problem, task, points, allowed, executor, known, step)
+        candidates, more = _check(problem, task, points, allowed, keep, check, solved, executor, known, step)
     if more:
         notes.append(more)
     return Optimisation(
@@ -620,7 +626,7 @@ def _search_states(problem: Problem, each: Sequence[Evaluation]) -> tuple[dict[s
 def _search(
     problem: Problem,
     task: Task,
-    first: Evaluation,
+    points: Sequence[Evaluation],
     allowed: Mapping[str, float],
     evaluations: int,
     batch: int,
@@ -629,7 +635,7 @@ def _search(
     store: Store,
     step: Callable[[], None],
 ) -> list[Evaluation]:
-    """All points after the start, in the order of the batches."""
+    """The start, the points so far and all further ones, in the order of the batches."""
     names, dimension = problem.figures, len(problem.variables)
     origin = np.array([v.place(problem.start_values[v.name]) for v in problem.variables])
     limits = np.array(
@@ -638,10 +644,9 @@ def _search(
             for name in names
         ]
     )
-    # the start is what the limits are taken from: the margin is not for it
     processes = Processes(dimension, len(names))
-    places: list[FloatArray] = [origin]
-    points: list[Evaluation] = []
+    first, points = points[0], list(points[1:])
+    places = [origin, *(np.array([v.place(p.variables[v.name]) for v in problem.variables]) for p in points)]
     refit_at = 0
     while len(points) < evaluations - 1:
         left = evaluations - 1 - len(points)
@@ -670,7 +675,7 @@ def _search(
         values = [{v.name: v.at(float(z)) for v, z in zip(problem.variables, row, strict=True)} for row in proposed]
         points += evaluate_all([replace(task, values=one) for one in values], executor, store, step)
         places += list(proposed)
-    return points
+    return [first, *points]
 
 
 def _chosen(
@@ -687,11 +692,49 @@ def _chosen(
     return [*front, *sorted(others.values(), key=lambda p: p.figures[first])][:count]
 
 
+def _exact(task: Task) -> Task:
+    """The task on the full mesh, with own bodies, in all states."""
+    return replace(task, states=task.problem.states, grid=CHECK_GRID, bodies="", interval=True)
+
+
+def _learned(
+    problem: Problem,
+    task: Task,
+    points: Sequence[Evaluation],
+    allowed: Mapping[str, float],
+    executor: Executor,
+    store: Store,
+    step: Callable[[], None],
+) -> dict[str, float]:
+    """Limits of the search, tightened by what it tells too low of its best point so far."""
+    strict = {name: value * (1.0 - _MARGIN) for name, value in allowed.items()}
+    better = [p for p in points[1:] if p.feasible(strict)]
+    if not better:
+        return dict(allowed)
+    best = min(better, key=lambda p: p.figures[problem.objectives[0]])
+    start, exact = evaluate_all([_exact(task), replace(_exact(task), values=best.variables)], executor, store, step)
+    if start.reason or exact.reason:
+        return dict(allowed)
+    limited = allowed_of(problem, start)
+    return {name: value / (1.0 + _understated(name, best, exact, allowed, limited)) for name, value in allowed.items()}
+
+
+def _understated(
+    name: str, point: Evaluation, exact: Evaluation, allowed: Mapping[str, float], limited: Mapping[str, float]
+) -> float:
+    """Share by which the search tells a figure, over its limit, too low; 0 for edge loads, which may vanish."""
+    if name == "edge_load_share":
+        return 0.0
+    ratio = (exact.figures[name] / limited[name]) / (point.figures[name] / allowed[name])
+    return min(max(ratio - 1.0, 0.0), _MOST_LEARNT) if math.isfinite(ratio) else 0.0
+
+
 def _check(
     problem: Problem,
     task: Task,
     points: Sequence[Evaluation],
     allowed: Mapping[str, float],
+    learned: Mapping[str, float],
     count: int,
     solved: str | None,
     executor: Executor,
@@ -699,11 +742,12 @@ def _check(
     step: Callable[[], None],
 ) -> tuple[tuple[Candidate, ...], str]:
     """Points of the front on the full mesh with own bodies, in all states; the best one with solved contacts too."""
-    strict = {name: value * (1.0 - _MARGIN) for name, value in allowed.items()}
-    keep = strict if front_of(points[1:], problem.objectives, strict) else dict(allowed)
+    strict = {name: value * (1.0 - _MARGIN) for name, value in learned.items()}
+    kept = (strict, {name: value * (1.0 - _MARGIN) for name, value in allowed.items()}, dict(allowed))
+    keep = next((limits for limits in kept if front_of(points[1:], problem.objectives, limits)), dict(allowed))
     if not front_of(points[1:], problem.objectives, keep) or not count:
         return (), "" if count == 0 else "no point of the search keeps all limits"
-    exact = replace(task, states=problem.states, grid=CHECK_GRID, bodies="", interval=True)
+    exact = _exact(task)
     (start,) = evaluate_all([exact], executor, store, step)
     if start.reason:
         return (), f"the start on the full mesh: {start.reason}"
@@ -723,7 +767,7 @@ def _check(
         for name in keep:
             excess = [c.exact.excess(limited).get(name, 0.0) for c in candidates if not c.exact.reason]
             worst = max((x for x in excess if math.isfinite(x)), default=0.0)
-            keep[name] = min(keep[name], strict[name] / (1.0 + worst))
+            keep[name] = min(keep[name], allowed[name] * (1.0 - _MARGIN) / (1.0 + worst))
     held = [c for c in candidates if c.holds]
     if solved and held:
         best = min(held, key=lambda c: c.exact.figures[problem.objectives[0]])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
@@ -113,11 +114,11 @@ def test_a_point_is_what_its_parts_give(found: Optimisation, start: SettingsInpu
 def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: Path, tmp_path: Path) -> None:
     lines = [line for line in (folder / "points.jsonl").read_text("utf-8").splitlines(keepends=True) if line.strip()]
     cut = tmp_path / "points.jsonl"
-    # the start, six points of the search, two checks: the last point of the search is gone, the one before it cut off
-    assert len(lines) == 9
-    cut.write_text("".join(lines[:5]) + lines[5][:50] + "\n" + "".join(lines[7:]), encoding="utf-8")
+    # start, three points, start and best of them checked, three more, another checked: one is cut off, the next gone
+    assert len(lines) == 10
+    cut.write_text("".join(lines[:3]) + lines[3][:50] + "\n" + "".join(lines[5:]), encoding="utf-8")
     again = optimise(PAIR, BOUNDS, store=cut, **RUN)
-    assert again.reused == 7
+    assert again.reused == 8
     assert values(again) == values(found)
     assert [c.exact.figures for c in again.candidates] == [c.exact.figures for c in found.candidates]
     # another problem takes nothing from it
@@ -125,6 +126,37 @@ def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: P
     assert Task(other, found.evaluations[1].variables, other.states, SMALL).key not in {
         json.loads(x)["key"] for x in lines
     }
+
+
+def test_limits_are_tightened_by_what_the_search_tells_too_low(found: Optimisation) -> None:
+    point = found.evaluations[1]
+    allowed = {"pressure_max": 1.2 * point.figures["pressure_max"], "edge_load_share": 1e-3}
+    limited = {"pressure_max": 1.3 * point.figures["pressure_max"], "edge_load_share": 1e-3}
+    for ratio, expected in ((1.04, 0.04), (0.9, 0.0), (1.5, 0.1), (np.nan, 0.0)):
+        figures = {
+            "pressure_max": ratio * point.figures["pressure_max"] * 1.3 / 1.2,
+            "edge_load_share": 2.0 * point.figures["edge_load_share"],
+        }
+        exact = replace(point, figures=figures)
+        assert search._understated("pressure_max", point, exact, allowed, limited) == pytest.approx(expected)
+        assert search._understated("edge_load_share", point, exact, allowed, limited) == 0.0
+
+
+def test_the_rest_of_a_search_knows_the_checked_point(
+    found: Optimisation, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits: list[dict[str, float]] = []
+    inner = search._search
+
+    def seen(problem: Any, task: Any, points: Any, allowed: Any, *rest: Any) -> Any:
+        limits.append(dict(allowed))
+        return inner(problem, task, points, allowed, *rest)
+
+    monkeypatch.setattr(search, "_search", seen)
+    monkeypatch.setattr(search, "_understated", lambda *_: 0.1)
+    optimise(PAIR, BOUNDS, store=shutil.copy(folder / "points.jsonl", tmp_path), **RUN)
+    assert limits[0] == found.allowed
+    assert limits[1] == {name: pytest.approx(value / 1.1) for name, value in found.allowed.items()}
 
 
 def test_workers_give_the_same_points_and_one_that_crashes_costs_its_point_alone(
