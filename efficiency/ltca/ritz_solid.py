@@ -51,7 +51,7 @@ class Orders:
 
 
 ORDERS = Orders(tooth=(7, 9, 16), body=(6, 6, 14))
-"""By convergence, see docs/gear_load.md."""
+"""By convergence, see docs/tooth_compliance.md."""
 
 
 @dataclass(frozen=True)
