@@ -103,7 +103,7 @@ ONLY_READ = {
     "mixed-ehl calibrate docs/examples/synthetic_traction.csv": "the tutorial runs it",
     "mixed-ehl compare fm_spiral_bevel_14x39 --friction formula.json": "solves every contact point, a minute",
     "mixed-ehl solve docs/examples/contact_rough.toml": "animates half a minute; test_solve_rough solves the contact",
-    "mixed-ehl gear fm_spiral_bevel_14x39 --friction 75w90 --report": "the tutorial writes the page, a line below tables",
+    "mixed-ehl gear fm_spiral_bevel_14x39 --friction 75w90 --report": "the tutorial writes the page",
     "mixed-ehl gear fm_spiral_bevel_14x39 --friction formula.json --report": "as above",
     'mixed-ehl gear fm_spiral_bevel_14x39 --friction 75w90 --torque "50': "test_page_of_a_point_and_of_a_map",
     "mixed-ehl gear fm_spiral_bevel_14x39 --geometry": "test_example_commands_run runs it",
