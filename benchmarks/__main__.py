@@ -24,7 +24,6 @@ FIGURES = {
     **dict.fromkeys(("app.png", "app_phone.png"), ("app_response", "--out", "docs/figures")),
     "comparison.png": ("report_figures", "comparison"),
     "report_gear.png": ("report_figures", "gear"),
-    "before_after.png": ("before_after", "figure", "docs/figures/friction_before.csv"),
     "gear_load_time.png": ("gear_load_time", "docs/figures"),
     "low_slip.png": ("low_slip", "docs/figures"),
     **dict.fromkeys(

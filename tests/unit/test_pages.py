@@ -8,6 +8,7 @@ read (`ONLY_READ`): commands, options and shipped names exist, which holds for e
 from __future__ import annotations
 
 import ast
+import pkgutil
 import re
 import shlex
 import shutil
@@ -27,6 +28,7 @@ import ehl
 import regression
 from efficiency.cli import app
 from efficiency.design.design import Design
+from efficiency.synthesis.inputs import load_targets
 from ehl.io.data import shipped
 from ehl.io.validation import validate
 from regression.calibration.setup import load_setup
@@ -186,6 +188,9 @@ def files_of(page: str, mixed_ehl: Callable[..., Any]) -> None:
         for torque in (-2000.0, 2000.0):
             table += "".join(f"{torque},{speed},{0.5 + 1e-4 * speed}\n" for speed in (0.0, 5000.0))
         Path("bearings.csv").write_text(table)
+    elif page == "docs/oils.md":
+        text = (DOCS / "examples" / "contact.toml").read_text(encoding="utf-8")
+        Path("contact.toml").write_text(text.replace('"fva3"', '"my_oil.toml"'), encoding="utf-8")
     elif page == "docs/tour.md":
         for name in ("docs", "data"):
             Path(name).symlink_to(ROOT / name)
@@ -240,6 +245,13 @@ def test_tables_of_a_page_are_read(
     elif block.page == "docs/roughness.md":
         given = tomllib.loads((DOCS / "examples" / "contact_rough.toml").read_text(encoding="utf-8"))
         assert ehl.Contact.from_dict(given | content).surface.finish == "ground"
+    elif block.page == "docs/oils.md":
+        given = tomllib.loads((DOCS / "examples" / "contact.toml").read_text(encoding="utf-8"))
+        lubricant = content.get("lubricant", {"temperature_oil": "80 degC"} | content)
+        assert ehl.Contact.from_dict(given | {"lubricant": lubricant}).to_dict()["lubricant"]
+    elif block.page == "docs/machine_settings.md":
+        Path("targets.toml").write_text(block.text, encoding="utf-8")
+        assert load_targets("targets.toml").targets.drive.crowning_toe == pytest.approx(4e-5)
     else:
         assert mixed_ehl("export", "fm_spiral_bevel_14x39", "-o", ".", "--what", "grid").code == 0
         given = tomllib.loads((ROOT / "data" / "designs" / "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8"))
@@ -262,6 +274,7 @@ def spans() -> Iterator[tuple[str, str]]:
                     yield block.page, line
 
 
+SOURCES = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.rglob("*.py")]
 SPANS = sorted(set(spans()))
 NAMED = {
     name for kind in ("designs", "oils", "formulas", "blanks", "plans", "targets", "datasets") for name in shipped(kind)
@@ -314,3 +327,23 @@ def test_links_and_pictures_of_a_page_exist(path: Path) -> None:
     links = re.findall(r"\]\(([^)#\s]+)", path.read_text(encoding="utf-8"))
     missing = [link for link in links if "://" not in link and not (path.parent / link).exists()]
     assert [link for link in missing if not link.startswith(("gallery/", "../gallery/"))] == []
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix().replace("/", "-"))
+def test_modules_and_names_of_a_page_exist(path: Path) -> None:
+    """Files of Python, folders and dotted names between backticks; an old one sends the reader nowhere."""
+    text = path.read_text(encoding="utf-8")
+    missing = [
+        name for name in re.findall(r"`([\w/]+\.py)\b", text) if not any(f.endswith(f"/{name}") for f in SOURCES)
+    ]
+    missing += [
+        name
+        for name in re.findall(r"`((?:ehl|regression|efficiency|data)/[\w/]*)`", text)
+        if not (ROOT / name).exists()
+    ]
+    for name in re.findall(r"`((?:ehl|regression|efficiency)(?:\.\w+)+)", text):
+        try:
+            pkgutil.resolve_name(name)
+        except (ImportError, AttributeError):
+            missing.append(name)
+    assert missing == []
