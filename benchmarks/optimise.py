@@ -2,7 +2,9 @@
 
 ``python -m benchmarks optimise gain`` searches each pair for the least loss within the limits of the start (figures of
 docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
-better (what breaks a limit when aligned breaks it in the box: its other states are left out); ``grid`` compares the
+better. What breaks a limit when aligned breaks it in the box: its other states are left out. Where processes over the
+points so far are sure that it does, by three standard deviations, the point is not computed either, but for every tenth
+of them, by which that is judged. ``grid`` compares the
 hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved`` checks the gain of a pair with
 solved contacts; ``page`` draws the figures of docs/optimise.md from the command that stands there. ``--vary ease_off
 blank`` frees the blank too. A pair ``random:SEED`` is a face-milled hypoid drawn at
@@ -23,12 +25,13 @@ from common import OUT, command_line, write_rows
 from report_figures import screenshot
 
 import efficiency
-from efficiency.optimisation.evaluation import Store, Task, evaluate_all
+from efficiency.optimisation.evaluation import Evaluation, Store, Task, evaluate_all
 from efficiency.optimisation.optimise import Optimisation, front_of, optimise, search_task
 from efficiency.optimisation.pareto import hypervolume
+from efficiency.optimisation.surrogate import Processes, table_of, transformed
 from efficiency.synthesis.inputs import SettingsInput, load_targets
 from ehl import MixedEhlError
-from regression.sweeping.executors import local_executor
+from regression.sweeping.executors import Executor, local_executor
 
 PAIRS = (
     "fm_hypoid_13x42",
@@ -44,6 +47,8 @@ GRID_PAIR, GRID, GRID_SEARCH = "fh_spiral_bevel_12x37", 13, 60
 BOUNDS = {"lengthwise_crowning": (10e-6, 120e-6), "profile_crowning": (4e-6, 36e-6)}
 TWO: dict[str, Any] = {"objectives": [LOSS, "pressure_max"], "misalignment": {}, "limits": {"edge_load_share": "50 %"}}
 TEN = 10
+# random points: the first are all computed, the rest in blocks; deviations that are sure; every so many judged
+FIRST, BLOCK, SURE, JUDGED = 120, 60, 3.0, 10
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,7 @@ class Chosen:
     evaluations: int
     jobs: int
     vary: Sequence[str]
+    points: int = 0
 
 
 def search(chosen: Chosen, pair: str, **more: Any) -> Optimisation:
@@ -144,23 +150,54 @@ def random(chosen: Chosen) -> None:
         limits = {name: value for name, value in found.allowed.items() if name != LOSS}
         task = _task(found)
         rng, variables = np.random.default_rng(0), found.problem.variables
-        places = rng.random((TEN * chosen.evaluations, len(variables)))
+        places = rng.random((chosen.points or TEN * chosen.evaluations, len(variables)))
         values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
         store = Store(folder / pair.replace(":", "_") / "random.jsonl")
         tasks = [replace(task, values=v) for v in values]
         aligned = [replace(one, states=task.states[:1]) for one in tasks]
-        first = evaluate_all(aligned, local_executor(jobs), store)
-        left = [one for one, alone in zip(tasks, first, strict=True) if alone.feasible(limits)]
+        first, judged = screened(aligned, places, limits, local_executor(jobs), store)
+        left = [one for one, alone in zip(tasks, first, strict=True) if alone and alone.feasible(limits)]
         points = evaluate_all(left, local_executor(jobs), store)
         within = [p for p in points if p.feasible(found.allowed)]
         better = [p for p in within if p.figures[LOSS] < best]
         least = min((p.figures[LOSS] for p in within), default=np.nan) / found.start.figures[LOSS] - 1.0
         ours = best / found.start.figures[LOSS] - 1.0
         print(
-            f"{pair}: {len(tasks)} random points, {len(within)} within the limits, {len(better)} better than the "
-            f"search; loss {100.0 * least:+.2f} % against {100.0 * ours:+.2f} %",
+            f"{pair}: {len(tasks)} random points, {len(first) - first.count(None)} computed; of {len(judged)} sure to "
+            f"break a limit {sum(p.feasible(limits) for p in judged)} did not; {len(left)} keep the limits aligned, "
+            f"{len(within)} in all states, {len(better)} better than the search; loss {100.0 * least:+.2f} % against "
+            f"{100.0 * ours:+.2f} %",
             flush=True,
         )
+
+
+def screened(
+    tasks: Sequence[Task], places: np.ndarray, limits: dict[str, float], executor: Executor, store: Store
+) -> tuple[list[Evaluation | None], list[Evaluation]]:
+    """Evaluations, None where processes over those before are sure that a limit is broken; the judged ones of these."""
+    names = list(limits)
+    bounds = np.array([transformed(name, np.array([value]))[0] for name, value in limits.items()])
+    processes, refit_at = Processes(places.shape[1], len(names)), FIRST
+    found: list[Evaluation | None] = []
+    judged: list[Evaluation] = []
+    for start in range(0, len(tasks), BLOCK):
+        block = np.arange(start, min(start + BLOCK, len(tasks)))
+        sure = np.zeros(block.size, dtype=bool)
+        if start >= FIRST:
+            known = [(place, one) for place, one in zip(places, found, strict=False) if one and not one.reason]
+            inputs, figures = np.array([place for place, _ in known]), [one.figures for _, one in known]
+            scales = start >= refit_at
+            refit_at = 2 * start if scales else refit_at
+            processes.fit(inputs, table_of(figures, names), inputs[:0], scales=scales)
+            mean, sd = processes.predict(places[block])
+            sure = np.any(mean - SURE * sd > bounds, axis=1)
+        check = sure & (block % JUDGED == 0)
+        computed = iter(evaluate_all([tasks[k] for k in block[~sure | check]], executor, store))
+        here = [next(computed) if compute else None for compute in ~sure | check]
+        judged += [one for one, checked in zip(here, check, strict=True) if checked and one]
+        found += here
+        print(f"{len(found)}: {len(found) - found.count(None)} computed", flush=True)
+    return found, judged
 
 
 def _task(found: Optimisation) -> Task:
@@ -230,11 +267,12 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--evaluations", type=int, default=120)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--vary", nargs="*", default=("ease_off",))
+    parser.add_argument("--points", type=int, default=0, help="random points, else ten times the evaluations")
     parser.add_argument("--friction", default="ehl")
     parser.add_argument("--out", type=Path, default=OUT / "optimise")
     parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
     options = parser.parse_args(argv)
-    chosen = Chosen(options.pairs, options.out, options.evaluations, options.jobs, options.vary)
+    chosen = Chosen(options.pairs, options.out, options.evaluations, options.jobs, options.vary, options.points)
     if options.what == "grid":
         grid(options.out, options.jobs)
     elif options.what == "page":

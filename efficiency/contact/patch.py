@@ -43,6 +43,18 @@ def _interpolation(count: int) -> FloatArray:
     return np.asarray(np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(count), count - 1)))
 
 
+def _polynomials(x: Array, count: int) -> Array:
+    """Chebyshev polynomials at n points, (count, n)."""
+    rows = np.empty((count, x.size), x.dtype)
+    rows[0] = 1.0
+    rows[1:2] = x
+    twice = 2.0 * x
+    for k in range(2, count):
+        np.multiply(twice, rows[k - 1], out=rows[k])
+        rows[k] -= rows[k - 2]
+    return rows
+
+
 @dataclass(frozen=True)
 class Patch:
     """Several scalar fields over ``u_range x v_range``.
@@ -152,8 +164,8 @@ class Patch:
         """Values and first derivatives along u and v at n points, real or complex, each (len(names), n)."""
         along, over = self._basis(u, v, 0, 0)
         scale_u, scale_v = self._scales
-        along_u = along @ (_derivative(along.shape[1]) * scale_u)
-        over_v = over @ (_derivative(over.shape[1]) * scale_v)
+        along_u = (_derivative(along.shape[0]) * scale_u).T @ along
+        over_v = (_derivative(over.shape[0]) * scale_v).T @ over
         return self._sum(along, over, names), self._sum(along_u, over, names), self._sum(along, over_v, names)
 
     @property
@@ -161,21 +173,21 @@ class Patch:
         return 2.0 / (self.u_range[1] - self.u_range[0]), 2.0 / (self.v_range[1] - self.v_range[0])
 
     def _basis(self, u: Array, v: Array, du: int, dv: int) -> tuple[Array, Array]:
-        """Chebyshev polynomials (or their derivatives) of both directions at n points."""
+        """Chebyshev polynomials (or their derivatives) of both directions at n points, (nu, n) and (nv, n)."""
         basis = []
         for at, order, (low, _), scale, count in zip(
             (u, v), (du, dv), (self.u_range, self.v_range), self._scales, self.shape, strict=True
         ):
-            rows = chebyshev.chebvander((np.asarray(at) - low) * scale - 1.0, count - 1)
+            rows = _polynomials((np.asarray(at) - low) * scale - 1.0, count)
             for _ in range(order):
-                rows = rows @ (_derivative(count) * scale)
+                rows = (_derivative(count) * scale).T @ rows
             basis.append(rows)
         return basis[0], basis[1]
 
     def _sum(self, along: Array, over: Array, names: tuple[str, ...]) -> Array:
-        chosen = self.coefficients[:, :, [self.names.index(name) for name in names]]
-        first = np.tensordot(along, chosen, axes=(1, 0))
-        return np.asarray(np.einsum("nbk,nb->kn", first, over))
+        chosen = self.coefficients.T[[self.names.index(name) for name in names]]
+        first = chosen.reshape(-1, along.shape[0]) @ along
+        return np.asarray(np.einsum("kbn,bn->kn", first.reshape(len(names), *over.shape), over))
 
 
 class PointFit:
@@ -191,7 +203,7 @@ class PointFit:
     ) -> None:
         self._empty = Patch(("none",), u_range, v_range, np.zeros((*shape, 1)))
         along, over = self._empty._basis(u, v, 0, 0)
-        matrix = np.asarray(along[:, :, None] * over[:, None, :]).reshape(u.size, -1)
+        matrix = np.asarray(along.T[:, :, None] * over.T[:, None, :]).reshape(u.size, -1)
         self._basis, triangle, self._order = qr(matrix, mode="economic", pivoting=True, check_finite=False)
         size = np.abs(np.diag(triangle))
         self._rank = int(np.count_nonzero(size > _RANK * size[0]))

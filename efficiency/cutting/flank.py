@@ -249,7 +249,14 @@ class CutFlank(Flank):
             cutting = pose.direct(spin(in_cutter)) + self.index_ratio * pose.about_work(point + pose.shift[0])
             normal = -self.blade.sign * unit(cross(np.asarray(pose.direct(turn(along, th))), cutting))
         condition = dot(normal, pose.rolling(point)) if self.machine.generated else phi + 0.0 * s
-        return (*pose.to_work(point, normal, self._indexed(th)), condition)
+        indexed = self._indexed(th)
+        return pose.to_work(point, indexed), pose.to_work_direction(normal, indexed), condition
+
+    def position(self, x: Array) -> Array:
+        """Points (3, n) at cutting parameters, as of `sweep`."""
+        s, th, phi = x
+        pose = self.machine.at(phi)
+        return pose.to_work(pose.place(turn(self.blade.edge(s)[0], th)), self._indexed(th))
 
     def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """State and derivatives as in the base class, in closed form and real arithmetic."""
@@ -274,7 +281,7 @@ class CutFlank(Flank):
         size = np.sqrt(dot(raw, raw))
         normal = raw / size
         indexed = self._indexed(th)
-        position, facing = pose.to_work(r, normal, indexed)
+        position, facing = pose.to_work(r, indexed), pose.to_work_direction(normal, indexed)
 
         by_s = np.array([r_ss, r_st, spin(r_s)]).swapaxes(0, 1)
         change = -sign * (cross(by_s, cutting[:, None]) + cross(r_s[:, None], cutting_rates)) / size

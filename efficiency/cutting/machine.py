@@ -22,11 +22,11 @@ FloatArray = NDArray[np.float64]
 def _polynomial(coefficients: tuple[float, ...], phi: Array) -> tuple[Array, Array, Array]:
     """Value, first and second derivative of ``sum c_k phi^k/k!``, k from 0."""
     value, rate, bend = 0.0 * phi, 0.0 * phi, 0.0 * phi
-    if any(coefficients[1:]):
-        for k in range(len(coefficients) - 1, 0, -1):
-            value = (coefficients[k] + value) * phi / k
-            rate = coefficients[k] + rate * phi / k
-            bend = coefficients[k] + bend * phi / (k - 1) if k > 1 else bend
+    degree = max((k for k, coefficient in enumerate(coefficients) if coefficient), default=0)
+    for k in range(degree, 0, -1):
+        value = (coefficients[k] + value) * phi / k
+        rate = coefficients[k] + rate * phi / k
+        bend = coefficients[k] + bend * phi / (k - 1) if k > 1 else bend
     return coefficients[0] + value, rate, bend
 
 
@@ -164,11 +164,10 @@ class Pose:
         """Velocity of the tool against the work at machine-frame points, cradle at 1 rad/s [m/s]."""
         return spin(point) + self.shift[1] - self.work[1] * self.about_work(point + self.shift[0])
 
-    def to_work(self, point: Array, normal: Array, indexed: Array | float) -> tuple[Array, Array]:
-        """Machine-frame points and normals in the frame of the work turned by the roll and indexed by an angle."""
+    def to_work(self, point: Array, indexed: Array | float) -> Array:
+        """Machine-frame points in the frame of the work turned by the roll and indexed by an angle [m]."""
         back = np.array([[0.0], [0.0], [self.machine.machine_centre_to_back]])
-        blank = self.machine.work_axes @ (point + self.shift[0]) - back
-        return turn(blank, indexed - self.work[0]), self.to_work_direction(normal, indexed)
+        return turn(self.machine.work_axes @ (point + self.shift[0]) - back, indexed - self.work[0])
 
     def to_work_direction(self, vector: Array, indexed: Array | float) -> Array:
         """Machine-frame directions (3, n) or (3, k, n) in the frame of the turned work."""

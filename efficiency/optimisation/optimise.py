@@ -50,6 +50,7 @@ from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.files import write_file
 from ehl.io.numbers import finite_or_none
 from ehl.io.validation import read_toml
+from ehl.quantities import quantities
 from ehl.uncertainty.result import Change, combined
 from regression.plan.cost import checked_jobs
 from regression.sweeping.executors import Executor, ThisProcess, cluster, local_executor
@@ -75,6 +76,8 @@ _CHECKS = 3
 _MARGIN = 0.015
 # share of the evaluations after which the best point is checked for the limits of the rest; the most they are tightened
 _LEARN_AT, _MOST_LEARNT = 2 / 3, 0.1
+# tightened by less than this, a limit is not worth a note
+_WORTH_TELLING = 5e-4
 
 
 @dataclass(frozen=True)
@@ -449,6 +452,7 @@ def optimise(
             points = _search(problem, task, points, keep, until, batch, seed, executor, known, step)
             if until < evaluations and check:
                 keep = _learned(problem, task, points, allowed, executor, known, step)
+                notes += _learned_note(keep, allowed)
         candidates, more = _check(problem, task, points, allowed, keep, check, solved, executor, known, step)
     if more:
         notes.append(more)
@@ -717,6 +721,20 @@ def _learned(
         return dict(allowed)
     limited = allowed_of(problem, start)
     return {name: value / (1.0 + _understated(name, best, exact, allowed, limited)) for name, value in allowed.items()}
+
+
+def _learned_note(learned: Mapping[str, float], allowed: Mapping[str, float]) -> list[str]:
+    """What the search told too low, in words; none where it was nothing."""
+    told = [
+        f"{quantities()[name].label} {100.0 * (value / learned[name] - 1.0):.1f} %"
+        for name, value in allowed.items()
+        if learned[name] < value * (1.0 - _WORTH_TELLING)
+    ]
+    if not told:
+        return []
+    return [
+        f"told too low by the mesh of the search, its limits are tightened by as much on the way: {', '.join(told)}"
+    ]
 
 
 def _understated(

@@ -372,10 +372,10 @@ def _solve(
         for parameter in parameters:
             value = getattr(item.nominal.machine, parameter.name)
             moved = with_setting(item.nominal, parameter, value + 1j * _IMAGINARY)
-            way = dot(np.real(normal), np.asarray(moved.sweep(item.parameters)[0].imag) / _IMAGINARY)
+            way = dot(np.real(normal), np.asarray(moved.position(item.parameters).imag) / _IMAGINARY)
             columns.append(way * parameter.scale / sigma)
             if state is not None:
-                roots.append(state.derivative(moved, _IMAGINARY) * parameter.scale / _ROOT)
+                roots.append(state.derivative(moved.position(state.tips), _IMAGINARY) * parameter.scale / _ROOT)
         block = np.zeros((item.u.size, count + len(group)))
         block[:, :count] = np.stack(columns, axis=1)
         block[:, count + k] = dot(np.real(normal), spin(np.real(point))) / sigma

@@ -32,12 +32,6 @@ FloatArray = NDArray[np.float64]
 _DELTA = 1e-5
 
 
-def _coordinates(flank: CutFlank, y: Array) -> Array:
-    """Blank coordinates (u, h) of tip points at (th, phi)."""
-    point = flank.sweep(np.stack([0.0 * y[0], y[0], y[1]]))[0]
-    return np.stack(flank.blank.coordinates(np.sqrt(point[0] ** 2 + point[1] ** 2), point[2]))
-
-
 def _linearised(flank: CutFlank, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Blank coordinates (2, k) of tip points and their derivatives by (th, phi), (2, 2, k)."""
     state, slope = flank.linearise(np.stack([np.zeros_like(y[0]), y[0], y[1]]))
@@ -70,9 +64,15 @@ class RootState:
     slope: FloatArray
     blank: Blank
 
-    def derivative(self, moved: CutFlank, step: float) -> FloatArray:
-        """Change of `error` with a setting, from the flank with that setting moved by an imaginary step."""
-        u, h = _coordinates(moved, self.parameters.astype(np.complex128)).imag / step
+    @property
+    def tips(self) -> FloatArray:
+        """Cutting parameters (3, k) of the tip points."""
+        return np.stack([np.zeros(self.parameters.shape[1]), *self.parameters])
+
+    def derivative(self, moved: Array, step: float) -> FloatArray:
+        """Change of `error` with a setting, from the tip points (3, k) with that setting moved by an imaginary step."""
+        radius = np.sqrt(moved[0] ** 2 + moved[1] ** 2)
+        u, h = (value.imag / step for value in self.blank.coordinates(radius, moved[2]))
         return np.asarray(h - self.slope * u)
 
 
@@ -105,16 +105,18 @@ class RootLine:
         def lagrange(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
             value, slopes = _linearised(flank, y)
             (u_th, u_phi), (h_th, h_phi) = slopes
-            return value, slopes, np.stack([value[0] - self.u, (h_th * u_phi - h_phi * u_th) / size])
+            return (
+                value,
+                slopes,
+                np.stack([value[0] - np.resize(self.u, y.shape[1]), (h_th * u_phi - h_phi * u_th) / size]),
+            )
 
+        shifts = _DELTA * np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
         value, slopes, residual = lagrange(x)
         for _ in range(12):
-            columns = []
-            for k in range(2):
-                shift = np.zeros((2, 1))
-                shift[k] = _DELTA
-                columns.append((lagrange(x + shift)[2] - lagrange(x - shift)[2]) / (2.0 * _DELTA))
-            matrix = np.moveaxis(np.stack(columns, axis=-1), 0, 1)
+            # shifted points side by side: a call costs far more than its few points
+            moved = lagrange((x[:, None] + shifts[:, :, None]).reshape(2, -1))[2].reshape(2, 4, -1)
+            matrix = np.moveaxis((moved[:, ::2] - moved[:, 1::2]) / (2.0 * _DELTA), 2, 0)
             if not np.isfinite(matrix).all() or np.abs(np.linalg.det(matrix)).min() < 1e-30:
                 return RootState(x, np.full(x.shape[1], np.nan), np.zeros(x.shape[1]), flank.blank)
             step = np.linalg.solve(matrix, residual.T[..., None])[..., 0].T
@@ -304,16 +306,19 @@ def _derivatives(target: TargetFlank, now: FittedFlank, parameters: Sequence[Par
     point, facing, _ = now.flank.sweep(now.parameters)
     share = 1.0 / dot(facing, turn(target.normal, -now.phase))
     root_state = now.root if weighed else None
+    count = now.parameters.shape[1]
+    every = now.parameters if root_state is None else np.concatenate([now.parameters, root_state.tips], axis=1)
     columns = []
     for parameter in parameters:
+        root = np.zeros(0 if root_state is None else every.shape[1] - count)
         if parameter.part == "phase":
             change = dot(facing, spin(point)) * share
-            root = np.zeros(0 if root_state is None else root_state.error.size)
         else:
             value = getattr(getattr(now.flank, parameter.part), parameter.name)
-            moved = with_setting(now.flank, parameter, value + 1j * _STEP)
-            change = dot(facing, np.asarray(moved.sweep(now.parameters)[0].imag) / _STEP) * share
-            root = np.zeros(0) if root_state is None else root_state.derivative(moved, _STEP)
+            moved = with_setting(now.flank, parameter, value + 1j * _STEP).position(every)
+            change = dot(facing, np.asarray(moved[:, :count].imag) / _STEP) * share
+            if root_state is not None:
+                root = root_state.derivative(moved[:, count:], _STEP)
         columns.append(np.concatenate([np.real(change), root]) * parameter.scale)
     return np.stack(columns, axis=1)
 

@@ -250,9 +250,8 @@ def test_index_start_is_where_a_blade_faces_the_mean_point() -> None:
     flank = CutFlank(blade, MACHINE, BLANK, start)
     # the reference circle at that angle lies on the ray from the cutter axis through the mean point
     point = flank.sweep(np.array([[0.0], [start], [0.0]]))[0][:, 0]
-    centre = flank.machine.at(np.zeros(1)).to_work(
-        flank.machine.cutter_centre[:, None], np.zeros((3, 1)), flank._indexed(np.array([start]))
-    )[0][:, 0]
+    pose = flank.machine.at(np.zeros(1))
+    centre = pose.to_work(flank.machine.cutter_centre[:, None], flank._indexed(np.array([start])))[:, 0]
     axis = flank.machine.work_axes @ flank.machine.cutter_axes[:, 2]
     radius, z = BLANK.axial(np.zeros(1), np.zeros(1))
     mean = np.array([radius[0], 0.0, z[0]])

@@ -154,8 +154,9 @@ def test_the_rest_of_a_search_knows_the_checked_point(
 
     monkeypatch.setattr(search, "_search", seen)
     monkeypatch.setattr(search, "_understated", lambda *_: 0.1)
-    optimise(PAIR, BOUNDS, store=shutil.copy(folder / "points.jsonl", tmp_path), **RUN)
+    again = optimise(PAIR, BOUNDS, store=shutil.copy(folder / "points.jsonl", tmp_path), **RUN)
     assert limits[0] == found.allowed
+    assert any("maximum pressure 10.0 %" in note for note in again.notes)
     assert limits[1] == {name: pytest.approx(value / 1.1) for name, value in found.allowed.items()}
 
 
