@@ -191,9 +191,8 @@ def check_result(loaded: LoadedMesh, result: Any) -> dict[str, Any]:
     """Status, numbers and energy of an answer; refusals that hold are raised as such."""
     limit = hardness(loaded.grids.mesh.teeth)
     if result.status != "converged":
-        # above the hardness the elastic numbers stay, beside a status that says what they are worth
         above = result.reason == "pressure_above_hardness"
-        require(above or math.isnan(result.efficiency), "failed with an efficiency")
+        require(math.isnan(result.efficiency), "failed with an efficiency")
         require(not above or result.pressure_max > limit, "refused below the hardness")
         raise ConvergenceError(result.reason, "result")
     require(result.pressure_max <= limit, "answered above the hardness")

@@ -1,10 +1,12 @@
 """Transmission error from noisy flank grids: error, stated interval and its coverage.
 
-    python -m benchmarks measured_flanks [DESIGN ...] [--draws 100] [--noise 1] [--alone] [--seed 1] [--csv FILE]
+    python -m benchmarks measured_flanks [DESIGN ...] [--draws 100] [--noise 1] [--deviation 1] [--flanks both]
+        [--alone] [--seed 1] [--csv FILE]
 
-Each draw gives both drive flanks a true deviation (angles, crowning, twist and a wave over the face), reads 9 x 15
-points of them with noise [um, 1 sigma] and compares the transmission error of the smoothed flanks with that of the
-true ones. ``--alone``: without the nominal settings.
+Each draw gives the drive flanks a true deviation (angles, crowning, twist and a wave over the face, ``--deviation``
+times the sizes below; 0: none), reads 9 x 15 points of them with noise [um, 1 sigma] and compares the transmission
+error of the smoothed flanks with that of the true ones. ``--flanks gear``: that of the pinion is known.
+``--alone``: without the nominal settings.
 """
 
 from __future__ import annotations
@@ -53,7 +55,9 @@ def points(flank: Flank, shape: tuple[int, int], sizes: FloatArray, noise: Float
     return PointGrid("points", row.ravel(), column.ravel(), moved.reshape(3, -1), None, "", "")
 
 
-def measure(name: str, draws: int, noise: float, alone: bool, rng: np.random.Generator) -> list[Row]:
+def measure(
+    name: str, draws: int, noise: float, deviation: float, members: str, alone: bool, rng: np.random.Generator
+) -> list[Row]:
     """Draws of one design."""
     design = load_design(name)
     flanks = design.flanks()
@@ -62,21 +66,24 @@ def measure(name: str, draws: int, noise: float, alone: bool, rng: np.random.Gen
     for draw in range(draws):
         seen, true = {}, {}
         for member, flank in (("pinion", pinion), ("gear", gear)):
+            if members not in ("both", member):
+                continue
             hand = (design.pinion if member == "pinion" else design.gear).blank.hand
-            sizes = SIZES * rng.standard_normal(SIZES.size)
+            sizes = deviation * SIZES * rng.standard_normal(SIZES.size)
 
             def smooth(grid: PointGrid, error: float, nominal: Flank | None, flank: Flank = flank) -> MeasuredFlank:
                 return measured_flank(grid, flank.side, flank.blank, hand, error, nominal)  # noqa: B023
 
             scatter = noise * rng.standard_normal((9, 15))
             seen[member] = smooth(points(flank, (9, 15), sizes, scatter), noise * 1e-6, None if alone else flank)
-            true[member] = smooth(points(flank, (15, 25), sizes, np.zeros((15, 25))), 1e-8, flank)
+            if deviation > 0.0:
+                true[member] = smooth(points(flank, (15, 25), sizes, np.zeros((15, 25))), 1e-8, flank)
         results = []
         for both in (true, seen):
             pair = replace(
                 flanks,
-                pinion={**flanks.pinion, pinion.side: both["pinion"]},
-                gear={**flanks.gear, gear.side: both["gear"]},
+                pinion={**flanks.pinion, pinion.side: both.get("pinion", pinion)},
+                gear={**flanks.gear, gear.side: both.get("gear", gear)},
             )
             results.append(flank_pair(pair, "drive").transmission)
         truth, found = results
@@ -92,13 +99,17 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("designs", nargs="*", default=DESIGNS)
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--noise", type=float, default=1.0)
+    parser.add_argument("--deviation", type=float, default=1.0)
+    parser.add_argument("--flanks", choices=("both", "gear", "pinion"), default="both")
     parser.add_argument("--alone", action="store_true")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--csv", type=Path)
     arguments = parser.parse_args(argv)
     rng, rows = np.random.default_rng(arguments.seed), []
     for name in arguments.designs:
-        own = measure(name, arguments.draws, arguments.noise, arguments.alone, rng)
+        own = measure(
+            name, arguments.draws, arguments.noise, arguments.deviation, arguments.flanks, arguments.alone, rng
+        )
         error = np.array([row.found - row.truth for row in own])
         inside = sum(row.low <= row.truth <= row.high for row in own)
         width = np.mean([row.high - row.low for row in own])

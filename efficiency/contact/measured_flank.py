@@ -1,21 +1,16 @@
 """Measured flank: what the machine was set to cut, plus a smooth deviation with a known uncertainty.
 
-An inspection machine gives points with noise. Their deviation from the nominal flank, along its normal, is taken as a
-polynomial of second order of face and depth (size and place, pressure and spiral angle, crowning, twist: free) plus a
-smooth field of unknown size and wavelength, a Gaussian process; what scatters about both is the measurement, at least
-the stated uncertainty. Sizes and wavelengths about the likeliest ones count by their likelihood. The mean of the
-process is the flank, its covariance the uncertainty of the flank, and of the transmission error that follows from it.
-Without a nominal flank the deviation is that from a polynomial through the points, and the uncertainty larger.
-
-Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), ch. 2 and 5; the kernel is ours.
+An inspection machine gives points with noise. Their deviation from the nominal flank, along its normal, is a smooth
+field over face and depth (`smooth_field`): thickness, pressure and spiral angle are free, crownings and twist have a
+common size, what is beyond changes over some length; the points decide. What scatters about that is the measurement,
+at least the stated uncertainty. The mean of the field is the flank, its covariance the uncertainty of the flank, and
+of the transmission error that follows from it. Without a nominal flank the deviation is that from a polynomial
+through the points, free to fourth order, and the uncertainty larger.
 """
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
-from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +19,7 @@ from efficiency.blanks.cones import Blank
 from efficiency.contact.conjugate import regular_points
 from efficiency.contact.grid_flank import Hand, PointGrid, SmoothFlank, normal_sense, placed_points
 from efficiency.contact.patch import Patch
+from efficiency.contact.smooth_field import SmoothField, smooth_field
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from ehl.io.errors import ConvergenceError, InputError
@@ -33,47 +29,12 @@ FloatArray = NDArray[np.float64]
 # coefficients of the azimuth over face and depth, and how far beyond the blank it is laid
 _SHAPE = (20, 14)
 _BEYOND = 0.06
-# order of the free part with and without a nominal flank, prior size of its terms and bounds of the field's [um]
-_ORDER, _ORDER_ALONE, _FREE, _FIELD = 2, 4, 1e3, (0.02, 300.0)
-# the field changes over these lengths, in half faces and half depths
-_WAVELENGTH = (0.4, 10.0)
-# sizes and wavelengths about the likeliest ones that count, as factors, and the least likelihood of one that does
-_SIZES, _LENGTHS, _UNLIKELY = (0.25, 0.5, 1.0, 2.0, 4.0), (0.5, 1.0, 2.0), 1e-3
+# order of the free part of the deviation with and without a nominal flank
+_ORDER, _ORDER_ALONE = 1, 4
 # no cut and ground flank lies farther from its nominal one [m]
 _FARTHEST = 0.5e-3
 # points that scatter more than this times the stated uncertainty are worth a word
 _SCATTER = 1.3
-
-
-@dataclass(frozen=True)
-class SmoothField:
-    """Gaussian processes of a deviation [um] over places (2, n), each with its weight.
-
-    Attributes
-    ----------
-    processes : tuple
-        Of scikit-learn.
-    weights : (k,) array
-        Sum to one.
-    noise : float
-        Scatter of the points, 1 sigma [um].
-    """
-
-    processes: tuple[Any, ...]
-    weights: FloatArray
-    noise: float
-
-    def mean(self, place: FloatArray) -> FloatArray:
-        """Of all processes [um], (n,)."""
-        return np.asarray(self.weights @ np.array([process.predict(place.T) for process in self.processes]))
-
-    def covariance(self, place: FloatArray) -> FloatArray:
-        """Without noise, and that of the means about theirs [um^2], (n, n)."""
-        found = [process.predict(place.T, return_cov=True) for process in self.processes]
-        means = np.array([mean for mean, _ in found])
-        apart = means - self.weights @ means
-        within = sum(weight * own for weight, (_, own) in zip(self.weights, found, strict=True))
-        return np.asarray(within + (self.weights * apart.T) @ apart - self.noise**2 * np.eye(place.shape[1]))
 
 
 @dataclass(frozen=True)
@@ -182,7 +143,7 @@ def measured_flank(
             "Check that the points are those of this member and flank, and their units.",
         )
     place = _place(blank, u, h)
-    field = _field(place.T, deviation * 1e6, uncertainty * 1e6, _ORDER if nominal is not None else _ORDER_ALONE)
+    field = smooth_field(place, deviation * 1e6, uncertainty * 1e6, _ORDER if nominal is not None else _ORDER_ALONE)
 
     node_height = blank.height(*nodes)
     smooth = field.mean(_place(blank, nodes[0], node_height)) * 1e-6
@@ -222,41 +183,3 @@ def _lever(points: FlankPoints) -> FloatArray:
     """Way along the outward normal for a turn about the axis [m/rad], (n,)."""
     (x, y, _), (nx, ny, _) = points.position, points.normal
     return np.asarray(x * ny - y * nx)
-
-
-def _field(place: FloatArray, deviation: FloatArray, noise: float, order: int) -> SmoothField:
-    """The deviation [um] at (n, 2) places, free up to an order; noise at least as stated."""
-    from sklearn.exceptions import ConvergenceWarning
-    from sklearn.gaussian_process import GaussianProcessRegressor
-    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
-
-    x, y = place.T
-    terms = np.stack([x**i * y**j for i in range(order + 1) for j in range(order + 1 - i)], axis=1)
-    rest = deviation - terms @ np.linalg.lstsq(terms, deviation, rcond=None)[0]
-    size = float(np.clip(np.std(rest), *_FIELD))
-    free = ConstantKernel(_FREE**2, "fixed") * DotProduct(1.0, "fixed") ** order
-    field = ConstantKernel(size**2, tuple(x**2 for x in _FIELD)) * RBF((1.0, 1.0), _WAVELENGTH)
-    kernel = free + field + WhiteKernel(noise**2, (noise**2, 1e6 * noise**2))
-    with warnings.catch_warnings():
-        # a bound that is reached is an answer: no field beyond second order, or noise as stated
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        best = GaussianProcessRegressor(kernel, alpha=1e-10).fit(place, deviation)
-    theta, bounds = best.kernel_.theta, best.kernel_.bounds
-    tried: dict[tuple[float, ...], float] = {}
-    for factors in product(_SIZES, _LENGTHS, _LENGTHS):
-        # the kernel holds the square of the size, logarithms, the noise last
-        near = theta + np.log([factors[0] ** 2, *factors[1:], 1.0])
-        near = tuple(np.clip(near, *bounds.T))
-        if near not in tried:
-            tried[near] = float(best.log_marginal_likelihood(np.array(near)))
-    weights = np.exp(np.array(list(tried.values())) - max(tried.values()))
-    counted = weights > _UNLIKELY
-    processes = tuple(
-        GaussianProcessRegressor(best.kernel_.clone_with_theta(np.array(near)), alpha=1e-10, optimizer=None).fit(
-            place, deviation
-        )
-        for near, counts in zip(tried, counted, strict=True)
-        if counts
-    )
-    share = weights[counted] / weights[counted].sum()
-    return SmoothField(processes, share, float(np.sqrt(best.kernel_.k2.noise_level)))

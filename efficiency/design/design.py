@@ -436,6 +436,11 @@ class Design(InputModel):
             if isinstance(getattr(self.gear, side), ConjugateFlankInput):
                 allowed = "cutter and machine, or a grid: ease-offs belong to the pinion"
                 raise InputError(f"gear.{side}.ease_off", "given for the gear", allowed)
+        for member in MEMBERS:
+            for side in FLANK_SIDES:
+                given = getattr(getattr(self, member), side)
+                if isinstance(given, GridFlankInput):
+                    given.require(member, side)
         return self
 
     def with_misalignment(self, *, E: float = 0.0, P: float = 0.0, G: float = 0.0, alpha: float = 0.0) -> Design:

@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.conjugate import EaseOff, EaseOffTarget, conjugate_flank, read_ease_off_map
+from efficiency.contact.gear_flanks import Member
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.measured_flank import measured_flank
 from efficiency.cutting.cutter import Blade, FlankSide
@@ -364,6 +365,17 @@ class GridFlankInput(InputModel):
                 "measurement_uncertainty", None, "a length such as '1 um' where a nominal flank is given with the grid"
             )
         return self
+
+    def require(self, member: Member, side: FlankSide) -> None:
+        """Refuse a file that says it holds another flank."""
+        read = read_point_grid(Path(self.grid))
+        if read.member not in ("", member) or read.flank not in ("", side):
+            raise InputError(
+                f"{member}.{side}.grid",
+                f"{self.grid} of the {read.flank} {read.member} flank",
+                f"points of the {side} {member} flank",
+                "Name the file of this flank, or correct member and flank in its first line.",
+            )
 
     @property
     def nominal(self) -> CutFlankInput | None:

@@ -45,11 +45,11 @@ FRICTIONLESS = "friction in the torque balance"
 AS_WARM_AS_THE_OIL = "heat balance of the teeth: they are as warm as the oil (state [cooling], or --bulk-temperature)"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded part move past points
 SAFETY = 2.0
-# what a pair that locks has not
+# what a failed result has not
 _UNKNOWN = (
-    *("efficiency", "efficiency_with_rolling", "efficiency_error"),
-    *("efficiency_error_positions", "efficiency_error_points", "power_loss", "power_loss_rolling"),
-    *("power_input", "power_output", "friction_coefficient_mean"),
+    *("efficiency", "efficiency_with_rolling", "efficiency_error", "efficiency_error_positions"),
+    *("efficiency_error_points", "efficiency_error_contacts", "efficiency_error_balance"),
+    *("power_loss", "power_loss_rolling", "power_input", "power_output", "friction_coefficient_mean"),
 )
 RANGES = (
     "pressure_hertz",
@@ -82,7 +82,8 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     -------
     EfficiencyResult
         Status ``failed`` where the load did not converge, where the pressure exceeds the hardness of the softer member,
-        and where the friction model has no value at a loaded point; in that case the efficiency is nan.
+        and where the friction model has no value at a loaded point: efficiency and loss are nan then, load and pressure
+        those of elastic teeth.
     """
     clock = time.perf_counter()
     mesh, count = loaded.mesh, len(loaded.mesh.fine)
@@ -121,7 +122,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
     edges = loaded.edges
-    return EfficiencyResult(
+    found = EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
         friction_model=friction.name,
@@ -187,6 +188,11 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         operation=operation,
         card=oil,
     )
+    return replace(found, **_unknown()) if reason else found
+
+
+def _unknown() -> dict[str, Any]:
+    return dict.fromkeys(_UNKNOWN, math.nan)
 
 
 def solve_balanced(
@@ -223,7 +229,6 @@ def solve_balanced(
     except ConvergenceError as error:
         reason = cast("Reason", error.reason)
         without = mesh_efficiency(loaded, ConstantFriction(0.0), oil, operation)
-        unknown: dict[str, Any] = dict.fromkeys(_UNKNOWN, math.nan)
         note = f"{error.detail}: there is no state of uniform motion in which this torque is carried"
         return replace(
             without,
@@ -233,7 +238,7 @@ def solve_balanced(
             reason=reason,
             notes=(*without.notes, note),
             model=friction,
-            **unknown,
+            **_unknown(),
         )
     return mesh_efficiency(balanced, friction, oil, operation)
 

@@ -132,6 +132,9 @@ def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> No
     above = np.count_nonzero(pressure > 1.2e9)
     assert 0 < above < pressure.size
     assert (result.status, result.reason) == ("failed", "pressure_above_hardness")
+    assert math.isnan(result.efficiency)
+    assert math.isnan(result.power_loss)
+    assert result.pressure_max == pressure.max()
     assert f"above the 1.2 GPa hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
     assert f"up to {pressure.max() / 1e9:.4g} GPa" in result.notes[0]
     assert "mm from the toe" in result.notes[0]
@@ -181,6 +184,7 @@ def test_failed_load_is_a_failure(mesh: MeshGrids, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("efficiency.ltca.equilibrium.NEWTON_LIMIT", 1)
     result = mesh_efficiency(load_grids(mesh, 200.0), ConstantFriction(0.05), OIL, OPERATION)
     assert (result.status, result.reason) == ("failed", "load_newton_limit")
+    assert math.isnan(result.efficiency)
 
 
 def test_result_is_json(loaded: LoadedGrids) -> None:

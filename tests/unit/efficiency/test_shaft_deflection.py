@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,6 +20,7 @@ from efficiency.ltca import shaft_deflection
 from efficiency.ltca.mesh_grids import MeshGrids
 from efficiency.ltca.shaft import shaft_compliance
 from efficiency.pair import GearPair, LoadedMesh
+from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.validation import validate
 
@@ -228,6 +230,18 @@ def changed(i: int, j: int, value: float) -> list[list[float]]:
 def test_bad_input(given: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         validate(MemberStiffnessInput, {"reference_point": 0.1} | given)
+
+
+def test_a_stiffness_that_is_none_ends_the_command(mixed_ehl: Any, tmp_path: Path) -> None:
+    soft = "[assembly.stiffness.pinion]\nreference_point = '0.1 m'\nmatrix = " + str(changed(5, 5, -1.0))
+    path = tmp_path / "soft.toml"
+    path.write_text(data_path("designs", f"{PAIR}.toml").read_text(encoding="utf-8") + soft, encoding="utf-8")
+    outcome = mixed_ehl("gear", path)
+    assert outcome.code == 2
+    told = " ".join(outcome.err.split())
+    assert "assembly.stiffness.pinion.matrix" in told
+    assert "symmetric positive definite" in told
+    assert "Give the stiffness of the member as it is held" in told
 
 
 def test_shafts_of_rubber_are_refused() -> None:

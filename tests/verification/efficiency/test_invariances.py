@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import BaseModel
+from rebuilt_designs import mirror, rebuilt
 
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.design.design import Design, load_design
 from efficiency.pair import Mesh
-from ehl.io.units import ValueRange
 
 NAMES = ("fh_hypoid_9x34", "fm_spiral_bevel_14x39")
 TORQUE = 300.0
@@ -22,37 +21,11 @@ def mesh_of(design: Design) -> Mesh:
     return Mesh.of(design, "drive", 6, 15)
 
 
-def rebuilt(design: Design, change: Any) -> Design:
-    """The design with every number passed through ``change(unit, name, value)``."""
-
-    def walk(model: BaseModel, name: str) -> dict[str, Any]:
-        data: dict[str, Any] = {}
-        for key, info in type(model).model_fields.items():
-            value = getattr(model, key)
-            optional = [part for kind in get_args(info.annotation) for part in getattr(kind, "__metadata__", ())]
-            unit = next((part.unit for part in (*info.metadata, *optional) if isinstance(part, ValueRange)), None)
-            if isinstance(value, BaseModel):
-                value = walk(value, f"{name}.{key}")
-            elif isinstance(value, float | str) and not isinstance(value, bool):
-                value = change(unit, key, value)
-            data[key] = value
-        return data
-
-    return Design.model_validate(walk(design, "design"))
-
-
 def scaled(factor: float) -> Any:
     def change(unit: str | None, name: str, value: Any) -> Any:
         return value * factor ** POWERS.get(unit or "", 0) if isinstance(value, float) else value
 
     return change
-
-
-def mirror(unit: str | None, name: str, value: Any) -> Any:
-    if name == "hand":
-        return {"left": "right", "right": "left"}[value]
-    # of the modified roll the odd terms keep, the even ones change their sign: the cradle turns the other way
-    return -value if name in ("cradle_angle", "swivel", "blank_offset", "modified_roll_2c") else value
 
 
 @pytest.mark.parametrize("name", NAMES[:1])
