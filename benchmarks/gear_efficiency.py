@@ -8,8 +8,8 @@ speed, 20 x 20 map. ``times``: CPU seconds of each stage from the design file on
 positions and over map points. ``map``: 20 x 20 torques and speeds, with the memory it takes. ``models``: efficiency
 with the shipped formulas of the oil (or those given with ``--formula``), with smooth and load-sharing contacts,
 against the deterministic rough solver, at the operating point of each design and at a third of its speed and 110
-degC. ``contacts``: wall time of ``ehl`` and ``ehl:smooth`` with `--contacts` contacts on `--jobs` cores; run it on an
-idle machine. CSV files and figures go to FOLDER.
+degC. ``contacts``: wall time of ``ehl`` and ``ehl:smooth`` on `--jobs` cores, with `--contacts` contacts or as many as
+the program takes; run it on an idle machine. CSV files and figures go to FOLDER.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ def models(
         for name in (*solved, *formulas):
             model = resolve_friction(name, design)
             if isinstance(model, EhlFriction):
-                model = replace(model, jobs=1, points=contacts or model.points)
+                model = replace(_solving(model, contacts), jobs=1)
             found.append(cpu(partial(mesh_efficiency, loaded, model, oil, operation)))
         reference = next((r for r, _ in found if r.friction_model == REFERENCE), found[0][0])
         results.append([result for result, _ in found])
@@ -230,7 +230,12 @@ def models(
     return rows, results
 
 
-def contacts_of(design: Design, names: Sequence[str], contacts: int, jobs: int) -> list[Contacts]:
+def _solving(model: EhlFriction, contacts: int | None) -> EhlFriction:
+    """The model with so many contacts, or as the program has it."""
+    return model if contacts is None else replace(model, points=contacts, tolerance=0.0)
+
+
+def contacts_of(design: Design, names: Sequence[str], contacts: int | None, jobs: int) -> list[Contacts]:
     """Wall time of solved contacts, worker processes and their start included."""
     oil = Oil.load(design.operation.oil)
     loaded = load_grids(Mesh.of(design).grids, design.operation.torque)
@@ -240,7 +245,7 @@ def contacts_of(design: Design, names: Sequence[str], contacts: int, jobs: int) 
         if not isinstance(model, EhlFriction):
             continue
         clock = time.perf_counter()
-        result = mesh_efficiency(loaded, replace(model, jobs=jobs, points=contacts), oil, at(design))
+        result = mesh_efficiency(loaded, replace(_solving(model, contacts), jobs=jobs), oil, at(design))
         seconds = time.perf_counter() - clock
         failed = sum(result.contacts_failed.values())
         interval = result.efficiency, result.efficiency_lower, result.efficiency_upper
@@ -304,9 +309,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--design", nargs="+", default=list(DESIGNS))
     parser.add_argument("--formula", nargs="+", help="formula files or names; default: those shipped for the oil")
     parser.add_argument("--solved", nargs="*", default=list(SOLVED), help="solved contacts to compare with")
-    parser.add_argument(
-        "--contacts", type=int, help="contacts solved of a mesh; default: as the program, 320 for times"
-    )
+    parser.add_argument("--contacts", type=int, help="contacts solved of a mesh; default: as the program")
     parser.add_argument("--jobs", type=int, default=2, help="worker processes of the part contacts")
     given = parser.parse_args(argv)
     given.folder.mkdir(parents=True, exist_ok=True)
@@ -340,7 +343,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         write(
             given.folder,
             "contacts",
-            [row for d in designs for row in contacts_of(d, names, given.contacts or 320, given.jobs)],
+            [row for d in designs for row in contacts_of(d, names, given.contacts, given.jobs)],
         )
 
 

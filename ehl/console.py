@@ -332,13 +332,14 @@ class Pulse:
         self.begin = self.step_begin = clock()
         self.next = self.begin + FIRST_WORD
         self.step, self.done, self.total = "", 0, 0
+        self.seconds: float | None = None
         self.terminal, self.shown = stream.isatty(), False
 
-    def move(self, step: str, done: int, total: int) -> None:
-        """Take note of how far a step is."""
+    def move(self, step: str, done: int, total: int, seconds: float | None = None) -> None:
+        """Take note of how far a step is, and of how long the rest was estimated to take before it began [s]."""
         if step != self.step:
             self.step, self.step_begin = step, self.clock()
-        self.done, self.total = done, total
+        self.done, self.total, self.seconds = done, total, seconds
 
     def words(self) -> str:
         """The state of the work in words."""
@@ -350,6 +351,8 @@ class Pulse:
         if 0 < self.done < self.total:
             left = (now - self.step_begin) * (self.total - self.done) / self.done
             parts.append(f"about {duration(left)} left")
+        elif self.seconds is not None and self.done < self.total:
+            parts.append(f"about {duration(self.seconds)} as estimated")
         return ", ".join(parts)
 
     def tick(self) -> None:

@@ -62,8 +62,7 @@ def worth_solving(state: ContactState, power: FloatArray) -> IntArray:
 
 def spread(place: FloatArray, power: FloatArray, count: int) -> IntArray:
     """Points one by one as far from all earlier ones as possible, sooner where there is more sliding power."""
-    # the fourth root keeps points without power, which matter only to plots, at a few of the lot
-    favour = np.maximum(power / max(float(power.max()), 1e-300), 1e-6) ** 0.25
+    favour = _favour(power)
     chosen = [int(np.argmin(np.sum((place - place.mean(axis=0)) ** 2, axis=1)))]
     distance = np.sum((place - place[chosen[0]]) ** 2, axis=1)
     while len(chosen) < count and distance.max() > 0.0:
@@ -72,16 +71,40 @@ def spread(place: FloatArray, power: FloatArray, count: int) -> IntArray:
     return np.array(chosen)
 
 
-def chain(place: FloatArray) -> IntArray:
-    """An order in which each point is the nearest of those left to the one before."""
-    left = np.ones(len(place), bool)
-    order = [0]
-    left[0] = False
-    while left.any():
-        distance = np.sum((place - place[order[-1]]) ** 2, axis=1)
-        order.append(int(np.argmin(np.where(left, distance, np.inf))))
-        left[order[-1]] = False
-    return np.array(order)
+def divide(
+    place: FloatArray, power: FloatArray, able: IntArray, contacts: IntArray, parts: FloatArray, count: int
+) -> IntArray:
+    """Further points, one by one where the loss is least certain: far from all contacts, next to one of large part.
+
+    Parameters
+    ----------
+    place, power : array
+        Of all points.
+    able, contacts : array of int
+        Points that may be solved, and those that were.
+    parts : array
+        What each contact adds to the uncertainty of the loss.
+    count : int
+        Most points.
+    """
+    left = np.setdiff1d(able, contacts)
+    square = _square_distance(place[left], place[contacts])
+    distance = square.min(axis=1)
+    # a point that was added answers for its neighbourhood: nothing is known of it yet
+    worth = parts[square.argmin(axis=1)] * _favour(power)[left]
+    chosen: list[int] = []
+    while len(chosen) < count and (distance * worth).max(initial=0.0) > 0.0:
+        best = int(np.argmax(distance * worth))
+        chosen.append(int(left[best]))
+        square = np.sum((place[left] - place[left[best]]) ** 2, axis=1)
+        worth[square < distance] = 0.0
+        distance = np.minimum(distance, square)
+    return np.array(chosen, dtype=int)
+
+
+def _favour(power: FloatArray) -> FloatArray:
+    """Points without power, which matter only to plots, are kept at a few of the lot by the fourth root."""
+    return np.asarray(np.maximum(power / max(float(power.max()), 1e-300), 1e-6) ** 0.25)
 
 
 def nearest(place: FloatArray, contacts: FloatArray) -> IntArray:

@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-Listener = Callable[[str, int, int], None]
+Listener = Callable[..., None]
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 
-def tell(step: str, done: int, total: int) -> None:
-    """Say that so many parts of a step are done; nobody may listen."""
+def tell(step: str, done: int, total: int, seconds: float | None = None) -> None:
+    """Say that so many parts of a step are done, and how long the others will take as estimated; nobody may listen."""
     listener = _listener.get()
     if listener is not None:
-        listener(step, done, total)
+        listener(step, done, total, *(() if seconds is None else (seconds,)))
 
 
 @contextmanager

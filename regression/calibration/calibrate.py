@@ -49,11 +49,18 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PROFILE_CALLS = 6000  # profiles are made where they ask for at most so many solutions, and those are smooth ones
+MAX_MISFIT = 0.1  # RMS over the mean friction, where no noise is stated: beyond it the model does not describe the rows
 EXCLUDED_GAIN = 3.84  # loss of fit beyond which a held value is excluded by the data, chi-square of one degree, 95 %
 
 
 class NotIdentifiable(MixedEhlError):
     """None of the parameters can be identified from the data."""
+
+    exit_code = 1
+
+
+class MisfitTooLarge(MixedEhlError):
+    """The model does not describe the rows to within their noise: no card without being forced."""
 
     exit_code = 1
 
@@ -66,7 +73,8 @@ class ParameterEstimate:
     ----------
     name, unit : str
     status : str
-        "determined" (95 % interval within a factor of 1.5), "weak" (within 3), "undetermined" (held).
+        "determined" (95 % interval within a factor of 1.5, at a misfit that is credible), "weak" (within 3, or the
+        misfit is not credible), "undetermined" (held).
     value : float
         Fitted value; nan where undetermined.
     standard_error : float
@@ -109,6 +117,9 @@ class Calibration:
         Over its expectation with the stated noise; nan where it was estimated.
     misfit : float
         RMS of computed over measured mu [-].
+    misfit_credible : bool
+        The residuals do not contradict the stated noise (p >= 0.01); where none is stated, the misfit is at most
+        `MAX_MISFIT` of the mean mu.
     outliers, excluded : tuple of int
         Numbers of rows in the file, counted from 1.
     friction_computed : tuple of float
@@ -135,6 +146,7 @@ class Calibration:
     noise_stated: float
     chi_square: float
     misfit: float
+    misfit_credible: bool
     outliers: tuple[int, ...]
     excluded: tuple[int, ...]
     friction_computed: tuple[float, ...]
@@ -148,31 +160,55 @@ class Calibration:
     measurement: Measurement | None = None
     setup: CalibrationSetup | None = None
 
-    def card(self, name: str) -> Oil:
+    def card(self, name: str, *, force: bool = False) -> Oil:
         """The oil card with the calibrated figures and the record of what they come from.
 
         Parameters
         ----------
         name : str
             Name of the new card.
+        force : bool
+            Make a card although the misfit is not credible; its description says so.
 
         Returns
         -------
         Oil
             Figures that are not identifiable stay those of the card the calibration began with, unless the data
             exclude them.
+
+        Raises
+        ------
+        MisfitTooLarge
+            The misfit is not credible, so the figures are not those of the oil.
         """
         from regression.calibration.card import calibrated_card
 
+        if not (self.misfit_credible or force):
+            raise MisfitTooLarge(f"no card: {self.misfit_words()}. Force it to have one all the same")
         return calibrated_card(name, *self._inputs(), self, datetime.date.today())
 
-    def save_card(self, path: str | PathLike[str]) -> Oil:
+    def misfit_words(self) -> str:
+        """The misfit beside the noise it is judged by."""
+        if math.isnan(self.noise_stated):
+            share = f"{100.0 * self._misfit_share():.2g} % of the mean friction, at most {100.0 * MAX_MISFIT:g} %"
+            return f"the misfit (RMS) is {share} is credible where no noise is stated"
+        ratio = math.sqrt(self.chi_square)
+        return f"the residuals are {ratio:.2g} times the stated noise, more than chance gives (p < 0.01)"
+
+    def _misfit_share(self) -> float:
+        measurement = self._inputs()[0]
+        used = [number not in self.excluded for number in measurement.row_numbers]
+        return self.misfit / float(np.mean(np.abs(measurement.friction[used])))
+
+    def save_card(self, path: str | PathLike[str], *, force: bool = False) -> Oil:
         """Write the calibrated oil card.
 
         Parameters
         ----------
         path : str or path
             A file ending in .toml; its stem is the name of the card.
+        force : bool
+            As of `card`.
 
         Returns
         -------
@@ -183,10 +219,12 @@ class Calibration:
         ------
         InputError
             The file cannot be written.
+        MisfitTooLarge
+            As of `card`.
         """
         from ehl.fluid.oil_file import write_card
 
-        card = self.card(Path(path).stem)
+        card = self.card(Path(path).stem, force=force)
         write_card(card, Path(path), "Written by mixed-ehl calibrate")
         return card
 
@@ -439,6 +477,9 @@ def calibrate(
             reasons = "; ".join(f"{name}: {words}" for name, (words, _) in not_identifiable.items())
             raise NotIdentifiable(f"none of the parameters can be identified from these rows. {reasons}")
 
+    misfit = float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2)))
+    mean = float(np.mean(np.abs(target.friction[target.rows])))
+    credible = misfit <= MAX_MISFIT * mean if math.isnan(stated.chi_square) else not stated.larger_than_stated
     estimates = []
     for name in setup.parameters:
         if name in not_identifiable:
@@ -446,7 +487,7 @@ def calibrate(
             estimates.append(_not_identifiable(name, why, held, start[name]))
         else:
             j = names.index(name)
-            estimates.append(_estimate(name, fit, float(found.errors[j]), intervals[j], start[name]))
+            estimates.append(_estimate(name, fit, float(found.errors[j]), intervals[j], start[name], credible=credible))
     scale = noise.scale * target.sigma
     far = target.rows & (np.abs(fit.friction - target.friction) > robust.FAR * scale)
     errors = solver.parts([fit.values], target.rows)[0, target.rows, 2]
@@ -457,7 +498,8 @@ def calibrate(
         noise=float(np.median(scale[target.rows])),
         noise_stated=math.nan if math.isnan(stated.chi_square) else float(np.median(target.sigma[target.rows])),
         chi_square=stated.chi_square,
-        misfit=float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2))),
+        misfit=misfit,
+        misfit_credible=credible,
         outliers=tuple(measurement.row_numbers[i] for i in np.flatnonzero(far)),
         excluded=tuple(measurement.row_numbers[i] for i in np.flatnonzero(~target.rows)),
         friction_computed=tuple(float(mu) for mu in fit.friction),
@@ -534,13 +576,18 @@ def _refit_without(
     return again, held, rounds
 
 
-def _estimate(name: str, fit: Fit, error: float, interval: Interval, start: float) -> ParameterEstimate:
+def _estimate(
+    name: str, fit: Fit, error: float, interval: Interval, start: float, *, credible: bool
+) -> ParameterEstimate:
     low, high = math.exp(interval.low), math.exp(interval.high)
-    status = "determined" if interval.half_width <= DETERMINED else "weak"
+    narrow = interval.half_width <= DETERMINED
+    status = "determined" if narrow and credible else "weak"
     below, above = (100.0 * (end / fit.values[name] - 1.0) for end in (low, high))
     words = f"95 % interval {below:+.2g} % to {above:+.2g} %"
-    if status == "weak":
+    if not narrow:
         words += "; weakly identified: use the interval, not the number"
+    if not credible:
+        words += "; the misfit is not credible: a figure of this fit, not of the oil"
     return ParameterEstimate(name, si_unit(name), status, fit.values[name], error, low, high, math.nan, start, words)
 
 

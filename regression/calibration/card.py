@@ -62,6 +62,8 @@ def calibrated_card(
         surface={key: result.values[key] for key in SURFACE if key in result.values},
     )
     words = f"calibrated from {measurement.name} ({len(used)} rows) on {date.isoformat()}, beginning with {setup.oil}"
+    if not result.misfit_credible:
+        words += f"; forced: {result.misfit_words()}"
     changes = {
         "name": name,
         "description": f"{base.description}; {words}".removeprefix("; "),

@@ -183,7 +183,8 @@ def _share(value: float) -> str:
 
 def _notes(result: Calibration) -> list[Note]:
     """What has to be known of a calibration, the gravest first."""
-    found = [
+    found = [] if result.misfit_credible else [Note("warning", f"no parameter is determined: {result.misfit_words()}")]
+    found += [
         Note("warning", f"{label_of(e.name)} is not determined: {e.note}")
         for e in result.parameters
         if e.status != "determined"

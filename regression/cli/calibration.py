@@ -29,6 +29,9 @@ def calibrate(
     profile: Annotated[
         bool | None, typer.Option("--profile/--no-profile", help="Intervals by profiles; by default if cheap.")
     ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write the card although the misfit exceeds the stated noise.")
+    ] = False,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
     synthetic: Annotated[
         Path | None,
@@ -58,13 +61,13 @@ def calibrate(
         write_figure(result.plot(), plot)
     if report is not None:
         result.report(report)
-    if output is not None:
-        result.save_card(output)
     if json_output:
         print_json(result.to_dict())
-        return
-    result.print()
+    else:
+        result.print()
     if output is not None:
+        result.save_card(output, force=force)
+    if output is not None and not json_output:
         typer.echo(f"written: {output}. To use it:")
         for line in result.use_lines(output):
             typer.echo(f"  {line}")

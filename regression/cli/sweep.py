@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.console import STOPPED, App, names_of, print_json
+from ehl.console import STOPPED, App, names_of, pairs, print_json
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -57,7 +57,22 @@ def sweep_run(
     ] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Compute failed cases on disk again.")] = False,
     estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
-    slurm: Annotated[int | None, typer.Option(metavar="N", help="Print a Slurm job array of N tasks.")] = None,
+    slurm: Annotated[
+        int | None, typer.Option(metavar="N", help="Print the script of a Slurm job array of N tasks.")
+    ] = None,
+    sbatch: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="With --slurm: partition=short, account=..., mem=8G, time=08:00:00..."),
+    ] = None,
+    container: Annotated[
+        str | None, typer.Option(metavar="IMAGE", help="With --slurm: run in this image, by apptainer.")
+    ] = None,
+    merge: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="With --slurm: a job behind the array merges into this file.")
+    ] = None,
+    fit: Annotated[
+        Path | None, typer.Option(metavar="FORMULA.json", help="With --slurm: that job fits this formula.")
+    ] = None,
 ) -> None:
     """Compute the cases of a plan that are not on disk yet (the default command).
 
@@ -75,8 +90,12 @@ def sweep_run(
     if slurm is not None:
         if dask is not None or shard != "1/1":
             raise InputError("slurm", slurm, "neither --dask nor --shard with it")
+        options |= {"sbatch": pairs("sbatch", sbatch), "container": container, "merge": merge, "fit": fit}
         typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
         return
+    for name, value in (("sbatch", sbatch), ("container", container), ("merge", merge), ("fit", fit)):
+        if value is not None:
+            raise InputError(name, str(value), "nothing without --slurm")
     options |= {"shard": shard, "dask": dask, "progress": True}
     try:
         result = regression.sweep(content, run, **options)
@@ -111,7 +130,8 @@ def sweep_merge(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
     target: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="One file: .h5, or .csv as a table.")],
     compress: Annotated[bool, typer.Option("--compress", help="Compressed .h5, to keep and to pass on.")] = False,
+    complete: Annotated[bool, typer.Option("--complete", help="Refuse a run of which cases are missing.")] = False,
 ) -> None:
     """Put all shards of a run into one file, sorted by case key."""
-    count = regression.Run(run).merge(target, compress=compress)
+    count = regression.Run(run).merge(target, compress=compress, complete=complete)
     typer.echo(f"{target}: {count} cases")

@@ -32,6 +32,7 @@ from regression.plan.plan import Plan
 
 FOLDER = "datasets"
 SUFFIX = ".h5"
+_ROWS = 16_384
 Source = str | os.PathLike[str]
 
 
@@ -268,7 +269,9 @@ def _read(run: Path) -> Dataset:
     meta, frame = read_run(run)
     if frame.empty:
         raise InputError("run", str(run), "a run with at least one finished case", "Sweep first.")
-    frame = frame.assign(pressure_viscosity_film=_film_coefficient(frame))
+    # the law of an oil takes hundreds of numbers a row: of many rows, some at a time
+    film = [_film_coefficient(frame[start : start + _ROWS]) for start in range(0, len(frame), _ROWS)]
+    frame = frame.assign(pressure_viscosity_film=np.concatenate(film))
     derived = derive({name: frame[name].to_numpy() for name in frame if name in UNITS})
     frame = frame.assign(**{name: derived[name] for name in DERIVED_UNITS})
     oils = tuple(name for name in str(meta["oil"]).split(", ") if name)
@@ -444,6 +447,13 @@ class RunStatus:
         return self.table().html()
 
 
+_WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
+_OF_STATUS = (
+    *("key", "status", "reason", "attempts", "seconds", "seconds_cpu", *_WHERE),
+    *("roughness_rms_1", "roughness_rms_2"),
+)
+
+
 def run_status(run: Path) -> RunStatus:
     """Progress of a run; also while it is being computed.
 
@@ -456,7 +466,7 @@ def run_status(run: Path) -> RunStatus:
     plan_name, planned = "", 0
     for path in run_files(run):
         # without lock, so that a running sweep is neither disturbed nor in the way
-        meta, frame = read_file(path, locking=False)
+        meta, frame = read_file(path, locking=False, names=_OF_STATUS)
         failed = frame[frame["status"] == "failed"]
         unsettled = int((frame["status"] == "unsettled").sum())
         converged = len(frame) - len(failed) - unsettled
@@ -469,9 +479,6 @@ def run_status(run: Path) -> RunStatus:
     failures = tuple(_failed_cases(every[every["status"] == "failed"]))
     longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
     return RunStatus(plan_name, planned, len(every), failures, tuple(shards), longest)
-
-
-_WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 
 
 def _failed_cases(frame: pd.DataFrame) -> Iterator[FailedCase]:

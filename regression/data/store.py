@@ -11,8 +11,11 @@ import math
 import os
 import re
 import shutil
+import tempfile
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -20,6 +23,7 @@ from typing import Any, Self
 import h5py
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ehl.io.errors import InputError
 from ehl.io.kinds import told_kind
@@ -28,12 +32,21 @@ from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS
 
 STORE_SCHEMA = 2
 CaseStatus = tuple[str, str, int]  # status, reason, settings tried
+_STATUS = ("key", "status", "reason", "attempts")
 # the oldest format of the superblock has no "opened for writing" mark, which a killed writer would leave behind
 LIBVER = ("earliest", "v110")
 # rows of a block: what one corrupt block of the disk can cost
 _CHUNK = 64
+# rows whose checksums are taken together, so that a million of them pass through little memory
+_BLOCK = 16_384
+# bytes of columns in memory at once
+_MEMORY = 128e6
+# how often a file that another process writes is copied anew where the copy cannot be read, and the pause between [s]
+_COPIES, _PAUSE = 8, 0.25
 MAX_ROWS = 2_000_000  # of one file; a plan has half as many cases at most, each with one retry
 _COLUMNS = (*NUMBER_UNITS, *TEXT_WIDTHS, "check")
+_TABLE = ("key", *TEXT_WIDTHS, *NUMBER_UNITS)
+ROW_CHECKED = {**{name: ROW[name] for name in ROW.names or ()}, "check": np.dtype("<u4")}
 # largest growth of the file by a block of rows: its content, and a node of the index of every column
 _BLOCK_BYTES = 2 * _CHUNK * ROW.itemsize + 4096 * (len(_COLUMNS) + 1)
 
@@ -92,7 +105,8 @@ class ResultStore:
                 _check_schema(self._file, self.path)
                 _check_same(self._file, self.path, meta)
                 self.truncated = self._cut_incomplete_rows()
-                self._rows, self.corrupt = _valid_rows(self._file)
+                valid, self.corrupt = _valid_rows(self._file)
+                self._rows = {name: self._file[name][: valid.size][valid] for name in _STATUS}
                 self._columns = {name: self._file[name].id for name in ("key", *_COLUMNS)}
         except BaseException:
             self._file.close()
@@ -128,9 +142,10 @@ class ResultStore:
         """
         if not rows:
             return
-        self._append(pack(rows))
+        self.append_packed(pack(rows))
 
-    def _append(self, packed: Rows) -> None:
+    def append_packed(self, packed: Rows) -> None:
+        """As `append`, of rows as `regression.data.row_format.pack` makes them."""
         try:
             self._write(packed)
         except (OSError, RuntimeError) as error:
@@ -224,6 +239,10 @@ def _create(path: Path, meta: Mapping[str, str | int]) -> None:
         raise InputError("run", str(path), "a folder that can be written", f"{error}.") from None
 
 
+class _BeingWritten(InputError):
+    """Another process has the file open for writing."""
+
+
 class _CorruptFile(InputError):
     """A file that is truncated or corrupt: part of its rows may be recovered."""
 
@@ -236,7 +255,7 @@ def _open(path: Path, mode: str, locking: bool = True) -> h5py.File:
         # HDF5 mentions blocks too: only these words mean a lock
         if isinstance(error, BlockingIOError) or "unable to lock file" in str(error):
             hint = "Is the same shard running?"
-            raise InputError("run", str(path), "a file no other process writes to", hint) from None
+            raise _BeingWritten("run", str(path), "a file no other process writes to", hint) from None
         raise _corrupt_file(path, error) from None
 
 
@@ -258,16 +277,19 @@ def _corruption_reported(path: Path) -> Iterator[None]:
         raise _corrupt_file(path, error) from None
 
 
-def _valid_rows(file: h5py.File) -> tuple[Rows, int]:
-    """The rows whose content matches their checksum, and how many others there are."""
+def _valid_rows(file: h5py.File) -> tuple[NDArray[np.bool_], int]:
+    """Which rows match their checksum, and how many others there are."""
     size = _declared_rows(file, Path(file.filename))
-    packed = np.zeros(size, ROW)
-    for name in ROW.names or ():
-        packed[name] = file[name][:size]
-    stated = file["check"][:size]
-    keyed = packed["key"] != b""
-    valid = keyed & (checksums(packed) == stated)
-    return packed[valid], int(np.count_nonzero(keyed & ~valid))
+    valid, corrupt = np.zeros(size, dtype=bool), 0
+    for start in range(0, size, _BLOCK):
+        block = slice(start, min(start + _BLOCK, size))
+        packed = np.zeros(block.stop - start, ROW)
+        for name in ROW.names or ():
+            packed[name] = file[name][block]
+        keyed = packed["key"] != b""
+        valid[block] = keyed & (checksums(packed) == file["check"][block])
+        corrupt += int(np.count_nonzero(keyed & ~valid[block]))
+    return valid, corrupt
 
 
 def _recover_rows(path: Path, meta: Mapping[str, str | int]) -> int:
@@ -295,7 +317,7 @@ def _recover_rows(path: Path, meta: Mapping[str, str | int]) -> int:
     path.replace(path.with_name(path.name + ".corrupt"))
     _create(path, meta)
     with ResultStore(path, meta) as store:
-        store._append(packed)
+        store.append_packed(packed)
     return len(packed)
 
 
@@ -386,29 +408,154 @@ def _check_schema(file: h5py.File, path: Path) -> None:
         raise InputError("run", str(path), f"a result file of schema {STORE_SCHEMA} with all columns", hint)
 
 
-def read_file(path: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Attributes and valid rows of one result file; rows that do not match their checksum are omitted.
+@dataclass
+class _Part:
+    """A result file and which of its rows count: those that match their checksum, the last one of each case.
+
+    Attributes
+    ----------
+    path, source : Path
+        The file, and what is read: a copy of it where another process writes it.
+    meta : dict
+        Attributes, and the plan.
+    rows, keys, failed : array
+        Numbers of the rows, their keys, and whether they are without an answer.
+    """
+
+    path: Path
+    source: Path
+    meta: dict[str, Any]
+    rows: NDArray[np.int64]
+    keys: NDArray[np.bytes_]
+    failed: NDArray[np.bool_]
+
+
+def _part(path: Path, copies: Path, *, locking: bool) -> _Part:
+    """The rows of a file, also of one that is being written.
 
     Raises
     ------
     InputError
-        The file is being written, is corrupt or no result file, or has a newer schema.
+        The file is corrupt or no result file, or has a newer schema.
     """
-    with _open(path, "r", locking) as file, _corruption_reported(path):
-        _check_schema(file, path)
+    source, file = _opened(path, copies, locking=locking)
+    with file, _corruption_reported(path):
         meta = _attributes(file, path)
-        rows, _ = _valid_rows(file)
         plan = file["plan"].asstr()[()]
         if not isinstance(plan, str):
             raise TypeError("its plan is no text")
         meta["plan"] = plan
-    table: dict[str, Any] = {
-        name: [text.decode("ascii", "replace") for text in rows[name]] for name in ("key", *TEXT_WIDTHS)
-    }
-    table |= {name: rows[name] for name in NUMBER_UNITS}
-    # a failed case that was computed again has two rows; the last counts
-    frame = pd.DataFrame(table).drop_duplicates("key", keep="last")
-    return meta, frame.reset_index(drop=True)
+        valid, _ = _valid_rows(file)
+        rows = np.flatnonzero(valid)
+        keys = file["key"][: valid.size][rows]
+        # a failed case that was computed again has two rows; the last counts
+        _, last = np.unique(keys[::-1], return_index=True)
+        kept = np.sort(rows.size - 1 - last)
+        failed = file["status"][: valid.size][rows[kept]] == b"failed"
+        return _Part(path, source, meta, rows[kept], keys[kept], failed)
+
+
+def _opened(path: Path, copies: Path, *, locking: bool) -> tuple[Path, h5py.File]:
+    """A file of the right schema, open for reading, and where it lies: in the folder of copies if it is being written.
+
+    A copy does not change between two readings, and its rows have checksums; where a block was on its way to the disk
+    it is made anew.
+    """
+    try:
+        # without lock it is not in the way of a sweep that starts
+        file = _open(path, "r")
+        if not locking:
+            file.close()
+            file = _open(path, "r", locking=False)
+        return path, _of_schema(file, path)
+    except _BeingWritten:
+        pass
+    copy = copies / f"{len(list(copies.iterdir()))}-{path.name}"
+    for left in reversed(range(_COPIES)):
+        shutil.copyfile(path, copy)
+        try:
+            file = _of_schema(_open(copy, "r", locking=False), path)
+            with _corruption_reported(path):
+                _valid_rows(file)
+            return copy, file
+        except InputError:
+            if not left:
+                raise
+            time.sleep(_PAUSE)
+    raise AssertionError
+
+
+def _of_schema(file: h5py.File, path: Path) -> h5py.File:
+    try:
+        with _corruption_reported(path):
+            _check_schema(file, path)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _columns(
+    parts: Sequence[_Part], order: NDArray[np.int64], names: Sequence[str], copies: Path
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Columns of the rows of several files in some order; not many are in memory at once, nor files open."""
+    total = sum(part.rows.size for part in parts)
+    left = list(names)
+    while left:
+        group, size = [left.pop(0)], 0
+        while left and (size := size + total * ROW_CHECKED[left[0]].itemsize) < _MEMORY:
+            group.append(left.pop(0))
+        found = {name: np.empty(total, ROW_CHECKED[name]) for name in group}
+        start = 0
+        for part in parts:
+            end, last = start + part.rows.size, part.rows[-1] + 1 if part.rows.size else 0
+            # a sweep may have begun to write it since
+            part.source, file = _opened(part.source, copies, locking=True)
+            with file, _corruption_reported(part.path):
+                for name in group:
+                    found[name][start:end] = file[name][:last][part.rows]
+            start = end
+        for name in group:
+            yield name, found.pop(name)[order]
+
+
+def _table(
+    parts: Sequence[_Part], order: NDArray[np.int64], copies: Path, names: Sequence[str] = _TABLE
+) -> pd.DataFrame:
+    columns = _columns(parts, order, names, copies)
+    table: dict[str, Any] = {name: values if name in NUMBER_UNITS else _texts(values) for name, values in columns}
+    # not gathered into one block: that would take the memory of all numbers once more
+    return pd.DataFrame(table, copy=False)
+
+
+def _texts(column: NDArray[np.bytes_]) -> list[str]:
+    """Texts, each different one decoded once."""
+    known: dict[bytes, str] = {}
+    return [known.get(text) or known.setdefault(text, text.decode("ascii", "replace")) for text in column]
+
+
+def read_file(
+    path: Path, *, locking: bool = True, names: Sequence[str] = _TABLE
+) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Attributes and valid rows of one result file; rows that do not match their checksum are omitted.
+
+    Of a file that another process writes these are the rows that are whole. `names` are the columns read.
+
+    Raises
+    ------
+    InputError
+        The file is corrupt or no result file, or has a newer schema.
+    """
+    with _copies() as copies:
+        part = _part(path, copies, locking=locking)
+        return part.meta, _table([part], np.arange(part.rows.size), copies, names)
+
+
+@contextmanager
+def _copies() -> Iterator[Path]:
+    """A folder for copies of files that are being written."""
+    with tempfile.TemporaryDirectory(prefix="mixed-ehl-") as folder:
+        yield Path(folder)
 
 
 def run_files(run: Path) -> list[Path]:
@@ -431,23 +578,41 @@ def run_files(run: Path) -> list[Path]:
     return files
 
 
+def _parts_of(
+    run: Path, copies: Path, *, locking: bool = True
+) -> tuple[dict[str, Any], list[_Part], NDArray[np.int64]]:
+    """What all files of a run share, the files, and the order of their rows: one per case, sorted by key.
+
+    Where several have a case one with a result counts, of these the first.
+    """
+    parts = [_part(path, copies, locking=locking) for path in run_files(run)]
+    first = parts[0]
+    for part in parts[1:]:
+        for name, what in _SAME.items():
+            if part.meta.get(name) != first.meta.get(name):
+                hint = f"One of them holds results of {what}; keep one run per folder."
+                raise InputError("run", str(run), f"files of one run ({first.path.name}, {part.path.name})", hint)
+    keys = np.concatenate([part.keys for part in parts])
+    order = np.lexsort((np.concatenate([part.failed for part in parts]), keys))
+    fresh = np.ones(order.size, dtype=bool)
+    fresh[1:] = keys[order[1:]] != keys[order[:-1]]
+    meta = {name: first.meta.get(name) for name in ("schema", "writer", "plan", *_SHARED)}
+    return meta, parts, order[fresh]
+
+
 def read_run(run: Path, *, locking: bool = True) -> tuple[dict[str, Any], pd.DataFrame]:
     """What all files of a run share, and all their rows, one per key, sorted by key.
+
+    A run that is being computed gives the rows that are whole.
 
     Raises
     ------
     InputError
         There are no results, or the files belong to different runs.
     """
-    parts = [(path, *read_file(path, locking=locking)) for path in run_files(run)]
-    first_path, first, _ = parts[0]
-    for path, meta, _ in parts[1:]:
-        for name, what in _SAME.items():
-            if meta.get(name) != first.get(name):
-                hint = f"One of them holds results of {what}; keep one run per folder."
-                raise InputError("run", str(run), f"files of one run ({first_path.name}, {path.name})", hint)
-    frame = one_row_per_case([part[2] for part in parts])
-    return {name: first.get(name) for name in ("schema", "writer", "plan", *_SHARED)}, frame
+    with _copies() as copies:
+        meta, parts, order = _parts_of(run, copies, locking=locking)
+        return meta, _table(parts, order, copies)
 
 
 def one_row_per_case(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
@@ -460,7 +625,7 @@ def one_row_per_case(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
 
 
 def merge(run: Path, target: Path) -> int:
-    """Write all rows of a run into one file, sorted by key; returns how many.
+    """Write all rows of a run into one file, sorted by key, some columns at a time; returns how many.
 
     Raises
     ------
@@ -471,14 +636,24 @@ def merge(run: Path, target: Path) -> int:
         raise InputError("target", str(target), "a file that does not exist yet")
     if not os.path.isdir(target.parent):
         raise InputError("target", str(target), "a file in a folder that exists")
-    meta, frame = read_run(run)
-    shared = {name: meta[name] for name in ("plan", *_SHARED)}
     draft = target.with_name(target.name + ".merging")
     draft.unlink(missing_ok=True)
-    with ResultStore(draft, shared) as store:
-        store.append([{str(name): value for name, value in row.items()} for row in frame.to_dict("records")])
+    with _copies() as copies:
+        meta, parts, order = _parts_of(run, copies)
+        _create(draft, {name: meta[name] for name in ("plan", *_SHARED)})
+        try:
+            with draft.open("rb+") as file:
+                _reserve(file.fileno(), 0, (order.size // _CHUNK + 2) * _BLOCK_BYTES)
+            with _open(draft, "r+") as whole:
+                for name, column in _columns(parts, order, (*_COLUMNS, "key"), copies):
+                    whole[name].resize((order.size,))
+                    whole[name][...] = column
+        except (OSError, RuntimeError) as error:
+            draft.unlink(missing_ok=True)
+            hint = f"{error}. Free some space and repeat the command."
+            raise InputError("target", str(target), "a disk that can be written", hint) from None
     draft.replace(target)
-    return len(frame)
+    return int(order.size)
 
 
 def rows_of_other_files(path: Path) -> dict[str, CaseStatus]:
@@ -490,7 +665,7 @@ def rows_of_other_files(path: Path) -> dict[str, CaseStatus]:
     for other in sorted(path.parent.glob("*.h5")):
         if other != path:
             with suppress(InputError):
-                frames.append(read_file(other, locking=False)[1])
+                frames.append(read_file(other, locking=False, names=_STATUS)[1])
     if not frames:
         return {}
     rows = one_row_per_case(frames)

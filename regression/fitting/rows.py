@@ -14,12 +14,17 @@ from regression.friction.formula import FittedFormula
 # a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
 # profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
 MAX_ERROR = 1.0
+# points a formula is fitted to at most: a form of some coefficients learns nothing from more, and memory is for them
+MAX_POINTS = 100_000
 # origins that are kept for checking, and why a row of them is not fitted
 _KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
 
 
 def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
-    """Points ln mu can be fitted to (`expected_rows`), and how many cases were left out for which reason."""
+    """Points ln mu can be fitted to (`expected_rows`), and how many cases were left out for which reason.
+
+    At most `MAX_POINTS`, the first by their key, which is a hash of the conditions: as good as drawn.
+    """
     frame = dataset.frame
     mu = frame["friction_coefficient"]
     reasons = pd.Series("", index=frame.index, dtype=object)
@@ -33,7 +38,11 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
     reasons[failed] = "failed: " + frame.loc[failed, "reason"].astype(object)
     left_out = reasons[reasons != ""].value_counts().sort_index()
     excluded = {str(reason): int(count) for reason, count in left_out.items()}
-    return expected_rows(frame[reasons == ""].reset_index(drop=True)), excluded
+    points = expected_rows(frame[reasons == ""].reset_index(drop=True))
+    if len(points) > MAX_POINTS:
+        excluded[f"beyond {MAX_POINTS} points"] = len(points) - MAX_POINTS
+        points = points[:MAX_POINTS].copy()
+    return points, excluded
 
 
 def fitted_rows(dataset: Dataset, formula: FittedFormula | None = None) -> pd.DataFrame:

@@ -1,13 +1,15 @@
 """How long contacts will take to solve: for the estimate a user sees, and for the order of computation.
 
 A rough contact by the deterministic solver costs nodes times steps: both grow with the half-width over the correlation
-length, both change with the film ratio. The coefficients are least squares of ln(seconds) on contacts of the default
-plan's ranges on one core; `benchmarks/sweep_cost.py` fits them to a finished run and prints the error of the estimate.
+length, with thin films, and with the roughness over what the Hertz pressure flattens. The coefficients are least
+squares of ln(seconds) on the rough contacts of the shipped datasets, each on one core;
+`benchmarks/sweep_cost.py` fits them to finished runs and prints the error of the estimate, held out too.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,12 +25,13 @@ Array = NDArray[np.float64]
 MAX_JOBS = 1024  # processors of one machine
 MIN_MOST_JOBS = 32  # worker processes any machine may be asked for; a worker takes about 0.2 GB
 # seconds of the smooth solution with its heat, by accuracy
-SMOOTH: dict[str, float] = {"fast": 0.07, "standard": 0.3, "reference": 2.0}
-# shape of ln(seconds) of a rough run: q, l, q^2, l^2, q l with q = ln(b/lc), l = ln(film ratio); 1474 contacts, fast
-ROUGH = (-0.753, -0.265, 0.391, 0.200, -0.036)
-# by accuracy: the constant, and the factor that makes a sum over many cases right; standard rests on 24 contacts,
-# reference on a few: orders of magnitude only
-LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.535, 1.13), "standard": (0.6, 1.3), "reference": (3.4, 1.0)}
+SMOOTH: dict[str, float] = {"fast": 0.05, "standard": 0.15, "reference": 1.0}
+# shape of ln(seconds) of a rough run: q, l, d, q^2, q l, q d, l^2, l d, d^2 with q = ln(b/lc), l = ln(film ratio),
+# d = ln(Rq R/b^2)
+ROUGH = (-0.002, -0.172, 0.463, 0.147, 0.116, 0.046, 0.005, 0.170, 0.077)
+# by accuracy: the constant, and the factor that makes a sum over many cases right; standard rests on 8 contacts,
+# reference on a few of an earlier engine: orders of magnitude
+LEVEL: dict[str, tuple[float, float]] = {"fast": (-0.605, 1.09), "standard": (0.95, 1.09), "reference": (3.4, 1.09)}
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ class CostEstimate:
         longest = duration(self.longest) if self.longest >= 1.0 else "under 1 s"
         lines.append(
             f"about {duration(self.seconds)} of CPU time, {duration(self.wall(jobs))} with {workers}, longest "
-            f"case {longest}; single cases may take twice or half of it"
+            f"case {longest}; single cases may take twice or half of it, few of them five times as long"
         )
         return "\n".join(lines)
 
@@ -109,26 +112,33 @@ def checked_jobs(jobs: int | None) -> int:
     return available if jobs is None else min(jobs, available)
 
 
-def contact_seconds(model: ModelInput, width: Array, film_ratio: Array) -> tuple[Array, NDArray[np.bool_]]:
+def contact_seconds(model: ModelInput, table: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
     """Estimated seconds of contacts, and which of them are transient rough contacts.
 
     Parameters
     ----------
     model : ModelInput
         Model and accuracy of the contact solver.
-    width, film_ratio : (n,) array
-        Half-width over correlation length and film ratio [-].
+    table : mapping
+        `regression.friction.conditions.conditions_of` the contacts, and their correlation length; with load sharing
+        their pressure alone will do.
     """
-    seconds = np.full(film_ratio.shape, SMOOTH[model.accuracy])
+    seconds = np.full(table["pressure_hertz"].shape, SMOOTH[model.accuracy])
+    rough = np.zeros(seconds.shape, dtype=bool)
     if model.roughness == "load_sharing":
-        return seconds, np.zeros(film_ratio.shape, dtype=bool)
-    rough = np.array([np.isfinite(x) and roughness_matters(float(x), model) for x in film_ratio], dtype=bool)
+        return seconds, rough
+    rough |= [np.isfinite(x) and roughness_matters(float(x), model) for x in table["film_ratio_formula"]]
     constant, factor = LEVEL[model.accuracy]
-    seconds[rough] += factor * np.exp(constant + cost_terms(width[rough], film_ratio[rough]) @ np.array(ROUGH))
+    terms = cost_terms(table)[rough]
+    seconds[rough] += factor * np.exp(constant + terms @ np.array(ROUGH))
     return seconds, rough
 
 
-def cost_terms(width: Array, film_ratio: Array) -> Array:
-    """Terms of the model of ln(seconds) besides the constant, from b over the correlation length and film ratio."""
-    q, film = np.log(width), np.log(film_ratio)
-    return np.column_stack([q, film, q * q, film * film, q * film])
+def cost_terms(table: Mapping[str, Array]) -> Array:
+    """Terms of the model of ln(seconds) besides the constant; not finite where a contact is smooth."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q = np.log(table["half_width"] / table["correlation_length"])
+        film = np.log(table["film_ratio_formula"])
+        height = np.log(table["roughness_rms"] * table["radius_equivalent"] / table["half_width"] ** 2)
+        terms = (q, film, height, q * q, q * film, q * height, film * film, film * height, height * height)
+        return np.column_stack(terms)

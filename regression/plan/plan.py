@@ -607,13 +607,8 @@ class Plan(InputModel):
         rough : (n,) bool array
             Whether a contact is computed as a transient rough one.
         """
-        if self.model.roughness == "load_sharing":
-            unused = np.ones(len(oils))
-            return contact_seconds(self.model, unused, unused)
-        table = self.conditions(columns, oils)
-        return contact_seconds(
-            self.model, table["half_width"] / table["correlation_length"], table["film_ratio_formula"]
-        )
+        shared = self.model.roughness == "load_sharing"
+        return contact_seconds(self.model, columns if shared else self.conditions(columns, oils))
 
     def case_seconds(self) -> Array:
         """Estimated processor time of every case, in the order of `points`.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property, partial
 from os import PathLike
@@ -23,7 +23,7 @@ from regression.sweeping.executors import cluster
 from regression.sweeping.progress import show_progress
 from regression.sweeping.recorder import Progress
 from regression.sweeping.rerun import SHARE, Rerun, rerun
-from regression.sweeping.slurm import DEFAULT_JOBS, array_script
+from regression.sweeping.slurm import DEFAULT_JOBS, job_script
 from regression.sweeping.sweep import SweepReport, sweep_shard
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ class Run(PathLike[str]):
         """
         return rerun(self.dataset(), plan or self.plan, share=share, seed=seed)
 
-    def merge(self, target: str | Path, *, compress: bool = False) -> int:
+    def merge(self, target: str | Path, *, compress: bool = False, complete: bool = False) -> int:
         """Write all results into one file, sorted by case key.
 
         Parameters
@@ -155,6 +155,8 @@ class Run(PathLike[str]):
             A result file (``.h5``), or a table (``.csv``).
         compress : bool
             Compress the result file, as shipped datasets are.
+        complete : bool
+            Refuse a run of which cases are missing.
 
         Returns
         -------
@@ -167,6 +169,11 @@ class Run(PathLike[str]):
             The target exists or cannot be written, or the results belong to different runs.
         """
         target = Path(target)
+        if complete and not (status := self.status).complete:
+            missing = status.planned - status.finished
+            raise InputError(
+                "run", str(self.path), "a run with all its cases", f"{missing} of {status.planned} are missing."
+            )
         if target.suffix == ".csv":
             dataset = self.dataset()
             dataset.save(target)
@@ -287,8 +294,12 @@ def slurm_script(
     time_cap: float | str = 600.0,
     retries: int = 1,
     retry_failed: bool = False,
+    sbatch: Mapping[str, str] | None = None,
+    container: str | None = None,
+    merge: str | Path | None = None,
+    fit: str | Path | None = None,
 ) -> str:
-    """The script of a Slurm job array that computes a plan, for `sbatch`.
+    """The script that submits a sweep to Slurm: an array of shards, and a job behind it that merges and fits.
 
     Parameters
     ----------
@@ -310,11 +321,19 @@ def slurm_script(
         Fallback settings tried where the solver gives a case up.
     retry_failed : bool
         Compute the failed cases on disk again.
+    sbatch : mapping of str
+        Options of ``sbatch`` for all jobs by their long names, as ``{"partition": "short", "mem": "8G"}``.
+    container : str, optional
+        Image in which ``apptainer`` runs the program.
+    merge : str or Path, optional
+        Merge all shards into this file when the array has ended.
+    fit : str or Path, optional
+        And fit a formula to them.
 
     Returns
     -------
     str
-        The script.
+        The script, to be run by ``bash`` where ``sbatch`` is.
 
     Raises
     ------
@@ -324,8 +343,10 @@ def slurm_script(
     Examples
     --------
     >>> from regression import slurm_script
-    >>> print(slurm_script("demo", "run", tasks=8).splitlines()[-1])
+    >>> script = slurm_script("demo", "run", tasks=8, sbatch={"partition": "short"}, merge="all.h5")
+    >>> print("\\n".join(line for line in script.splitlines() if "mixed-ehl sweep" in line))
     exec mixed-ehl sweep demo --time-cap '600 s' --retries 1 -o run --shard "${SLURM_ARRAY_TASK_ID}/8"
+    mixed-ehl sweep merge run -o all.h5 --complete
     """
     Plan.from_file(plan, changes)
     _check_formula(formula)
@@ -334,7 +355,9 @@ def slurm_script(
     cap = time_cap if isinstance(time_cap, str) else f"{time_cap:g} s"
     _time_cap(cap)
     options += ["--time-cap", cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
-    return array_script(str(plan), str(folder), tasks, options, DEFAULT_JOBS if jobs is None else jobs)
+    targets = {name: None if path is None else str(path) for name, path in (("merge", merge), ("fit", fit))}
+    jobs = DEFAULT_JOBS if jobs is None else jobs
+    return job_script(str(plan), str(folder), tasks, options, jobs, sbatch=sbatch, container=container, **targets)
 
 
 def _check_formula(formula: str | None) -> None:

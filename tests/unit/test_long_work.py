@@ -51,6 +51,8 @@ def test_the_remaining_time_is_that_of_the_step_at_hand() -> None:
     clock.now += 40.0
     pulse.move("contacts", 0, 80)
     assert pulse.words() == "comparison, contacts 0 of 80, 40 s elapsed"
+    pulse.move("contacts", 0, 80, 44.0)
+    assert pulse.words() == "comparison, contacts 0 of 80, 40 s elapsed, about 44 s as estimated"
     clock.now += 10.0
     pulse.move("contacts", 20, 80)
     assert pulse.words() == "comparison, contacts 20 of 80, 50 s elapsed, about 30 s left"

@@ -213,6 +213,7 @@ def result_with(
         nan,
         nan,
         1e-3,
+        True,
         (2,),
         (),
         (0.05, 0.05),

@@ -13,6 +13,7 @@ from small_plans import gear_plan
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from regression.data.dataset import Dataset, load_dataset
+from regression.fitting import rows as rows_module
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.cross_validation import cell_groups, fold_numbers
 from regression.fitting.fit import fit_families, fit_formula
@@ -207,3 +208,16 @@ def test_bands_with_too_few_cases_have_no_interval_of_their_own(dataset: Dataset
     assert [band.count for band in result.bands] == [count for count in counts if count >= 20]
     assert min(counts) < 20 <= max(counts)
     assert result.bands[0].log_width == (0.01 if counts[0] >= 20 else 0.1)
+
+
+def test_more_points_than_a_form_needs_are_left_out_and_said(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    every = fit_formula(dataset, "power_law")
+    monkeypatch.setattr(rows_module, "MAX_POINTS", 48)
+    some = fit_formula(dataset, "power_law")
+    assert (some.data.count, some.data.used) == (every.data.count, 48)
+    assert some.data.excluded["beyond 48 points"] == every.data.used - 48
+    # those that are taken are spread over all of the conditions, and give the same form within its errors
+    taken = usable_rows(dataset, corners=False)[0]
+    assert np.ptp(np.log(taken["speed_entrainment"])) > 0.9 * np.ptp(np.log(dataset.frame["speed_entrainment"]))
+    for name, value in every.coefficients.items():
+        assert abs(some.coefficients[name] - value) < 5.0 * max(some.standard_errors.get(name, 0.0), 1e-12)

@@ -23,7 +23,7 @@ from regression.plan.cost import available_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import Outputs, case_key, published_outputs, solve_outputs
 from regression.sweeping.recorder import Progress
-from regression.sweeping.slurm import array_script
+from regression.sweeping.slurm import job_script
 from regression.sweeping.sweep import sweep_shard
 from regression.sweeping.workers import CaseRunner, Task
 
@@ -252,12 +252,12 @@ def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
     assert available_jobs() == 7
     monkeypatch.delenv("SLURM_CPUS_PER_TASK")
     assert 1 <= available_jobs() <= (os.cpu_count() or 1)
-    script = array_script("my plan.toml", "runs/a b", 12, jobs=3)
+    script = job_script("my plan.toml", "runs/a b", 12, jobs=3)
     assert "#SBATCH --array=1-12" in script
     assert "#SBATCH --cpus-per-task=3" in script
     assert "mixed-ehl sweep 'my plan.toml' -o 'runs/a b' --shard \"${SLURM_ARRAY_TASK_ID}/12\"" in script
     with pytest.raises(InputError, match="at least 1"):
-        array_script("plan.toml", "run", 0)
+        job_script("plan.toml", "run", 0)
 
 
 def test_unsettled_results_are_kept_and_counted_apart(plan: Plan, tmp_path: Path) -> None:

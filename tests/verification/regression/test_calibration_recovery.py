@@ -23,7 +23,9 @@ from ehl.fluid.oil import Oil
 from ehl.solve import solve_contact
 from regression.calibration import prediction
 from regression.calibration.calibrate import (
+    MAX_MISFIT,
     Calibration,
+    MisfitTooLarge,
     NotIdentifiable,
     ParameterEstimate,
     all_values,
@@ -163,6 +165,57 @@ def test_noise_too_small_to_be_true_is_told() -> None:
     assert result.noise == pytest.approx(4.0 * SIGMA, rel=0.5)
     assert result.noise_stated == pytest.approx(SIGMA)
     assert any("times the stated noise" in note for note in result.notes)
+
+
+@pytest.mark.usefixtures("one_line")
+def test_no_card_and_nothing_determined_beyond_a_credible_misfit(tmp_path: Path) -> None:
+    setup = setup_of(list(TRUTH))
+    noise = SIGMA * np.random.default_rng(8).standard_normal(ROWS.size)
+    sound = calibrate(made(ROWS, setup, TRUTH, noise), setup)
+    assert sound.misfit_credible
+    assert "forced" not in sound.card("sound").description
+    poor = calibrate(made(ROWS, setup, TRUTH, 4.0 * noise), setup)
+    assert not poor.misfit_credible
+    # the intervals are finite, and some narrow enough
+    fitted = [estimate for estimate in poor.parameters if estimate.name in poor.fitted]
+    assert any(math.log(e.interval_high / e.interval_low) < 2.0 * math.log(1.5) for e in fitted)
+    assert all(estimate.status != "determined" for estimate in poor.parameters)
+    with pytest.raises(MisfitTooLarge, match=r"no card: the residuals are .* times the stated noise") as caught:
+        poor.save_card(tmp_path / "poor.toml")
+    assert caught.value.exit_code == 1
+    assert not (tmp_path / "poor.toml").exists()
+    poor.save_card(tmp_path / "poor.toml", force=True)
+    assert "forced: the residuals are" in Oil.load(str(tmp_path / "poor.toml")).description
+
+
+@pytest.mark.usefixtures("one_line")
+def test_without_a_stated_noise_the_misfit_is_judged_by_the_friction() -> None:
+    setup = setup_of(list(TRUTH), noise={})
+    clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
+    draw = np.random.default_rng(8).standard_normal(ROWS.size)
+    for share, credible in ((0.3 * MAX_MISFIT, True), (3.0 * MAX_MISFIT, False)):
+        found = calibrate(replace(clean, friction=clean.friction * (1.0 + share * draw)), setup)
+        assert found.misfit_credible is credible
+    assert math.isnan(found.noise_stated)
+    with pytest.raises(MisfitTooLarge, match=r"of the mean friction, at most 10 % is credible"):
+        found.card("poor")
+
+
+def test_the_elastic_part_of_the_shear_is_in_what_is_fitted() -> None:
+    """Left out, mu of a small slip is too high, and no Eyring stress makes up for it."""
+    setup = setup_of(["eyring_stress"])
+    rows = planned([2e9], [0.0005, 0.1], [])
+    solver = solver_of(rows, setup, 1)
+    film_friction = solver.parts([all_values(rows, setup)])[0, :, 0]
+    bodies = (setup.solid_1.body(), setup.solid_2.body())
+    lubricant = replace(Oil.load("fva3").at(353.15), shear_modulus=math.inf)
+    (group,) = solver.groups
+    rigid = [
+        solve_contact(contact, lubricant, group.surface, setup.model, bodies, (353.15, 353.15)).friction_fluid
+        for contact in group.contacts
+    ]
+    assert film_friction[0] < 0.9 * rigid[0]
+    assert film_friction[1] == pytest.approx(rigid[1], rel=0.02)
 
 
 @pytest.mark.usefixtures("one_line")

@@ -15,27 +15,45 @@ from small_plans import GEAR_VARIABLES, sweep_plan
 
 from ehl.io.validation import validate
 from regression.data.dataset import load_dataset
+from regression.friction.formula import load_formula
 from regression.plan.plan import Plan
 from regression.sweeping.dask_workers import DaskCluster
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import sweep_shard
 
-# of the options of sbatch the array alone counts; each task sees what Slurm gives it
+# of the options of sbatch array and dependency alone count; each task sees what Slurm gives it
 SBATCH = """#!/bin/bash
 set -eu
-script=$1
-last=$(sed -n 's/^#SBATCH --array=1-//p' "$script")
-export SLURM_CPUS_PER_TASK=$(sed -n 's/^#SBATCH --cpus-per-task=//p' "$script")
-export SLURM_JOB_ID=4711
-if [ -z "$last" ]; then
-    # a job of dask: runs on after the command
-    nohup bash "$script" > "$script.log" 2>&1 &
-    echo "Submitted batch job $!"
+here=$(dirname "$0")
+echo "$@" >> "$here/calls"
+dependency="" script=""
+for option in "$@"; do
+    case $option in
+        --dependency=*) dependency=${option#--dependency=} ;;
+        --*) ;;
+        *) script=$option ;;
+    esac
+done
+if [ -z "$script" ]; then
+    script=$(mktemp "$here/job.XXXX")
+    cat > "$script"
+    # jobs run at once, so the one waited for has ended: it must have been submitted, and its tasks may have failed
+    [ -z "$dependency" ] || [ -e "$here/ended-${dependency#afterany:}" ]
+    last=$(sed -n 's/^#SBATCH --array=1-//p' "$script")
+    id=$((4711 + $(ls "$here" | grep -c ended || true)))
+    export SLURM_CPUS_PER_TASK=$(sed -n 's/^#SBATCH --cpus-per-task=//p' "$script")
+    export SLURM_JOB_ID=$id
+    for task in $(seq 1 "${last:-1}"); do
+        SLURM_ARRAY_TASK_ID=$task bash "$script" >> "$here/log" 2>&1 || echo "task $task: $?" >> "$here/ended-$id"
+    done
+    touch "$here/ended-$id"
+    echo "$id;cluster"
     exit 0
 fi
-for task in $(seq 1 "$last"); do
-    SLURM_ARRAY_TASK_ID=$task bash "$script"
-done
+# a job of dask: runs on after the command
+export SLURM_CPUS_PER_TASK=1 SLURM_JOB_ID=4711
+nohup bash "$script" > "$script.log" 2>&1 &
+echo "Submitted batch job $!"
 """
 SCANCEL = '#!/bin/bash\nkill "$@" 2> /dev/null\n'
 
@@ -55,26 +73,81 @@ def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return commands
 
 
-@pytest.mark.usefixtures("slurm")
-def test_a_job_array_gives_the_formula_of_a_local_run_bit_for_bit(
-    mixed_ehl: Callable[..., Any], tmp_path: Path
+def test_array_merge_and_fit_give_what_a_local_run_gives(
+    slurm: Path, mixed_ehl: Callable[..., Any], tmp_path: Path
 ) -> None:
     (tmp_path / "my plan.toml").write_text('name = "array"\n[sampling]\nsize = 32\n' + GEAR_VARIABLES)
     options = ("--with", "arana_2019", "--set", "sampling.seed=5")
-    printed = mixed_ehl("sweep", "my plan.toml", "-o", "runs/a b", "--slurm", "2", *options)
+    chain = ("--merge", "all.h5", "--fit", "array.json", "--sbatch", "partition=short", "--sbatch", "mem=8G")
+    printed = mixed_ehl("sweep", "my plan.toml", "-o", "runs/a b", "--slurm", "2", *options, *chain)
     assert printed.code == 0
-    (tmp_path / "job.sh").write_text(printed.out)
-    done = subprocess.run(["sbatch", "job.sh"], capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
+    (tmp_path / "submit.sh").write_text(printed.out)
+
+    def submit() -> subprocess.CompletedProcess[str]:
+        return subprocess.run(["bash", "submit.sh"], capture_output=True, text=True, timeout=300)
+
+    done = submit()
+    assert done.returncode == 0, done.stderr + (slurm / "log").read_text()
+    assert done.stdout.splitlines() == ["array 4711: 2 tasks", "then 4712: merge and fit"]
+    assert (slurm / "calls").read_text().splitlines() == ["--parsable", "--parsable --dependency=afterany:4711"]
+    for job in slurm.glob("job.*"):
+        assert {"#SBATCH --partition=short", "#SBATCH --mem=8G"} <= set(job.read_text().splitlines())
     assert {path.name for path in (tmp_path / "runs" / "a b").glob("*.h5")} == {
         "shard-0001-of-0002.h5",
         "shard-0002-of-0002.h5",
     }
-    assert mixed_ehl("sweep", "merge", "runs/a b", "-o", "all.h5").code == 0
     assert mixed_ehl("sweep", "my plan.toml", "-o", "local", "--jobs", "1", *options).code == 0
-    for run, formula in (("all.h5", "array.json"), ("local", "local.json")):
-        assert mixed_ehl("fit", run, "-o", formula, "--family", "power_law").code == 0
-    assert (tmp_path / "array.json").read_bytes() == (tmp_path / "local.json").read_bytes()
+    assert load_dataset(tmp_path / "all.h5").data_hash == load_dataset(tmp_path / "local").data_hash
+    assert load_formula(tmp_path / "array.json").data.hash == load_dataset(tmp_path / "local").data_hash
+
+
+def test_a_task_that_was_killed_leaves_nothing_merged(
+    slurm: Path, mixed_ehl: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "plan.toml").write_text('name = "array"\n[sampling]\nsize = 16\n' + GEAR_VARIABLES)
+    arguments = ("sweep", "plan.toml", "-o", "run", "--slurm", "2", "--with", "arana_2019", "--merge", "all.h5")
+    script = mixed_ehl(*arguments).out
+    killed = script.replace("exec mixed-ehl", "[ $SLURM_ARRAY_TASK_ID = 1 ] || kill -9 $$\nexec mixed-ehl")
+    assert killed != script
+    assert subprocess.run(["bash", "-c", killed], capture_output=True, timeout=300).returncode == 0
+    assert not (tmp_path / "all.h5").exists()
+    assert "8 of 16 are missing" in (slurm / "log").read_text()
+    # the same script again computes what is missing
+    assert subprocess.run(["bash", "-c", script], capture_output=True, timeout=300).returncode == 0
+    assert len(load_dataset(tmp_path / "all.h5")) == 16
+
+
+def test_program_in_a_container(slurm: Path, mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    (slurm / "apptainer").write_text('#!/bin/bash\n[ "$1 $2" = "exec my image.sif" ]\nshift 2\nexec "$@"\n')
+    (slurm / "apptainer").chmod(0o755)
+    arguments = ("sweep", "demo", "-o", "run", "--slurm", "1", "--with", "arana_2019", "--set", "sampling.size=8")
+    script = mixed_ehl(*arguments, "--container", "my image.sif", "--merge", "all.h5").out
+    subprocess.run(["bash", "-c", script], capture_output=True, timeout=300, check=True)
+    assert "apptainer exec 'my image.sif' mixed-ehl sweep merge run -o all.h5 --complete" in script
+    assert len(load_dataset(tmp_path / "all.h5")) >= 8
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--sbatch", "array=1-9"), "which the script gives itself"),
+        (("--sbatch", "partition"), "NAME=VALUE"),
+        (("--sbatch", "comment=two words"), "without blanks or quotes"),
+        (("--sbatch", "Partition=short"), "a long option of sbatch"),
+    ],
+)
+def test_options_that_no_script_can_hold(
+    mixed_ehl: Callable[..., Any], tmp_path: Path, options: tuple[str, ...], words: str
+) -> None:
+    outcome = mixed_ehl("sweep", "demo", "-o", tmp_path, "--slurm", "2", *options)
+    assert outcome.code == 2
+    assert words in outcome.err
+
+
+def test_options_of_slurm_without_it(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    outcome = mixed_ehl("sweep", "demo", "-o", tmp_path, "--merge", "all.h5")
+    assert outcome.code == 2
+    assert "nothing without --slurm" in outcome.err
 
 
 @pytest.mark.usefixtures("slurm")
