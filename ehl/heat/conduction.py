@@ -7,12 +7,14 @@ mesh and zero outside it; the kernels are integrated exactly over each cell.
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import k0e, k1e
 
+from ehl.heat import _kernels
 from ehl.io.errors import InputError
 from ehl.material import Material
 
@@ -24,6 +26,7 @@ Conduction = Literal["jaeger", "one_dimensional"]
 PECLET_FLOOR = 0.1
 # how sharply that sets in: the highest temperature is 2.5 % lower at the floor, 0.02 % at twice it, 2e-7 at 0.5
 FLOOR_POWER = 8
+_DEGREE = 10  # of the polynomials of the Bessel functions
 NO_SHARE = 1e-14  # of the field of a reversed motion: less is not computed
 
 
@@ -125,32 +128,27 @@ def jaeger_matrix(x: FloatArray, speed: float, body: Material, half_width: float
 
 
 def _moving_kernel(place: FloatArray) -> FloatArray:
-    """Jaeger's kernel exp(z) K0(|z|) integrated over each cell, z = place_i - place_j."""
-    z = place[:, None] - place[None, :]
-    zeroth, first = _bessel_integrals(place)
-    near, far = z[:, 1:], z[:, :-1]
-    width = far - near
-    i0 = zeroth[:, :-1] - zeroth[:, 1:]
-    i1 = first[:, :-1] - first[:, 1:]
-    matrix = np.zeros_like(z)
-    matrix[:, :-1] += (i1 - near * i0) / width
-    matrix[:, 1:] += (far * i0 - i1) / width
-    return matrix
+    """Jaeger's kernel exp(z) K0(|z|) integrated over each cell, z = place_i - place_j; `place` increases."""
+    return np.asarray(_kernels.moving_kernel(np.ascontiguousarray(place), _bessel_table()))
 
 
-def _bessel_integrals(place: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Integrals from 0 to z of exp(t) K0(|t|) and of t exp(t) K0(|t|), in closed form; `place` increases."""
-    n = len(place)
-    ahead = np.triu_indices(n, 1)  # z = place_i - place_j below zero; behind the source are the same distances
-    r = place[ahead[1]] - place[ahead[0]]
-    k0, k1 = k0e(r), k1e(r)
-    both, less = r * (k0 + k1), r * (k0 - k1)
-    # behind the source exp(z) K is k0e, ahead of it exp(-2 r) k0e
-    decay = np.exp(-2.0 * np.minimum(r, 350.0))
-    zeroth, first = np.zeros((n, n)), np.zeros((n, n))
-    zeroth[ahead], first[ahead] = -(decay * less + 1.0), (decay * r * (less - k1) + 1.0) / 3.0
-    zeroth.T[ahead], first.T[ahead] = both - 1.0, (r * (both - k1) + 1.0) / 3.0
-    return zeroth, first
+@cache
+def _bessel_table() -> FloatArray:
+    """Polynomials of exp(r) K0(r) and r exp(r) K1(r), highest power first, over cells even in each doubling of r.
+
+    They keep twelve digits or more (test).
+    """
+    cells = np.arange((_kernels.HIGHEST - _kernels.LOWEST) * _kernels.PER_DOUBLING)
+    doubling, part = np.divmod(cells, _kernels.PER_DOUBLING)
+    t = np.cos((np.arange(_DEGREE + 1) + 0.5) * math.pi / (_DEGREE + 1))
+    share = (part[:, None] + 0.5 + 0.5 * t) / _kernels.PER_DOUBLING
+    r = np.ldexp(1.0 + share, doubling[:, None] + _kernels.LOWEST)
+    values = np.stack([k0e(r), r * k1e(r)], axis=-1)
+    return np.ascontiguousarray(
+        np.linalg.solve(np.vander(t), np.moveaxis(values, 1, 0).reshape(t.size, -1))
+        .reshape(t.size, cells.size, 2)
+        .transpose(1, 0, 2)
+    )
 
 
 def _mirrored(matrix: FloatArray) -> FloatArray:

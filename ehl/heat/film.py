@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 from scipy.interpolate import PchipInterpolator
+from scipy.linalg.lapack import dgesv
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -40,13 +40,15 @@ def flux_to_surface_1(
         [W/m2].
     """
     n = len(conductance)
-    system = np.eye(n) + conductance[:, None] * (matrix_1 + matrix_2)
-    rhs = np.empty((n, n + 1))
-    rhs[:, :n] = conductance[:, None] * matrix_2
-    rhs[:, :n] += 0.5 * np.eye(n)
+    diagonal = np.arange(n)
+    system, rhs = np.empty((n, n), order="F"), np.empty((n, n + 1), order="F")
+    np.multiply(conductance[:, None], matrix_1 + matrix_2, out=system)
+    system[diagonal, diagonal] += 1.0
+    np.multiply(conductance[:, None], matrix_2, out=rhs[:, :n])
+    rhs[diagonal, diagonal] += 0.5
     rhs[:, n] = conductance * bulk_difference
-    solution = linalg.solve(system, rhs, overwrite_a=True, overwrite_b=True, check_finite=False)
-    return np.ascontiguousarray(solution[:, :n]), np.ascontiguousarray(solution[:, n])
+    _, _, solution, _ = dgesv(system, rhs, overwrite_a=True, overwrite_b=True)
+    return solution[:, :n], solution[:, n]
 
 
 _HALF = np.geomspace(1e-5, 1e4, 1000)

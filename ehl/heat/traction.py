@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,37 +177,127 @@ def thermal_traction(
         one-dimensional conduction.
     """
     _check(x, pressure, film)
-    bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
-    law = conductivity or lubricant.film_conductivity
-    speed, load = contact.speed_sliding, contact.load_per_length
-    wet = pressure > 0.0
-    rolling = np.zeros_like(x) if rolling_heat is None else np.where(wet, rolling_heat, 0.0)
-    extra = rolling if asperity_heat is None else rolling + asperity_heat
     if matrices is None:
         matrices = surface_matrices(x, contact, bodies, conduction)
-    balance = _balance(pressure, film, lubricant, bulk, law, matrices)
-    layer = 0.5 * balance.film * rolling
-    offset = balance.constant + balance.surface @ extra + layer
-    inlet = np.full_like(x, lubricant.temperature)
-    isothermal = _stress(pressure, film, inlet, lubricant, speed)
+    found = film_temperature(
+        pressure,
+        film,
+        contact,
+        lubricant,
+        temperature_bulk or (lubricant.temperature, lubricant.temperature),
+        conductivity or lubricant.film_conductivity,
+        matrices,
+        rolling_heat=np.zeros_like(x) if rolling_heat is None else rolling_heat,
+        asperity_heat=asperity_heat,
+        film_profile=film_profile,
+        guess=guess,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+    )
+    return traction_of(found, x, contact, lubricant, bodies, conduction)
 
+
+@dataclass(frozen=True)
+class FilmTemperature:
+    """Shear stress and film temperature in balance at a given film; arrays on its nodes.
+
+    Parameters
+    ----------
+    pressure, film : ndarray
+        [Pa], [m].
+    stress : ndarray
+        Shear stress [Pa].
+    temperature : ndarray
+        Mid-layer of the film [K].
+    log_viscosity_profile : ndarray
+        What the profile across the film adds to ln eta of the mid-layer [-].
+    log_viscosity_offset : ndarray
+        As in `ThermalTraction`.
+    rolling_heat, surface_heat : ndarray
+        Heat of the pressure-driven flow; that and the heat of asperities [W/m2].
+    bulk : tuple of float
+        [K].
+    balance : _Balance
+    iterations : int
+    converged : bool
+    """
+
+    pressure: FloatArray
+    film: FloatArray
+    stress: FloatArray
+    temperature: FloatArray
+    log_viscosity_profile: FloatArray
+    log_viscosity_offset: FloatArray
+    rolling_heat: FloatArray
+    surface_heat: FloatArray
+    bulk: tuple[float, float]
+    balance: _Balance
+    iterations: int
+    converged: bool
+
+
+def film_temperature(
+    pressure: FloatArray,
+    film: FloatArray,
+    contact: LineContact,
+    lubricant: Lubricant,
+    bulk: tuple[float, float],
+    conductivity: FilmConductivity,
+    matrices: Matrices,
+    *,
+    rolling_heat: FloatArray,
+    asperity_heat: FloatArray | None = None,
+    film_profile: FilmProfile = "parabolic",
+    guess: FloatArray | None = None,
+    tolerance: float = 1e-9,
+    max_iterations: int = 80,
+) -> FilmTemperature:
+    """The balance of `thermal_traction` by itself, with conduction `matrices` of its nodes; parameters as there."""
+    speed = contact.speed_sliding
+    wet = pressure > 0.0
+    rolling = np.where(wet, rolling_heat, 0.0)
+    extra = rolling if asperity_heat is None else rolling + asperity_heat
+    balance = _balance(pressure, film, lubricant, bulk, conductivity, matrices)
+    offset = balance.constant + balance.surface @ extra + 0.5 * balance.film * rolling
     if speed > 0.0:
         stress, iterations, converged = _newton(
             pressure, film, lubricant, speed, wet, balance, offset, film_profile, guess, tolerance, max_iterations
         )
     else:
-        stress, iterations, converged = np.zeros_like(x), 0, True
+        stress, iterations, converged = np.zeros_like(film), 0, True
     heat = speed * stress
     walls = offset + balance.surface @ heat
     across = _across(film_profile, pressure, walls, balance.film * heat, lubricant)
     temperature = walls + across.rise
+    change = lubricant.log_viscosity(pressure, temperature) + across.log_viscosity
+    change -= lubricant.log_viscosity(pressure, np.full_like(film, lubricant.temperature))
+    return FilmTemperature(
+        pressure, film, stress, temperature, across.log_viscosity, change, rolling, extra, bulk, balance,
+        iterations, converged,
+    )  # fmt: skip
+
+
+def traction_of(
+    found: FilmTemperature,
+    x: FloatArray,
+    contact: LineContact,
+    lubricant: Lubricant,
+    bodies: tuple[Material, Material],
+    conduction: Conduction,
+) -> ThermalTraction:
+    """Friction, surface temperatures and notes of a film in balance."""
+    speed, load = contact.speed_sliding, contact.load_per_length
+    pressure, film, temperature, bulk = found.pressure, found.film, found.temperature, found.bulk
+    balance, extra = found.balance, found.surface_heat
+    heat = speed * found.stress
+    isothermal = _stress(pressure, film, np.full_like(x, lubricant.temperature), lubricant, speed)
     flux_1 = balance.division @ (heat + extra) + balance.division_constant
     flux_2 = heat + extra - flux_1
     surface_1 = bulk[0] + balance.matrix_1 @ flux_1
     surface_2 = bulk[1] + balance.matrix_2 @ flux_2
 
     # the power is taken from the law at the final temperatures, so the residual sees any imbalance left
-    final = _stress(pressure, film, temperature, lubricant, speed, across.log_viscosity)
+    final = _stress(pressure, film, temperature, lubricant, speed, found.log_viscosity_profile)
     power = float(np.trapezoid(speed * final + extra, x))
     into = float(np.trapezoid(flux_1 + flux_2, x))
     residual = abs(into - power) / power if power > 0.0 else 0.0
@@ -215,7 +305,7 @@ def thermal_traction(
         peclet_number(u, contact.half_width, b) for u, b in zip((contact.speed_1, contact.speed_2), bodies, strict=True)
     ]
     finite = bool(np.all(np.isfinite(temperature)) and np.all(np.isfinite(final)))
-    reason = "" if converged and finite else ("no_thermal_balance" if finite else "not_finite")
+    reason = "" if found.converged and finite else ("no_thermal_balance" if finite else "not_finite")
     # near the edges p tends to zero and the limit always acts; what counts is the loaded part
     loaded = pressure > 0.1 * np.max(pressure)
     limited = bool(np.any(final[loaded] >= lubricant.shear_law.limiting_stress(pressure)[loaded] * _AT_LIMIT))
@@ -228,6 +318,7 @@ def thermal_traction(
         )
         if holds
     )
+    rolling = found.rolling_heat
     return ThermalTraction(
         status="failed" if reason else "converged",
         reason=reason,
@@ -238,11 +329,9 @@ def thermal_traction(
         temperature_flash_2=surface_2,
         heat_flux_1=flux_1,
         heat_flux_2=flux_2,
-        log_viscosity_offset=lubricant.log_viscosity(pressure, temperature)
-        + across.log_viscosity
-        - lubricant.log_viscosity(pressure, inlet),
+        log_viscosity_offset=found.log_viscosity_offset,
         rolling_heat=rolling,
-        temperature_rise_rolling=balance.surface @ rolling + layer,
+        temperature_rise_rolling=balance.surface @ rolling + 0.5 * balance.film * rolling,
         friction_fluid=float(np.trapezoid(final, x)) / load,
         friction_isothermal=float(np.trapezoid(isothermal, x)) / load,
         temperature_film_max=float(np.max(temperature)),
@@ -250,7 +339,7 @@ def thermal_traction(
         energy_residual=residual,
         peclet_number=min(numbers),
         conduction=conduction,
-        iterations=iterations,
+        iterations=found.iterations,
         notes=notes,
     )
 
@@ -303,8 +392,13 @@ def _newton(
     max_iterations: int,
 ) -> tuple[FloatArray, int, bool]:
     """Solve ln tau = ln tau(p, h, T(tau)) on the wet nodes; returns stress, iterations, converged."""
-    kernel, across = speed * balance.surface[np.ix_(wet, wet)], speed * balance.film[wet]
-    p, h, base = pressure[wet], film[wet], offset[wet]
+    size = int(np.count_nonzero(wet))
+    # all but the exit, as a rule
+    place: Any = slice(size) if wet[:size].all() else wet
+    surface = balance.surface[:size, :size] if wet[:size].all() else balance.surface[np.ix_(wet, wet)]
+    kernel, across = np.multiply(speed, surface, order="F"), speed * balance.film[place]
+    p, h, base = pressure[place], film[place], offset[place]
+    diagonal = np.arange(size)
 
     def residual(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         stress = np.exp(y)
@@ -313,19 +407,20 @@ def _newton(
         law, slope = _log_stress(p, h, walls + state.rise, lubricant, speed, state.log_viscosity)
         return y - law, slope, state.share
 
-    y = _log_stress(p, h, base, lubricant, speed)[0]
+    known = np.zeros(size, dtype=bool) if guess is None else guess[place] > 0.0
+    y = np.zeros(size) if known.all() else _log_stress(p, h, base, lubricant, speed)[0]
     if guess is not None:
-        known = guess[wet] > 0.0
-        y[known] = np.log(guess[wet][known])
+        y[known] = np.log(guess[place][known])
     # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
-    y = np.minimum(y, np.log(_MAX_RISE / np.maximum(np.diag(kernel) + across, 1e-300)))
+    y = np.minimum(y, np.log(_MAX_RISE / np.maximum(kernel[diagonal, diagonal] + across, 1e-300)))
     value, slope, share = residual(y)
     for iteration in range(1, max_iterations + 1):
-        jacobian = kernel * np.exp(y)[None, :]
-        jacobian[np.diag_indices_from(jacobian)] += across * share * np.exp(y)
+        stress = np.exp(y)
+        jacobian = np.multiply(kernel, stress)
+        jacobian[diagonal, diagonal] += across * share * stress
         jacobian *= -slope[:, None]
-        jacobian[np.diag_indices_from(jacobian)] += 1.0
-        _, _, change, singular = dgesv(jacobian, value)
+        jacobian[diagonal, diagonal] += 1.0
+        _, _, change, singular = dgesv(jacobian, value, overwrite_a=True)
         if singular:
             break
         step = -change

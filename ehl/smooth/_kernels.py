@@ -18,33 +18,15 @@ FAR = 24.0  # element sizes beyond which the moment series of the kernel replace
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
 
 
-@njit(**INTERNAL_KERNEL)
-def _second_primitive(r):
-    """Twice integrated logarithm, r^2/2 ln|r| - 3 r^2/4."""
-    if r == 0.0:
-        return 0.0
-    return 0.5 * r * r * math.log(abs(r)) - 0.75 * r * r
-
-
-@njit(**INTERNAL_KERNEL)
-def _hat_integral(r, left, right):
-    """Integral of ln|r - t| over the hat (0 where a side is missing) with its node at t = 0."""
-    here = _second_primitive(r)
-    value = 0.0
-    if right > 0.0:
-        value += (_second_primitive(r - right) - here) / right
-    if left > 0.0:
-        value += (_second_primitive(r + left) - here) / left
-    if r != 0.0 and (left == 0.0 or right == 0.0):
-        first = r * math.log(abs(r)) - r
-        value += first if left == 0.0 else -first
-    return value
-
-
 @njit(**KERNEL)
 def log_kernel(s):
     """Matrix K[i, j] = integral of ln|s_i - t| phi_j(t) dt, phi_j the hat function of node j."""
     n = s.size
+    log = np.zeros((n, n))
+    for i in range(1, n):
+        for j in range(i):
+            log[i, j] = math.log(s[i] - s[j])
+            log[j, i] = log[i, j]
     k = np.empty((n, n))
     for j in range(n):
         left = s[j] - s[j - 1] if j > 0 else 0.0
@@ -64,9 +46,20 @@ def log_kernel(s):
             if abs(r) > limit:
                 q = 1.0 / r
                 series = m1 + q * (m2 / 2.0 + q * (m3 / 3.0 + q * (m4 / 4.0 + q * m5 / 5.0)))
-                k[i, j] = m0 * math.log(abs(r)) - q * series
-            else:
-                k[i, j] = _hat_integral(r, left, right)
+                k[i, j] = m0 * log[i, j] - q * series
+                continue
+            # from the twice integrated logarithm, r^2/2 ln|r| - 3 r^2/4
+            here = r * r * (0.5 * log[i, j] - 0.75)
+            k[i, j] = 0.0
+            if right > 0.0:
+                ahead = r - right
+                k[i, j] += (ahead * ahead * (0.5 * log[i, j + 1] - 0.75) - here) / right
+            if left > 0.0:
+                behind = r + left
+                k[i, j] += (behind * behind * (0.5 * log[i, j - 1] - 0.75) - here) / left
+            if left == 0.0 or right == 0.0:
+                first = r * log[i, j] - r
+                k[i, j] += first if left == 0.0 else -first
     return k
 
 
@@ -116,9 +109,9 @@ def _log_mean(u, v):
 def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
     """Density, ln(eta/eta0), mobility and their slopes at the nodes.
 
-    ``table`` holds the laws of viscosity and density, ln(eta/eta0) is multiplied by ``stiffness``; ``gamma`` is the
-    shear number, ``cross`` cos^2 between sliding and x, ``shear`` the shear law. Returns rho, drho/dp, ln eta, f,
-    df/dp, df/dh and df/d ln eta.
+    ``table`` holds the laws of viscosity and density, ln(eta/eta0) is multiplied by ``stiffness`` and raised by
+    ``offset``; ``gamma`` is the shear number, ``cross`` cos^2 between sliding and x, ``shear`` the shear law. Returns
+    rho, drho/dp, ln eta, f, df/dp, df/dh and df/d ln eta.
     """
     n = p.size
     rho = np.empty(n)
@@ -142,10 +135,51 @@ def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
         else:
             log_f, by_eta, by_film, by_pressure = log_mobility(log_eta[i], gamma, h[i], p[i], cross, shear)
             f[i] = math.exp(log_f)
-            f_o[i] = f[i] * by_eta
             f_h[i] = f[i] * by_film / h[i]
+            f_o[i] = f[i] * by_eta
             f_p[i] = f_o[i] * slope + f[i] * by_pressure
     return rho, rho_p, log_eta, f, f_p, f_h, f_o
+
+
+@njit(**KERNEL)
+def monotone_cubic(x, y, at):
+    """Piecewise cubic through nodes that keeps monotone runs monotone (Fritsch & Butland 1984), at increasing points.
+
+    Points outside the nodes get the value at the end. Returns values and slopes.
+    """
+    n = x.size
+    slope = np.zeros(n)
+    for i in range(1, n - 1):
+        a, b = x[i] - x[i - 1], x[i + 1] - x[i]
+        left, right = (y[i] - y[i - 1]) / a, (y[i + 1] - y[i]) / b
+        if left * right > 0.0:
+            slope[i] = 3.0 * (a + b) / ((2.0 * b + a) / left + (b + 2.0 * a) / right)
+    for end in range(2):
+        first, second, third = (0, 1, 2) if end == 0 else (n - 1, n - 2, n - 3)
+        a, b = x[second] - x[first], x[third] - x[second]
+        near, far = (y[second] - y[first]) / a, (y[third] - y[second]) / b
+        value = ((2.0 * a + b) * near - a * far) / (a + b)
+        if value * near <= 0.0:
+            value = 0.0
+        elif near * far <= 0.0 and abs(value) > 3.0 * abs(near):
+            value = 3.0 * near
+        slope[first] = value
+    values = np.empty(at.size)
+    slopes = np.zeros(at.size)
+    k = 0
+    for i in range(at.size):
+        place = min(max(at[i], x[0]), x[n - 1])
+        while k < n - 2 and place > x[k + 1]:
+            k += 1
+        step = x[k + 1] - x[k]
+        t = (place - x[k]) / step
+        rise = y[k + 1] - y[k]
+        low, high = step * slope[k], step * slope[k + 1]
+        second, third = 3.0 * rise - 2.0 * low - high, low + high - 2.0 * rise
+        values[i] = y[k] + t * (low + t * (second + t * third))
+        if place == at[i]:
+            slopes[i] = (low + t * (2.0 * second + 3.0 * t * third)) / step
+    return values, slopes
 
 
 @njit(**KERNEL)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from ehl.fluid.rheology import NEWTONIAN
+from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, features_of, grade
 from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
 from ehl.smooth.scaling import ScaledContact
@@ -40,10 +40,9 @@ def transfer(level: Level, grid: Grid) -> Unknowns:
     """Unknowns of a level carried to another grid (monotone cubic interpolation)."""
     stretch = (level.x[-1] - grid.grading.x_in) / (grid.grading.x_exit - grid.grading.x_in)
     x = grid.grading.x_in + stretch * (grid.nodes - grid.grading.x_in)
-    pressure = np.zeros(x.size)
-    inside = x > level.x[0]
-    pressure[inside] = PchipInterpolator(level.x, level.unknowns.pressure)(np.minimum(x[inside], level.x[-1]))
-    pressure[~inside] = level.unknowns.pressure[0] * (level.x[0] / x[~inside]) ** 3
+    pressure = _kernels.monotone_cubic(level.x, level.unknowns.pressure, x)[0]
+    before = x < level.x[0]
+    pressure[before] *= (level.x[0] / x[before]) ** 3
     # The film constant contains ln(stretch) of each grid's own scale.
     h00 = level.unknowns.h00 + 0.5 * math.log(stretch / level.unknowns.stretch)
     return Unknowns(pressure, h00, level.unknowns.flow, stretch)

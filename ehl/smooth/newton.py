@@ -15,7 +15,6 @@ from ehl.smooth.scaling import ScaledContact
 
 Array = NDArray[np.float64]
 HALF_PI = 0.5 * math.pi
-SLOPE_STEP = 1e-5  # half-widths, for the slope of the viscosity offset
 
 
 @dataclass(frozen=True)
@@ -71,8 +70,7 @@ class Evaluation:
     mobility: Array
     mobility_p: Array
     mobility_h: Array
-    mobility_o: Array
-    offset_slope: Array
+    mobility_x: Array
     residual: Array
 
 
@@ -101,7 +99,7 @@ def tail(scaled: ScaledContact, x_in: float) -> tuple[float, float]:
     """Pressure at ``x_in`` and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
     lam = scaled.lam
     if scaled.offset is not None:
-        lam *= math.exp(float(scaled.offset(np.array([x_in]))[0]))
+        lam *= math.exp(float(scaled.offset.at(np.array([x_in]))[0][0]))
     return 4.0 * lam / (3.0 * abs(x_in) ** 3), 2.0 * lam / (3.0 * x_in * x_in)
 
 
@@ -116,11 +114,9 @@ def evaluate(grid: Grid, scaled: ScaledContact, u: Unknowns) -> Evaluation | Non
     film = _kernels.film(x, kernel_pressure, u.stretch, u.h00)
     if not film.min() > 0.0:
         return None
-    if scaled.offset is None:
-        offset = slope = np.zeros(x.size)
-    else:
-        offset = np.ascontiguousarray(scaled.offset(x), dtype=float)
-        slope = (scaled.offset(x + SLOPE_STEP) - scaled.offset(x - SLOPE_STEP)) / (2.0 * SLOPE_STEP)
+    offset = slope = np.zeros(x.size)
+    if scaled.offset is not None:
+        offset, slope = scaled.offset.at(x)
     state = _kernels.nodal_state(
         scaled.table, scaled.stiffness, scaled.gamma, scaled.cross, scaled.shear, u.pressure, film, offset
     )
@@ -134,7 +130,7 @@ def evaluate(grid: Grid, scaled: ScaledContact, u: Unknowns) -> Evaluation | Non
     out[-1] = u.stretch * (grid.weights @ u.pressure) + tail(scaled, x_in)[1] - HALF_PI
     if not np.isfinite(out).all():
         return None
-    return Evaluation(u, x, x_face, kernel_pressure, film, rho, rho_p, log_eta, f, f_p, f_h, f_o, slope, out)
+    return Evaluation(u, x, x_face, kernel_pressure, film, rho, rho_p, log_eta, f, f_p, f_h, f_o * slope, out)
 
 
 class LinearSystem:
@@ -149,8 +145,8 @@ class LinearSystem:
         self.scale = np.empty(n + 1)
         _kernels.jacobian(
             e.x, e.x_face, grid.grading.size, x_in, u.stretch, scaled.lam, u.pressure, e.film, u.flow, e.rho, e.rho_p,
-            e.mobility, e.mobility_p, e.mobility_h, e.mobility_o * e.offset_slope * lever, grid.kernel, h_a,
-            grid.weights, work, self.scale,
+            e.mobility, e.mobility_p, e.mobility_h, e.mobility_x * lever, grid.kernel, h_a, grid.weights, work,
+            self.scale,
         )  # fmt: skip
         self.lu, self.pivots, self.info = lapack.dgetrf(work.T, overwrite_a=True)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,11 @@ class FilmShear:
     pressure_hertz: float
     rate: float
 
+    @cached_property
+    def _free(self) -> ShearLaw:
+        """The law without the limit that cuts it off."""
+        return replace(self.law, limit_slope=math.inf) if self.cut else self.law
+
     @property
     def cut(self) -> bool:
         """Whether a limit cuts the stress off with a kink."""
@@ -50,13 +56,17 @@ class FilmShear:
         log_viscous = math.log(self.rate * self.pressure_hertz) + log_eta - np.log(film)
         p = np.maximum(pressure, 0.0) * self.pressure_hertz
         stress = np.exp(law.log_stress(log_viscous, p)[0])
-        return np.asarray(np.minimum(stress, law.limiting_stress(p)) / self.pressure_hertz)
+        if law.limited:
+            stress = np.minimum(stress, law.limiting_stress(p))
+        return np.asarray(stress / self.pressure_hertz)
 
-    def friction(self, level: Level) -> float:
-        """mu = (2/pi) integral of the shear stress from the friction inlet to the exit."""
+    def friction(self, level: Level, open_inlet: float) -> float:
+        """mu = (2/pi) integral of the shear stress from the friction inlet to the exit.
+
+        `open_inlet` is the integral of 1/H over its part before the mesh.
+        """
         pressure, step = np.maximum(level.unknowns.pressure, 0.0), np.diff(level.x)
-        law = replace(self.law, limit_slope=math.inf) if self.cut else self.law
-        free = self._stress(law, level.log_eta, level.film, pressure)
+        free = self._stress(self._free, level.log_eta, level.film, pressure)
         if not self.cut:
             total = float(step @ (free[1:] + free[:-1])) / 2.0
         else:
@@ -71,7 +81,7 @@ class FilmShear:
             chord = np.where(crossing, left * (right / np.where(crossing, left + right, 1.0)), 0.0)
             total += float(step @ chord) / 2.0
         # Shear is far below the stress scale in the open inlet: linear in the rate.
-        total += self.rate * math.exp(level.log_eta[0]) * _open_inlet(level)[0]
+        total += self.rate * math.exp(level.log_eta[0]) * open_inlet
         return 2.0 / math.pi * total
 
 
@@ -97,11 +107,12 @@ def numbers_of(level: Level, shear: FilmShear) -> Numbers:
     """Outputs of a level."""
     pressure = level.unknowns.pressure
     rolling = float((level.film[1:] + level.film[:-1]) @ np.diff(pressure)) / (2.0 * math.pi)
-    rolling += level.scaled.lam * math.exp(level.log_eta[0]) * _open_inlet(level)[1] / math.pi
+    shear_length, flow_length = _open_inlet(level)
+    rolling += level.scaled.lam * math.exp(level.log_eta[0]) * flow_length / math.pi
     return Numbers(
         _interpolate(level.x, level.film, 0.0),
         -_peak(-level.film),
-        shear.friction(level),
+        shear.friction(level, shear_length),
         _peak(pressure),
         float(level.unknowns.flow),
         float(level.x[-1]),
@@ -119,23 +130,26 @@ def _open_inlet(level: Level) -> tuple[float, float]:
 
     With v = 1/|x| both integrands are nearly constant, so Simpson's rule is exact to far below the grid error.
     """
-    near, far = 1.0 / abs(level.x[0]), 1.0 / abs(friction_inlet(level))
-    v = np.array([near, 0.5 * (near + far), far])
-    film = level.film[0] + 0.5 * (1.0 / v**2 - level.x[0] ** 2)
-    rule = np.array([1.0, 4.0, 1.0]) * (near - far) / 6.0
-    first = rule / (v * v * film)
-    return float(first.sum()), float(first @ (1.0 - level.unknowns.flow / film))
+    start = float(level.x[0])
+    near, far = 1.0 / abs(start), 1.0 / abs(friction_inlet(level))
+    shear, flow = 0.0, 0.0
+    for v, weight in ((near, 1.0), (0.5 * (near + far), 4.0), (far, 1.0)):
+        film = float(level.film[0]) + 0.5 * (1.0 / v**2 - start**2)
+        part = weight * (near - far) / 6.0 / (v * v * film)
+        shear += part
+        flow += part * (1.0 - level.unknowns.flow / film)
+    return shear, flow
 
 
 def _interpolate(x: Array, y: Array, at: float) -> float:
     """Six-point Lagrange value: between the nodes no lower order may show."""
     k = int(np.clip(np.searchsorted(x, at) - 3, 0, x.size - 6))
-    nodes, values = x[k : k + 6], y[k : k + 6]
-    total = 0.0
-    for i in range(6):
-        others = np.delete(nodes, i)
-        total += values[i] * float(np.prod((at - others) / (nodes[i] - others)))
-    return float(total)
+    nodes, values = x[k : k + 6].tolist(), y[k : k + 6].tolist()
+    for order in range(1, 6):  # Neville's scheme
+        for i in range(6 - order):
+            far, near = nodes[i + order], nodes[i]
+            values[i] = ((at - far) * values[i] + (near - at) * values[i + 1]) / (near - far)
+    return float(values[0])
 
 
 def _peak(y: Array) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Literal
 
@@ -17,6 +18,7 @@ from ehl.smooth.scaling import ScaledContact
 
 Array = NDArray[np.float64]
 Accuracy = Literal["fast", "standard", "reference"]
+LevelSolver = Callable[[Grid, Unknowns], Level]
 
 # Coarsest of the nested grids, error estimate above which a finer grid is added, and the end of that.
 COARSEST: dict[str, int] = {"fast": 41, "standard": 49, "reference": 129}
@@ -45,9 +47,17 @@ def settled(level: Level, report: PathReport) -> Level:
 
 
 def nested(
-    near: Level, shear: FilmShear, accuracy: Accuracy, report: PathReport, fallbacks: list[str]
+    near: Level,
+    shear: FilmShear,
+    accuracy: Accuracy,
+    report: PathReport,
+    fallbacks: list[str],
+    solve: LevelSolver | None = None,
 ) -> tuple[list[Level], Extrapolation]:
-    """Solutions on nested grids of one grading, at least three, until the error estimate is met."""
+    """Solutions on nested grids of one grading, at least three, until the error estimate is met.
+
+    `solve` finds film and heat on a grid from a guess of the film; without it there is no heat.
+    """
     scaled, grading = near.scaled, grade(features_of_level(near))
     nodes = refined(COARSEST[accuracy], scaled)
     most = refined(MAX_NODES[accuracy], scaled)
@@ -61,7 +71,7 @@ def nested(
             guess = _corrected(levels, guess)
         nodes = 2 * nodes - 1
         try:
-            level = solve_level(grid, scaled, guess)
+            level = solve(grid, guess) if solve else solve_level(grid, scaled, guess)
         except NewtonFailure as failure:
             report.iterations += failure.iterations
             if len(levels) >= 3:
@@ -75,7 +85,8 @@ def nested(
         report.iterations += level.iterations
         levels.append(level)
         if len(levels) >= 3:
-            limit = extrapolate([numbers_of(level, shear).as_array() for level in levels[-3:]], levels[-3].x.size)
+            last = [numbers_of(level, shear).as_array() for level in levels[-3:]]
+            limit = extrapolate(last, levels[-3].x.size, hot=solve is not None)
             if np.all(limit.relative()[:3] < TOLERANCE[accuracy]):
                 break
             if nodes > most:

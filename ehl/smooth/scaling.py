@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,11 +12,24 @@ from ehl.fluid.lookup import LawTable, law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import PLAIN, ShearNumbers
 from ehl.line_contact import LineContact
+from ehl.smooth._kernels import monotone_cubic
 
 Array = NDArray[np.float64]
-Offset = Callable[[Array], Array]
 
 ROUNDING = 3e-3  # shear thinning that rounds a spike: share of the flow at the edge of the Hertz pressure
+
+
+@dataclass(frozen=True)
+class Offset:
+    """A curve over x/b, monotone between its nodes and constant beyond them."""
+
+    x: Array
+    values: Array
+
+    def at(self, points: Array) -> tuple[Array, Array]:
+        """Values and slopes at increasing points."""
+        values, slopes = monotone_cubic(self.x, self.values, points)
+        return np.asarray(values), np.asarray(slopes)
 
 
 @dataclass(frozen=True)
@@ -38,8 +50,8 @@ class ScaledContact:
         ln(eta/eta0) at p_h.
     stiffness : float
         Factor on ln(eta/eta0); 1 but on the way to a solution.
-    offset : callable or None
-        Added to ln(eta/eta0) at x/b (film temperature of an outer loop).
+    offset : Offset or None
+        Added to ln(eta/eta0) along x: what the film temperature does.
     shear : ShearNumbers
         The shear law; pressures in p_h, stresses in the one gamma refers to.
     rounding : float
@@ -67,15 +79,13 @@ class ScaledContact:
         return replace(self, gamma=gamma, shear=self.shear if self.gamma > 0.0 else PLAIN)
 
     def easier(self, lam: float, stiffness: float, gamma: float) -> ScaledContact:
-        """The contact at other viscous and shear numbers, with ln(eta/eta0) and its offset scaled by ``stiffness``."""
-        offset = self.offset
+        """The contact at other viscous and shear numbers, with ln(eta/eta0) scaled by ``stiffness``."""
         return replace(
             self,
             lam=lam,
             gamma=gamma,
             stiffness=self.stiffness * stiffness,
             log_viscosity=self.log_viscosity * stiffness,
-            offset=None if offset is None else (lambda x: stiffness * offset(x)),
         )
 
 
@@ -84,8 +94,8 @@ def moes_load(lam: float) -> float:
     return math.pi * math.sqrt(3.0 / (8.0 * lam))
 
 
-def scaled_contact(contact: LineContact, lubricant: Lubricant, offset: Offset | None = None) -> ScaledContact:
-    """Scaled form of a contact and its lubricant; ``offset`` takes x in half-widths."""
+def scaled_contact(contact: LineContact, lubricant: Lubricant) -> ScaledContact:
+    """Scaled form of a contact and its lubricant."""
     radius, b, p_h = contact.radius_equivalent, contact.half_width, contact.pressure_hertz
     speed = abs(contact.speed_entrainment)
     lam = 12.0 * lubricant.viscosity_inlet * speed * radius**2 / (b**3 * p_h)
@@ -101,7 +111,6 @@ def scaled_contact(contact: LineContact, lubricant: Lubricant, offset: Offset | 
         gamma,
         cross,
         float(lubricant.log_viscosity_ratio(np.array([p_h]))[0]),
-        offset=offset,
         shear=law.numbers(p_h, reference, b / radius),
         rounding=_rounding(contact, lubricant, lam),
     )

@@ -10,7 +10,8 @@ scaled contact -> (neighbour | path from an easy contact) -> mesh graded for wha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -25,13 +26,10 @@ from ehl.smooth.continuation import (
     PATH_NODES,
     PathReport,
     cold_path,
-    features_of_level,
     from_neighbour,
-    grid_for,
-    transfer,
 )
 from ehl.smooth.estimate import Extrapolation
-from ehl.smooth.newton import Level, NewtonFailure, solve_level
+from ehl.smooth.newton import Level, NewtonFailure
 from ehl.smooth.outputs import FilmShear, friction_inlet, numbers_of
 from ehl.smooth.refine import COARSEST, Accuracy, nested, refined, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
@@ -60,9 +58,8 @@ def solve_steady(
     *,
     accuracy: Accuracy = "standard",
     start: SteadyResult | None = None,
-    film_log_viscosity_offset: Callable[[Array], Array] | None = None,
 ) -> SteadyResult:
-    """Solve the smooth, steady line contact; isothermal unless an offset is given.
+    """Solve the smooth, steady, isothermal line contact.
 
     Reynolds d/dx(rho h^3/(12 eta) S dp/dx) = u_r d(rho h)/dx with p = dp/dx = 0 at the exit, elastic film and load.
 
@@ -74,8 +71,6 @@ def solve_steady(
         Films and friction to about 1 %, 0.5 %, 0.05 % (the measured errors are far below).
     start : SteadyResult, optional
         Result of a neighbouring contact.
-    film_log_viscosity_offset : callable, optional
-        Maps x [m] (array) to what is added to ln(eta) there, e.g. by the film temperature. Must be continuous.
 
     Returns
     -------
@@ -92,7 +87,7 @@ def solve_steady(
     report = PathReport()
     if contact.speed_entrainment == 0.0:
         return _failed("no_entrainment", report, ())
-    scaled = _scaled(contact, lubricant, film_log_viscosity_offset)
+    scaled = scaled_contact(contact, lubricant)
     shear = film_shear(contact, lubricant)
     fallbacks: list[str] = []
     reason = ""
@@ -100,72 +95,22 @@ def solve_steady(
         if attempt.fallback:
             fallbacks.append(attempt.fallback)
         try:
-            # One thread: on small matrices more only wait for each other. Trial steps may overflow; they are rejected.
-            with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
+            with undisturbed():
                 near = settled(attempt.run(report), report)
                 levels, limit = nested(near, shear, accuracy, report, fallbacks)
                 limit = replace(limit, errors=limit.errors + rounding_errors(scaled, near, shear, report))
         except NewtonFailure as failure:
             reason = failure.reason
         else:
-            return _result(contact, scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
+            return steady_result(contact, scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks)))
     return _failed(reason, report, tuple(dict.fromkeys(fallbacks)))
 
 
-def solve_on_mesh(
-    contact: LineContact,
-    lubricant: Lubricant,
-    start: SteadyResult,
-    nodes: int,
-    film_log_viscosity_offset: Callable[[Array], Array],
-) -> SteadyResult:
-    """The contact of `start` under another offset on one mesh, for iterations whose end is solved in full.
-
-    Parameters
-    ----------
-    contact, lubricant, film_log_viscosity_offset
-        As in `solve_steady`.
-    start : SteadyResult
-        Converged; its coarse mesh is used again where that has enough nodes.
-    nodes : int
-        At least.
-
-    Returns
-    -------
-    SteadyResult
-        Values of this mesh, with infinite errors; status "failed" where Newton's method does not converge from `start`.
-    """
-    near, report = start.coarse, PathReport()
-    assert near is not None
-    scaled, shear = _scaled(contact, lubricant, film_log_viscosity_offset), film_shear(contact, lubricant)
-    if ROUNDED in start.fallbacks:
-        scaled = scaled.rounded()
-    try:
-        with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
-            grid, unknowns = near.grid, near.unknowns
-            features = features_of_level(near)
-            if near.x.size < nodes or not features.close_to(near.features):
-                grid = grid_for(features, max(nodes, near.x.size))
-                unknowns = transfer(near, grid)
-            level = solve_level(grid, scaled, unknowns, tolerance=1e-6, max_iterations=12)
-            report.iterations += level.iterations
-            values = numbers_of(level, shear).as_array()
-    except NewtonFailure as failure:
-        report.iterations += failure.iterations
-        return _failed(failure.reason, report, start.fallbacks)
-    limit = Extrapolation(values, np.full_like(values, np.inf))
-    return _result(contact, scaled, shear, [level], limit, level, report, start.fallbacks)
-
-
-def _scaled(contact: LineContact, lubricant: Lubricant, given: Callable[[Array], Array] | None) -> ScaledContact:
-    if given is None:
-        return scaled_contact(contact, lubricant, None)
-    b = contact.half_width
-
-    def offset(x: Array) -> Array:
-        return np.asarray(given(x * b), dtype=float)
-
-    return scaled_contact(contact, lubricant, offset)
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """One thread: on small matrices more only wait for each other. Trial steps may overflow; they are rejected."""
+    with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
+        yield
 
 
 @cache
@@ -204,7 +149,7 @@ def film_shear(contact: LineContact, lubricant: Lubricant) -> FilmShear:
     return FilmShear(lubricant.shear_law, p_h, rate)
 
 
-def _result(
+def steady_result(
     contact: LineContact,
     scaled: ScaledContact,
     shear: FilmShear,
@@ -214,11 +159,12 @@ def _result(
     report: PathReport,
     fallbacks: tuple[str, ...],
 ) -> SteadyResult:
+    """The levels of a contact in SI units, their limit as its values."""
     values, relative = limit.values, limit.relative()
     fine = levels[-1]
     friction, friction_error = float(values[2]), float(relative[2])
     if friction < 0.0:  # the shear of an unresolved Newtonian spike, extrapolated
-        friction, friction_error = shear.friction(fine), 1.0
+        friction, friction_error = numbers_of(fine, shear).friction, 1.0
     b, p_h = contact.half_width, contact.pressure_hertz
     height = b * b / contact.radius_equivalent
     skipped = ["heat: isothermal"] if scaled.offset is None else []

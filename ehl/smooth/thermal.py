@@ -1,58 +1,48 @@
 """Smooth, steady, thermal line contact: the film solver and the heat balance, each in turn until both agree.
 
-isothermal film -> (heat matters?) -> temperatures at that film -> film with the viscosity of those temperatures
--> ... -> friction of the last film, temperatures of the last balance.
+isothermal film -> (heat matters?) -> film and temperatures in turn on a coarse grid (`ehl.smooth.hot_film`) -> the same
+on nested grids, each from the one before -> Richardson values with their errors, temperatures of the finest grid.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import (
     FilmProfile,
     InletFactor,
-    Matrices,
     ThermalEstimate,
     ThermalTraction,
     estimate_thermal_effect,
     inlet_thermal_factors,
-    surface_matrices,
-    thermal_traction,
 )
 from ehl.heat.conduction import Conduction
+from ehl.heat.traction import traction_of
 from ehl.inputs import ModelInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth import SteadyResult, solve_steady
-from ehl.smooth.refine import Accuracy
-from ehl.smooth.solver import solve_on_mesh
+from ehl.smooth.continuation import PathReport
+from ehl.smooth.estimate import Extrapolation
+from ehl.smooth.hot_film import HeatModel, HotFilm
+from ehl.smooth.newton import NewtonFailure
+from ehl.smooth.outputs import numbers_of
+from ehl.smooth.refine import Accuracy, nested, rounding_errors
+from ehl.smooth.scaling import Offset, ScaledContact, scaled_contact
+from ehl.smooth.solver import ROUNDED, film_shear, steady_result, undisturbed
 
 FloatArray = NDArray[np.float64]
-Offset = Callable[[FloatArray], FloatArray]
 Thermal = Literal["auto", "on"]
 
-# on the change of friction and film between two rounds, and the number of nodes of the heat balance
+# on the change of friction and film between two rounds
 ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
-HEAT_NODES: dict[Accuracy, int] = {"fast": 65, "standard": 97, "reference": 257}
-FIRST_ROUNDS = 5.0  # of this tolerance, before the nodes are doubled
-MAX_ROUNDS = 40
-MAX_HALVINGS = 4
-# where twice the nodes change friction or film by more, the balance is struck anew at the next accuracy
-REFINED_ALLOWED = 0.05
-# a change in the last round up to this is accepted, noted and counted in the error
-ACCEPTED_CHANGE = 0.1
-# a thinner film is heated less: whole steps overshoot by up to 0.7 of themselves
-RELAXATION = 0.65
-MEMORY = 4
 
 
 @dataclass(frozen=True)
@@ -168,44 +158,42 @@ def solve_steady_thermal(
         skipped = f"heat: estimated change of ln(viscosity) {estimate.viscosity_change:.2g}"
         return replace(base, skipped=(*isothermal.skipped, skipped))
 
-    balance = _HeatBalance(contact, lubricant, bodies, bulk, rolling_heat, conduction, conductivity, film_profile)
-    film, mixer, rounds, iterations = isothermal, _Mixer(), 0, isothermal.iterations
-    if start_heat is not None:
-        # the temperatures of the neighbour, stretched to this contact's exit
-        offset = _curve(start_heat.x * (isothermal.x_exit / start_heat.x[-1]), start_heat.log_viscosity_offset)
-        warm = solve_on_mesh(contact, lubricant, film, HEAT_NODES[accuracy], offset)
-        iterations += warm.iterations
-        if warm.status == "converged":
-            film, mixer = warm, _Mixer(offset)
-    found, levels = None, list(HEAT_NODES)
-    for level in levels[levels.index(accuracy) :]:
-        following = _settled(balance, film, mixer, level)
-        rounds, iterations = rounds + following.rounds, iterations + following.iterations
-        if following.reason and found is not None:
-            break  # what the coarser nodes gave stands, with its error
-        found = following
-        if found.reason or max(found.refined) <= REFINED_ALLOWED:
+    law = conductivity or lubricant.film_conductivity
+    model = HeatModel(contact, lubricant, bodies, bulk, rolling_heat, conduction, law, film_profile)
+    scaled, tolerance = scaled_contact(contact, lubricant), ROUND_TOLERANCE[accuracy]
+    ways = [scaled, scaled.rounded()] if scaled.rounded().gamma > scaled.gamma else [scaled]
+    if ROUNDED in isothermal.fallbacks:
+        ways = ways[1:]
+    rounds, iterations = 0, isothermal.iterations
+    for way in ways:
+        fallbacks = [ROUNDED] if way.gamma > scaled.gamma else []
+        hot, report, reason = HotFilm(model, way, film_shear(contact, lubricant), tolerance), PathReport(), ""
+        try:
+            with undisturbed():
+                film = _solved(hot, scaled, isothermal, start_heat, accuracy, report, fallbacks)
+        except NewtonFailure as failure:
+            reason = failure.reason
+        rounds, iterations = rounds + hot.rounds, iterations + report.iterations
+        if not reason:
             break
-        film, mixer = found.film, _Mixer()  # on nodes of its own: old ones would hide what new ones change
-    assert found is not None
-    if found.reason:
-        return _failed(base, found.reason, rounds, iterations)
+    if reason:
+        return _failed(base, reason, rounds, iterations)
 
-    film, heat = found.film, found.heat
-    # on the mesh of the film: the little shear of the open inlet before it heats nothing here
+    assert hot.found is not None
+    heat = traction_of(hot.found, hot.x * contact.half_width, contact, lubricant, bodies, conduction)
     power = float(np.trapezoid(film.shear_stress, film.x)) * contact.speed_sliding + float(
         np.trapezoid(heat.rolling_heat, heat.x)
     )
     into = float(np.trapezoid(heat.heat_flux_1 + heat.heat_flux_2, heat.x))
-    unsettled = max(found.change) > ROUND_TOLERANCE[accuracy]
+    unsettled = max(hot.change) > tolerance
     last_share = 1.0 if unsettled else 0.5
     return replace(
         base,
         film=film,
         heat=heat,
         friction_fluid=film.friction_fluid,
-        friction_error=film.friction_error + found.refined[0] + last_share * found.change[0],
-        film_error=film.film_error + found.refined[1] + last_share * found.change[1],
+        friction_error=film.friction_error + last_share * hot.change[0],
+        film_error=film.film_error + last_share * hot.change[1],
         film_reduction=film.film_central / isothermal.film_central,
         temperature_film_max=heat.temperature_film_max,
         temperature_flash=heat.temperature_flash,
@@ -217,86 +205,34 @@ def solve_steady_thermal(
     )
 
 
-@dataclass(frozen=True)
-class _Settled:
-    """Film and heat in balance on one set of nodes; with a reason where they are not, and the last of both.
-
-    `change` is that of friction and film in the last round, `refined` what twice the nodes then changed [-].
-    """
-
-    film: SteadyResult
-    heat: ThermalTraction
-    reason: str
-    rounds: int
-    iterations: int
-    change: tuple[float, float] = (math.inf, math.inf)
-    refined: tuple[float, float] = (math.inf, math.inf)
-
-
-def _settled(balance: _HeatBalance, film: SteadyResult, mixer: _Mixer, accuracy: Accuracy) -> _Settled:
-    """Rounds on one mesh, then on twice the nodes, until heat and film agree; then the film with its grid error."""
-    contact, lubricant = balance.contact, balance.lubricant
-    nodes, tolerance = HEAT_NODES[accuracy], ROUND_TOLERANCE[accuracy]
-    first = _rounds(balance, film, mixer, nodes, accuracy, FIRST_ROUNDS * tolerance)
-    if first.reason:
-        return first
-    offset = mixer.last_offset()
-    fine = solve_on_mesh(contact, lubricant, first.film, 2 * nodes - 1, offset)
-    if fine.status != "converged":
-        fine = solve_steady(contact, lubricant, accuracy=accuracy, start=first.film, film_log_viscosity_offset=offset)
-    if fine.status != "converged":
-        return replace(first, reason=fine.reason)
-    finer = _Mixer(offset)
-    second = _rounds(balance, fine, finer, 2 * nodes - 1, accuracy, tolerance, first.heat)
-    rounds = first.rounds + second.rounds
-    iterations = first.iterations + fine.iterations + second.iterations
-    if second.reason:
-        return replace(second, rounds=rounds, iterations=iterations)
-    # all of what twice the nodes change counts as error
-    offset = finer.last_offset()
-    check = solve_on_mesh(contact, lubricant, first.film, nodes, offset)
-    last = solve_steady(contact, lubricant, accuracy=accuracy, start=second.film, film_log_viscosity_offset=offset)
-    iterations += check.iterations + last.iterations
-    refined = _changes(first.film, check if check.status == "converged" else last)
-    return _Settled(last, second.heat, last.reason, rounds, iterations, second.change, refined)
-
-
-def _rounds(
-    balance: _HeatBalance,
-    film: SteadyResult,
-    mixer: _Mixer,
-    nodes: int,
+def _solved(
+    hot: HotFilm,
+    scaled: ScaledContact,
+    isothermal: SteadyResult,
+    start_heat: ThermalTraction | None,
     accuracy: Accuracy,
-    tolerance: float,
-    last: ThermalTraction | None = None,
-) -> _Settled:
-    """Heat balance and film on one mesh in turn, until friction and film change by less than the tolerance."""
-    contact, lubricant = balance.contact, balance.lubricant
-    change, rounds, iterations = (math.inf, math.inf), 0, 0
-    heat = balance.on_nodes_of(film, nodes, last)
-    matrices = surface_matrices(heat.x, contact, balance.bodies, balance.conduction)
-    while max(change) > tolerance and rounds < MAX_ROUNDS:
-        rounds += 1
-        if rounds > 1:
-            heat = balance.on_nodes(heat, film, matrices)
-        if heat.status != "converged":
-            return _Settled(film, heat, heat.reason, rounds, iterations)
-        offset = mixer.next_offset(heat)
-        for _ in range(MAX_HALVINGS):
-            hot = solve_on_mesh(contact, lubricant, film, nodes, offset)
-            iterations += hot.iterations
-            if hot.status != "converged":
-                hot = solve_steady(contact, lubricant, accuracy=accuracy, start=film, film_log_viscosity_offset=offset)
-                iterations += hot.iterations
-            if hot.status == "converged":
-                break
-            offset = mixer.halved()
-        if hot.status != "converged":
-            return _Settled(film, heat, hot.reason, rounds, iterations)
-        change = _changes(film, hot)
-        film = hot
-    reason = "thermal_rounds" if max(change) > ACCEPTED_CHANGE else ""
-    return _Settled(film, heat, reason, rounds, iterations, change)
+    report: PathReport,
+    fallbacks: list[str],
+) -> SteadyResult:
+    """The hot film with its grid error: the one on a coarse grid, then those on nested ones."""
+    contact, shear, cold = hot.model.contact, hot.shear, isothermal.coarse
+    assert cold is not None
+    offset = None
+    if start_heat is not None:
+        # the temperatures of the neighbour, stretched to this contact's exit
+        stretch = isothermal.x_exit / start_heat.x[-1] / contact.half_width
+        offset = Offset(stretch * start_heat.x, start_heat.log_viscosity_offset)
+    try:
+        near = hot.started(cold, offset)
+        levels, limit = nested(near, shear, accuracy, PathReport(), fallbacks, hot.solved)
+        if fallbacks[:1] == [ROUNDED]:  # judged by the film without heat, which is solved for certain
+            blunt = Extrapolation(numbers_of(cold, shear).as_array(), rounding_errors(scaled, cold, shear, report))
+            limit = replace(limit, errors=limit.errors + blunt.relative() * np.abs(limit.values))
+    finally:
+        report.iterations += hot.iterations
+    return steady_result(
+        contact, levels[-1].scaled, shear, levels, limit, near, report, tuple(dict.fromkeys(fallbacks))
+    )
 
 
 def _without_heat(
@@ -336,159 +272,6 @@ def _failed(base: ThermalSteadyResult, reason: str, rounds: int, iterations: int
         rounds=rounds,
         iterations=iterations,
     )
-
-
-@dataclass(frozen=True)
-class _HeatBalance:
-    """The heat balance of a film: see `ehl.heat.thermal_traction`."""
-
-    contact: LineContact
-    lubricant: Lubricant
-    bodies: tuple[Material, Material]
-    bulk: tuple[float, float]
-    rolling_heat: bool
-    conduction: Conduction
-    conductivity: FilmConductivity | None
-    film_profile: FilmProfile
-
-    def on_nodes_of(self, film: SteadyResult, nodes: int, last: ThermalTraction | None = None) -> ThermalTraction:
-        """On every k-th node of the film's mesh, so that they are at least so many; from the stress of another one."""
-        step = max(1, (film.x.size - 1) // (nodes - 1))
-        x, pressure, heat = film.x[::step], np.maximum(film.pressure, 0.0), self._heat(film)
-        guess = None if last is None else np.interp(x, last.x, last.shear_stress)
-        return self._found(x, pressure[::step], film.film[::step], heat[::step], guess=guess)
-
-    def on_nodes(self, last: ThermalTraction, film: SteadyResult, matrices: Matrices) -> ThermalTraction:
-        """On the nodes of another one, whose stress is the start; nothing is freed behind the exit."""
-        columns = np.column_stack((np.maximum(film.pressure, 0.0), film.film, self._heat(film)))
-        pressure, thickness, heat = PchipInterpolator(film.x, columns)(np.clip(last.x, film.x[0], film.x[-1])).T
-        pressure = np.where(last.x < film.x[-1], np.maximum(pressure, 0.0), 0.0)
-        return self._found(last.x, pressure, thickness, heat, matrices, last.shear_stress)
-
-    def _found(
-        self,
-        x: FloatArray,
-        pressure: FloatArray,
-        thickness: FloatArray,
-        heat: FloatArray,
-        matrices: Matrices | None = None,
-        guess: FloatArray | None = None,
-    ) -> ThermalTraction:
-        return thermal_traction(
-            x,
-            pressure,
-            thickness,
-            self.contact,
-            self.lubricant,
-            self.bodies,
-            temperature_bulk=self.bulk,
-            rolling_heat=heat if self.rolling_heat else None,
-            conduction=self.conduction,
-            conductivity=self.conductivity,
-            film_profile=self.film_profile,
-            matrices=matrices,
-            guess=guess,
-        )
-
-    def _heat(self, film: SteadyResult) -> FloatArray:
-        """Of the pressure-driven flow, where it reaches the walls."""
-        pressure = np.maximum(film.pressure, 0.0)
-        # the flow of this very mesh (density 1 at the exit): in the contact h - h* is a small difference
-        excess = film.film - film.film[-1] / self.lubricant.density_ratio(pressure)
-        heat = np.maximum(self.contact.speed_entrainment * excess * _gradient(film.x, pressure), 0.0)
-        return _carried(film.x, heat, pressure, film.film, self.contact, self.lubricant, self.conductivity)
-
-
-def _carried(
-    x: FloatArray,
-    heat: FloatArray,
-    pressure: FloatArray,
-    thickness: FloatArray,
-    contact: LineContact,
-    lubricant: Lubricant,
-    conductivity: FilmConductivity | None,
-) -> FloatArray:
-    """Where the heat of the pressure-driven flow reaches the walls: the film carries it along while it conducts.
-
-    d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of an evenly heated film is Q h/(12 k), and the flow
-    u_r h* is the same everywhere. Behind the pressure spike of a thick, fast film q is freed within a hundredth of l;
-    conducted on the spot it would heat the oil by thousands of kelvin, carried along by a few.
-    """
-    k_film = (conductivity or lubricant.film_conductivity)(pressure, lubricant.thermal_conductivity)
-    capacity = lubricant.density * lubricant.heat_capacity * contact.speed_entrainment * thickness[-1]
-    length = capacity * thickness / (12.0 * k_film)
-    stored = np.zeros_like(heat)
-    for i in range(1, x.size):
-        middle = 0.5 * (length[i] + length[i - 1])
-        decay = math.exp(-(x[i] - x[i - 1]) / middle)
-        stored[i] = stored[i - 1] * decay + 0.5 * (heat[i] + heat[i - 1]) * middle * (1.0 - decay)
-    return np.where(pressure > 0.0, stored / length, 0.0)  # what is left at the exit goes with the oil
-
-
-def _gradient(x: FloatArray, pressure: FloatArray) -> FloatArray:
-    """dp/dx; in the inlet from ln p over ln|x|, since the pressure there nears a power of x on a coarse mesh."""
-    slope = np.gradient(pressure, x, edge_order=2)
-    inlet = (x < 0.0) & (np.maximum.accumulate(pressure) < 0.1 * pressure.max()) & (pressure > 0.0)
-    if np.count_nonzero(inlet) > 3:
-        distance = np.log(-x[inlet])
-        slope[inlet] = pressure[inlet] / x[inlet] * np.gradient(np.log(pressure[inlet]), distance, edge_order=2)
-    return np.asarray(slope)
-
-
-class _Mixer:
-    """Anderson mixing of the change of ln(viscosity) along x, on the nodes of the first round.
-
-    Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with the first step relaxed.
-    """
-
-    def __init__(self, start: Offset | None = None) -> None:
-        self.start = start
-        self.x: FloatArray = np.zeros(0)
-        self.used: list[FloatArray] = []
-        self.residuals: list[FloatArray] = []
-
-    def next_offset(self, heat: ThermalTraction) -> Offset:
-        """The offset to solve the next film with, from the temperatures of the last one."""
-        if not len(self.x):
-            self.x = heat.x
-            self.used.append(np.zeros_like(self.x) if self.start is None else self.start(self.x))
-        found = _curve(heat.x, heat.log_viscosity_offset)(self.x)
-        used = self.used[-1]
-        residual = found - used
-        self.residuals.append(residual)
-        mixed = used + RELAXATION * residual
-        if len(self.residuals) > 1:
-            steps = np.diff(np.array(self.used[-MEMORY:]), axis=0).T
-            changes = np.diff(np.array(self.residuals[-MEMORY:]), axis=0).T
-            share = np.linalg.lstsq(changes, residual, rcond=1e-6)[0]
-            mixed = mixed - (steps + RELAXATION * changes) @ share
-        self.used.append(mixed)
-        return self.last_offset()
-
-    def last_offset(self) -> Offset:
-        """What the last film was solved with."""
-        return _curve(self.x, self.used[-1])
-
-    def halved(self) -> Offset:
-        """Half the last step, where the film could not be solved with all of it."""
-        self.used[-1] = 0.5 * (self.used[-1] + self.used[-2])
-        return self.last_offset()
-
-
-def _curve(x: FloatArray, values: FloatArray) -> Offset:
-    curve = PchipInterpolator(x, values)
-    first, last = float(x[0]), float(x[-1])
-    return lambda points: np.asarray(curve(np.clip(points, first, last)))
-
-
-def _changes(before: SteadyResult, after: SteadyResult) -> tuple[float, float]:
-    """Relative change of friction, and the larger one of both films."""
-
-    def change(a: float, b: float) -> float:
-        return abs(a - b) / b if b > 0.0 else 0.0
-
-    films = (change(before.film_central, after.film_central), change(before.film_min, after.film_min))
-    return change(before.friction_fluid, after.friction_fluid), max(films)
 
 
 @dataclass(frozen=True)

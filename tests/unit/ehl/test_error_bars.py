@@ -23,7 +23,7 @@ from ehl.rough.batches import batch_means, neighbour_correlation, paired_error
 from ehl.rough.levels import Levels
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.window import Window, film_jumped, realisation_error
-from ehl.smooth import estimate, solve_steady, thermal
+from ehl.smooth import estimate, hot_film, solve_steady, thermal
 from ehl.smooth.estimate import extrapolate
 
 # --- smooth contact: nested grids
@@ -37,6 +37,13 @@ def test_error_of_three_grids_by_hand() -> None:
     assert found.values[0] == pytest.approx(0.99333333333, rel=1e-10)
     assert found.errors[0] == pytest.approx(0.0038095238 + 0.0015 + 4.9667e-7, rel=1e-8)
     assert found.relative()[0] == pytest.approx(0.0053100205 / 0.9933333333, rel=1e-7)
+
+
+def test_error_of_three_grids_with_heat_by_hand() -> None:
+    """0.8 of the distance, a fifth of the last change, 5e-7."""
+    found = extrapolate([np.array([1.30]), np.array([1.06]), np.array([1.01])], 49, hot=True)
+    assert found.values[0] == pytest.approx(0.99333333333, rel=1e-10)
+    assert found.errors[0] == pytest.approx(0.8 * 0.0133333333 + 0.01 + 4.9667e-7, rel=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -64,7 +71,8 @@ def test_reported_errors_are_those_of_the_grids(monkeypatch: pytest.MonkeyPatch)
     """The result hands on the relative errors of film, smallest film, friction and pressure, each with its own."""
     seen: list[Any] = []
 
-    def keep(levels: list[np.ndarray], coarsest: int) -> estimate.Extrapolation:
+    def keep(levels: list[np.ndarray], coarsest: int, *, hot: bool) -> estimate.Extrapolation:
+        assert not hot
         seen.append(extrapolate(levels, coarsest))
         return seen[-1]
 
@@ -88,31 +96,29 @@ def test_reported_errors_are_those_of_the_grids(monkeypatch: pytest.MonkeyPatch)
         (0.04, 1.0),  # not settled after all rounds, but acceptable: all of it
     ],
 )
-def test_error_of_the_heat_balance_has_three_terms(
-    monkeypatch: pytest.MonkeyPatch, change: float, share: float
-) -> None:
-    """Film, twice the nodes, and the last round: each with its own number for friction and film."""
-    refined = (3e-3, 2e-3)
-    balance = thermal._settled
+def test_error_of_a_hot_film_has_two_terms(monkeypatch: pytest.MonkeyPatch, change: float, share: float) -> None:
+    """The grids of film and heat together, and the last round: each with its own number for friction and film."""
+    solved = thermal._solved
 
-    def balanced(*arguments: Any) -> Any:
-        return replace(balance(*arguments), change=(change, 0.5 * change), refined=refined)
+    def balanced(hot: Any, *arguments: Any) -> Any:
+        film = solved(hot, *arguments)
+        hot.change = (change, 0.5 * change)
+        return film
 
-    monkeypatch.setattr(thermal, "_settled", balanced)
+    monkeypatch.setattr(thermal, "_solved", balanced)
     line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)
     result = thermal.solve_steady_thermal(line, Lubricant(0.02, 18e-9), (STEEL, STEEL), accuracy="fast")
     assert result.status == "converged"
     assert ("thermal_rounds" in result.notes) == (share == 1.0)
     film = result.film
-    assert result.friction_error == pytest.approx(film.friction_error + refined[0] + share * change, rel=1e-12)
-    assert result.film_error == pytest.approx(film.film_error + refined[1] + share * 0.5 * change, rel=1e-12)
+    assert result.friction_error == pytest.approx(film.friction_error + share * change, rel=1e-12)
+    assert result.film_error == pytest.approx(film.film_error + share * 0.5 * change, rel=1e-12)
 
 
 def test_change_of_a_round_is_relative_to_the_newer_film() -> None:
-    before = SimpleNamespace(film_central=1.0, film_min=0.9, friction_fluid=0.05)
-    after = SimpleNamespace(film_central=1.25, film_min=0.75, friction_fluid=0.04)
-    assert thermal._changes(before, after) == pytest.approx((0.25, 0.2))  # type: ignore[arg-type]
-    assert thermal._changes(after, before) == pytest.approx((0.2, 0.25))  # type: ignore[arg-type]
+    before, after = np.array([1.0, 0.9, 0.05]), np.array([1.25, 0.75, 0.04])
+    assert hot_film._changes(before, after) == pytest.approx((0.25, 0.2))
+    assert hot_film._changes(after, before) == pytest.approx((0.2, 0.25))
 
 
 def test_heat_left_out_adds_its_estimate_to_both_errors() -> None:

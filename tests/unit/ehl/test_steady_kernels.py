@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
 
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, grade
 from ehl.smooth.newton import Grid, LinearSystem, Unknowns, evaluate
-from ehl.smooth.scaling import ScaledContact
+from ehl.smooth.scaling import Offset, ScaledContact
 
 FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
 PRESSURE = 1e9
+HEATED = np.linspace(-3.0, 1.2, 600)
 OILS = {
     "barus": Lubricant(0.02, 1.5e-8, viscosity_law="barus"),
     "roelands": Lubricant(0.02, 1.5e-8),
@@ -111,6 +113,24 @@ def test_nodal_state_below_zero_pressure_continues_the_tangent():
         assert values[0] == pytest.approx(values[1], rel=1e-5, abs=1e-5)
 
 
+def test_monotone_cubic_is_that_of_scipy():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        x, y = np.sort(rng.random(12)), rng.normal(size=12)
+        y[4] = y[5]  # a flat piece
+        twin = PchipInterpolator(x, y)
+        at = np.sort(np.append(x, rng.uniform(x[0], x[-1], 60)))
+        values, _ = _kernels.monotone_cubic(x, y, at)
+        np.testing.assert_allclose(values, twin(at), rtol=1e-11, atol=1e-12)
+        inside = np.sort(rng.uniform(x[0], x[-1], 60))
+        np.testing.assert_allclose(
+            _kernels.monotone_cubic(x, y, inside)[1], twin.derivative()(inside), rtol=1e-8, atol=1e-7
+        )
+        outside = _kernels.monotone_cubic(x, y, np.array([x[0] - 1.0, x[-1] + 1.0]))
+        assert outside[0] == pytest.approx([y[0], y[-1]], rel=1e-12)
+        assert outside[1].tolist() == [0.0, 0.0]
+
+
 def test_open_inlet():
     x = np.linspace(-40.0, 1.2, 300)
     size = 1.3
@@ -150,7 +170,7 @@ def test_residual_refuses_a_closed_film(grid):
 
 
 @pytest.mark.parametrize("law", OILS)
-@pytest.mark.parametrize("offset", [None, lambda x: -0.4 * np.exp(-(x**2))])
+@pytest.mark.parametrize("offset", [None, Offset(HEATED, -0.4 * np.exp(-(HEATED**2)))], ids=["cold", "hot"])
 def test_jacobian_is_the_derivative_of_the_residual(grid, law, offset):
     case, u = scaled(law, offset=offset), unknowns(grid, list(OILS).index(law))
     e = evaluate(grid, case, u)

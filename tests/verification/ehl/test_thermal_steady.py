@@ -14,8 +14,9 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.smooth import solve_steady
+from ehl.smooth import hot_film, refine, solve_steady
 from ehl.smooth import thermal as thermal_steady
+from ehl.smooth.newton import NewtonFailure
 from ehl.smooth.thermal import solve_steady_thermal
 
 STEEL = Material(
@@ -189,13 +190,16 @@ def test_reported_error_covers_the_difference_to_reference():
 
 @pytest.mark.parametrize("failing", ["cold", "hot"])
 def test_a_film_that_cannot_be_solved_is_a_status(failing, monkeypatch):
-    def stubborn(*arguments, film_log_viscosity_offset=None, **options):
-        result = solve_steady(*arguments, film_log_viscosity_offset=film_log_viscosity_offset, **options)
-        if (film_log_viscosity_offset is None) == (failing == "cold"):
-            return replace(result, status="failed", reason="path_limit", friction_fluid=0.0)
-        return result
+    def stubborn(*arguments, **options):
+        return replace(solve_steady(*arguments, **options), status="failed", reason="path_limit", friction_fluid=0.0)
 
-    monkeypatch.setattr(thermal_steady, "solve_steady", stubborn)
+    def lost(*arguments, **options):
+        raise NewtonFailure("path_limit", 1)
+
+    if failing == "cold":
+        monkeypatch.setattr(thermal_steady, "solve_steady", stubborn)
+    else:
+        monkeypatch.setattr(hot_film, "solve_level", lost)
     result = solve_steady_thermal(contact(), oil(), BODIES, thermal="on")
     assert (result.status, result.reason, result.heat) == ("failed", "path_limit", None)
     assert result.friction_fluid == 0.0
@@ -239,18 +243,19 @@ SLIDING = (
 
 
 @pytest.mark.parametrize("case", [ROLLING, SLIDING], ids=["rolling", "sliding"])
-def test_a_heat_balance_too_coarse_for_the_contact_is_struck_anew(case, monkeypatch):
+def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(case, monkeypatch):
     line, lubricant = contact(**case[0]), oil(**case[1])
 
     def solve(accuracy):
         return solve_steady_thermal(line, lubricant, BODIES, thermal="on", accuracy=accuracy)
 
     fast, reference = solve("fast"), solve("reference")
-    monkeypatch.setattr(thermal_steady, "REFINED_ALLOWED", math.inf)
+    monkeypatch.setitem(refine.TOLERANCE, "fast", math.inf)  # three grids whatever their error
     coarse = solve("fast")
-    assert max(coarse.friction_error, coarse.film_error) > 0.1
-    assert max(fast.friction_error, fast.film_error) < 0.06
-    assert fast.rounds > coarse.rounds
+    assert fast.film.nodes > coarse.film.nodes
+    assert coarse.friction_error > 1.1 * fast.friction_error
+    assert fast.friction_error < 0.02
+    assert fast.film_error < 1e-3
     friction, film = (fast.friction_fluid, reference.friction_fluid), (fast.film.film_min, reference.film.film_min)
     assert friction[0] == pytest.approx(friction[1], rel=fast.friction_error + reference.friction_error)
     assert film[0] == pytest.approx(film[1], rel=fast.film_error + reference.film_error)

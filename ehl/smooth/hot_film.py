@@ -1,0 +1,263 @@
+"""Film and heat of a smooth contact on one grid after another: each in turn until both agree.
+
+temperatures at the film -> change of ln(viscosity) at the nodes, mixed with those before -> film with it -> ...
+A finer grid starts from what the coarser ones found.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.fluid.conductivity import FilmConductivity
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat._kernels import flow_heat
+from ehl.heat.conduction import Conduction
+from ehl.heat.traction import FilmProfile, FilmTemperature, Matrices, film_temperature, surface_matrices
+from ehl.line_contact import LineContact
+from ehl.material import Material
+from ehl.smooth.continuation import features_of_level, grid_for, transfer
+from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
+from ehl.smooth.outputs import FilmShear, numbers_of
+from ehl.smooth.scaling import Offset, ScaledContact
+
+Array = NDArray[np.float64]
+
+MAX_ROUNDS = 40
+MAX_HALVINGS = 6
+# a change in the last round up to this is accepted, noted and counted in the error
+ACCEPTED_CHANGE = 0.1
+FIRST_ROUNDS = 10.0  # tolerances, on the grid that only serves to grade the following ones
+# a thinner film is heated less: whole steps overshoot by up to 0.7 of themselves
+RELAXATION = 0.65
+MEMORY = 4
+# of the tolerance: a stretch of the mesh that keeps its conduction matrices
+SAME_MESH = 0.1
+
+
+@dataclass(frozen=True)
+class HeatModel:
+    """What heats a film and carries the heat away: see `ehl.heat.thermal_traction`."""
+
+    contact: LineContact
+    lubricant: Lubricant
+    bodies: tuple[Material, Material]
+    bulk: tuple[float, float]
+    rolling_heat: bool
+    conduction: Conduction
+    conductivity: FilmConductivity
+    film_profile: FilmProfile
+
+    def matrices(self, level: Level) -> Matrices:
+        """Of conduction, on the nodes of a level."""
+        return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies, self.conduction)
+
+    def balance(self, level: Level, matrices: Matrices, guess: Array | None, tolerance: float) -> FilmTemperature:
+        """Temperatures at the film of a level."""
+        contact, lubricant, b = self.contact, self.lubricant, self.contact.half_width
+        pressure = contact.pressure_hertz * np.maximum(level.unknowns.pressure, 0.0)
+        film = b * b / contact.radius_equivalent * level.film
+        heat = np.zeros_like(film)
+        if self.rolling_heat:
+            # d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of an evenly heated film is Q h/(12 k),
+            # and the flow u_r h* is the same everywhere. Behind the pressure spike of a thick, fast film q is freed
+            # within a hundredth of l; conducted on the spot it would heat the oil by thousands of kelvin, carried
+            # along by a few.
+            k_film = self.conductivity(pressure, lubricant.thermal_conductivity)
+            speed = contact.speed_entrainment
+            capacity = lubricant.density * lubricant.heat_capacity * speed * film[-1]
+            density = lubricant.density_ratio(pressure)
+            heat = flow_heat(level.x * b, pressure, film, density, capacity * film / (12.0 * k_film), speed)
+        return film_temperature(
+            pressure,
+            film,
+            contact,
+            lubricant,
+            self.bulk,
+            self.conductivity,
+            matrices,
+            rolling_heat=heat,
+            film_profile=self.film_profile,
+            guess=guess,
+            tolerance=tolerance,
+        )
+
+
+class Mixer:
+    """Anderson mixing of the change of ln(viscosity) along x/b, on fixed nodes.
+
+    Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with the first step relaxed. What earlier rounds showed serves on
+    other nodes too.
+    """
+
+    def __init__(self, used: Offset) -> None:
+        self.used = used
+        self._before: tuple[Array, Array] | None = None  # used and residual of the last round on these nodes
+        self._secants: list[tuple[Array, Array]] = []  # changes of both from round to round
+
+    def on_nodes(self, x: Array) -> Mixer:
+        """The same on other nodes."""
+        moved, old = Mixer(Offset(x, self.used.at(x)[0])), self.used.x
+        moved._secants = [(np.interp(x, old, a), np.interp(x, old, b)) for a, b in self._secants]
+        return moved
+
+    def follow(self, found: Offset) -> None:
+        """Take the next offset to use, from the one that the last gave."""
+        used = self.used.values
+        residual = found.at(self.used.x)[0] - used
+        if self._before is not None:
+            secant = (used - self._before[0], residual - self._before[1])
+            self._secants = [*self._secants[2 - MEMORY :], secant]
+        self._before = (used, residual)
+        mixed = used + RELAXATION * residual
+        if self._secants:
+            steps, changes = (np.array(part).T for part in zip(*self._secants, strict=True))
+            share = np.linalg.lstsq(changes, residual, rcond=1e-6)[0]
+            mixed -= (steps + RELAXATION * changes) @ share
+        self.used = Offset(self.used.x, mixed)
+
+    def halve(self) -> None:
+        """Half the last step, where the film could not be solved with all of it."""
+        assert self._before is not None
+        self.used = Offset(self.used.x, 0.5 * (self.used.values + self._before[0]))
+
+
+class HotFilm:
+    """The contact with heat on one grid after another.
+
+    Attributes
+    ----------
+    x : ndarray
+        Nodes of the last heat balance, in half-widths.
+    found : FilmTemperature or None
+        That balance.
+    change : tuple of float
+        Relative change of friction, and the larger one of both films, in the last round [-].
+    rounds, iterations : int
+        Of all grids; Newton iterations of the film.
+    """
+
+    def __init__(self, model: HeatModel, scaled: ScaledContact, shear: FilmShear, tolerance: float) -> None:
+        self.model, self.shear, self.tolerance = model, shear, tolerance
+        self._scaled = scaled
+        self._heat_tolerance = 0.03 * math.sqrt(tolerance)  # of steps of Newton's method: the next one is its square
+        self.found: FilmTemperature | None = None
+        self.change = (math.inf, math.inf)
+        self.rounds = self.iterations = 0
+        self.x: Array = np.zeros(0)
+        self._mixer = Mixer(Offset(self.x, self.x))
+        self._trend: tuple[Array, Array] | None = None  # change of the offset from the grid before to the last one
+        self._grids = 0
+        self._matrices: tuple[Grid, float, Matrices] | None = None
+
+    def started(self, cold: Level, guess: Offset | None) -> Level:
+        """Film and heat on a coarse grid graded for them, from the isothermal film and a guess of the heat."""
+        grid = Grid.of(cold.grid.grading, cold.grid.nodes)  # every other node
+        start = transfer(cold, grid)
+        x = _nodes(grid, start)
+        mixer = Mixer(Offset(x, np.zeros(x.size)))
+        if guess is not None:
+            mixer = Mixer(guess).on_nodes(x)
+        try:
+            level = self._film(grid, mixer, start)
+        except NewtonFailure:
+            if guess is None:
+                raise
+            return self.started(cold, None)
+        return self._settled(level, mixer, FIRST_ROUNDS * self.tolerance, regraded=True)
+
+    def solved(self, grid: Grid, guess: Unknowns) -> Level:
+        """Film and heat on a grid, from a guess of the film and the heat of the last grid."""
+        x, spent = _nodes(grid, guess), self.iterations
+        mixer = self._mixer.on_nodes(x)
+        expected = mixer.used
+        if self._trend is not None and self._grids >= 2:
+            mixer.used = Offset(x, expected.values + 0.25 * np.interp(x, *self._trend))
+        grids, self._grids = self._grids, 0
+        level = self._settled(self._film(grid, mixer, guess), mixer, self.tolerance)
+        self._trend, self._grids = (x, self._mixer.used.values - expected.values), grids + 1
+        return replace(level, iterations=self.iterations - spent)
+
+    def _settled(self, level: Level, mixer: Mixer, tolerance: float, regraded: bool = False) -> Level:
+        """Rounds until friction and film change by less than the tolerance; on grids that fit them, where asked."""
+        numbers, stress = numbers_of(level, self.shear).as_array(), self._stress_at(level.x)
+        self.change = (math.inf, math.inf)
+        for _ in range(MAX_ROUNDS):
+            self.rounds += 1
+            found = self.model.balance(level, self._matrices_of(level), stress, self._heat_tolerance)
+            if not np.isfinite(found.log_viscosity_offset).all():
+                raise NewtonFailure("not_finite", 0)
+            if not found.converged:
+                raise NewtonFailure("no_thermal_balance", 0)
+            stress = found.stress
+            mixer.follow(Offset(level.x, found.log_viscosity_offset))
+            heated = level.x
+            try:
+                level = self._next_film(level, mixer)
+            except NewtonFailure:
+                if max(self.change) > ACCEPTED_CHANGE:
+                    raise
+                # no film near this one answers to the heat any further: what it changed last counts
+                break
+            before, numbers = numbers, numbers_of(level, self.shear).as_array()
+            self.change = _changes(before, numbers)
+            self.x, self._mixer, self.found = heated, mixer, found
+            features = features_of_level(level) if regraded else level.features
+            if not features.close_to(level.features):
+                grid = grid_for(features, level.x.size)
+                start = transfer(level, grid)
+                mixer = mixer.on_nodes(_nodes(grid, start))
+                level = self._film(grid, mixer, start)
+                stress = self._stress_at(level.x)
+                numbers = numbers_of(level, self.shear).as_array()
+            elif max(self.change) <= tolerance:
+                return level
+        if max(self.change) > ACCEPTED_CHANGE:
+            raise NewtonFailure("thermal_rounds", 0)
+        return level
+
+    def _film(self, grid: Grid, mixer: Mixer, start: Unknowns) -> Level:
+        try:
+            level = solve_level(grid, replace(self._scaled, offset=mixer.used), start, tolerance=1e-6)
+        except NewtonFailure as failure:
+            self.iterations += failure.iterations
+            raise
+        self.iterations += level.iterations
+        return level
+
+    def _next_film(self, level: Level, mixer: Mixer) -> Level:
+        for _ in range(MAX_HALVINGS):
+            try:
+                return self._film(level.grid, mixer, level.unknowns)
+            except NewtonFailure:
+                mixer.halve()
+        return self._film(level.grid, mixer, level.unknowns)
+
+    def _stress_at(self, x: Array) -> Array | None:
+        return None if self.found is None else np.interp(x, self.x, self.found.stress)
+
+    def _matrices_of(self, level: Level) -> Matrices:
+        stretch = level.unknowns.stretch
+        if self._matrices is not None:
+            grid, at, matrices = self._matrices
+            if grid is level.grid and abs(stretch / at - 1.0) < SAME_MESH * self.tolerance:
+                return matrices
+        matrices = self.model.matrices(level)
+        self._matrices = level.grid, stretch, matrices
+        return matrices
+
+
+def _nodes(grid: Grid, unknowns: Unknowns) -> Array:
+    return grid.grading.x_in + unknowns.stretch * (grid.nodes - grid.grading.x_in)
+
+
+def _changes(before: Array, after: Array) -> tuple[float, float]:
+    """Relative change of friction, and the larger one of both films."""
+
+    def change(a: float, b: float) -> float:
+        return abs(a - b) / b if b > 0.0 else 0.0
+
+    return change(before[2], after[2]), max(change(before[0], after[0]), change(before[1], after[1]))

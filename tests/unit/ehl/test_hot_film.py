@@ -1,0 +1,106 @@
+"""Rounds of film and heat: mixing of the change of viscosity, carrying over to other grids."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
+from ehl.material import Material
+from ehl.smooth import hot_film
+from ehl.smooth.hot_film import MEMORY, RELAXATION, Mixer
+from ehl.smooth.newton import NewtonFailure, solve_level
+from ehl.smooth.scaling import Offset
+from ehl.smooth.thermal import solve_steady_thermal
+
+X = np.linspace(-2.0, 1.0, 31)
+STEEL = Material(
+    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
+)
+OIL = Lubricant(0.0106, 15e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
+
+
+def contact(**change) -> LineContact:
+    values = {"radius_equivalent": 15e-3, "effective_modulus": 228e9, "pressure_hertz": 1e9, "speed_entrainment": 5.0}
+    return LineContact.from_pressure(**(values | {"slide_to_roll": 0.5} | change))
+
+
+def answer(used: np.ndarray) -> np.ndarray:
+    """A heat balance that overshoots: a hotter film is heated less."""
+    return -1.0 / (1.0 + X**2) - 0.9 * used + 0.3 * np.roll(used, 1)
+
+
+def test_mixing_settles_where_plain_rounds_do_not():
+    mixer, plain = Mixer(Offset(X, np.zeros_like(X))), np.zeros_like(X)
+    first = answer(mixer.used.values)
+    for k in range(25):
+        mixer.follow(Offset(X, answer(mixer.used.values)))
+        plain = answer(plain)
+        if k == 0:
+            np.testing.assert_allclose(mixer.used.values, RELAXATION * first)
+    np.testing.assert_allclose(answer(mixer.used.values), mixer.used.values, atol=1e-8)
+    assert np.abs(answer(plain) - plain).max() > 1e-2
+    assert len(mixer._secants) == MEMORY - 1
+
+
+def test_a_halved_step_and_other_nodes():
+    mixer = Mixer(Offset(X, np.zeros_like(X)))
+    for _ in range(3):
+        mixer.follow(Offset(X, answer(mixer.used.values)))
+    before = mixer._before[0]
+    whole = mixer.used.values
+    mixer.halve()
+    np.testing.assert_allclose(mixer.used.values, 0.5 * (before + whole))
+    finer = np.linspace(-2.0, 1.0, 61)
+    moved = mixer.on_nodes(finer)
+    np.testing.assert_allclose(moved.used.values[::2], mixer.used.values)
+    assert len(moved._secants) == 2
+    np.testing.assert_allclose(moved._secants[1][1][::2], mixer._secants[1][1])
+
+
+@pytest.mark.parametrize("fails", [3, 40])
+def test_a_film_that_cannot_follow_takes_shorter_steps_or_says_so(fails, monkeypatch):
+    """Some films fail on the first grid: with shorter steps the same contact; where all do, a failure."""
+    exact = solve_steady_thermal(contact(), OIL, (STEEL, STEEL), thermal="on")
+    calls = 0
+
+    def stubborn(*arguments, **options):
+        nonlocal calls
+        calls += 1
+        if 2 <= calls < 2 + fails:
+            raise NewtonFailure("damping_exhausted", 1)
+        return solve_level(*arguments, **options)
+
+    monkeypatch.setattr(hot_film, "solve_level", stubborn)
+    result = solve_steady_thermal(contact(), OIL, (STEEL, STEEL), thermal="on")
+    if fails == 3:
+        assert result.status == "converged"
+        assert result.friction_fluid == pytest.approx(exact.friction_fluid, rel=1e-4)
+    else:
+        assert (result.status, result.reason) == ("failed", "damping_exhausted")
+
+
+def test_a_film_that_follows_no_further_counts_its_last_change(monkeypatch):
+    calls = 0
+
+    def stubborn(*arguments, **options):
+        nonlocal calls
+        calls += 1
+        if calls > 5:
+            raise NewtonFailure("damping_exhausted", 1)
+        return solve_level(*arguments, **options)
+
+    model, first = {}, hot_film.HotFilm.started
+    monkeypatch.setattr(hot_film, "solve_level", stubborn)
+
+    def started(self, cold, guess):
+        self.tolerance = 1e-12  # never met
+        first(self, cold, guess)
+        model["change"], model["rounds"] = self.change, self.rounds
+        raise NewtonFailure("stop", 0)
+
+    monkeypatch.setattr(hot_film.HotFilm, "started", started)
+    solve_steady_thermal(contact(), OIL, (STEEL, STEEL), thermal="on")
+    assert model["rounds"] >= 4
+    assert 0.0 < max(model["change"]) <= hot_film.ACCEPTED_CHANGE
