@@ -26,6 +26,7 @@ templates_path: list[str] = []
 nitpicky = False
 toc_object_entries = False  # the headings name them already
 
+autodoc_preserve_defaults = True
 autodoc_typehints = "none"  # numpydoc tells types, with units
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
@@ -80,8 +81,15 @@ def _write_reference() -> None:
     folder.mkdir(exist_ok=True)
     for package, title in _TITLES.items():
         module = import_module(package)
+        names = sorted(module.__all__, key=str.lower)
         lines = [title, "=" * len(title), "", f".. currentmodule:: {package}", ""]
-        for name in sorted(module.__all__, key=str.lower):
+        lines += [".. list-table::", "   :widths: auto", ""]
+        for name in names:
+            summary = (inspect.getdoc(getattr(module, name)) or "").partition("\n")[0]
+            if callable(getattr(module, name)):
+                lines += [f"   * - :py:obj:`{name} <{package}.{name}>`", f"     - {summary}"]
+        lines += [""]
+        for name in names:
             thing = getattr(module, name)
             if inspect.isclass(thing):
                 lines += [name, "-" * len(name), "", f".. autoclass:: {name}", "   :members:", ""]

@@ -13,7 +13,7 @@ from ehl.console import App
 
 def app(
     design: Annotated[
-        Path | None, typer.Argument(metavar="[DESIGN]", help="Design file to offer beside the shipped pairs.")
+        Path | None, typer.Argument(metavar="DESIGN", help="Design file to offer beside the shipped pairs.")
     ] = None,
     port: Annotated[int, typer.Option(help="Port on the loopback address.", min=1024, max=65535)] = 8642,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser.")] = True,

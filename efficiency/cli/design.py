@@ -187,11 +187,11 @@ def correct(
 def misalignment(
     design: DesignArgument,
     e: Annotated[
-        str | None, typer.Option("--E", help="Along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.")
+        str | None, typer.Option("--E", help="Shift E along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.")
     ] = None,
-    p: Annotated[str | None, typer.Option("--P", help="Along the pinion axis, from apex to heel.")] = None,
-    g: Annotated[str | None, typer.Option("--G", help="Along the gear axis, from apex to heel.")] = None,
-    alpha: Annotated[str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
+    p: Annotated[str | None, typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.")] = None,
+    g: Annotated[str | None, typer.Option("--G", help="Shift G along the gear axis, from apex to heel.")] = None,
+    alpha: Annotated[str | None, typer.Option("--alpha", help="Change of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
     side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "drive",
     marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
     torque: Annotated[
@@ -232,9 +232,7 @@ def misalignment(
 def study(
     designs: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[DESIGN...]", help=f"Design files or names of shipped ones; default: {' '.join(PAIRS)}."
-        ),
+        typer.Argument(metavar="DESIGN...", help=f"Design files or names of shipped ones; default: {' '.join(PAIRS)}."),
     ] = None,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for page, tables and figures.", rich_help_panel=OUTPUT)
@@ -255,12 +253,19 @@ def study(
     side: SideOption = "drive",
     e: Annotated[
         str | None,
-        typer.Option("--E", help="Along the offset: '-0.1, 0.1 mm'; '0 mm': none.", rich_help_panel=MISALIGNMENT),
+        typer.Option(
+            "--E", help="Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.", rich_help_panel=MISALIGNMENT
+        ),
     ] = None,
-    p: Annotated[str | None, typer.Option("--P", help="Along the pinion axis.", rich_help_panel=MISALIGNMENT)] = None,
-    g: Annotated[str | None, typer.Option("--G", help="Along the gear axis.", rich_help_panel=MISALIGNMENT)] = None,
+    p: Annotated[
+        str | None, typer.Option("--P", help="Shift P along the pinion axis.", rich_help_panel=MISALIGNMENT)
+    ] = None,
+    g: Annotated[
+        str | None, typer.Option("--G", help="Shift G along the gear axis.", rich_help_panel=MISALIGNMENT)
+    ] = None,
     alpha: Annotated[
-        str | None, typer.Option("--alpha", help="Of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT)
+        str | None,
+        typer.Option("--alpha", help="Change of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT),
     ] = None,
     load_balance: LoadBalanceOption = None,
     strength: Annotated[

@@ -49,7 +49,7 @@ BulkOption = Annotated[
     bool | None,
     typer.Option(
         "--bulk-temperature/--oil-temperature",
-        help="Teeth by a heat balance, or as warm as the oil; default: the balance where the design states [cooling].",
+        help="Teeth by a heat balance, or as warm as the oil; default: a balance where the design states its cooling.",
         rich_help_panel=LOSS,
     ),
 ]

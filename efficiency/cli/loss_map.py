@@ -75,7 +75,7 @@ def axle_test(
         str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
     ] = "single",
     torque_max: Annotated[str | None, typer.Option(help="Output torque the axle is rated for: '2500 N m'.")] = None,
-    revolutions_per_mile: Annotated[float, typer.Option(help="Of the smallest tyre.")] = 650.0,
+    revolutions_per_mile: Annotated[float, typer.Option(help="Revolutions of the smallest tyre.")] = 650.0,
     friction: FrictionOption = "constant:0.05",
     temperature: TemperatureOption = None,
     oil: OilOption = None,

@@ -66,13 +66,15 @@ def optimise(
         ),
     ] = None,
     p: Annotated[
-        str | None, typer.Option("--P", help="The same along the pinion axis.", rich_help_panel=MISALIGNMENT)
+        str | None,
+        typer.Option("--P", help="The same along the pinion axis; default '0.05 mm'.", rich_help_panel=MISALIGNMENT),
     ] = None,
     g: Annotated[
         str | None, typer.Option("--G", help="Along the gear axis; default none.", rich_help_panel=MISALIGNMENT)
     ] = None,
     alpha: Annotated[
-        str | None, typer.Option("--alpha", help="Of the shaft angle; default none.", rich_help_panel=MISALIGNMENT)
+        str | None,
+        typer.Option("--alpha", help="Change of the shaft angle; default none.", rich_help_panel=MISALIGNMENT),
     ] = None,
     tolerance: Annotated[
         list[str] | None,
@@ -94,7 +96,7 @@ def optimise(
         str | None,
         typer.Option(help="Check the gain of the best with solved contacts: 'ehl' (minutes).", rich_help_panel=SEARCH),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.", rich_help_panel=SEARCH)] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.", rich_help_panel=SEARCH)] = 1,
     jobs: JobsOption = None,
     dask: DaskOption = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,

@@ -34,15 +34,19 @@ OilOption = Annotated[
     str | None,
     typer.Option(help="Oil card in place of the design's.", rich_help_panel=OPERATION, autocompletion=names_of("oils")),
 ]
-EOption = Annotated[str | None, typer.Option("--E", help="Along the offset: '0.1 mm'.", rich_help_panel=MISALIGNMENT)]
+EOption = Annotated[
+    str | None, typer.Option("--E", help="Shift E along the offset: '0.1 mm'.", rich_help_panel=MISALIGNMENT)
+]
 POption = Annotated[
-    str | None, typer.Option("--P", help="Along the pinion axis, from apex to heel.", rich_help_panel=MISALIGNMENT)
+    str | None,
+    typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.", rich_help_panel=MISALIGNMENT),
 ]
 GOption = Annotated[
-    str | None, typer.Option("--G", help="Along the gear axis, from apex to heel.", rich_help_panel=MISALIGNMENT)
+    str | None,
+    typer.Option("--G", help="Shift G along the gear axis, from apex to heel.", rich_help_panel=MISALIGNMENT),
 ]
 AlphaOption = Annotated[
-    str | None, typer.Option("--alpha", help="Of the shaft angle: '2 arcmin'.", rich_help_panel=MISALIGNMENT)
+    str | None, typer.Option("--alpha", help="Change of the shaft angle: '2 arcmin'.", rich_help_panel=MISALIGNMENT)
 ]
 LoadBalanceOption = Annotated[
     str | None,

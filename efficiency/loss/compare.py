@@ -15,7 +15,7 @@ from efficiency.loss.regions import loss_by_region
 from ehl.fluid.oil import Oil
 from ehl.io.numbers import finite_or_none
 from regression.friction.models import ConstantFriction, FrictionModel
-from regression.friction.published_registry import PUBLISHED
+from regression.friction.published_registry import PUBLISHED, model_label
 
 if TYPE_CHECKING:
     import pandas
@@ -67,6 +67,11 @@ class ComparisonRow:
     seconds: float
     efficiency_with_rolling: float
     loss_regions: tuple[tuple[float, ...], ...]
+
+    @property
+    def label(self) -> str:
+        """What figures and pages call it."""
+        return model_label(self.name) if self.kind == "mesh" else self.name
 
 
 @dataclass(frozen=True, repr=False)

@@ -19,6 +19,7 @@ from efficiency.output.tables import comparison_table, operating_point, percent
 from ehl import __version__
 from ehl.view.html_report import Answer, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
 from ehl.view.table import Column, Table
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison, ComparisonRow
@@ -44,13 +45,15 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
         Picture(plot_friction_along_mesh(comparison), "Weighted with the sliding power, of all pairs in mesh."),
         Picture(plot_loss_along_mesh(comparison), "Power loss at each position of a pinion pitch."),
     ]
-    fitted = f"The constant fitted to {comparison.reference} has its loss at this operating point. "
+    fitted = f"The constant fitted to {model_label(comparison.reference)} has its loss at this operating point. "
     shared = (
         f"{fitted if comparison.reference else ''}Geometry and load are shared; the closed forms take one constant "
         "friction coefficient for the whole pair. A model that knows no uncertain input has no interval: its error "
         "is not small, it is not known."
     )
-    said = [pair for result in comparison.results for pair in result_notes(result, (), result.friction_model)]
+    said = [
+        pair for result in comparison.results for pair in result_notes(result, (), model_label(result.friction_model))
+    ]
     return write_report(
         path,
         f"Friction models compared: {comparison.design}",
@@ -82,7 +85,7 @@ def _answer(comparison: Comparison) -> Answer:
         return Answer("no answer", f"of any friction model: {comparison.reason}")
     best, worst = max(found, key=_efficiency), min(found, key=_efficiency)
     known = [
-        (f"{percent(row.efficiency, 2)} %", f"{word}, {row.name}") for row, word in ((worst, "least"), (best, "most"))
+        (f"{percent(row.efficiency, 2)} %", f"{word}, {row.label}") for row, word in ((worst, "least"), (best, "most"))
     ]
     error = 100.0 * max((row.efficiency_error for row in found if math.isfinite(row.efficiency_error)), default=0.0)
     known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "greatest error of the solution of a model"))
@@ -96,15 +99,16 @@ def _efficiency(row: ComparisonRow) -> float:
 
 def _tile(row: ComparisonRow) -> tuple[str, str]:
     if not math.isfinite(row.efficiency):
-        return "no answer", f"{row.name}: {row.reason}"
+        return "no answer", f"{row.label}: {row.reason}"
     low, high = (percent(end, 1) for end in (row.efficiency_lower, row.efficiency_upper))
     known = row.efficiency_lower < row.efficiency_upper
-    return f"{percent(row.efficiency, 2)} %", f"{row.name}, {low} to {high} %" if known else row.name
+    return f"{percent(row.efficiency, 2)} %", f"{row.label}, {low} to {high} %" if known else row.label
 
 
 def models_table(comparison: Comparison) -> Table:
     """The table of the models without the columns that are the same in every row."""
     table = comparison_table(comparison)
+    labels = [row.label for row in comparison.rows]
     kept = [
         k
         for k, column in enumerate(table.columns)
@@ -114,6 +118,6 @@ def models_table(comparison: Comparison) -> Table:
     ]
     return Table(
         [table.columns[k] for k in kept],
-        [tuple(row[k] for k in kept) for row in table.rows],
+        [(label, *(row[k] for k in kept[1:])) for label, row in zip(labels, table.rows, strict=True)],
         name=table.name,
     )

@@ -52,6 +52,7 @@ from ehl.view.html_report import (
     write_report,
 )
 from ehl.view.table import Table
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,7 +91,7 @@ def loss_figures(flank: FlankMap) -> Iterator[Named]:
     for field, caption in (
         (flank_plots.SLIDE_TO_ROLL, "Length of the sliding vector over the entrainment speed."),
         (flank_plots.FILM_RATIO, "Smooth isothermal film over the composite roughness Rq."),
-        (flank_plots.FRICTION, f"Friction coefficient of the model {flank.result.friction_model}."),
+        (flank_plots.FRICTION, f"Friction coefficient of the model: {model_label(flank.result.friction_model)}."),
         (flank_plots.FLASH, "Bulk temperature and flash."),
         (
             flank_plots.LOSS,
@@ -177,7 +178,8 @@ def write_gear_report(
     return write_report(
         path,
         f"Gear efficiency: {design.name}",
-        f"{operating_point(result)}, friction {result.friction_model}. {misalignment_text(design).capitalize()}. "
+        f"{operating_point(result)}, friction: {model_label(result.friction_model)}. "
+        f"{misalignment_text(design).capitalize()}. "
         f"Source of the design: {design.source or 'not stated'}",
         sections,
         f"mixed-ehl {__version__}, Python {platform.python_version()}. Churning, windage and bearing losses are not "
@@ -235,17 +237,17 @@ def answer(result: EfficiencyResult, grid: Grid | None = None) -> Answer:
     if math.isfinite(result.efficiency_error):
         error = 100.0 * result.efficiency_error
         known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "error of the solution: mesh, lines, equilibrium"))
-    label = f"mesh efficiency, {result.friction_model}"
+    label = f"mesh efficiency, {model_label(result.friction_model)}"
     if grid is not None:
         values = grid.values()
         ends = f"{percent(float(np.nanmin(values)), 2)} to {percent(float(np.nanmax(values)), 2)} %"
         known.append((ends, f"over the {len(grid.points)} points of the map"))
-        label = f"mesh efficiency at {operating_state(result)}, {result.friction_model}"
+        label = f"mesh efficiency at {operating_state(result)}, {model_label(result.friction_model)}"
     return Answer(f"{percent(result.efficiency, 2)} %", label, known)
 
 
 def _range(result: EfficiencyResult) -> str:
-    return f"the range of {result.friction_model}"
+    return f"the range of {model_label(result.friction_model)}"
 
 
 def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from efficiency.output.tables import operating_state, percent
 from ehl.view.notes import Note, NoteKind, group_notes, notes_table
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from efficiency.loss.efficiency_result import EfficiencyResult
@@ -73,7 +74,7 @@ def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: 
         edges = any(grade.kind == "edges" for grade in result.strength.grades)
     # of load at edges the grade says what to do about it, the note where it is
     said += [note for note in result.notes if not (edges and note.startswith("edges carry"))]
-    if outside := outside_note(result.outside_range_share, result.friction_model):
+    if outside := outside_note(result.outside_range_share, model_label(result.friction_model)):
         said.append(outside)
     # those without load belong to every case
     return [(case, text) for text in said] + [("", note) for note in of_design if note not in said]

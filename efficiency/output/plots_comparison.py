@@ -47,7 +47,7 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
             marker=MARKERS[number % len(MARKERS)],
             ms=3.5,
             lw=1.2,
-            label=comparison.rows[number].name,
+            label=comparison.rows[number].label,
         )
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=label, ylim=(0.0, None))
     axes.grid(alpha=0.3)
@@ -74,7 +74,7 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
             )
         axes.set_xticks(range(3), FACES, fontsize=8)
         axes.set_yticks(range(3), HEIGHTS, fontsize=8)
-        axes.set_title(row.name, fontsize=8)
+        axes.set_title(row.label, fontsize=8)
     for axes in panels.ravel()[len(rows) :]:
         axes.set_axis_off()
     if shown is not None:
@@ -95,7 +95,7 @@ def plot_run_time(comparison: Comparison) -> Figure:
         axes.annotate(
             f"{value:.3g} s", (value, place), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
         )
-    axes.set_yticks(np.arange(len(rows)), [row.name for row in rows], fontsize=8)
+    axes.set_yticks(np.arange(len(rows)), [row.label for row in rows], fontsize=8)
     axes.set_xscale("log")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set(xlabel="run time of friction and loss [s]", xlim=(None, 6.0 * float(seconds.max())))

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.quantities import axis_label, quantity, to_display
+from ehl.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.view.plots import BLUE, GREY, ORANGE
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,7 +141,7 @@ def plot_friction_and_loss(result: EfficiencyResult) -> Figure:
     axes.legend(handles, [str(h.get_label()) for h in handles], frameon=False, loc="lower left")
     found = result.status == "converged"
     outcome = f"efficiency {100.0 * result.efficiency:.3f} %" if found else f"failed ({result.reason})"
-    axes.set_title(f"{result.friction_model}: {outcome}")
+    axes.set_title(f"{model_label(result.friction_model)}: {outcome}")
     return figure
 
 
@@ -172,10 +173,11 @@ def plot_comparison(comparison: Comparison) -> Figure:
         axes.annotate(
             text, (min(end, limit), at), xytext=(gap, 0), textcoords="offset points", fontsize=size, va="center"
         )
-    axes.set_yticks(place, [row.name for row in rows])
+    axes.set_yticks(place, [row.label for row in rows])
     axes.set(xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.35 * limit))
     # over the whole figure: long names of friction models leave the axes narrow
-    figure.suptitle(f"{comparison.design}: " + ", ".join(quantity(n).text(getattr(comparison, n)) for n in OPERATION))
+    state = ", ".join(quantity(n).text(getattr(comparison, n)) for n in OPERATION)
+    figure.suptitle(typeset_units(f"{comparison.design}: {state}"))
     return figure
 
 
@@ -208,7 +210,7 @@ def plot_map(map_: Grid) -> Figure:
             axes.plot(
                 speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=quantity("torque_pinion").text(torque)
             )
-        axes.set(xlabel=axis_label("speed_pinion"), title=quantity("temperature_oil").text(temperature))
+        axes.set(xlabel=axis_label("speed_pinion"), title=typeset_units(quantity("temperature_oil").text(temperature)))
         axes.grid(alpha=0.3)
     all_axes[0].set_ylabel("mesh efficiency [%]")
     all_axes[-1].legend(frameon=False, title="pinion torque")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from efficiency.output.plots_load import plot_map
-from ehl.quantities import axis_label, quantity, to_display
+from ehl.quantities import axis_label, quantity, to_display, typeset_units
 
 if TYPE_CHECKING:
     from efficiency.loss.duty import DutyCycle
@@ -92,7 +92,7 @@ def contour_figure(grid: Grid, name: str) -> Figure:
         axes.clabel(lines, fontsize=7)
         axes.plot(*(part.ravel() for part in np.meshgrid(speed, torque)), ".", color="0.2", ms=2)
         temperature = grid.axes["temperature"][number]
-        axes.set(xlabel=axis_label("speed_pinion"), title=quantity("temperature_oil").text(temperature))
+        axes.set(xlabel=axis_label("speed_pinion"), title=typeset_units(quantity("temperature_oil").text(temperature)))
         if number == panels - 1:
             figure.colorbar(shades, ax=axes, label=axis_label(name))
     all_axes[0].set_ylabel(axis_label("torque_pinion"))

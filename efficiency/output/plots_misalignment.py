@@ -16,7 +16,7 @@ from efficiency.output.misalignment_table import misalignment_quantity
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.io.errors import ConvergenceError
 from ehl.io.units import ARCSEC
-from ehl.quantities import axis_label, quantity, to_display
+from ehl.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def pattern_figure(
     for colour, (value, pair, pattern) in zip(shades, contacts, strict=True):
         aligned = value == 0.0
         tint = GREY if aligned else colour
-        axes.plot([], [], color=tint, lw=2.0, label=misalignment_quantity(name).text(value, 3))
+        axes.plot([], [], color=tint, lw=2.0, label=typeset_units(misalignment_quantity(name).text(value, 3)))
         if pattern.marked.any():
             gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0))
             axes.contour(

@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from efficiency.studies.parameter_study import level_quantity
-from ehl.quantities import to_display
+from ehl.quantities import to_display, typeset_units
 from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ _CROSSED = (
 
 def reference_text(study: Study, *without: str) -> str:
     """The reference in words, less what a figure varies."""
-    return ", ".join(level_quantity(name).text(value) for name, value in study.reference.items() if name not in without)
+    levels = [level_quantity(name).text(value) for name, value in study.reference.items() if name not in without]
+    return typeset_units(", ".join(levels))
 
 
 def study_figures(study: Study) -> Iterator[tuple[str, Figure, str]]:
@@ -80,7 +81,7 @@ def crossed_figure(study: Study, along: str, lines: str) -> Figure:
                 along,
                 colour=shades[number],
                 marker=_MARKERS[number % 8],
-                label=level_quantity(lines).text(level),
+                label=typeset_units(level_quantity(lines).text(level)),
             )
         axes.set(xlabel=level_quantity(along).axis_label, title=f"{design}\n{reference_text(study, along, lines)}")
         axes.title.set_fontsize(9)
@@ -236,7 +237,7 @@ def causes_figure(study: Study) -> Figure:
 def span_text(study: Study, name: str) -> str:
     """Range of the levels of a parameter, of a misalignment with the aligned pair."""
     levels = sorted({*getattr(study.levels, name), *(() if name in study.reference else (0.0,))})
-    return level_quantity(name).span(levels[0], levels[-1])
+    return typeset_units(level_quantity(name).span(levels[0], levels[-1]))
 
 
 def _range_text(study: Study, name: str) -> str:

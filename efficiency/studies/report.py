@@ -19,6 +19,7 @@ from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Sect
 from ehl.view.notes import Note
 from ehl.view.plots import save_figures
 from ehl.view.table import Column, Table, write_csv, write_xlsx
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,7 +100,7 @@ def study_notes(study: Study) -> list[Note]:
         said += [(point.label, note) for note in point.notes]
         if point.status == "failed":
             said.append((point.label, f"no answer: {point.reason}"))
-        elif outside := outside_note(point.outside_range_share, study.friction_model):
+        elif outside := outside_note(point.outside_range_share, model_label(study.friction_model)):
             said.append((point.label, outside))
     return pair_notes(said)
 
@@ -138,7 +139,7 @@ def write_study(study: Study, folder: Path) -> list[Path]:
     page = write_report(
         folder / "study.html",
         "Parameter study: mesh efficiency",
-        f"{', '.join(study.designs)}; {study.side} side, {study.oil}, friction {study.friction_model}",
+        f"{', '.join(study.designs)}; {study.side} side, {study.oil}, friction: {model_label(study.friction_model)}",
         sections,
         f"mixed-ehl {__version__}, Python {platform.python_version()}. {timing(study).capitalize()}. Churning, windage "
         "and bearing losses are not part of any figure here.",
@@ -166,7 +167,8 @@ def _pictures(figures: Sequence[tuple[str, Figure, str]], *names: str) -> list[B
 
 def _causes(study: Study) -> list[Block]:
     if not causes_of(study):
-        return [Text(f"No input of the friction model {study.friction_model} is uncertain: it has no interval.")]
+        model = model_label(study.friction_model)
+        return [Text(f"No input of the friction model ({model}) is uncertain: it has no interval.")]
     caption = (
         "Half width of the efficiency at the reference that each cause alone leaves, 90 % interval: measure first what "
         "makes the longest bar. The error of the solution is not in it."

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ehl.io.errors import InputError
 from ehl.io.files import make_folder, write_file
 from ehl.io.table_files import harmless
-from ehl.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit
+from ehl.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -181,15 +181,16 @@ class Table:
         dense = "dense densest" if len(head) > _DENSEST else "dense"
         lines = [f'<table class="{dense}">' if len(head) > _DENSE else "<table>"]
         if self.title:
-            lines.append(f"<caption><span>{html.escape(self.title)}</span></caption>")
+            lines.append(f"<caption><span>{html.escape(typeset_units(self.title))}</span></caption>")
         cells = "".join(f"<th{mark}>{html.escape(text)}</th>" for text, mark in zip(head, style, strict=True))
         lines.append(f"<thead><tr>{cells}</tr></thead>\n<tbody>")
         for number, row in enumerate(rows):
             mark = ' class="highlight"' if number == self.highlight else ""
-            cells = "".join(f"<td{s}>{html.escape(text)}</td>" for text, s in zip(row, style, strict=True))
+            row = [html.escape(typeset_units(text)) for text in row]
+            cells = "".join(f"<td{s}>{text}</td>" for text, s in zip(row, style, strict=True))
             lines.append(f"<tr{mark}>{cells}</tr>")
         lines.append("</tbody>\n</table>")
-        lines += [f"<p>{html.escape(note)}</p>" for note in self.notes]
+        lines += [f"<p>{html.escape(typeset_units(note))}</p>" for note in self.notes]
         return "\n".join(lines)
 
     _repr_html_ = html

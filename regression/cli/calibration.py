@@ -18,7 +18,8 @@ def calibrate(
         Path | None, typer.Option("-o", "--output", metavar="CARD.toml", help="Write the calibrated oil card.")
     ] = None,
     fit: Annotated[
-        list[str] | None, typer.Option("--fit", metavar="NAME", help="Parameter to fit, in place of the setup's.")
+        list[str] | None,
+        typer.Option("--fit", metavar="NAME", help="Parameter to fit, in place of the setup's; repeat for several."),
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Oil card to begin with, in place of the setup's.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Write measured and computed curves (PNG, SVG, PDF).")] = None,
@@ -38,9 +39,12 @@ def calibrate(
         typer.Option(metavar="OUT.csv", help="Fit nothing: write synthetic friction for these conditions."),
     ] = None,
     true: Annotated[
-        list[str] | None, typer.Option("--true", metavar="NAME=VALUE", help="Behind the synthetic friction.")
+        list[str] | None,
+        typer.Option(
+            "--true", metavar="NAME=VALUE", help="True value behind the synthetic friction; repeat for several."
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the synthetic noise.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the synthetic noise.")] = 1,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
     check_outputs({"output": output, "plot": plot, "report": report, "synthetic": synthetic})

@@ -65,6 +65,14 @@ class PublishedFormula:
     diverges: bool = False
 
     @property
+    def label(self) -> str:
+        """Authors and year, as a figure names it: ``Xu & Kahraman 2007``."""
+        if self.source.startswith("ISO"):
+            return self.source.partition(",")[0]
+        *authors, year = self.name.title().replace("Odonoghue", "O'Donoghue").split("_")
+        return f"{' & '.join(authors)} {year}"
+
+    @property
     def mark(self) -> str:
         """What a report puts behind the name: " (M)" where any digit of the equation is from memory; else nothing."""
         return "" if self.certainty == "found" else " (M)"
@@ -353,3 +361,14 @@ def evaluate_published(formula: PublishedFormula, conditions: Conditions, base: 
         mu = formula.local(table, base)
     undefined = ~(np.isfinite(mu) & (mu >= 0.0))
     return np.asarray(np.where(undefined, np.nan, mu)), outside, np.asarray(undefined)
+
+
+def model_label(name: str) -> str:
+    """A friction model by its specification, as pages and figures name it: ``constant:0.05`` is "constant 0.05"."""
+    kind, _, rest = name.partition(":")
+    if kind == "constant":
+        value, comma, fitted = rest.partition(", fitted to ")
+        return f"constant {float(value):.3g}" + (f"{comma}{model_label(fitted)}" if fitted else "")
+    if kind == "ehl":
+        return "solved contacts" + (f", {rest.replace('_', ' ').replace(':', ', ')}" if rest else "")
+    return PUBLISHED[name].label if name in PUBLISHED else f"formula {name}"

@@ -258,13 +258,13 @@ def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
     mu, table = computed_friction(frame), columns(frame)
     bases = np.array([Oil.load(name).base if name else "mineral" for name in frame["oil"]])
     rows = [_published_row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN), mu, np.zeros(mu.size, dtype=bool))]
-    for name, published in PUBLISHED.items():
+    for published in PUBLISHED.values():
         value, outside = np.full(mu.size, np.nan), np.zeros(mu.size, dtype=bool)
         for base in np.unique(bases):
             here = bases == base
             part = {variable: values[here] for variable, values in table.items()}
             value[here], outside[here], _ = evaluate_published(published, part, str(base))
-        rows.append(_published_row(name + ("" if published.certainty == "found" else " (M)"), value, mu, outside))
+        rows.append(_published_row(published.label + published.mark, value, mu, outside))
     return rows
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ehl.quantities import quantity
+from ehl.quantities import quantity, typeset_units
 from ehl.view.plots import BLUE, GREY, ORANGE
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import held_out_friction
@@ -183,7 +183,7 @@ def plot_bands(formula: FittedFormula) -> Figure:
     for at, band in zip(place, bands, strict=True):
         end = (max(mean[at], most[at]), at)
         axes.annotate(f"{band.count}", end, xytext=(6, 0), textcoords="offset points", fontsize=7, va="center")
-    axes.set_yticks(place, [region_text(band.variable, band.low, band.high) for band in bands], fontsize=8)
+    axes.set_yticks(place, [typeset_units(region_text(b.variable, b.low, b.high)) for b in bands], fontsize=8)
     axes.invert_yaxis()
     axes.set(xlabel="error of held-out cases [%]", xlim=(0.0, 1.1 * max(float(mean.max()), float(most.max()))))
     axes.grid(axis="x", alpha=0.3)

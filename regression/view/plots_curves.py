@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ehl.fluid.oil import Oil
-from ehl.quantities import axis_label, quantity, to_display
+from ehl.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.state import ContactState
 from ehl.view.plots import GREY
 from regression.data.dataset import Dataset
@@ -207,7 +207,8 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
         )
         axes.set(xscale="log", xlabel=axis_label("speed_entrainment"))
         plain_ticks(axes.xaxis, speed[0], speed[-1])
-        axes.set_title(f"{quantity(third).label} {quantity(third).text(here.held[third], 2)}", fontsize=10)
+        held = typeset_units(quantity(third).text(here.held[third], 2))
+        axes.set_title(f"{quantity(third).label} {held}", fontsize=10)
     panels[0].set_ylabel(axis_label("pressure_hertz"))
     bar = figure.colorbar(filled, ax=panels, label="friction coefficient µ [-]")
     bar.set_ticks(levels[::4].tolist(), labels=[f"{level:.2g}" for level in levels[::4]])
@@ -226,11 +227,10 @@ def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[FittedFo
     from matplotlib import colormaps
 
     shades = colormaps["tab20"]
-    for number, (name, published) in enumerate(PUBLISHED.items()):
+    for number, published in enumerate(PUBLISHED.values()):
         mu, _, _ = evaluate_published(published, table, base)
         dash = ("-", "--", ":")[number % 3]
-        mark = "" if published.certainty == "found" else " (M)"
-        axes.plot(x, mu, color=shades(number / 20.0), ls=dash, lw=1.0, label=f"{name}{mark}")
+        axes.plot(x, mu, color=shades(number / 20.0), ls=dash, lw=1.0, label=f"{published.label}{published.mark}")
     axes.axhline(COLEMAN, color=GREY, lw=1.0, label="constant 0.05 (Coleman)")
     for number, formula in reversed(list(enumerate(formulas))):
         value = formula.evaluate(table)

@@ -307,15 +307,29 @@ def test_command_in_the_text_exists(page: str, line: str) -> None:
         assert not inner.args
 
 
-def test_options_in_the_text_exist() -> None:
-    known = {"--help", "--version", "--install-completion", "--show-completion", "--nthreads"}
-    known |= {"--part", "--rheology"}  # of benchmarks
+def every_command() -> Iterator[Any]:
     stack = [COMMAND]
     while stack:
         command = stack.pop()
         if hasattr(command, "list_commands"):
             context = click.Context(command)
             stack += [command.get_command(context, name) for name in command.list_commands(context)]
+        yield command
+
+
+def test_help_is_whole_sentences_and_nothing_of_it_is_taken_for_markup() -> None:
+    for command in every_command():
+        texts = {parameter.name: getattr(parameter, "help", None) for parameter in command.params} | {"": command.help}
+        for name, text in texts.items():
+            assert text, (command.name, name)
+            assert text.rstrip().endswith((".", ")")), (command.name, name, text)
+            assert "[" not in text, (command.name, name, text)
+
+
+def test_options_in_the_text_exist() -> None:
+    known = {"--help", "--version", "--install-completion", "--show-completion", "--nthreads"}
+    known |= {"--part", "--rheology"}  # of benchmarks
+    for command in every_command():
         known |= {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
     for path in PAGES:
         found = set(re.findall(r"`(--[a-z][a-z-]*)", path.read_text(encoding="utf-8")))

@@ -279,7 +279,7 @@ def test_comparison_as_page_and_tables(comparison: Comparison, tmp_path: Path) -
     write_comparison(comparison, OutputFiles(tmp_path / "c.svg", tmp_path / "c.html", tmp_path / "c.xlsx"))
     page = read_page(tmp_path / "c.html")
     for row in comparison.rows:
-        assert row.name in page.text
+        assert row.label in page.text
     # one row for a kind of note, however many models have it
     assert page.sections[0].count("edges carry") == 1
     found = [row.efficiency for row in comparison.rows if row.kind == "mesh"]
