@@ -40,8 +40,8 @@ Scene = tuple[LineContact, Lubricant, SurfaceInput, tuple[float, float]]
 POINTS, FIRST, MORE, SAMPLED = 320, 24, 8, 80
 # what chance may leave open of the mean friction: with rough contacts, each with its profile, and without roughness
 TOLERANCE, TOLERANCE_SMOOTH = 0.03, 0.002
-# contacts below which a worker process does not pay
-MIN_PER_JOB = 12
+# work below which a worker process does not pay: it takes two or three seconds to start [s]
+MIN_SECONDS = 3.0
 # share of the sliding power next to contacts that failed, from which there is no friction
 MAX_FAILED = 0.1
 # interval of the prediction, in RMS errors of the contacts predicted by the others
@@ -166,8 +166,10 @@ class EhlFriction:
     def _solve(self, state: ContactState, oil: Oil, chosen: IntArray, done: int, total: int) -> Solved:
         """The chosen points; so many were solved before, and so many will be in all."""
         scenes = [self._contact(state, oil, int(at), self.seed + done + k) for k, at in enumerate(chosen)]
-        jobs = max(1, min(self.jobs or _cores(), _cores(), (done + chosen.size) // MIN_PER_JOB, chosen.size))
-        seconds = self._seconds(state, oil, chosen).sum() / jobs * (total - done) / chosen.size
+        each = float(self._seconds(state, oil, chosen).mean())
+        worth = int(each * (done + chosen.size) / MIN_SECONDS)
+        jobs = max(1, min(self.jobs or _cores(), _cores(), worth, chosen.size))
+        seconds = each * (total - done) / jobs
         tell("contacts", done, total, seconds)
         found = []
         for one in self._each(scenes, jobs):

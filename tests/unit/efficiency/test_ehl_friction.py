@@ -316,8 +316,10 @@ def test_real_solver_at_two_points() -> None:
     assert np.all(rough.mu < 0.1)
 
 
-def test_worker_processes_give_the_same_friction() -> None:
-    state = states(2 * module.MIN_PER_JOB, 4)
+def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MIN_SECONDS", 0.1)
+    monkeypatch.setattr(module, "_cores", lambda: 2)
+    state = states(24, 4)
     one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).evaluate(state, OIL) for jobs in (1, 2))
     np.testing.assert_array_equal(two.mu, one.mu)
     assert np.all(two.flag == FrictionFlag.OK)
