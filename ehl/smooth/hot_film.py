@@ -143,7 +143,8 @@ class HotFilm:
     def __init__(self, model: HeatModel, scaled: ScaledContact, shear: FilmShear, tolerance: float) -> None:
         self.model, self.shear, self.tolerance = model, shear, tolerance
         self._scaled = scaled
-        self._heat_tolerance = 0.03 * math.sqrt(tolerance)  # of steps of Newton's method: the next one is its square
+        # of steps of Newton's method: the next one is far smaller
+        self._heat_tolerance, self._film_tolerance = 0.03 * math.sqrt(tolerance), 0.03 * tolerance
         self.found: FilmTemperature | None = None
         self.change = (math.inf, math.inf)
         self.rounds = self.iterations = 0
@@ -221,7 +222,7 @@ class HotFilm:
 
     def _film(self, grid: Grid, mixer: Mixer, start: Unknowns) -> Level:
         try:
-            level = solve_level(grid, replace(self._scaled, offset=mixer.used), start, tolerance=1e-6)
+            level = solve_level(grid, replace(self._scaled, offset=mixer.used), start, tolerance=self._film_tolerance)
         except NewtonFailure as failure:
             self.iterations += failure.iterations
             raise
