@@ -9,6 +9,7 @@ from typing import Any
 from efficiency.cutting.summary import Summary, read_summary
 from efficiency.design.design import Design, load_design
 from ehl.io.data import data_path
+from ehl.io.errors import InputError
 from ehl.io.validation import read_toml, validate
 
 _OF_SHEET = ("blank", "cutter", "machine", "concave", "convex")
@@ -49,6 +50,12 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     'name = "machine_summary"'
     """
     summary = read_summary(sheet)
+    if not any(summary.tables.values()):
+        allowed = "a machine summary: a label and its value a line, such as 'radial setting, 98.1'"
+        hint = (
+            "No line of it is one; `mixed-ehl export DESIGN -o FOLDER --what summary` writes a sheet to compare with."
+        )
+        raise InputError("summary", str(sheet), allowed, hint)
     notes = [f"not read: {line}" for line in summary.unread]
     if like is None:
         notes.append("name, assembly and operation are missing; --like DESIGN takes them from another design")

@@ -246,6 +246,16 @@ def test_mistake_in_a_file(mixed_ehl: Cli, tmp_path: Path, command: str, change:
     told(mixed_ehl(*(file if part == "FILE" else part for part in arguments)), field, word)
 
 
+@pytest.mark.parametrize("like", [(), ("--like", PAIR)])
+@pytest.mark.parametrize("name", ["contact.toml", "synthetic_traction.csv"])
+def test_a_file_without_a_line_of_a_setting_sheet_is_not_imported(
+    mixed_ehl: Cli, tmp_path: Path, name: str, like: tuple[str, ...]
+) -> None:
+    outcome = mixed_ehl("import", ROOT / "docs/examples" / name, "-o", tmp_path / "design.toml", *like)
+    told(outcome, "summary", name, "a label and its value a line")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_twenty_mistakes_for_each_command() -> None:
     for command, (_, changes, _) in FILES.items():
         assert len(changes) + len(OPTIONS.get(command, ((), {}, []))[2]) >= 20
@@ -507,7 +517,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
         ("demo",), {},
         [
             ("--jobs", "0", "at least"), ("--jobs", "many", "a whole number"), ("--jobs", "999", "at most"),
-            ("--output", "/proc/x", "a folder that can be written"),
+            ("--jobs", "1.5", "a whole number"), ("--jobs", "", "a whole number"), ("--jobs", "-2", "at least"),
+            ("--output", "/proc/x", "a folder that can be written"), ("--output", "/dev/null", "a folder that can be written"),
         ],
     ),
     "app": (
@@ -516,6 +527,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
             ("--port", "80", "at least"), ("--port", "many", "a whole number"), ("--port", "70000", "at most"),
             (str(ROOT / "data/oils/75w90.toml"), "--no-browser", "It is an oil card"),
             (str(ROOT / "data/formulas/75w90.json"), "--no-browser", "It is JSON"),
+            ("--port", "8642.5", "a whole number"), ("--port", "-1", "at least"), ("--port", "", "a whole number"),
+            (str(ROOT / "docs/examples/contact.toml"), "--no-browser", "It is a contact file"),
+            (str(ROOT / "docs/examples"), "--no-browser", "It is a folder"),
+            (str(ROOT / "docs/examples/synthetic_traction.csv"), "--no-browser", "It is a table (CSV)"),
             (str(ROOT / "README.md"), "--no-browser", "valid TOML"), ("none.toml", "--no-browser", "check the path"),
             ("fm_hypoid_13x43", "--no-browser", "Did you mean 'fm_hypoid_13x42'"),
         ],
