@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 from mixed_scenes import Scene, gaussian_pair, line, print_table, write_csv
-from numba import njit
 from scipy.linalg import solve_banded
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
 from ehl.fluid.lubricant import Lubricant
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import PUBLIC
 from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.newton import NEWTON, add_side_flow, poiseuille_flow
@@ -51,7 +51,7 @@ def flow_factor_direct(gap: np.ndarray) -> float:
     return flow / m * n / float(np.mean(gap) ** 3)
 
 
-@njit(**(PUBLIC | {"cache": False}))  # it compiles kernels of other files in
+@kernel(cache=False, **PUBLIC)  # it compiles kernels of other files in
 def conductances(state, step, macro, work, model):  # type: ignore[no-untyped-def]
     """Fluidity along x and exchange of the solver at its present films and pressures."""
     poiseuille_flow(state, step, work, model, NEWTON, 1.0, True, False)

@@ -103,6 +103,15 @@ def _cache() -> Check:
     return Check("compile cache", True, f"{folder} is writable")
 
 
+def _kernels() -> Check:
+    from ehl.io.carried_kernels import LEVEL, why_not
+
+    reason = why_not()
+    if reason is None:
+        return Check("compiled kernels", True, f"carried, for processors of level {LEVEL}")
+    return Check("compiled kernels", True, f"compiled on this machine at their first use: {reason}")
+
+
 def _solver() -> Check:
     from ehl.fluid.lubricant import Lubricant
     from ehl.line_contact import LineContact
@@ -144,7 +153,7 @@ def examine(*, installation_only: bool = False) -> list[Check]:
         require_one_installation()
         return [check_one_installation()]
     checks = [_python(), check_one_installation(), *_dependencies()]
-    for check in (_data, _cache, _solver):
+    for check in (_data, _cache, _kernels, _solver):
         try:
             checks.append(check())
         except Exception as error:  # the doctor reports what is broken, whatever it is

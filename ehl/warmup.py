@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ehl.contact import Contact
+from ehl.io.carried_kernels import write_carried
 from ehl.io.errors import InputError
-from ehl.io.kernel_cache import ROUGH, SMOOTH, compiled, missing_on_disk
+from ehl.io.kernel_cache import ROUGH, SMOOTH, compiled, missing_on_disk, stamped
 from ehl.view.table import Column, Table
 
 # a small contact with heat, whose solution needs the kernels of its kind
@@ -124,3 +127,25 @@ def prepare_workers(*, rough: bool) -> None:
 
     if missing_on_disk(jacobian) or (rough and missing_on_disk(march)):
         warm_up(ROUGH if rough else SMOOTH)
+
+
+def write_kernels(folder: str | Path) -> int:
+    """Compile the kernels of all contacts and write them, for a wheel to carry.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Is made; must not be there.
+
+    Returns
+    -------
+    int
+        Kernels written.
+    """
+    from ehl.io.kernel_compiler import Kernel
+
+    warm_up()
+    modules = [module for name, module in sys.modules.items() if name.startswith("ehl.")]
+    found = {id(value): value for module in modules for value in vars(module).values() if isinstance(value, Kernel)}
+    used = [kernel for kernel in found.values() if kernel.overloads]
+    return write_carried([(*stamped(kernel.py_func), kernel) for kernel in used], Path(folder))

@@ -8,18 +8,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 # compiled loops that lie on disk look for the record of numbers here
 from ehl.fluid.lookup import LawTable  # noqa: F401
 from ehl.fluid.rheology import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers  # noqa: F401
-from ehl.io.kernel_compiler import KERNEL
+from ehl.io.kernel_compiler import KERNEL, kernel
 
 LOG_TWO = math.log(2.0)
 STIFF = 300.0  # of a stress over tau0: beyond it the law is a limit
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def inlet_laws(p, table):
     """ln(eta/eta0), rho/rho0 and their slopes in p at the inlet temperature; on along the tangent at both ends."""
     root = math.sqrt(max(p, 0.0) + table.shift)
@@ -37,7 +36,7 @@ def inlet_laws(p, table):
     return value, slope * growth, density, density_slope * growth
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def stress_scale(p, law):
     """Stress scale (tau0 of Ree-Eyring, G of Carreau) over the reference, and d ln/dp."""
     if law.rise == 0.0:
@@ -47,7 +46,7 @@ def stress_scale(p, law):
     return value, 0.5 * law.rise * (1.0 - bend * bend) * law.steepness / (law.centre * value)
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def share_and_root(log_x):
     """x^2/(1 + x^2) and ln(1 + x^2)."""
     if log_x > LARGE:
@@ -56,7 +55,7 @@ def share_and_root(log_x):
     return square / (1.0 + square), math.log1p(square)
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def flow_curve(log_x, law):
     """The law's curve T(x), x = eta rate/scale, T = stress/scale: ln T and d ln T/d ln x."""
     if law.kind == NEWTONIAN:
@@ -74,7 +73,7 @@ def flow_curve(log_x, law):
     return log_x - 0.5 * (1.0 - law.exponent) * root, 1.0 - (1.0 - law.exponent) * share
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def fluidity_along(log_x, law):
     """ln of the fluidity along the sliding over 1/eta, -ln T'(x), and its d/d ln x."""
     if law.kind == NEWTONIAN:
@@ -88,7 +87,7 @@ def fluidity_along(log_x, law):
     return 0.5 * (1.0 - law.exponent) * root - math.log(slope), by_x
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def limited_stress(log_viscous, p, law):
     """ln of the shear stress over the reference, with d/d ln eta and d/dp at fixed eta, film and speed.
 
@@ -110,7 +109,7 @@ def limited_stress(log_viscous, p, law):
     return log_limit + math.log(rest), weight * curve, weight * free_p + (1.0 - weight) * limit_p
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def log_mobility(log_eta, sliding, h, p, along, law):
     """ln of the mobility times eta0, with its derivatives by ln eta, ln h and p.
 
@@ -169,7 +168,7 @@ def log_mobility(log_eta, sliding, h, p, along, law):
     )
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def stress_after(upstream, final, scale, gain):
     """Stress after a piece of way on which a rigid law would add ``gain``, exactly for constant coefficients.
 
@@ -195,7 +194,7 @@ def stress_after(upstream, final, scale, gain):
     return max(final + scale * (math.log1p(left * small) - math.log(rest)), 0.0)
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def march_stress(final, scale, limit, gain):
     """`stress_after` from node to node along the motion; the stress enters at zero and never exceeds its limit."""
     stress = np.zeros_like(final)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 
 # cells of the table of Bessel functions: so many in each doubling of r, from 2^LOWEST to 2^HIGHEST
 PER_DOUBLING = 16
@@ -35,7 +35,7 @@ def _scaled_bessel(r, table):
     return k0, k1
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def moving_kernel(place, table):
     """Jaeger's kernel exp(z) K0(|z|) times the hat functions of the nodes, integrated; z = place_i - place_j.
 
@@ -82,7 +82,7 @@ def _slope(x, y, out):
     out[n - 1] = b / (a * (a + b)) * y[n - 3] - (a + b) / (a * b) * y[n - 2] + (2.0 * b + a) / (b * (a + b)) * y[n - 1]
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def flow_heat(x, pressure, film, density, length, speed):
     """Heat of the pressure-driven flow where it reaches the walls: the film carries it along while it conducts.
 

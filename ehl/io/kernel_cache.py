@@ -7,25 +7,29 @@ the hash of all sources its code can come from: contents decide, not times of fi
 from __future__ import annotations
 
 import hashlib
+import inspect
 import os
 import stat
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import CompileResultCacheImpl
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
+from numba.core.compiler import CompileResult
+
+from ehl.io.carried_kernels import carried_kernel, carries
 
 _EHL = Path(__file__).resolve().parents[1]
 _SHARED = (*(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),)
 _COMPILER = (_EHL / "io" / "kernel_compiler.py",)
 # what is compiled for a rough contact, and for any: the words of the user, and processor time on a slow core
 ROUGH, SMOOTH = "rough", "smooth"
-_TAKES = {SMOOTH: "smooth contacts, 10 to 30 s", ROUGH: "rough contacts, about a minute"}
+_TAKES = {SMOOTH: "smooth contacts, 5 to 10 s", ROUGH: "rough contacts, half a minute"}
 
 compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
 _nested = False
@@ -105,8 +109,8 @@ class _ContentLocator:
             stamp = _hash_of_folder(folder)
         except OSError:  # sources in an archive: numba's own stamp will do
             return None
-        others = (other for other in CompileResultCacheImpl._locator_classes if other is not cls)
-        locator: Any = next(filter(None, (other.from_function(py_func, py_file) for other in others)), None)
+        others = (other.from_function(py_func, py_file) for other in CompileResultCacheImpl._locator_classes)
+        locator: Any = next(filter(None, others), None)
         if locator is None:
             try:
                 locator = _TemporaryLocator(py_func, py_file)
@@ -117,13 +121,62 @@ class _ContentLocator:
         return locator
 
 
-CompileResultCacheImpl._locator_classes.insert(0, _ContentLocator)
+class _Results(CompileResultCacheImpl):
+    _locator_classes = (_ContentLocator,)
 
 
-def kept_on_disk() -> bool:
-    """Whether there is any place for compiled kernels; without one each process compiles its own."""
-    places = (locator.from_function(kept_on_disk, __file__) for locator in CompileResultCacheImpl._locator_classes)
-    return any(place is not None for place in places)
+class _OnDisk(FunctionCache):
+    _impl_class = _Results
+
+
+class KernelCache(NullCache):
+    """Code of one kernel: carried by the installation, else on disk; without any place for it each process compiles."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        self.disk = NullCache()
+        with suppress(RuntimeError):  # no place
+            self.disk = _OnDisk(function)
+
+    @property
+    def cache_path(self) -> str | None:
+        """Folder of what is compiled here."""
+        return self.disk.cache_path
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """As of numba."""
+        found = self._carried(sig, target_context)
+        return self.disk.load_overload(sig, target_context) if found is None else found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """As of numba."""
+        self.disk.save_overload(sig, data)
+
+    def flush(self) -> None:
+        """Forget what was compiled here."""
+        self.disk.flush()
+
+    def _carried(self, sig: Any, target_context: Any) -> Any:
+        made = carried_kernel(*stamped(self._function), tuple(sig))
+        if made is None:
+            return None
+        target_context.refresh()
+        return CompileResult._rebuild(target_context, *made)
+
+    def holds_nothing(self) -> bool:
+        """Whether there is a place on disk, and nothing made from the present sources, there or carried."""
+        with suppress(AttributeError, OSError):  # nowhere to keep it: nothing would be found the next time either
+            return not (carries(*stamped(self._function)) or self.disk._cache_file._load_index())
+        return False
+
+
+def stamped(function: Callable[..., Any]) -> tuple[str, str]:
+    """Module and name of a kernel, and the hash of its sources; empty for sources that cannot be read."""
+    try:
+        stamp = _hash_of_folder(Path(inspect.getfile(function)).resolve().parent).hex()
+    except OSError:  # in an archive
+        stamp = ""
+    return f"{function.__module__}.{function.__qualname__}", stamp
 
 
 @contextmanager
@@ -146,8 +199,6 @@ def announced(function: Callable[..., Any]) -> Iterator[None]:
 
 
 def missing_on_disk(kernel: Any) -> bool:
-    """Whether a kernel has a place on disk, and nothing made from the present sources is there."""
-    try:
-        return not kernel._cache._cache_file._load_index()
-    except (AttributeError, OSError):  # no compiler, or nowhere to keep it: nothing would be found the next time either
-        return False
+    """Whether a kernel has a place on disk, and nothing made from the present sources is there, or carried."""
+    cache = getattr(kernel, "_cache", None)
+    return isinstance(cache, KernelCache) and cache.holds_nothing()

@@ -4,17 +4,25 @@ By itself the compiler makes machine code of every function, optimises each once
 leaves open which of several copies a call meets: the caller's, or one that was loaded before. Here what only kernels
 call goes unoptimised into its callers, is optimised there once, and stays private to them. So a process that compiles,
 one that loads, and one that did other work before run the same instructions, and compiling takes a third less.
+
+A function that Python and kernels call is two: one that Python calls, compiled when it does, and a twin for kernels.
 """
 
 from __future__ import annotations
 
 import gc
+from collections.abc import Callable
 from typing import Any
 
+from numba import types
+from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.registry import CPUDispatcher
 
-from ehl.io.kernel_cache import announced, kept_on_disk
+from ehl.io.kernel_cache import KernelCache, announced
+
+LONG_WRAPPER = 100  # blocks of code
 
 
 class KernelLibrary(JITCodeLibrary):
@@ -26,7 +34,13 @@ class KernelLibrary(JITCodeLibrary):
 
     def add_ir_module(self, ir_module: Any) -> None:
         """As of numba."""
-        self._own |= {function.name for function in ir_module.functions if not function.is_declaration}
+        for function in ir_module.functions:
+            if not function.is_declaration:
+                self._own.add(function.name)
+                if len(function.blocks) > LONG_WRAPPER and function.name.startswith("_ZN7cpython"):
+                    # it takes some hundred arrays out of Python once a call: to polish it takes longer than to run it
+                    function.attributes.add("optnone")
+                    function.attributes.add("noinline")
         super().add_ir_module(ir_module)
 
     def _optimize_final_module(self) -> None:
@@ -90,7 +104,7 @@ class InternalCompiler(KernelCompiler):
 
 
 # options of a kernel that Python calls
-KERNEL: dict[str, Any] = {"cache": kept_on_disk(), "error_model": "numpy", "pipeline_class": KernelCompiler}
+KERNEL: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 # and of one that only kernels call; a call from Python would crash. Without the wrappers for Python it compiles faster,
 # and so it does without counting references: kernels keep no array
 INTERNAL_KERNEL: dict[str, Any] = {
@@ -100,3 +114,49 @@ INTERNAL_KERNEL: dict[str, Any] = {
     "no_cfunc_wrapper": True,
     "_nrt": False,
 }
+
+
+class Kernel(CPUDispatcher):
+    """A function that Python calls, with its twin for kernels."""
+
+    def __init__(
+        self,
+        py_func: Callable[..., Any],
+        locals: dict[str, Any] | None = None,
+        targetoptions: dict[str, Any] | None = None,
+        pipeline_class: type[Compiler] = KernelCompiler,
+    ) -> None:
+        super().__init__(py_func, locals, targetoptions, pipeline_class)
+        within = dict(self.targetoptions, no_cpython_wrapper=True)
+        self._twin = CPUDispatcher(py_func, locals, within, InternalCompiler)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What a kernel meets that calls this one."""
+        return types.Dispatcher(self._twin)
+
+    def enable_caching(self) -> None:
+        """Load what is carried or on disk, keep what is compiled."""
+        self._cache = KernelCache(self.py_func)
+
+
+def kernel(*, cache: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function that Python calls.
+
+    Parameters
+    ----------
+    cache : bool
+        Whether its code is kept.
+    **options
+        `KERNEL` and more, as of ``numba.njit``.
+    """
+
+    def of(function: Callable[..., Any]) -> Any:
+        if config.DISABLE_JIT:
+            return function
+        made = Kernel(function, targetoptions={"nopython": True, "boundscheck": None, **options})
+        if cache:
+            made.enable_caching()
+        return made
+
+    return of

@@ -12,13 +12,13 @@ import numpy as np
 from numba import njit
 
 from ehl.fluid._kernels import inlet_laws, log_mobility
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 
 FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def log_kernel(s):
     """Matrix K[i, j] = integral of ln|s_i - t| phi_j(t) dt, phi_j the hat function of node j."""
     n = s.size
@@ -105,7 +105,7 @@ def _log_mean(u, v):
     return m, (m / u - 1.0) / z, (1.0 - m / v) / z
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
     """Density, ln(eta/eta0), mobility and their slopes at the nodes.
 
@@ -141,7 +141,7 @@ def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
     return rho, rho_p, log_eta, f, f_p, f_h, f_o
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def monotone_cubic(x, y, at):
     """Piecewise cubic through nodes that keeps monotone runs monotone (Fritsch & Butland 1984), at increasing points.
 
@@ -182,13 +182,13 @@ def monotone_cubic(x, y, at):
     return values, slopes
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def film(x, kernel_pressure, stretch, h00):
     """Film thickness at the nodes."""
     return h00 + 0.5 * x * x - stretch / math.pi * kernel_pressure
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def open_inlet(x, size):
     """Parabola x^2/2 switched on smoothly upstream of -1.5 size, and its slope.
 
@@ -208,7 +208,7 @@ def open_inlet(x, size):
     return value, slope
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def residual(x, x_face, size, lam, p, h, flow, rho, f, out):
     """Rows of the first integral eps P' = rho H - Q on the faces, and rho H = Q at the exit.
 
@@ -237,7 +237,7 @@ def residual(x, x_face, size, lam, p, h, flow, rho, f, out):
     return good
 
 
-@njit(**KERNEL)
+@kernel(**KERNEL)
 def jacobian(
     x, x_face, size, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h, f_x, kernel, h_a, weights, jac, scale
 ):

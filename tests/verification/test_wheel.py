@@ -11,21 +11,31 @@ import venv
 import zipfile
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import pytest
+
+from ehl.io.carried_kernels import FEATURES
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("wheel")
+FITS = sys.platform.startswith("linux") and all(llvm.get_host_cpu_features().get(name, False) for name in FEATURES)
+
+
+def build(folder: Path, **surrounding: str) -> Path:
     subprocess.run(
         [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(folder), str(ROOT)],
+        env=os.environ | surrounding,
         check=True,
         capture_output=True,
     )
     (built,) = folder.glob("mixed_ehl-*.whl")
     return built
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(tmp_path_factory.mktemp("wheel"))
 
 
 def test_wheel_carries_the_data_and_nothing_foreign(wheel: Path) -> None:
@@ -37,11 +47,17 @@ def test_wheel_carries_the_data_and_nothing_foreign(wheel: Path) -> None:
     assert {top for top in tops if not top.endswith(".dist-info")} == {"ehl", "regression", "efficiency"}
     # one wheel for all: kernels are compiled where they run, nothing in it depends on Python or machine
     assert wheel.name.endswith("-py3-none-any.whl")
-    assert not [name for name in names if name.endswith((".so", ".pyd", ".dylib", ".nbi", ".nbc", ".pyc"))]
+    assert not [name for name in names if name.endswith((".so", ".pyd", ".dylib", ".nbi", ".nbc", ".pyc", ".bin"))]
 
 
 @pytest.mark.wheel
-def test_demo_runs_from_an_installed_wheel(wheel: Path, tmp_path: Path) -> None:
+@pytest.mark.skipif(not FITS, reason="kernels are carried for Linux on x86-64-v3")
+def test_demo_runs_from_an_installed_wheel_and_compiles_nothing(tmp_path: Path) -> None:
+    """The wheel with kernels: what it compiles while it is built, the demo does not. `.ci/versions` tries the other."""
+    wheel = build(tmp_path / "wheel", HATCH_BUILD_HOOK_ENABLE_CUSTOM="true")
+    python_tag = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    assert wheel.name.endswith(f"-{python_tag}-{python_tag}-manylinux_2_27_x86_64.whl")
+    assert "ehl/_carried/ehl.rough._kernels.march.march.bin" in zipfile.ZipFile(wheel).namelist()
     environment = tmp_path / "environment"
     venv.create(environment, with_pip=True)
     python = environment / "bin" / "python"
@@ -54,7 +70,7 @@ def test_demo_runs_from_an_installed_wheel(wheel: Path, tmp_path: Path) -> None:
     (site / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"] + "\n")
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
-    clean = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "COV_"))}
+    clean = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "COV_", "MIXED_EHL"))}
     run = subprocess.run(
         [environment / "bin" / "mixed-ehl", "demo", "--output", "out", "--jobs", "1"],
         cwd=elsewhere,
@@ -63,6 +79,8 @@ def test_demo_runs_from_an_installed_wheel(wheel: Path, tmp_path: Path) -> None:
         text=True,
     )
     assert run.returncode == 0, run.stdout + run.stderr
+    assert "compiling" not in run.stderr
+    assert not list((tmp_path / "numba").rglob("*.nbc"))
     report = (elsewhere / "out" / "report.html").read_text(encoding="utf-8")
     summary = json.loads((elsewhere / "out" / "demo.json").read_text(encoding="utf-8"))
     assert 0.95 < summary["gear"]["efficiency"] < 1.0

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from numba import njit
 
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def forward_transform(real, imag, cosines, sines):
     """Radix-2 transform in place, decimation in frequency: natural order in, bit-reversed order out.
 
@@ -37,7 +38,7 @@ def forward_transform(real, imag, cosines, sines):
         half //= 2
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def inverse_transform(real, imag, cosines, sines):
     """The reverse, without the division by the size: bit-reversed order in, natural order out."""
     size = real.size
@@ -60,7 +61,7 @@ def inverse_transform(real, imag, cosines, sines):
         table -= half
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def exact_product(q, spectrum, cosines, sines, real, imag, out):
     """out_i = sum_j K_|i-j| q_j without periodic images; ``spectrum`` carries the division by the size."""
     n = q.size

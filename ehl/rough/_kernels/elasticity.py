@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 from ehl.rough._kernels.quad import four, part, total
 
 FLAGS = {"reassoc", "contract", "arcp", "nsz"}
@@ -16,7 +14,7 @@ INTERNAL = INTERNAL_KERNEL | {"fastmath": FLAGS}
 BLOCK = 12  # modes of one pass, three quads
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def exponential_product(q, weights, ratios, out):
     """out_i = sum_j K_|i-j| q_j with K_d = sum_m weights_m ratios_m^d."""
     n = q.size

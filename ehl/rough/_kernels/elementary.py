@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import PUBLIC
 
 LOG2_E = 1.4426950408889634
@@ -38,7 +39,7 @@ def bits_of_float(typingctx, value):
     return types.int64(types.float64), codegen
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def exp(x):
     """e^x: x = k ln 2 + r, |r| <= ln 2/2, and the Taylor polynomial of degree 11."""
     x = min(max(x, -700.0), 700.0)
@@ -59,7 +60,7 @@ def exp(x):
     return p * float_of_bits((int(k) + 1023) << 52)
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def log(x):
     """ln x of a positive normal number: x = 2^e m, sqrt(1/2) <= m < sqrt 2, and the series of artanh."""
     bits = bits_of_float(x)

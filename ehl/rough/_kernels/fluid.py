@@ -12,6 +12,7 @@ from numba import njit
 
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_after, stress_scale
 from ehl.fluid.rheology import NEWTONIAN
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.elementary import exp, log
 
@@ -22,7 +23,7 @@ LINEAR = 1e30  # stress scale of a Newtonian film
 KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def temperature_place(temperature, table):
     """Where a temperature lies in the sheet of the table."""
     place = table.warmth * (temperature - table.coldest) / (temperature - table.pole)
@@ -38,7 +39,7 @@ def pressure_places(p, table, place, growth):
         growth[i] = 0.5 * table.rate / root
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def density_rows(p, table, place, growth, density, slope):
     """rho/rho0 and its pressure slope; ``place`` and ``growth`` are scratch."""
     pressure_places(p, table, place, growth)
@@ -160,7 +161,7 @@ def sinh_ratio(x):
     return value, (1.0 - value / root) / s
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def fluidity_rows(rows, boundary, fluid, along, scale):
     """scale rho h^3/eta_effective and its derivatives by h and p, from film, pressure and temperature.
 
@@ -224,7 +225,7 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
             by_pressure[i] = -f[i] * (slope[i] * (1.0 - log_slope) + tau0_slope[i] * log_slope)
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def isothermal_shear_row(film, p, boundary, fluid, tau):
     """Film shear stress over p_h at the inlet temperature wherever the fluid carries pressure."""
     n = p.size
@@ -323,7 +324,7 @@ def balance_turn(base, resistance, low, high, temperature, tau, slope, left, tur
         left[i] = left[i] if resistance[i] > 0.0 else 0.0
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
     """Shear stress and film temperature of T = base + resistance tau(p, h, T) at every node.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.convolution import correct_film
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.fluid import strain_film
@@ -199,7 +200,7 @@ def write_record(record, state, macro, work, model):
     record[HEAT_RATE] = heat_in
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def march(steps, state, step, saved, macro, work, model, records, profiles):
     """Advance ``steps`` time steps; fills records[:steps] and adds to the profile sums (6, n).
 

@@ -7,6 +7,7 @@ import math
 from numba import njit
 
 from ehl.fluid._kernels import inlet_laws
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.quasi_separable import FLUID
 from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD
@@ -15,7 +16,7 @@ SAMPLES = 2  # profile samples per node spacing
 MEAN_PRESSURE_RATE = 0.01  # per step, of the slow average the predictor treats as static
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def sample_profile(profile, shift, sign, out):
     """Add ``sign`` times the profile moved by ``shift`` samples (cubic Lagrange between samples, periodic)."""
     size = profile.size
@@ -38,7 +39,7 @@ def sample_profile(profile, shift, sign, out):
             j -= size
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def move_surfaces(gap, travel, surfaces):
     """Rigid gap at a number of time steps of travel; roughness enters with the fluid, behind a smooth front."""
     n = gap.size

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from numba import njit
 
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC, exponential_product
 from ehl.rough._kernels.fluid import density_rows, fluidity_rows
 from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
@@ -130,7 +131,7 @@ def add_side_flow(state, step, macro, work, model, mode):
         band[4, i] += w * by_film * excess
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     """Residuals and the bands of the Newton matrix at every node.
 

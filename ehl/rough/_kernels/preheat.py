@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import PUBLIC
 from ehl.rough._kernels.heat import recall_surfaces, store_fluxes
 
 
-@njit(**(PUBLIC | {"_nrt": True}))  # assignment of whole arrays asks for it
+@kernel(**PUBLIC)
 def preheat(steps, flux, state, work, model):
     """Roll the surfaces through the flux (2, n) for a number of steps, from their bulk temperatures."""
-    state.memory[:] = 0.0
-    state.entering[:] = 0.0
-    state.flux_into[:] = flux
+    for body in range(2):
+        for i in range(flux.shape[1]):
+            state.flux_into[body, i] = flux[body, i]
+        for i in range(state.entering.shape[1]):
+            state.entering[body, i] = 0.0
+            for mode in range(state.memory.shape[1]):
+                state.memory[body, mode, i] = 0.0
     for _ in range(steps):
         store_fluxes(state, work)
         recall_surfaces(state, work, model)

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from numba import njit
 
+from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.quad import four, lane, load, store, total, totals
 
@@ -33,7 +34,7 @@ def row_times(row, m0, m1, m2, m3):
     return (lane(row, 0) * m0 + lane(row, 1) * m1) + (lane(row, 2) * m2 + lane(row, 3) * m3)
 
 
-@njit(**PUBLIC)
+@kernel(**PUBLIC)
 def factor_and_solve(first, last, kind, band, weights, ratios, rhs_f, rhs_c, unit_f, sol, work):
     """Solve for nodes first .. last-1, with the right-hand sides (rhs_f, rhs_c) and (unit_f, 1).
 

@@ -18,8 +18,8 @@ from numba import njit
 
 from ehl import InputError
 from ehl.io import kernel_cache
-from ehl.io.kernel_cache import announced, missing_on_disk, source_hash
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL
+from ehl.io.kernel_cache import KernelCache, announced, missing_on_disk, source_hash
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
 from ehl.smooth._kernels import jacobian, residual
@@ -39,7 +39,7 @@ def inner(x):
     return 0.1 * x if x < 3.0 else 0.2 * x
 
 
-@njit(**(KERNEL | {"cache": False}))
+@kernel(cache=False, **KERNEL)
 def outer(x):
     total = 0.0
     for k in range(9):
@@ -64,7 +64,7 @@ def test_a_process_that_compiles_says_so_and_gives_the_bits_of_one_that_loads(tm
         for _ in range(2)
     ]
     assert runs[0].stdout == runs[1].stdout
-    assert runs[0].stderr == "mixed-ehl: compiling for rough contacts, about a minute, once on this machine\n"
+    assert runs[0].stderr == "mixed-ehl: compiling for rough contacts, half a minute, once on this machine\n"
     assert runs[1].stderr == ""
 
 
@@ -86,7 +86,7 @@ def test_the_stamp_of_a_kernel_follows_the_contents_of_all_its_sources(tmp_path:
 
 def test_kernels_on_disk_carry_the_stamp_and_another_one_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     warm_up("smooth")
-    stored = jacobian._cache
+    stored = jacobian._cache.disk
     assert stored._impl.locator.get_source_stamp() == source_hash(Path(str(smooth_kernels.__file__)).parent)
     assert not missing_on_disk(jacobian)
     monkeypatch.setattr(stored._cache_file, "_source_stamp", b"of other sources")
@@ -101,7 +101,7 @@ def test_kernels_are_kept_in_a_temporary_folder_of_the_user_alone(
 ) -> None:
     """Where neither the packages nor HOME can be written: numba then finds no place."""
     content = kernel_cache._ContentLocator
-    monkeypatch.setattr(kernel_cache.CompileResultCacheImpl, "_locator_classes", [content])
+    monkeypatch.setattr(kernel_cache.CompileResultCacheImpl, "_locator_classes", [])
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     source = str(smooth_kernels.__file__)
     found = content.from_function(jacobian.py_func, source)
@@ -109,14 +109,14 @@ def test_kernels_are_kept_in_a_temporary_folder_of_the_user_alone(
     assert Path(found.get_cache_path()).parent == folder
     assert folder.stat().st_mode & 0o777 == 0o700
     assert found.get_source_stamp() == source_hash(Path(source).parent)
-    assert kernel_cache.kept_on_disk()
+    assert Path(str(KernelCache(jacobian.py_func).cache_path)).parent == folder
     # functions of one name, and files of one name elsewhere
     other = content.from_function(residual.py_func, source)
     assert other.get_disambiguator() != found.get_disambiguator()
     # compiled code is loaded from there: not from a folder that others can write, or that is a link
     folder.chmod(0o777)
     assert content.from_function(jacobian.py_func, source) is None
-    assert not kernel_cache.kept_on_disk()
+    assert KernelCache(jacobian.py_func).cache_path is None  # each process compiles its own
     shutil.rmtree(folder)
     (tmp_path / "elsewhere").mkdir()
     folder.symlink_to(tmp_path / "elsewhere")

@@ -1,0 +1,143 @@
+"""Compiled kernels that an installation carries, so that nothing is compiled where they fit.
+
+A wheel may hold them for one Python, numba and llvmlite, and for processors of level x86-64-v3 (`hatch_build.py`).
+What was made from other sources, for others of these, or is damaged does not count: the kernel is compiled as ever.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import pickle
+import sys
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+import numba
+from numba.core import config
+from numba.core.serialize import dumps
+
+FOLDER = Path(__file__).resolve().parents[1] / "_carried"
+INDEX = "kernels.json"
+SWITCH = "MIXED_EHL_KERNELS"  # "native": compile for this very processor
+LEVEL = "x86-64-v3"
+TARGET = (LEVEL, "+avx2")  # name and features that the compiler is given; one feature, or it would ask this machine
+# of the level, as the compiler names them
+FEATURES = (
+    *("avx", "avx2", "bmi", "bmi2", "cx16", "f16c", "fma", "fxsr", "lzcnt", "mmx", "movbe", "popcnt", "sahf"),
+    *("sse", "sse2", "sse3", "sse4.1", "sse4.2", "ssse3", "xsave"),
+)
+
+
+def surrounding() -> dict[str, str]:
+    """What compiled kernels are tied to, beside their sources and the processor."""
+    return {
+        "python": f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}",
+        "numba": numba.__version__,
+        "llvmlite": llvmlite.__version__,
+        "platform": llvm.get_process_triple(),
+    }
+
+
+def why_not() -> str | None:
+    """Why kernels are compiled here and not taken from those carried, or None."""
+    if os.environ.get(SWITCH) == "native":
+        return f"{SWITCH} asks for kernels of this very processor"
+    if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
+        return "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES names the processor to compile for"
+    if not FOLDER.is_dir():
+        return "this installation carries none"
+    made_for, here = _index().get("surrounding"), surrounding()
+    if not isinstance(made_for, dict):
+        return "the list of those carried cannot be read"
+    if made_for != here:
+        others = ", ".join(f"{what} {made_for.get(what)}" for what in here if made_for.get(what) != here[what])
+        return f"those carried are for {others}"
+    has = llvm.get_host_cpu_features()
+    missing = [feature for feature in FEATURES if not has.get(feature, False)]
+    return f"this processor is below {LEVEL}: no {', '.join(missing)}" if missing else None
+
+
+def _index() -> dict[str, Any]:
+    try:
+        index = json.loads((FOLDER / INDEX).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return index if isinstance(index, dict) else {}
+
+
+@cache
+def _entries(folder: Path) -> Any:
+    """What of a folder fits here, read once in a process."""
+    return _index().get("kernels") if why_not() is None else None
+
+
+def _content(name: str, sources: str) -> bytes | None:
+    try:
+        entry = _entries(FOLDER)[name]
+        content = (FOLDER / entry["file"]).read_bytes()
+        whole = entry["sources"] == sources and entry["sha256"] == hashlib.sha256(content).hexdigest()
+    except (OSError, LookupError, TypeError):  # nothing carried, or not what was written
+        return None
+    return content if whole else None
+
+
+def carries(name: str, sources: str) -> bool:
+    """Whether a kernel of these sources is carried, and fits here."""
+    return _content(name, sources) is not None
+
+
+def carried_kernel(name: str, sources: str, arguments: tuple[Any, ...]) -> Any:
+    """What the compiler made of a kernel, as it keeps it on disk, or None.
+
+    Parameters
+    ----------
+    name : str
+        Module and function.
+    sources : str
+        Hash of the sources that the kernel is made from.
+    arguments : tuple
+        Types of the arguments, as of numba.
+    """
+    content = _content(name, sources)
+    if content is None:
+        return None
+    # compiled code, as trusted as the package that it came with
+    return next((made for taken, made in pickle.loads(content) if taken == arguments), None)
+
+
+def write_carried(kernels: Iterable[tuple[str, str, Any]], folder: Path) -> int:
+    """Write what this process compiled.
+
+    Parameters
+    ----------
+    kernels : iterable of (str, str, dispatcher)
+        Module and function, hash of the sources, and the kernel.
+    folder : Path
+        Is made; must not hold anything.
+
+    Returns
+    -------
+    int
+        Kernels written.
+    """
+    if (config.CPU_NAME, config.CPU_FEATURES) != TARGET:
+        raise RuntimeError(f"kernels to carry are compiled with NUMBA_CPU_NAME, NUMBA_CPU_FEATURES = {TARGET}")
+    folder.mkdir(parents=True)
+    entries: dict[str, dict[str, str]] = {}
+    for name, sources, kernel in kernels:
+        content = dumps([(taken, made._reduce()) for taken, made in kernel.overloads.items()])
+        entries[name] = {
+            "file": f"{name}.bin",
+            "sources": sources,
+            "sha256": hashlib.sha256(content).hexdigest(),
+        }
+        (folder / f"{name}.bin").write_bytes(content)
+    index = {"surrounding": surrounding(), "kernels": entries}
+    (folder / INDEX).write_text(json.dumps(index, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    return len(entries)

@@ -1,0 +1,158 @@
+"""Kernels that a wheel carries: taken where all fits, else compiled; a carried one gives the bits of its target."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import pytest
+from numba import float64, types
+
+from ehl.io import carried_kernels
+from ehl.io.carried_kernels import FEATURES, INDEX, TARGET, carried_kernel, carries, surrounding, why_not, write_carried
+from ehl.io.kernel_cache import missing_on_disk, stamped
+from ehl.rough._kernels.elasticity import exponential_product
+
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux") or not all(llvm.get_host_cpu_features().get(f, False) for f in FEATURES),
+    reason="kernels are carried for Linux on x86-64-v3",
+)
+
+ANSWER = """
+import sys
+from pathlib import Path
+import numpy as np
+from ehl.io import carried_kernels, kernel_cache
+from ehl.rough._kernels.elasticity import exponential_product as kernel
+if sys.argv[1] == "use":
+    carried_kernels.FOLDER = Path(sys.argv[2])
+x, out = np.linspace(-2.0, 1.0, 41), np.zeros(41)
+kernel(np.cos(x), np.linspace(0.1, 1.0, 24), np.linspace(0.3, 0.99, 24), out)
+if sys.argv[1] == "write":
+    carried_kernels.write_carried([(*kernel_cache.stamped(kernel.py_func), kernel)], Path(sys.argv[2]))
+print(out.tobytes().hex(), len(kernel_cache.compiled))
+"""
+ROW = types.Array(float64, 1, "C")
+NAME, SOURCES = stamped(exponential_product.py_func)
+
+
+def answer(how: str, folder: Path, **surrounding: str) -> subprocess.CompletedProcess[str]:
+    kept = folder.with_name(folder.name + "_cache")
+    shutil.rmtree(kept, ignore_errors=True)
+    clean = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_CPU", "MIXED_EHL"))}
+    return subprocess.run(
+        [sys.executable, "-c", ANSWER, how, str(folder)],
+        env=clean | {"NUMBA_CACHE_DIR": str(kept)} | surrounding,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Folder of one kernel compiled for the target, and the answer of the process that did."""
+    folder = tmp_path_factory.mktemp("kernels") / "carried"
+    made = answer("write", folder, NUMBA_CPU_NAME=TARGET[0], NUMBA_CPU_FEATURES=TARGET[1])
+    return folder, made.stdout.split()[0]
+
+
+@pytest.fixture
+def folder(written: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    copy = Path(shutil.copytree(written[0], tmp_path / "carried"))
+    for name in ("CPU_NAME", "CPU_FEATURES"):
+        monkeypatch.setattr(carried_kernels.config, name, None)
+    monkeypatch.delenv("MIXED_EHL_KERNELS", raising=False)
+    monkeypatch.setattr(carried_kernels, "FOLDER", copy)
+    carried_kernels._entries.cache_clear()
+    yield copy
+    carried_kernels._entries.cache_clear()
+
+
+def change(folder: Path, **entries: Any) -> None:
+    index = json.loads((folder / INDEX).read_text())
+    (folder / INDEX).write_text(json.dumps(index | entries))
+
+
+def test_a_carried_kernel_gives_the_bits_of_its_target_and_nothing_is_compiled(written: tuple[Path, str]) -> None:
+    folder, bits = written
+    taken = answer("use", folder)
+    assert taken.stdout.split() == [bits, "0"]
+    assert taken.stderr == ""
+    assert not list(folder.with_name("carried_cache").rglob("*.nbc"))
+    asked = answer("use", folder, MIXED_EHL_KERNELS="native")
+    assert asked.stdout.split()[1] == "1"
+    assert "compiling for rough contacts" in asked.stderr
+
+
+def test_what_is_carried_counts_before_what_is_on_disk(folder: Path) -> None:
+    assert why_not() is None
+    assert carries(NAME, SOURCES)
+    assert not missing_on_disk(exponential_product)
+    library, *_ = carried_kernel(NAME, SOURCES, (ROW, ROW, ROW, ROW))
+    assert library[1] == "object"
+    assert carried_kernel(NAME, SOURCES, (ROW, ROW, ROW)) is None
+    assert not carries(NAME + "s", SOURCES)
+    assert not carries(NAME, SOURCES[::-1])
+
+
+@pytest.mark.parametrize("damage", ["bit", "short", "gone", "index", "no_index", "list", "entry", "outside"])
+def test_what_is_damaged_does_not_count(folder: Path, damage: str) -> None:
+    file = folder / f"{NAME}.bin"
+    content = bytearray(file.read_bytes())
+    if damage == "bit":
+        content[len(content) // 2] ^= 1
+        file.write_bytes(content)
+    elif damage == "short":
+        file.write_bytes(content[:-1])
+    elif damage == "gone":
+        file.unlink()
+    elif damage == "index":
+        (folder / INDEX).write_bytes(b"{\xff")
+    elif damage == "no_index":
+        (folder / INDEX).unlink()
+    elif damage == "list":
+        (folder / INDEX).write_text("[]")
+    elif damage == "entry":
+        change(folder, kernels={NAME: [1]})
+    else:
+        change(folder, kernels={NAME: {"file": "../elsewhere", "sources": SOURCES, "sha256": ""}})
+    assert not carries(NAME, SOURCES)
+    assert carried_kernel(NAME, SOURCES, (ROW, ROW, ROW, ROW)) is None
+
+
+@pytest.mark.parametrize("what", ["python", "numba", "llvmlite", "platform"])
+def test_kernels_for_another_surrounding_do_not_count(folder: Path, what: str) -> None:
+    change(folder, surrounding=surrounding() | {what: "of old"})
+    assert why_not() == f"those carried are for {what} of old"
+    assert not carries(NAME, SOURCES)
+
+
+def test_who_names_a_processor_or_has_an_older_one_compiles(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused() -> str:
+        carried_kernels._entries.cache_clear()
+        assert not carries(NAME, SOURCES)
+        return str(why_not())
+
+    with monkeypatch.context() as asked:
+        asked.setenv("MIXED_EHL_KERNELS", "native")
+        assert "MIXED_EHL_KERNELS" in refused()
+    for name in ("CPU_NAME", "CPU_FEATURES"):
+        with monkeypatch.context() as asked:
+            asked.setattr(carried_kernels.config, name, "generic")
+            assert "NUMBA_CPU_NAME" in refused()
+    has = llvm.get_host_cpu_features()
+    monkeypatch.setattr(carried_kernels.llvm, "get_host_cpu_features", lambda: dict(has, fma=False))
+    assert refused() == "this processor is below x86-64-v3: no fma"
+
+
+def test_kernels_are_written_for_the_target_alone(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="NUMBA_CPU_NAME"):
+        write_carried([], tmp_path / "new")
