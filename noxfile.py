@@ -48,6 +48,13 @@ def tests(session: nox.Session) -> None:
     session.run("pytest", *session.posargs)
 
 
+@nox.session(default=False)
+def kernels(session: nox.Session) -> None:
+    """A wheel with compiled kernels for the Python of this session, in dist."""
+    session.install("build>=1.2")
+    session.run("python", "-m", "build", "--wheel", env={"HATCH_BUILD_HOOK_ENABLE_CUSTOM": "true"})
+
+
 @nox.session(default=False, venv_backend="none")
 def gate(session: nox.Session) -> None:
     """The gate, in the fresh environment that it makes itself."""
