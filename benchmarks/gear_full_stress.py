@@ -321,6 +321,12 @@ def summary(path: Path) -> list[tuple[str, str]]:
         out.append((text, f"{max(values, default=math.nan):.3g} of {len(values)}"))
     worse = [float(line["efficiency_gear"]) < float(line["efficiency_pinion"]) for line in good]
     out.append(("back-driving worse than driving", f"{sum(worse)} of {len(worse)}"))
+    better = [
+        (float(line["efficiency_gear"]) - float(line["efficiency_pinion"])) / float(line["error"])
+        for line in good
+        if float(line["efficiency_gear"]) >= float(line["efficiency_pinion"])
+    ]
+    out.append(("better by at most, over the stated error", f"{max(better, default=math.nan):.2f} of {len(better)}"))
     refined = np.array([float(line["refined"]) for line in good if line["refined"]])
     out.append(("refined within the stated errors", f"{np.count_nonzero(refined <= 1.0)} of {refined.size}"))
     if refined.size:

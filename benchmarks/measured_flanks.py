@@ -77,7 +77,7 @@ def measure(
             scatter = noise * rng.standard_normal((9, 15))
             seen[member] = smooth(points(flank, (9, 15), sizes, scatter), noise * 1e-6, None if alone else flank)
             if deviation > 0.0:
-                true[member] = smooth(points(flank, (15, 25), sizes, np.zeros((15, 25))), 1e-8, flank)
+                true[member] = smooth(points(flank, (11, 19), sizes, np.zeros((11, 19))), 1e-8, flank)
         results = []
         for both in (true, seen):
             pair = replace(

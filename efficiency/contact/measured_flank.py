@@ -124,7 +124,7 @@ def measured_flank(
         nodes_u, nodes_v, points, regular = regular_points(nominal, *ranges, _SHAPE)
         if not regular.all():
             # next to a limit of undercut the azimuth is no polynomial: no farther down than the points
-            ranges = measured
+            ranges = ranges[0], (measured[1][0], ranges[1][1])
             nodes_u, nodes_v, points, regular = regular_points(nominal, *ranges, _SHAPE)
         nodes = nodes_u[regular], nodes_v[regular]
         points = FlankPoints(*(x[:, regular] for x in (points.parameters, points.position, points.normal)))

@@ -168,7 +168,7 @@ def write_gear_report(
         _headline(result, of_design, grid),
         *([Section("Efficiency over torque, speed and temperature", _map_blocks(grid, result))] if grid else []),
         *(on_tooth if flank.drawable else ()),
-        *([Section("What the inputs leave open", _input_blocks(result))] if result.inputs.sources else []),
+        *([Section("Uncertainty of the inputs", _input_blocks(result))] if result.inputs.sources else []),
         *([Section("Strength", _strength_blocks(result, flank))] if result.source else []),
         Section("Over the mesh", [_pictures(mesh_figures(result))]),
         Section("Results in numbers", _number_blocks(result, more)),

@@ -35,7 +35,7 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("is undercut", "warning"),
     NoteKind("the mating tip would reach it", "warning"),
     NoteKind("withdraw the cutter", "warning"),
-    NoteKind("of the whole depth above the root cone", "warning"),
+    NoteKind("of the whole depth above the root cone", "for information"),
     NoteKind("the contact pattern runs into", "warning"),
     NoteKind("unloaded contact runs over an edge", "warning"),
     NoteKind("teeth as plates on an elastic root", "warning"),

@@ -46,10 +46,10 @@ PRESSURE = Field("pressure_hertz", "Hertz pressure", "Hertz pressure [GPa]", 1e-
 LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-3, "viridis")
 FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0, "cividis")
 FILM_RATIO = Field("film_ratio", "film ratio", "film ratio λ [-]", 1.0, "YlGnBu")
-FLASH = Field("temperature_flash", "greatest surface temperature", "temperature [°C]", 1.0, "YlOrRd")
-FILM_SPECIFIC = Field("film_specific", "specific film", "film over mean Ra [-]", 1.0, "YlGnBu")
+FLASH = Field("temperature_flash", "contact temperature", "temperature [°C]", 1.0, "YlOrRd")
+FILM_SPECIFIC = Field("film_specific", "specific film (micropitting)", "film over mean Ra [-]", 1.0, "YlGnBu")
 LOSS = Field("loss_density", "loss density", "loss per area [W/mm²]", 1e-6, "inferno_r")
-SLIDE_TO_ROLL = Field("slide_to_roll_total", "sliding over rolling", "slide-to-roll ratio [-]", 1.0, "PuBu")
+SLIDE_TO_ROLL = Field("slide_to_roll_total", "slide-to-roll ratio", "slide-to-roll ratio [-]", 1.0, "PuBu")
 
 
 def field_values(flank: FlankMap, field: Field) -> FloatArray:

@@ -133,7 +133,7 @@ def rate_strength(
         grades.append(
             Grade(
                 "pitting",
-                "note",
+                "warning",
                 f"pitting safety {safety:.3f} below 1 with the factors of film and roughness ({where}): finer finish, "
                 "thicker oil",
             )

@@ -158,7 +158,7 @@ class Strength:
             kept,
             [tuple(values[name] for name in kept)],
             title=f"Strength: {self.status.upper()}. Safety factors after ISO 10300, public sources, not certified.",
-            notes=(*map(str, self.grades), *(f"note     {note}" for note in self.notes)),
+            notes=(*(f"{g.level:9}{g.text}" for g in self.grades), *(f"{'note':9}{note}" for note in self.notes)),
             name="strength",
             vertical=True,
         )

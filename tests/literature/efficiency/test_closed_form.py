@@ -14,8 +14,10 @@ from efficiency.loss.closed_form import (
     lengthwise_sliding,
     spiral_bevel_loss_factor,
 )
+from efficiency.loss.kinematics import Driver
 from ehl.io.errors import InputError
 
+DRIVERS: tuple[Driver, ...] = ("pinion", "gear")
 # a_n, b1, b2, d1, d2 [deg], dm1, dm2, m_mn [mm] of the printed blanks; profile contact ratio of the rating
 # samples
 BLANKS = {
@@ -119,3 +121,13 @@ def test_loss_factor_is_refused_from_a_difference_of_tangents_of_two_per_cent(ap
             spiral_bevel_loss_factor(offset, 0.5, 0.5)
     else:
         assert spiral_bevel_loss_factor(offset, 0.5, 0.5) > 0.0
+
+
+def test_without_offset_back_driving_loses_the_same_power_of_a_larger_input() -> None:
+    """The efficiency differs by the square of the loss alone, in favour of back-driving; with offset it is worse."""
+    drive, back = (coleman_type(blank("F2_14x39"), 0.05, driver) for driver in DRIVERS)
+    loss = 1.0 - drive
+    assert back == pytest.approx(1.0 / (1.0 + loss), rel=1e-12)
+    assert back - drive == pytest.approx(loss**2 / (1.0 + loss), rel=1e-9)
+    drive, back = (coleman_type(blank("F3_13x42"), 0.05, driver) for driver in DRIVERS)
+    assert back < drive

@@ -11,6 +11,7 @@ import pytest
 
 from efficiency.contact.contact_lines import conjugate_fields, line_points, line_spans, sectioned_fields
 from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.gear_flanks import Side
 from efficiency.contact.relief import EdgeRelief, MemberRelief
 from efficiency.design.design import Design, load_design
 from efficiency.design.relief_input import MemberReliefInput
@@ -173,10 +174,10 @@ def test_every_shipped_pair_is_clean_or_a_reference_case_beside_a_clean_one() ->
     assert not any("reference case" in load_design(name).source for name in SHIPPED)
 
 
+@pytest.mark.parametrize("side", ["drive", "coast"])
 @pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_pairs_with_relief_are_clean(name: str) -> None:
+def test_shipped_pairs_with_relief_are_clean(name: str, side: Side) -> None:
     design = load_design(name)
-    side = "coast" if "12x37" in name else "drive"
     for note in geometry_notes(design, side):
         # above the root of the whole depth lies the fillet, no working flank
         assert note.endswith("of the whole depth above the root cone"), note
