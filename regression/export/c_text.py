@@ -124,13 +124,13 @@ static double matern(const double x[], const double z[], int size)
 
 
 def _data_functions(program: Program) -> list[str]:
-    names = {function.name for function in program.data_functions}
+    names = {function.kind for function in program.data_functions}
     lines = [_DISTANCE] * bool(names - {"hull_margin"}) + [_MATERN] * bool(names & {"gp_mean", "gp_reduction"})
     for function in program.data_functions:
         count, width = function.rows.shape
         rows = ",\n".join(broken(f"{{{', '.join(map(repr, row))}}}", "    ") for row in function.rows.tolist())
         lines += [f"static const double {function.name}_rows[{count}][{width}] = {{", rows, "};"]
-        lines += [_LOOPS[function.name].replace("ROWS", str(count)).replace("SIZE", str(function.size))]
+        lines += [function.code(_LOOPS).replace("ROWS", str(count)).replace("SIZE", str(function.size))]
     return lines
 
 

@@ -3,11 +3,13 @@
 gp_mean        sum_j w_j m(|x - z_j|), m(r) = (1 + a + a^2/3) exp(-a), a = sqrt(5) r; coordinates over length scales
 gp_reduction   sum_i (sum_j m(|x - z_j|) B_ij)^2, what the stored points take off the variance of the process
 case_distance  least distance of z to the stored cases
+film_...       the same of a second process
 hull_margin    least margin of (x_i, x_k) to the edges of the convex hulls, negative outside
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +20,7 @@ from regression.friction.conditions import Array
 from regression.friction.data_cloud import DataCloud
 from regression.friction.gaussian_process import GpResidual
 
-NAMES = ("gp_mean", "gp_reduction", "case_distance", "hull_margin")
+NAMES = ("gp_mean", "gp_reduction", "film_mean", "film_reduction", "case_distance", "hull_margin")
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,16 @@ class DataFunction:
     rows: Array
     size: int
 
+    @property
+    def kind(self) -> str:
+        """The name of the loop: a second process is computed as the first."""
+        return self.name.replace("film_", "gp_")
+
+    def code(self, loops: Mapping[str, str]) -> str:
+        """The loop of this function in a language, of those by kind."""
+        text = loops[self.kind]
+        return text.replace(self.kind, self.name).replace(self.kind.upper(), self.name.upper())
+
 
 class DataValue(Value):
     """The value of a `DataFunction` at recorded coordinates."""
@@ -49,21 +61,23 @@ class DataValue(Value):
         self.function = function
 
 
-def gp_mean(residual: GpResidual, scaled: list[Any]) -> Any:
-    """Mean of the process; `scaled` are the coordinates over the length scales."""
-    rows = np.column_stack([_scaled_points(residual), residual.variance * np.array(residual.weights)])
-    return DataValue(DataFunction("gp_mean", rows, len(scaled)), scaled)
+def process_sums(residual: GpResidual, name: str) -> Callable[[list[Any]], tuple[Any, Any]]:
+    """Mean of a process and what its points take off its variance, of coordinates over the length scales.
 
+    `name` is "gp" or, of a second process, "film".
+    """
+    points, count = np.array(residual.points), len(residual.alpha)
+    mean = np.column_stack([points, residual.variance * np.array(residual.weights)])
+    reduction = np.column_stack([points[:count], residual.variance * residual.root])
 
-def gp_reduction(residual: GpResidual, scaled: list[Any]) -> Any:
-    """What the stored points take off the variance of the process."""
-    count = len(residual.alpha)
-    rows = np.column_stack([_scaled_points(residual)[:count], residual.variance * residual.root])
-    return DataValue(DataFunction("gp_reduction", rows, len(scaled)), scaled)
+    def sums(scaled: list[Any]) -> tuple[Any, Any]:
+        size = len(scaled)
+        return (
+            DataValue(DataFunction(f"{name}_mean", mean, size), scaled),
+            DataValue(DataFunction(f"{name}_reduction", reduction, size), scaled),
+        )
 
-
-def _scaled_points(residual: GpResidual) -> Array:
-    return np.asarray(np.array(residual.points) / np.array(residual.length_scales))
+    return sums
 
 
 def case_distance(cloud: DataCloud, whitened: list[Any]) -> Any:

@@ -113,10 +113,10 @@ def _stored_rows(program: Program) -> list[str]:
 
 
 def _loops(program: Program) -> list[str]:
-    names = {function.name for function in program.data_functions}
+    names = {function.kind for function in program.data_functions}
     lines = [_DISTANCE] * bool(names - {"hull_margin"}) + [_MATERN] * bool(names & {"gp_mean", "gp_reduction"})
     for function in program.data_functions:
-        text = _LOOPS[function.name].replace("ROWS", str(len(function.rows)))
+        text = function.code(_LOOPS).replace("ROWS", str(len(function.rows)))
         lines.append(text.replace("SIZE", str(function.size)))
     return lines
 

@@ -121,7 +121,7 @@ def _data_functions(program: Program) -> list[str]:
     lines = [_SHARED]
     for function in program.data_functions:
         rows = ";\n".join("\n".join(_wrapped(" ".join(map(repr, row)), "    ")) for row in function.rows.tolist())
-        lines += [_LOOPS[function.name], f"function rows = {function.name}_rows()", "  persistent stored"]
+        lines += [function.code(_LOOPS), f"function rows = {function.name}_rows()", "  persistent stored"]
         lines += ["  if isempty(stored)", "    stored = [", rows, "    ];", "  end", "  rows = stored;", "end"]
     return lines
 

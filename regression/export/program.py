@@ -19,9 +19,8 @@ from regression.export.data_functions import (
     DataFunction,
     DataValue,
     case_distance,
-    gp_mean,
-    gp_reduction,
     hull_margin,
+    process_sums,
 )
 from regression.export.record import NotRecordable, Value
 from regression.friction.conditions import (
@@ -32,7 +31,7 @@ from regression.friction.conditions import (
     lubricant_columns,
 )
 from regression.friction.data_cloud import DataCloud
-from regression.friction.formula import FittedFormula, corrected
+from regression.friction.formula import FittedFormula, corrected_form
 from regression.friction.models import FrictionFlag, flags_of
 from regression.friction.oil_cards import card_hash, names_card
 
@@ -176,13 +175,10 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Valu
         name: record.coefficient(re.sub(r"\W", "_", f"k_{name}"), value) for name, value in formula.coefficients.items()
     }
     boundary = record.coefficient("boundary_friction", formula.boundary_friction)
-    logarithm: Any = record.value_of(formula.form.log_mu(floored, coefficients, boundary))
-    friction, deviation = np.exp(logarithm), None
-    process = formula.residual
-    if process is not None:
-        friction, deviation = corrected(
-            friction, process, floored, boundary, lambda x: (gp_mean(process, x), gp_reduction(process, x))
-        )
+    sums = tuple(process_sums(process, name) for process, name in zip(formula.processes, ("gp", "film"), strict=False))
+    friction, deviation = corrected_form(
+        formula.form, coefficients, formula.processes, floored, boundary, (*sums, None, None)[:2]
+    )
     near, far = record.constant(0.0), record.constant(0.0)
     if formula.cloud is not None and guard:
         near, far = _near_and_far(formula.cloud, dict(formula.with_roughness_in_range(table)))

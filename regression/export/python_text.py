@@ -71,7 +71,7 @@ def _data_functions(program: Program) -> list[str]:
     lines = [_SHARED]
     for function in program.data_functions:
         rows = ",\n".join(broken(f"[{', '.join(map(repr, row))}]", "    ") for row in function.rows.tolist())
-        lines += ["", f"{function.name.upper()} = np.array([", rows, "])", "", _LOOPS[function.name]]
+        lines += ["", f"{function.name.upper()} = np.array([", rows, "])", "", function.code(_LOOPS)]
     return lines
 
 

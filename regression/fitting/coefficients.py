@@ -18,8 +18,15 @@ from regression.data.dataset import columns
 from regression.fitting.rows import boundary_friction_of, computed_friction
 from regression.friction.conditions import Array
 from regression.friction.families import Family
-from regression.friction.formula import corrected
-from regression.friction.gaussian_process import GpResidual, fit_residual
+from regression.friction.formula import corrected_form
+from regression.friction.gaussian_process import (
+    ASPERITY_ODDS,
+    FILM_POWER,
+    ODDS_LIMIT,
+    GpResidual,
+    asperity_odds,
+    fit_residual,
+)
 from regression.friction.groups import GROUPS
 
 _OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
@@ -207,19 +214,18 @@ class FittedForm:
     ----------
     family : Family
     coefficients : Coefficients
-    residual : GpResidual or None
-        Correction of ln mu on top.
+    processes : tuple of GpResidual
+        As of `FittedFormula.processes`.
     """
 
     family: Family
     coefficients: Coefficients
-    residual: GpResidual | None
+    processes: tuple[GpResidual, ...]
 
     def friction(self, frame: pd.DataFrame) -> tuple[Array, Array | None]:
-        """mu of every row, and the residual's standard deviation of ln mu (None without residual)."""
-        table, mu_b = columns(frame), boundary_friction_of(frame)
-        mu = np.exp(self.family.log_mu(table, self.coefficients.values, cast("float", mu_b)))
-        return (mu, None) if self.residual is None else corrected(mu, self.residual, table, mu_b)
+        """mu of every row, and the processes' standard deviation of ln mu (None without)."""
+        values, mu_b = self.coefficients.values, boundary_friction_of(frame)
+        return corrected_form(self.family, values, self.processes, columns(frame), mu_b)
 
 
 def fit_form(
@@ -227,10 +233,10 @@ def fit_form(
     frame: pd.DataFrame,
     *,
     gaussian_process: bool = False,
-    start: GpResidual | None = None,
+    start: tuple[GpResidual, ...] = (),
     near: Mapping[str, float] | None = None,
 ) -> FittedForm:
-    """Fit a family to the rows of a dataset, the coefficients first, then the process on their residual.
+    """Fit a family to the rows of a dataset, the coefficients first, then the processes on what they leave.
 
     Parameters
     ----------
@@ -238,9 +244,9 @@ def fit_form(
     frame : DataFrame
         Usable rows.
     gaussian_process : bool
-        Add the process.
-    start : GpResidual, optional
-        Where the search for its length scales begins.
+        Add the processes.
+    start : tuple of GpResidual, optional
+        Where the search for their length scales begins.
     near : mapping, optional
         Coefficients of a fit to most of the same rows, where the fit begins.
 
@@ -258,11 +264,53 @@ def fit_form(
         raise InputError("boundary_friction", values, f"one value for all cases of family {family.name}", hint)
     # the families compute with arrays of boundary friction as with one number
     coefficients = fit_coefficients(family, frame, cast("float", mu_b), near)
-    form = FittedForm(family, coefficients, None)
+    form = FittedForm(family, coefficients, ())
     if not gaussian_process:
         return form
+    computed = parts_of(family, frame)
+    if computed is not None:
+        return FittedForm(family, coefficients, _part_processes(family, coefficients, frame, computed, start))
     rest = np.log(computed_friction(frame) / form.friction(frame)[0])
-    process = fit_residual(
-        columns(frame), rest, frame["noise_variance"].to_numpy(dtype=float), _PROCESS_INPUTS, start=start
+    noise = frame["noise_variance"].to_numpy(dtype=float)
+    process = fit_residual(columns(frame), rest, noise, _PROCESS_INPUTS, start=start[0] if start else None)
+    return FittedForm(family, coefficients, (process,))
+
+
+def _part_processes(
+    family: Family,
+    coefficients: Coefficients,
+    frame: pd.DataFrame,
+    computed: tuple[Array, Array],
+    start: tuple[GpResidual, ...],
+) -> tuple[GpResidual, GpResidual]:
+    """Processes of the logit of the asperity load share and of ln of the film's friction.
+
+    A single profile leaves 0.15 of the logit to chance and 0.003 of the share, and of the friction of the film 1 % and
+    a tenth of the share (ours, the median of both shipped oils); a hundredth of mu is all the film need be told within.
+    """
+    assert family.parts is not None
+    table, mu = columns(frame), computed_friction(frame)
+    share, film = family.parts(table, coefficients.values)
+    found, sheared = computed
+    least, most = 1.0 / (1.0 + ODDS_LIMIT), ODDS_LIMIT / (1.0 + ODDS_LIMIT)
+    clipped = np.clip(found, least, most)
+    odds = np.clip(asperity_odds(share), 1.0 / ODDS_LIMIT, ODDS_LIMIT)
+    seen = {**table, ASPERITY_ODDS: odds}
+    profiles = frame["realisations"].to_numpy(dtype=float) if "realisations" in frame else np.ones(len(frame))
+    sheared = np.maximum(sheared, 1e-4 * mu)
+    part = film / np.maximum(1.0 - share, 1e-12) ** FILM_POWER
+    targets = (
+        np.log(clipped / (1.0 - clipped)) - np.log(odds),
+        np.clip(np.log(sheared / (np.maximum(1.0 - found, 1.0 - most) ** FILM_POWER * part)), -2.0, 2.0),
     )
-    return FittedForm(family, coefficients, process)
+    noises = (
+        (0.15**2 + (0.003 / (clipped * (1.0 - clipped))) ** 2) / profiles,
+        (0.01**2 + (0.1 * found) ** 2) / profiles + (0.01 * mu / sheared) ** 2,
+    )
+    inputs = (*_PROCESS_INPUTS, ASPERITY_ODDS)
+    starts = start if len(start) == 2 else (None, None)
+    first, second = (
+        fit_residual(seen, target, noise, inputs, start=begin)
+        for target, noise, begin in zip(targets, noises, starts, strict=True)
+    )
+    return first, second

@@ -78,7 +78,7 @@ def cross_validate(
     *,
     gaussian_process: bool = False,
     folds: NDArray[np.int64] | None = None,
-    start: GpResidual | None = None,
+    start: tuple[GpResidual, ...] = (),
 ) -> HeldOut:
     """Friction of every row by a formula fitted without its fold; the length scales of a process are found anew too.
 
@@ -91,7 +91,7 @@ def cross_validate(
         With the process on the residual.
     folds : array of int, shape (n,), optional
         Those of `fold_numbers` if not given.
-    start : GpResidual, optional
+    start : tuple of GpResidual, optional
         Where each fold's search for length scales begins.
     """
     identity = (family.name, gaussian_process, _digest(frame)) if folds is None else None
@@ -119,7 +119,7 @@ def cross_validate(
 
 
 def held_out_of(
-    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, start: GpResidual | None = None
+    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, start: tuple[GpResidual, ...] = ()
 ) -> HeldOut:
     """What `cross_validate` gives with its own folds; at once where this process has done it before."""
     kept = _KEPT.get((family.name, gaussian_process, _digest(frame)))
@@ -174,8 +174,8 @@ def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
 
     At once for a formula this process has fitted; else it is cross-validated again.
     """
-    frame, process = fitted_rows(dataset, formula), formula.residual
-    return held_out_of(FAMILIES[formula.family], frame, gaussian_process=process is not None, start=process)
+    frame, start = fitted_rows(dataset, formula), formula.processes
+    return held_out_of(FAMILIES[formula.family], frame, gaussian_process=bool(start), start=start)
 
 
 def process_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:
@@ -186,7 +186,7 @@ def process_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[floa
     list of (median, 5 %, 95 %)
         Over the held-out cases of the band: s is the process's deviation at each, w the multiple of the band.
     """
-    deviation = held_out_friction(dataset, formula).deviation if formula.residual is not None else None
+    deviation = held_out_friction(dataset, formula).deviation if formula.processes else None
     if deviation is None:
         return []
     ratio = fitted_rows(dataset, formula)["film_ratio_formula"].to_numpy(dtype=float)

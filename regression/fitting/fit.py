@@ -81,7 +81,7 @@ def fit_formula(
             )
     with threadpool_limits(1):
         form = fit_form(family, frame, gaussian_process=gaussian_process)
-        held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.residual)
+        held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.processes)
         within, _ = form.friction(frame)
     box = box_of(family, frame)
     fitted, floor = form.coefficients, noise_of(dataset, noise)
@@ -127,7 +127,8 @@ def fit_formula(
             excluded=excluded,
         ),
         cloud=data_cloud(columns(frame), box),
-        residual=form.residual,
+        residual=form.processes[0] if form.processes else None,
+        film_residual=form.processes[1] if len(form.processes) == 2 else None,
     )
     on_paths = kept_rows(dataset, "path")
     if paths is not None:

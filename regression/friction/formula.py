@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -23,10 +23,10 @@ from regression.friction.conditions import UNITS, Array, Conditions
 from regression.friction.data_cloud import DataCloud, Extrapolation
 from regression.friction.error_tables import Band, Finite, Interval, NoiseFloor, Scores
 from regression.friction.families import Family, family_named
-from regression.friction.gaussian_process import GpResidual
+from regression.friction.gaussian_process import GpResidual, Sums, corrected_parts
 
 _ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
-FORMULA_SCHEMA = 2
+FORMULA_SCHEMA = 3
 # of either end: the cases of a plan end a little inside of its box
 _SMALLEST = 1e-300  # below any value a variable can have
 RANGE_TOLERANCE = 1e-3
@@ -81,7 +81,9 @@ class FormulaValue:
 class FittedFormula(InputModel):
     """A fitted friction formula: the content of a formula file.
 
-    What schema 1 did not know is None there: `residual`, `cloud`, `paths`, `unseen`, `nested`, `noise`.
+    What schema 1 did not know is None there: `residual`, `cloud`, `paths`, `unseen`, `nested`, `noise`. With
+    `film_residual` the first process corrects the logit of the asperity load share, the second ln of the friction of
+    the film.
     """
 
     schema_version: int = Field(alias="schema")
@@ -113,6 +115,7 @@ class FittedFormula(InputModel):
     data: DataIdentity
     cloud: DataCloud | None = None
     residual: GpResidual | None = None
+    film_residual: GpResidual | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> FittedFormula:
@@ -138,12 +141,22 @@ class FittedFormula(InputModel):
                 raise InputError(f"units.{name}", unit, allowed, "The numbers of the file are in SI units.")
         if self.interval.normalised and self.residual is None:
             raise InputError("interval.normalised", True, "false where there is no Gaussian-process residual")
+        if self.film_residual is not None and (self.residual is None or family.parts is None):
+            allowed = "a second process only beside the first, of a family that gives both parts of mu"
+            raise InputError("film_residual", self.family, allowed)
         return self
 
     @property
     def form(self) -> Family:
         """The family this formula belongs to."""
         return family_named(self.family)
+
+    @property
+    def processes(self) -> tuple[GpResidual, ...]:
+        """The Gaussian processes: none, one of ln mu, or those of the share and of the film."""
+        if self.residual is None:
+            return ()
+        return (self.residual,) if self.film_residual is None else (self.residual, self.film_residual)
 
     @property
     def name(self) -> str:
@@ -288,11 +301,7 @@ class FittedFormula(InputModel):
             Columns of shape (n,), with sliding.
         boundary_friction : float or array of shape (n,)
         """
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-            mu = np.exp(self.form.log_mu(table, self.coefficients, cast("float", boundary_friction)))
-        if self.residual is None:
-            return mu, None
-        return corrected(mu, self.residual, table, boundary_friction)
+        return corrected_form(self.form, self.coefficients, self.processes, table, boundary_friction)
 
     def to_text(self) -> str:
         """The equation and its coefficients, to read and to type in."""
@@ -302,9 +311,9 @@ class FittedFormula(InputModel):
             error = self.standard_errors.get(term)
             spread = f" +- {error:.3g}" if error is not None and not note else ""
             lines.append(f"  {term} = {self.coefficients[term]:.9g}{spread}{note}")
-        if self.residual is not None:
-            inputs = ", ".join(self.residual.variables)
-            lines += ["", f"times exp(r), a Gaussian process of {len(self.residual.points)} points in {inputs}"]
+        for process, what in zip(self.processes, PROCESS_WORDS[len(self.processes)], strict=True):
+            inputs = ", ".join(process.variables)
+            lines += ["", f"{what}, r a Gaussian process of {len(process.points)} points in {inputs}"]
         lines += ["", "range:"]
         lines += [f"  {name}: {low:.6g} to {high:.6g} {UNITS[name]}" for name, (low, high) in self.ranges.items()]
         return "\n".join(lines)
@@ -329,22 +338,54 @@ class FittedFormula(InputModel):
         write_file(Path(path), self.to_json(), "formula file")
 
 
-def corrected(
-    mu: Array,
-    residual: GpResidual,
+# what processes do, by how many there are
+PROCESS_WORDS: dict[int, tuple[str, ...]] = {
+    0: (),
+    1: ("mu times exp(r)",),
+    2: ("X/(1 - X) times exp(r)", "friction of the film over (1 - X)^1.5 times exp(r)"),
+}
+
+
+def corrected_form(
+    form: Family,
+    coefficients: Mapping[str, float],
+    processes: tuple[GpResidual, ...],
     table: Conditions,
     boundary_friction: float | Array,
-    sums: Callable[[list[Array]], tuple[Array, Array]] | None = None,
-) -> tuple[Array, Array]:
-    """Friction of a form times its Gaussian-process correction, and the standard deviation of ln mu.
+    sums: tuple[Sums | None, ...] = (None, None),
+) -> tuple[Array, Array | None]:
+    """Friction of a form corrected by its Gaussian processes, and the standard deviation of ln mu.
 
     The correction raises no friction above the greater of boundary friction and limiting shear: the bound of the
-    physics holds by construction wherever the form keeps it. `sums` as of `GpResidual.correction`.
+    physics holds by construction wherever the form keeps it.
+
+    Parameters
+    ----------
+    form, coefficients
+        The family and its numbers.
+    processes : tuple of GpResidual
+        As of `FittedFormula.processes`.
+    table, boundary_friction
+        As of `FittedFormula.friction`.
+    sums : tuple of callable, optional
+        As of `GpResidual.correction`, of each process.
     """
-    correction, variance = residual.correction(table, sums)
-    bound = np.maximum(np.maximum(boundary_friction, table["limiting_shear_coefficient"]), mu)
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.minimum(mu * np.exp(correction), bound), np.sqrt(variance + residual.noise)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        if len(processes) == 2 and form.parts is not None:
+            # [()] gives what is recorded for an export, and of arrays the array
+            share, film = (np.asarray(part)[()] for part in form.parts(table, coefficients))
+            mu = share * boundary_friction + film
+            found, variance = corrected_parts(
+                share, film, (processes[0], processes[1]), table, boundary_friction, (sums[0], sums[1])
+            )
+        else:
+            mu = np.exp(form.log_mu(table, coefficients, cast("float", boundary_friction)))
+            if not processes:
+                return mu, None
+            correction, variance = processes[0].correction(table, sums[0])
+            found, variance = mu * np.exp(correction), variance + processes[0].noise
+        bound = np.maximum(np.maximum(boundary_friction, table["limiting_shear_coefficient"]), mu)
+        return np.minimum(found, bound), np.sqrt(variance)
 
 
 def formula_text(formula: FittedFormula) -> str:
@@ -384,7 +425,7 @@ def _read(name: str, text: str) -> FittedFormula:
     if schema < 2:
         return validate(FittedFormula, _from_schema_1(content), path.name)
     stated = content.pop("checksum", None)
-    formula = validate(FittedFormula, content, path.name)
+    formula = validate(FittedFormula, content if schema > 2 else _from_schema_2(content), path.name)
     if stated != _checksum(content):
         hint = "It was edited by hand or damaged, and its errors speak for other numbers: fit it again."
         raise InputError(f"{path.name}.checksum", stated, "the checksum of the file's content", hint)
@@ -397,6 +438,18 @@ def _from_schema_1(content: dict[str, Any]) -> dict[str, Any]:
     named = isinstance(oil, dict) and oil.get("name") is not None
     rest = {name: value for name, value in content.items() if name != "oil"}
     return {**rest, "schema": FORMULA_SCHEMA, "oils": [oil] if named else []}
+
+
+def _from_schema_2(content: dict[str, Any]) -> dict[str, Any]:
+    """Schema 2 knew one process at most, and stored its points before they were divided by the length scales."""
+    process = content.get("residual")
+    if not isinstance(process, dict):
+        return {**content, "schema": FORMULA_SCHEMA}
+    try:
+        points = (np.array(process["points"]) / np.array(process["length_scales"])).tolist()
+    except (KeyError, TypeError, ValueError):
+        points = None  # the check of the fields says what is wrong
+    return {**content, "schema": FORMULA_SCHEMA, "residual": {**process, "points": points}}
 
 
 def _checksum(content: dict[str, Any]) -> str:

@@ -1,6 +1,9 @@
-"""Gaussian process on what a formula leaves of ln mu: found with scikit-learn, kept as plain numbers, evaluated here.
+"""Gaussian process on what a formula leaves: found by likelihood, kept as plain numbers, evaluated here.
 
-    r(x) = sum_j w_j k(x, z_j),  k = s^2 (1 + a + a^2/3) exp(-a),  a = sqrt(5) |(x - z)/l|       (Matern 5/2, ARD)
+    r(x) = sum_j w_j k(x, z_j),  k = s^2 (1 + a + a^2/3) exp(-a),  a = sqrt(5) |x/l - z_j|       (Matern 5/2, ARD)
+
+A form that gives the load share of the asperities and the friction of the film beside mu has two of them, of the logit
+of the share and of ln of the film's friction: each varies more smoothly than what both make of mu (`corrected_parts`).
 
 The weights follow from all cases with the noise of each (deterministic training conditional of Quinonero-Candela &
 Rasmussen 2005: with z all cases it is the full process). Outside the box of the data r fades to exactly 0, so that the
@@ -10,10 +13,9 @@ formula keeps its limits.
 from __future__ import annotations
 
 import functools
-import warnings
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import model_validator
@@ -28,23 +30,28 @@ from regression.friction.groups import GROUPS
 Finite = Annotated[float, ValueRange("")]
 Positive = Annotated[float, ValueRange("", gt=0.0)]
 NotNegative = Annotated[float, ValueRange("", ge=0.0)]
-POINTS = 2048  # points never fitted, of 1723 cases: 6.1 % with all, 6.4 % with 1024, 7.2 % with 512
+Sums = Callable[[list[Array]], tuple[Array, Array]]
+POINTS = 2048  # held out, of 1723 cases: 4.5 % with all, 4.6 % with 1024, 5.0 % with 512
 VARIANCE_POINTS = 128  # the variance costs the square of their number
 _SEARCHED = 800  # cases the likelihood of the length scales is computed on
 FADE = 0.25  # of the range of a variable
-_DIGITS = 5
+_DIGITS = 4
 _JITTER = 1e-10
 _MIN_NOISE = 0.003**2  # of ln mu: less than any solver's own error
 _CLIPPED = 3.0  # standard deviations of a noisy case
+_SCALES = (1.0, 30.0)  # of the length scales: with few cases in many dimensions shorter ones fit the noise
+ASPERITY_ODDS = "asperity_odds"  # X/(1 - X) of the form, an input of processes on the parts of mu
+ODDS_LIMIT = 1e3  # shares nearer to 0 or 1 leave friction as it is
+FILM_POWER = 1.5  # of the load share of the film, about what the forms have
 
 
 class GpResidual(InputModel):
-    """A Gaussian-process correction of ln mu.
+    """A Gaussian-process correction of ln mu, or of one of its parts.
 
     Parameters
     ----------
     variables : tuple of str
-        Names of `regression.friction.conditions.UNITS` or `regression.friction.groups.GROUPS`;
+        Names of `regression.friction.conditions.UNITS` or `regression.friction.groups.GROUPS`, or `ASPERITY_ODDS`;
         x = (ln |v| - mean)/scale.
     mean, scale : tuple of float
         Of ln v over the cases.
@@ -53,11 +60,11 @@ class GpResidual(InputModel):
     length_scales : tuple of float
         Of x.
     variance : float
-        s^2, of ln mu.
+        s^2, of ln mu or its part.
     noise : float
-        Variance of ln mu that neither the formula nor the process explains.
+        Variance that neither the formula nor the process explains.
     points : tuple of tuple of float, shape (m, d)
-        z, each the farthest from those before it in units of the length scales.
+        z, over the length scales, each the farthest from those before it.
     weights : tuple of float, shape (m,)
     alpha : tuple of float, shape (v,)
         Noise variance at the first v points, which the variance of the process is computed from.
@@ -79,8 +86,8 @@ class GpResidual(InputModel):
     def _consistent(self) -> GpResidual:
         size = len(self.variables)
         for name in self.variables:
-            if name not in UNITS and name not in GROUPS:
-                raise InputError("variables", name, "one of " + ", ".join((*UNITS, *GROUPS)))
+            if name not in UNITS and name not in GROUPS and name != ASPERITY_ODDS:
+                raise InputError("variables", name, "one of " + ", ".join((*UNITS, *GROUPS, ASPERITY_ODDS)))
         for field in ("mean", "scale", "low", "high", "length_scales"):
             if len(getattr(self, field)) != size:
                 raise InputError(field, f"{len(getattr(self, field))} numbers", f"{size}, one per variable")
@@ -96,10 +103,8 @@ class GpResidual(InputModel):
         """x of points, shape (n, d)."""
         return np.asarray((_logarithms(conditions, self.variables) - np.array(self.mean)) / np.array(self.scale))
 
-    def correction(
-        self, conditions: Conditions, sums: Callable[[list[Array]], tuple[Array, Array]] | None = None
-    ) -> tuple[Array, Array]:
-        """Correction of ln mu and its variance, noise excluded; by ufuncs, so that `regression.export` records it.
+    def correction(self, conditions: Conditions, sums: Sums | None = None) -> tuple[Array, Array]:
+        """Correction of ln mu, or its part, and its variance without noise; by ufuncs: `regression.export` records it.
 
         Parameters
         ----------
@@ -138,13 +143,9 @@ class GpResidual(InputModel):
         scaled : list of array
             Coordinates over the length scales, one array per variable.
         """
-        lengths = np.array(self.length_scales)
-        covariance = matern(np.column_stack(scaled) * lengths, self._points, lengths, self.variance)
+        covariance = matern(np.column_stack(scaled), self._points, self.variance)
         spread = covariance[:, : len(self.alpha)] @ self.root
         return covariance @ np.array(self.weights), np.sum(spread**2, axis=1)
-
-    def _kernel(self, x: Array, z: Array) -> Array:
-        return matern(x, z, np.array(self.length_scales), self.variance)
 
     @cached_property
     def _points(self) -> Array:
@@ -154,16 +155,62 @@ class GpResidual(InputModel):
     def root(self) -> Array:
         """R with K^-1 = R R^T of the covariance of the first points with their noise."""
         z = self._points[: len(self.alpha)]
-        covariance = self._kernel(z, z) + np.diag(np.array(self.alpha) + self.noise + _JITTER * self.variance)
+        covariance = matern(z, z, self.variance) + np.diag(np.array(self.alpha) + self.noise + _JITTER * self.variance)
         return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)).T)
 
 
-def matern(x: Array, z: Array, length_scales: Array, variance: float) -> Array:
-    """Matern 5/2 covariance of all pairs, shape (n, m)."""
+def matern(x: Array, z: Array, variance: float) -> Array:
+    """Matern 5/2 covariance of all pairs of points over the length scales, shape (n, m)."""
     from scipy.spatial.distance import cdist
 
-    a = np.sqrt(5.0) * cdist(x / length_scales, z / length_scales)
+    a = np.sqrt(5.0) * cdist(x, z)
     return np.asarray(variance * (1.0 + a + a**2 / 3.0) * np.exp(-a))
+
+
+def corrected_parts(
+    share: Array,
+    film: Array,
+    processes: tuple[GpResidual, GpResidual],
+    conditions: Conditions,
+    boundary_friction: float | Array,
+    sums: tuple[Sums | None, Sums | None] = (None, None),
+) -> tuple[Array, Array]:
+    """mu of corrected parts and the variance of its logarithm; by ufuncs, so that `regression.export` records it.
+
+    Parameters
+    ----------
+    share, film : array, shape (n,)
+        Asperity load share and friction of the film by the form.
+    processes : tuple of GpResidual
+        Of the logit of the share, and of ln of the film's friction over (1 - share)^1.5.
+    conditions : mapping
+        Columns of shape (n,).
+    boundary_friction : float or array of shape (n,)
+    sums : tuple of callable, optional
+        As of `GpResidual.correction`, of either process.
+
+    Returns
+    -------
+    mu, variance : array, shape (n,)
+    """
+    odds = asperity_odds(share)
+    seen = {**conditions, ASPERITY_ODDS: np.clip(odds, 1.0 / ODDS_LIMIT, ODDS_LIMIT)}
+    (shift, share_variance), (stretch, film_variance) = (
+        process.correction(seen, own) for process, own in zip(processes, sums, strict=True)
+    )
+    moved = odds * np.exp(shift)
+    asperities = moved / (1.0 + moved) * boundary_friction
+    sheared = film * ((1.0 + odds) / (1.0 + moved)) ** FILM_POWER * np.exp(stretch)
+    mu = asperities + sheared
+    by_share = (asperities - FILM_POWER * sheared * moved) / (1.0 + moved) / mu
+    # d ln mu/d logit, and d ln mu/d ln film
+    variance = by_share**2 * (share_variance + processes[0].noise)
+    return mu, variance + (sheared / mu) ** 2 * (film_variance + processes[1].noise)
+
+
+def asperity_odds(share: Array) -> Array:
+    """X/(1 - X); finite at X = 1."""
+    return share / np.maximum(1.0 - share, 1e-12)
 
 
 def fit_residual(
@@ -176,16 +223,16 @@ def fit_residual(
     variance_count: int = VARIANCE_POINTS,
     start: GpResidual | None = None,
 ) -> GpResidual:
-    """The Gaussian process of a residual of ln mu.
+    """The Gaussian process of a residual of ln mu or of one of its parts.
 
     Parameters
     ----------
     table : mapping
         Columns of the cases, shape (n,).
     residual : array, shape (n,)
-        ln mu computed minus ln mu of the formula.
+        Computed minus formula: ln mu, logit of the share or ln of the film's friction.
     noise : array, shape (n,)
-        Variance of each case's ln mu as its solver states it.
+        Variance of each case's, by chance.
     variables : tuple of str
         Inputs; those that do not vary are left out.
     count, variance_count : int
@@ -211,7 +258,9 @@ def fit_residual(
         x, residual, noise, start if start is not None and start.variables == names else None
     )
     chosen, _ = covering_points(x / length_scales, count)
-    points = np.round(x[chosen], _DIGITS)
+    if len(chosen) == len(x):
+        x, residual, noise, chosen = x[chosen], residual[chosen], noise[chosen], np.arange(len(x))
+    points = np.round(x[chosen] / length_scales, _DIGITS)
     kept = min(variance_count, len(points))
     return GpResidual(
         variables=names,
@@ -223,16 +272,22 @@ def fit_residual(
         variance=variance,
         noise=white,
         points=tuple(tuple(map(float, row)) for row in points),
-        weights=tuple(map(float, _weights(x, points, residual, noise + white, length_scales, variance))),
+        weights=tuple(map(float, _weights(x / length_scales, points, residual, noise + white, variance))),
         alpha=tuple(map(float, noise[chosen][:kept])),
     )
 
 
-def _weights(x: Array, z: Array, residual: Array, noise: Array, length_scales: Array, variance: float) -> Array:
-    """(K_zz + K_zx N^-1 K_xz) w = K_zx N^-1 r as a least-squares problem, which squares no condition number."""
-    root = np.sqrt(noise + _JITTER * variance)
-    inner = matern(z, z, length_scales, variance) + _JITTER * variance * np.eye(len(z))
-    rows = np.vstack([matern(x, z, length_scales, variance) / root[:, None], np.linalg.cholesky(inner).T])
+def _weights(x: Array, z: Array, residual: Array, noise: Array, variance: float) -> Array:
+    """(K_zz + K_zx N^-1 K_xz) w = K_zx N^-1 r as a least-squares problem, which squares no condition number.
+
+    Where z are all cases, in the order of x, it is (K_zz + N) w = r.
+    """
+    floor = noise + _JITTER * variance
+    if len(x) == len(z):
+        return np.asarray(np.linalg.solve(matern(z, z, variance) + np.diag(floor), residual))
+    root = np.sqrt(floor)
+    inner = matern(z, z, variance) + _JITTER * variance * np.eye(len(z))
+    rows = np.vstack([matern(x, z, variance) / root[:, None], np.linalg.cholesky(inner).T])
     q, r = np.linalg.qr(rows)
     return np.asarray(np.linalg.solve(r, q.T @ np.concatenate([residual / root, np.zeros(len(z))])))
 
@@ -245,28 +300,46 @@ def _without_outliers(residual: Array, noise: Array) -> Array:
 
 
 def _likeliest(x: Array, residual: Array, noise: Array, start: GpResidual | None) -> tuple[Array, float, float]:
-    """Length scales, variance and unexplained noise of greatest likelihood, by scikit-learn on some of the cases."""
-    from sklearn.exceptions import ConvergenceWarning
-    from sklearn.gaussian_process import GaussianProcessRegressor
-    from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+    """Length scales, variance and unexplained noise of greatest likelihood, on some of the cases."""
+    from scipy.optimize import Bounds, minimize
 
     some = np.sort(np.random.default_rng(1).permutation(len(x))[:_SEARCHED])
-    level = max(float(np.var(residual)), 1e-12)
-    # with few cases in many dimensions shorter length scales fit the noise
-    of_variance, of_scales, of_noise = (1e-3 * level, 1e3 * level), (1.0, 30.0), (_MIN_NOISE, 10.0 * level + 1.0)
-    variance, length_scales, white = level, np.full(x.shape[1], 3.0), max(0.1 * level, _MIN_NOISE)
+    level, size = max(float(np.var(residual)), 1e-12), x.shape[1]
+    ends = np.log([_SCALES] * size + [(1e-3 * level, 1e3 * level), (_MIN_NOISE, 10.0 * level + 1.0)])
+    first = np.log(np.array([*np.full(size, 3.0), level, max(0.1 * level, _MIN_NOISE)]))
     if start is not None:
-        variance, white = float(np.clip(start.variance, *of_variance)), float(np.clip(start.noise, *of_noise))
-        length_scales = np.clip(np.array(start.length_scales), *of_scales)
-    kernel = ConstantKernel(variance, of_variance) * Matern(length_scales, of_scales, nu=2.5) + WhiteKernel(
-        white, of_noise
-    )
-    with warnings.catch_warnings():
-        # a length scale at its bound is a variable without effect
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        found = GaussianProcessRegressor(kernel, alpha=noise[some] + _JITTER * level).fit(x[some], residual[some])
-    best = found.kernel_
-    return np.asarray(best.k1.k2.length_scale), float(best.k1.k1.constant_value), float(best.k2.noise_level)
+        first = np.log(np.array([*start.length_scales, start.variance, max(start.noise, _MIN_NOISE)]))
+    cases = x[some], residual[some], noise[some] + _JITTER * level
+    found = minimize(
+        _unlikelihood,
+        np.asarray(np.clip(first, ends[:, 0], ends[:, 1])),
+        args=cases,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=Bounds(ends[:, 0], ends[:, 1]),
+    ).x
+    best = np.exp(found)
+    return best[:size], float(best[size]), float(best[size + 1])
+
+
+def _unlikelihood(logs: Any, x: Array, residual: Array, noise: Array) -> tuple[float, Array]:
+    """-ln of the marginal likelihood but for a constant, and its gradient, over ln of length scales, s^2 and noise."""
+    from scipy.linalg import cho_factor, cho_solve
+    from scipy.spatial.distance import pdist, squareform
+
+    size, parameters = x.shape[1], np.exp(logs)
+    scaled, variance, white = x / parameters[:size], parameters[size], parameters[size + 1]
+    a = np.sqrt(5.0) * squareform(pdist(scaled))
+    decay = variance * np.exp(-a)
+    kernel = decay * (1.0 + a + a**2 / 3.0)
+    factor = cho_factor(kernel + np.diag(noise + white), lower=True)
+    weights, inverse = cho_solve(factor, residual), cho_solve(factor, np.eye(len(x)))
+    value = 0.5 * float(residual @ weights) + float(np.sum(np.log(np.diag(factor[0]))))
+    slope = inverse - np.outer(weights, weights)
+    # dk/d ln l_i = s^2 5/3 (1 + a) exp(-a) (x_i - z_i)^2/l_i^2
+    pairs = slope * (decay * (1.0 + a) * (5.0 / 3.0))
+    along = pairs.sum(axis=1) @ scaled**2 - np.sum(scaled * (pairs @ scaled), axis=0)
+    return value, np.array([*along, 0.5 * np.sum(slope * kernel), 0.5 * white * np.trace(slope)])
 
 
 def _values(table: Conditions, name: str) -> Array:

@@ -39,7 +39,7 @@ from regression.fitting.rows import computed_friction, fitted_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
-from regression.friction.formula import FittedFormula
+from regression.friction.formula import PROCESS_WORDS, FittedFormula
 from regression.friction.published_registry import PUBLISHED, evaluate_published
 from regression.view.plots import (
     AXES,
@@ -356,18 +356,12 @@ def _formula(best: FittedFormula) -> Section:
         "coefficient cannot be told from others, though their combination can."
     )
     blocks: list[Block] = [FormulaBlock(best.equation), Table(columns, rows, notes=(note,))]
-    if best.residual is not None:
-        scales = ", ".join(
-            f"{name} {length:.3g}"
-            for name, length in zip(best.residual.variables, best.residual.length_scales, strict=True)
-        )
-        blocks.insert(
-            1,
-            Text(
-                f"times exp(r), r a Gaussian process of {len(best.residual.points)} points; length scales in standard "
-                f"deviations of the logarithm: {scales}."
-            ),
-        )
+    for place, (process, what) in enumerate(
+        zip(best.processes, PROCESS_WORDS[len(best.processes)], strict=True), start=1
+    ):
+        scales = ", ".join(f"{name} {x:.3g}" for name, x in zip(process.variables, process.length_scales, strict=True))
+        text = f"{what}, r a Gaussian process of {len(process.points)} points; length scales in standard deviations of"
+        blocks.insert(place, Text(f"{text} the logarithm: {scales}."))
     return Section("The formula", [Folded(f"Equation and coefficients of {best.name}", blocks)])
 
 

@@ -32,8 +32,8 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     assert formula.data.plan.startswith("gear_")
     assert formula.data.used >= 700
     # what docs/friction_formula.md says of it
-    bars = {"load_share": (0.035, 0.14), "gp": (0.095, 0.30)}
-    mape, p95 = bars.get(name.partition("_")[2], (0.125, 0.42))
+    bars = {"load_share": (0.035, 0.14), "gp": (0.05, 0.18)}
+    mape, p95 = bars.get(name.partition("_")[2], (0.10, 0.32))
     assert formula.validation.mape < mape
     assert formula.validation.p95 < p95
 
@@ -73,13 +73,13 @@ def test_values_are_those_of_the_release() -> None:
 
 
 EXPECTED: dict[str, list[float]] = {
-    "75w90": [0.016698, 0.021241, 0.020973],
-    "75w90_gp": [0.016503, 0.019115, 0.018306],
-    "75w90_short": [0.016710, 0.021175, 0.020930],
+    "75w90": [0.016792, 0.020881, 0.018227],
+    "75w90_gp": [0.016704, 0.018918, 0.016685],
+    "75w90_short": [0.016900, 0.020893, 0.018199],
     "75w90_load_share": [0.017197, 0.057895, 0.072209],
-    "fva3": [0.038463, 0.039438, 0.031539],
-    "fva3_gp": [0.035450, 0.034756, 0.027133],
-    "fva3_short": [0.039001, 0.039829, 0.031719],
+    "fva3": [0.038775, 0.038302, 0.029180],
+    "fva3_gp": [0.037157, 0.035983, 0.026828],
+    "fva3_short": [0.039608, 0.038838, 0.029425],
     "fva3_load_share": [0.039189, 0.065723, 0.074398],
 }
 
@@ -106,8 +106,8 @@ def test_limits_hold_for_the_shipped_coefficients(name: str) -> None:
     def films(factor: Any) -> dict[str, Any]:
         return here | {film: factor * here[film] for film in ("film_formula", "film_ratio_formula")}
 
-    # the share of the asperities falls as a power of the film, with exponents from 0.3 on
-    dry = films(1e-30) | {"speed_sliding": 1e-6 * here["speed_sliding"]}
+    # the share of the asperities falls as a power of the film, with exponents from 0.1 on
+    dry = films(1e-60) | {"speed_sliding": 1e-6 * here["speed_sliding"]}
     with np.errstate(over="ignore"):
         share, film = rough_share_parts(here, k)
         thicker, _ = rough_share_parts(films(1.0 + 4.0 * unit[7]), k)

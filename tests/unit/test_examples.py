@@ -23,7 +23,7 @@ ANSWERS = {
     "plot_contact_pattern": 12.2771,
     "plot_efficiency_map": 99.5148,
     "plot_film_and_pressure": 305.04,
-    "plot_formula": 0.0171708,
+    "plot_formula": 0.0178145,
     "plot_gear_efficiency": 99.5148,
     "plot_oil_under_pressure": 11.2358,
     "plot_stribeck_curve": 5.8728,

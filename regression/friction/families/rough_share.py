@@ -13,14 +13,20 @@ import numpy as np
 from regression.friction.conditions import Array, Conditions
 from regression.friction.families.family import ROUGH_BOX, Family
 from regression.friction.families.heated_film import FILM_EQUATION, film_friction, heated_film
-from regression.friction.families.roughness import SHARE_EQUATION, SLOPE_POWER, asperity_share, film_ripple
+from regression.friction.families.roughness import (
+    SHARE_EQUATION,
+    SLOPE_POWER,
+    asperity_share,
+    film_ripple,
+    valley_film,
+)
 
 
 def rough_share_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Array]:
     """Asperity load share X and friction of the film that carries the rest."""
     hot = heated_film(c, k)
     share = asperity_share(c, hot, k, k["squeeze_slope"])
-    film = film_friction(c, k, hot, film_ripple(c, hot, k)) * (1.0 - share) ** k["film_power"]
+    film = film_friction(c, k, hot, film_ripple(c, hot, k)) * valley_film(c, hot, k) * (1.0 - share) ** k["film_power"]
     return share, np.asarray(film)
 
 
@@ -31,27 +37,30 @@ def _rough_share_log(c: Conditions, k: Mapping[str, float], boundary_friction: f
 
 # term: start, lower and upper bound
 _TERMS: dict[str, tuple[float, float, float]] = {
-    "strain": (0.75, 0.1, 20.0),
-    "relief_thick": (0.4, 0.0, 3.0),
+    "strain": (0.8, 0.1, 20.0),
+    "relief_thick": (0.3, 0.0, 3.0),
     "heat_pressure": (0.3, 0.0, 5.0),
-    "inlet": (0.5, 0.0, 10.0),
-    "ripple": (1.2, 0.0, 10.0),
-    "film_power": (1.7, 1.0, 6.0),
-    "squeeze": (3.0, 0.001, 1e3),
-    "squeeze_film": (2.1, 0.1, 20.0),
+    "inlet": (0.25, 0.0, 10.0),
+    "ripple": (0.9, 0.0, 10.0),
+    "valleys": (0.06, 0.0, 2.0),
+    "film_power": (1.45, 0.5, 6.0),
+    "squeeze": (4.0, 0.001, 1e3),
+    "squeeze_film": (1.5, 0.1, 20.0),
     "squeeze_slope": (SLOPE_POWER, 0.0, 2.0),
-    "squeeze_tail": (0.9, 0.0, 20.0),
-    "squeeze_flattening": (1.5, 0.0, 5.0),
-    "slide": (1.0, 0.0, 100.0),
-    "lay": (1.3, 0.0, 100.0),
+    "squeeze_width": (0.5, 0.0, 5.0),
+    "squeeze_tail": (0.7, 0.0, 20.0),
+    "squeeze_flattening": (1.7, 0.0, 5.0),
+    "slide": (0.7, 0.0, 100.0),
+    "lay": (1.6, 0.0, 100.0),
     "whole": (0.2, 0.0, 10.0),
-    "narrow": (4.0, 0.0, 100.0),
+    "narrow": (6.0, 0.0, 100.0),
 }
 
 _EQUATION = (
-    f"mu = X mu_b + (1 - X)^film_power F; {SHARE_EQUATION} n = squeeze_film (0.01 lc/Rq)^squeeze_slope;"
-    " F = r sum_i w_i t_i (1 + (t_i/(Lam p_i))^8)^(-1/8)/p over p_i = q_i p/r,"
-    " q = 1.2593, 1.0976, 0.58454, w = 5/18, 8/18, 5/18; p = pi p_h/4; r = (1 + relief_thick h0 R/b^2)^(2/3);"
+    f"mu = X mu_b + (1 - X)^film_power F; {SHARE_EQUATION} n = squeeze_film (0.01 lc/Rq)^squeeze_slope"
+    " (1 + lc/b)^squeeze_width; F = (1 + (Rq/h)^2)^(-valleys/2) r sum_i w_i t_i"
+    " (1 + (t_i/(Lam p_i))^8)^(-1/8)/p over p_i = q_i p/r, q = 1.2593, 1.0976, 0.58454, w = 5/18, 8/18, 5/18;"
+    " p = pi p_h/4; r = (1 + relief_thick h0 R/b^2)^(2/3);"
     " t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
     " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = p_i/p, G = ln(eta_p/eta0), c = G/(alpha p);"
     f" {FILM_EQUATION}"

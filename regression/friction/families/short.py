@@ -1,4 +1,4 @@
-"""Family `short`: thirteen coefficients for a spreadsheet; asperities that reach through a heated film (ours).
+"""Family `short`: fifteen coefficients for a spreadsheet; asperities that reach through a heated film (ours).
 
 `rough_share` with the film's friction at the mean pressure in place of three, and two exponents fixed where they came
 out alike for both shipped oils.
@@ -13,17 +13,23 @@ import numpy as np
 from regression.friction.conditions import Array, Conditions
 from regression.friction.families.family import ROUGH_BOX, Family
 from regression.friction.families.heated_film import FILM_EQUATION, MEAN, film_friction, heated_film
-from regression.friction.families.roughness import SHARE_EQUATION, SLOPE_POWER, asperity_share, film_ripple
+from regression.friction.families.roughness import (
+    SHARE_EQUATION,
+    SLOPE_POWER,
+    asperity_share,
+    film_ripple,
+    valley_film,
+)
 
-_FILM_POWER = 1.8  # of the share of the film, in fits of `rough_share` to both shipped oils
+_FILM_POWER = 1.5  # of the share of the film, in fits of `rough_share` to both shipped oils
 
 
 def short_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Array]:
     """Asperity load share X and friction of the film that carries the rest."""
     hot = heated_film(c, k)
     share = asperity_share(c, hot, k)
-    film = film_friction(c, k, hot, film_ripple(c, hot, k), MEAN) * (1.0 - share) ** _FILM_POWER
-    return share, np.asarray(film)
+    film = film_friction(c, k, hot, film_ripple(c, hot, k), MEAN) * valley_film(c, hot, k)
+    return share, np.asarray(film * (1.0 - share) ** _FILM_POWER)
 
 
 def _short_log(c: Conditions, k: Mapping[str, float], boundary_friction: float) -> Array:
@@ -33,25 +39,28 @@ def _short_log(c: Conditions, k: Mapping[str, float], boundary_friction: float) 
 
 # term: start, lower and upper bound
 _TERMS: dict[str, tuple[float, float, float]] = {
-    "strain": (0.75, 0.05, 20.0),
-    "relief_thick": (0.4, 0.0, 3.0),
-    "ripple": (1.5, 0.0, 10.0),
+    "strain": (0.8, 0.05, 20.0),
+    "relief_thick": (0.3, 0.0, 3.0),
     "heat_pressure": (0.3, 0.0, 5.0),
-    "inlet": (0.5, 0.0, 10.0),
-    "squeeze": (3.0, 0.001, 1e3),
-    "squeeze_film": (2.1, 0.1, 20.0),
-    "squeeze_tail": (0.9, 0.0, 20.0),
-    "squeeze_flattening": (1.5, 0.0, 5.0),
-    "slide": (1.0, 0.0, 100.0),
-    "lay": (1.3, 0.0, 100.0),
+    "inlet": (0.25, 0.0, 10.0),
+    "ripple": (0.9, 0.0, 10.0),
+    "valleys": (0.06, 0.0, 2.0),
+    "squeeze": (4.0, 0.001, 1e3),
+    "squeeze_film": (1.5, 0.1, 20.0),
+    "squeeze_width": (0.5, 0.0, 5.0),
+    "squeeze_tail": (0.7, 0.0, 20.0),
+    "squeeze_flattening": (1.7, 0.0, 5.0),
+    "slide": (0.7, 0.0, 100.0),
+    "lay": (1.6, 0.0, 100.0),
     "whole": (0.2, 0.0, 10.0),
-    "narrow": (4.0, 0.0, 100.0),
+    "narrow": (6.0, 0.0, 100.0),
 }
 
 _EQUATION = (
-    f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F; {SHARE_EQUATION} n = squeeze_film (0.01 lc/Rq)^{SLOPE_POWER:g};"
-    " F = r t (1 + (t/(Lam p/r))^8)^(-1/8)/p; t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))),"
-    " x = strain eta v_s/(tau0 h);"
+    f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F; {SHARE_EQUATION}"
+    f" n = squeeze_film (0.01 lc/Rq)^{SLOPE_POWER:g} (1 + lc/b)^squeeze_width;"
+    " F = (1 + (Rq/h)^2)^(-valleys/2) r t (1 + (t/(Lam p/r))^8)^(-1/8)/p;"
+    " t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
     " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = 1/r, r = (1 + relief_thick h0 R/b^2)^(2/3),"
     " G = ln(eta_p/eta0), c = G/(alpha p), p = pi p_h/4; p_i = p/r;"
     f" {FILM_EQUATION}"
@@ -59,7 +68,7 @@ _EQUATION = (
 
 SHORT = Family(
     "short",
-    "asperities over a heated film, thirteen coefficients (ours)",
+    "asperities over a heated film, fifteen coefficients (ours)",
     _EQUATION,
     tuple(_TERMS),
     ROUGH_BOX,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +16,7 @@ from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of
 from regression.friction.formula import FORMULA_SCHEMA, load_formula
+from regression.friction.gaussian_process import GpResidual
 
 SHIPPED = data_path("formulas", "fva3_load_share.json")
 Call = Callable[..., Any]
@@ -27,7 +29,17 @@ POINT = (
 def schema_1() -> dict[str, Any]:
     """The shipped formula as schema 1 wrote it."""
     content = json.loads(load_formula(SHIPPED).to_json())
-    new = ("oils", "checksum", "residual", "cloud", "paths", "nested", "noise", "boundary_friction_range")
+    new = (
+        "oils",
+        "checksum",
+        "residual",
+        "film_residual",
+        "cloud",
+        "paths",
+        "nested",
+        "noise",
+        "boundary_friction_range",
+    )
     old = {name: value for name, value in content.items() if name not in new}
     return old | {"schema": 1, "oil": content["oils"][0]}
 
@@ -51,6 +63,31 @@ def test_schema_1_of_a_lubricant_by_numbers_has_no_oil(tmp_path: Path) -> None:
     path = tmp_path / "old.json"
     path.write_text(json.dumps(schema_1() | {"oil": {"name": None, "card_hash": None}}))
     assert load_formula(path).oils == ()
+
+
+def test_schema_2_with_a_process_is_read_and_says_the_same(tmp_path: Path) -> None:
+    """It stored the points of its one process before they were divided by the length scales, and no second process."""
+    new = load_formula(SHIPPED).model_copy(
+        update={
+            "residual": GpResidual(
+                variables=("pressure_hertz", "speed_entrainment"), mean=(20.7, 1.6), scale=(0.5, 0.8), low=(-2.0, -2.0),
+                high=(2.0, 2.0), length_scales=(2.5, 0.5), variance=0.02, noise=1e-4,
+                points=((0.0, 0.5), (0.25, -1.5)), weights=(3.0, -2.0), alpha=(1e-4,),
+            )
+        }
+    )  # fmt: skip
+    content = new.model_dump(mode="json", by_alias=True)
+    del content["film_residual"]
+    content["schema"] = 2
+    content["residual"]["points"] = [[0.0, 0.25], [0.625, -0.75]]
+    content["checksum"] = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    path = tmp_path / "old.json"
+    path.write_text(json.dumps(content))
+    assert load_formula(path).model_dump() == new.model_dump()
+    del content["residual"]["length_scales"]
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match="length_scales"):
+        load_formula(path)
 
 
 def test_rows_of_numbers_stand_on_one_line(tmp_path: Path) -> None:

@@ -9,7 +9,13 @@ from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
-from regression.friction.gaussian_process import GpResidual, fit_residual
+from regression.data.dataset import columns, load_dataset
+from regression.fitting.coefficients import fit_form
+from regression.fitting.rows import computed_friction, usable_rows
+from regression.friction.families import ROUGH_SHARE
+from regression.friction.formula import corrected_form
+from regression.friction.gaussian_process import ASPERITY_ODDS, GpResidual, corrected_parts, fit_residual
+from regression.friction.gaussian_process import _unlikelihood as unlikelihood
 
 NAMES = ("pressure_hertz", "speed_entrainment", "roughness_rms")
 
@@ -34,12 +40,13 @@ def test_with_all_cases_kept_it_is_the_process_of_scikit_learn() -> None:
     assert len(found.points) == 120
     kernel = ConstantKernel(found.variance, "fixed") * Matern(found.length_scales, "fixed", nu=2.5)
     # the stored points are the cases in another order, rounded
-    order = [int(np.argmin(np.sum((found.coordinates(t) - z) ** 2, axis=1))) for z in np.array(found.points)]
+    lengths = np.array(found.length_scales)
+    order = [int(np.argmin(np.sum((found.coordinates(t) / lengths - z) ** 2, axis=1))) for z in np.array(found.points)]
     assert sorted(order) == list(range(120))
     own = GpResidual(
         **{
             **found.model_dump(),
-            "points": tuple(map(tuple, found.coordinates(t)[order])),
+            "points": tuple(map(tuple, found.coordinates(t)[order] / lengths)),
             "weights": tuple(
                 np.linalg.solve(
                     kernel(found.coordinates(t)[order]) + np.diag(noise[order] + found.noise), residual[order]
@@ -48,7 +55,7 @@ def test_with_all_cases_kept_it_is_the_process_of_scikit_learn() -> None:
         }
     )
     process = GaussianProcessRegressor(kernel, alpha=noise[order] + found.noise, optimizer=None)
-    process.fit(np.array(own.points), residual[order])
+    process.fit(found.coordinates(t)[order], residual[order])
     x = own.coordinates(table(200, seed=3))
     mean, deviation = process.predict(x, return_std=True)
     own_mean, own_deviation = own.predict(x)
@@ -126,3 +133,59 @@ def test_damaged_numbers_are_refused() -> None:
     ):
         with pytest.raises(InputError, match=words):
             validate(GpResidual, content | {name: value})
+
+
+def test_likelihood_is_that_of_scikit_learn_and_its_gradient_that_of_differences() -> None:
+    t, random = table(80), np.random.default_rng(6)
+    x, noise = np.log(np.column_stack([t[name] for name in NAMES])), random.uniform(1e-3, 1e-2, 80)
+    residual, logs = truth(t), np.log([2.0, 0.7, 1.5, 0.02, 3e-4])
+    process = GaussianProcessRegressor(
+        ConstantKernel(0.02, "fixed") * Matern([2.0, 0.7, 1.5], "fixed", nu=2.5), alpha=noise + 3e-4, optimizer=None
+    ).fit(x, residual)
+    value, gradient = unlikelihood(logs, x, residual, noise)
+    assert value == pytest.approx(-process.log_marginal_likelihood_value_ - 40.0 * np.log(2.0 * np.pi), rel=1e-9)
+    for i, step in enumerate(1e-5 * np.eye(5)):
+        ahead, behind = (unlikelihood(logs + sign * step, x, residual, noise)[0] for sign in (1.0, -1.0))
+        assert gradient[i] == pytest.approx((ahead - behind) / 2e-5, rel=1e-6, abs=1e-6)
+
+
+def constant_process(value: float, name: str = "pressure_hertz") -> GpResidual:
+    """A process of almost the same value everywhere near 1 GPa, of variance 0.01 less little."""
+    return GpResidual(
+        variables=(name,), mean=(np.log(1e9),), scale=(1.0,), low=(-1.0,), high=(1.0,), length_scales=(1e6,),
+        variance=0.01, noise=1e-3, points=((0.0,),), weights=(value / 0.01,), alpha=(1.0,),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("shift", "stretch"), [(0.0, 0.0), (0.8, -0.2), (-2.0, 0.3), (8.0, 0.0), (-8.0, 0.0)])
+def test_parts_are_moved_as_the_processes_say(shift: float, stretch: float) -> None:
+    share = np.array([0.0, 1e-9, 0.02, 0.5, 0.97, 1.0])
+    film = 0.03 * (1.0 - share) ** 1.5
+    here = {"pressure_hertz": np.full(6, 1e9)}
+    mu, variance = corrected_parts(share, film, (constant_process(shift), constant_process(stretch)), here, 0.1)
+    moved = share * np.exp(shift) / (1.0 - share + share * np.exp(shift))
+    sheared = 0.03 * np.exp(stretch) * (1.0 - moved) ** 1.5
+    np.testing.assert_allclose(mu, 0.1 * moved + sheared, rtol=1e-8, atol=1e-15)
+    # variance by the delta method: ends of one standard deviation of either process
+    spread = np.sqrt(0.01 * (1.0 - 0.01 / 1.011) + 1e-3)
+    ends = [
+        corrected_parts(share, film, (constant_process(a), constant_process(b)), here, 0.1)[0]
+        for a, b in ((shift + 1e-4, stretch), (shift - 1e-4, stretch), (shift, stretch + 1e-4), (shift, stretch - 1e-4))
+    ]
+    by_share, by_film = (np.log(ends[0] / ends[1]) / 2e-4, np.log(ends[2] / ends[3]) / 2e-4)
+    np.testing.assert_allclose(np.sqrt(variance), spread * np.hypot(by_share, by_film), rtol=1e-3, atol=1e-6)
+
+
+def test_processes_take_a_third_off_the_error_of_the_form_on_cases_held_out() -> None:
+    frame, _ = usable_rows(load_dataset("gear_fva3_mesh", "gear_fva3_lay"), corners=False)
+    held = np.arange(len(frame)) % 4 == 0
+    rest, new = frame[~held].reset_index(drop=True), frame[held].reset_index(drop=True)
+    form = fit_form(ROUGH_SHARE, rest, gaussian_process=True)
+    assert [ASPERITY_ODDS in process.variables for process in form.processes] == [True, True]
+    mu, deviation = form.friction(new)
+    plain, _ = corrected_form(ROUGH_SHARE, form.coefficients.values, (), columns(new), 0.1)
+    error, before = (np.abs(np.log(found / computed_friction(new))) for found in (mu, plain))
+    assert error.mean() < 0.67 * before.mean()
+    assert deviation is not None
+    # what they state is what they err by
+    assert 0.6 < np.sqrt(np.mean((error / deviation) ** 2)) < 1.6
