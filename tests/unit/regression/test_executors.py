@@ -248,7 +248,9 @@ def test_the_estimate_is_that_of_this_engine(name: str) -> None:
     frame = load_dataset(name).frame
     frame = frame[(frame["steps"] > 0) & (frame["attempts"] == 1)].reset_index(drop=True)
     table = {column: frame[column].to_numpy(dtype=float) for column in frame.select_dtypes("number")}
-    estimate, _ = contact_seconds(ModelInput(accuracy="fast"), table)
+    estimate, rough = contact_seconds(ModelInput(accuracy="fast"), table)
+    # films that heat leaves thin enough for roughness to count
+    assert rough.mean() > 0.99
     seconds = frame["seconds_cpu"].to_numpy()
     assert estimate.sum() == pytest.approx(seconds.sum(), rel=0.3)
     order = np.argsort(-estimate)
