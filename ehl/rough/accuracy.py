@@ -82,7 +82,7 @@ class RunPlan:
     window_fine : float
         Shortest travel averaged over on all meshes but the coarsest [b].
     budget : float
-        Work of the whole contact, in node-iterations (`ehl.rough.levels.work`).
+        Work of the whole contact, in node-iterations (`ehl.rough.window.Window.work`).
     inlet : float
         Width of the inlet sweep, which every mesh has to resolve [b].
     """

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def interval_of_means(means: Array, confidence: float = 0.90) -> float:
     inflation = (1.0 + correlation) / (1.0 - correlation)
     spread = float(np.std(means, ddof=1)) * math.sqrt(inflation / means.size)
     freedom = max(means.size / inflation - 1.0, 2.0)
-    return float(student.ppf(0.5 + 0.5 * confidence, freedom)) * spread
+    return float(stdtrit(freedom, 0.5 + 0.5 * confidence)) * spread
 
 
 def paired_error(coarse: Array, fine: Array, batches: int) -> float:

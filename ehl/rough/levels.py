@@ -9,41 +9,24 @@ meshes roll for a short while and the coarsest, at a sixteenth of their cost, fo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS
+from ehl.rough._kernels.march import FILM_MEAN
 from ehl.rough.accuracy import PER_SWEEP, SETTLING, SPREADS, RunPlan
 from ehl.rough.batches import ONE_DRAW, batch_means, interval_of_means, paired_error
 from ehl.rough.window import BLOCK, Window
 
 Array = NDArray[np.float64]
 
-# work of a step: (nodes + 100)(iterations + 1.5); over 40 contacts with heat 150 ns each, within a factor of 1.5
-STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
 HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which a contact will not settle
 SHARE_WITHOUT_HOPE = 0.75  # of the budget that is spent on it all the same
 SMALL_PART = 0.05  # of the squared error: what adds less is not worth rolling on
 # error of mu by the mesh above which a mesh that the budget left out is added, and the budgets that may cost
 MESH_ERROR_ALLOWED, BUDGETS = 0.1, 2.0
 FINER_STEP = 0.85  # iterations of a step over those on twice the spacing
-
-
-def work(window: Window) -> float:
-    """Cost of all steps of a run so far, in node-iterations."""
-    nodes = window.run.problem.x.size + STEP_NODES
-    return float(
-        sum(nodes * (part[:, ITERATIONS].sum() + STEP_ITERATIONS * len(part)) for part in window.started)
-        + sum(nodes * (part[:, ITERATIONS].sum() + STEP_ITERATIONS * len(part)) for part in window.recorded)
-    )
-
-
-def rate(window: Window) -> float:
-    """Work per b of travel, of the steps so far."""
-    steps = sum(map(len, window.started)) + sum(map(len, window.recorded))
-    return work(window) * window.run.problem.units.steps_per_half_width / max(steps, 1)
 
 
 @dataclass
@@ -63,6 +46,12 @@ class Levels:
     windows: list[Window]
     plan: RunPlan
     reserved: float = 0.0
+    _changes: dict[int, tuple[tuple[int, int], Array]] = field(default_factory=dict, repr=False)
+
+    @property
+    def work(self) -> float:
+        """Work of all meshes so far."""
+        return sum(window.work for window in self.windows)
 
     @property
     def fine(self) -> Window:
@@ -82,9 +71,12 @@ class Levels:
     def differences(self, level: int) -> Array:
         """Mean of mu on a mesh less that on the one before, in parts of half a batch of their common travel."""
         finer, coarser = self.windows[level], self.windows[level - 1]
-        common = sorted(set(finer.numbers) & set(coarser.numbers))
-        pieces = coarser.pieces(common, 0.5 * self.plan.batch)
-        return finer.parts(common, pieces) - coarser.parts(common, pieces)
+        rolled = len(finer.numbers), len(coarser.numbers)
+        if level not in self._changes or self._changes[level][0] != rolled:
+            common = sorted(set(finer.numbers) & set(coarser.numbers))
+            pieces = coarser.pieces(common, 0.5 * self.plan.batch)
+            self._changes[level] = rolled, finer.parts(common, pieces) - coarser.parts(common, pieces)
+        return self._changes[level][1]
 
     def mean(self, column: int, *, film: bool = False) -> float:
         """Time mean of a column of the records; of a film in m."""
@@ -159,7 +151,7 @@ class Levels:
 
     def finer_needed(self) -> bool:
         """Whether the error of the mesh is large, and half of it affordable with no more than twice the budget."""
-        finer = 4.0 * FINER_STEP * rate(self.fine) * (SETTLING + self.plan.window_fine) + sum(map(work, self.windows))
+        finer = 4.0 * FINER_STEP * self.fine.rate * (SETTLING + self.plan.window_fine) + self.work
         return self.mesh_error() > MESH_ERROR_ALLOWED * abs(self.friction()) and finer <= BUDGETS * self.plan.budget
 
     def spread(self) -> float:
@@ -179,7 +171,7 @@ class Levels:
         for window, travel in zip(self.windows, shortest, strict=True):
             wanted = plan.window_min if fixed else travel
             while window.rolled < wanted - 1e-9:
-                if not fixed and window.rolled >= BLOCK and sum(map(work, self.windows)) > budget:
+                if not fixed and window.rolled >= BLOCK and self.work > budget:
                     break
                 window.block(min(BLOCK, wanted - window.rolled) if fixed else BLOCK)
         if fixed:
@@ -190,8 +182,8 @@ class Levels:
             level = self._worthiest()
             if level < 0:
                 return
-            cost = BLOCK * rate(self.windows[level])
-            if sum(map(work, self.windows)) + cost > budget:
+            cost = BLOCK * self.windows[level].rate
+            if self.work + cost > budget:
                 return
             self.windows[level].block(BLOCK)
 
@@ -215,7 +207,7 @@ class Levels:
             behind = i
             while behind > 0 and self.windows[behind - 1].rolled < window.rolled + BLOCK - 1e-9:
                 behind -= 1  # a mesh is compared with the one before: that rolls first
-            cost = sum(rate(each) for each in self.windows[behind : i + 1])
+            cost = sum(each.rate for each in self.windows[behind : i + 1])
             gain = variances[i] / (window.rolled + BLOCK) / cost
             if gain > best:
                 best, level = gain, behind
@@ -226,9 +218,9 @@ class Levels:
 
         Variances a/T at costs c per travel are least, (sum sqrt(a c))^2 over all of the cost, for T as sqrt(a/c).
         """
-        terms = [v * w.rolled * rate(w) for v, w in zip(self._variances(), self.windows, strict=True)]
-        spent = sum(w.rolled * rate(w) for w in self.windows)
-        affordable = max(budget - sum(map(work, self.windows)), 0.0) + spent
+        terms = [v * w.rolled * w.rate for v, w in zip(self._variances(), self.windows, strict=True)]
+        spent = sum(w.rolled * w.rate for w in self.windows)
+        affordable = max(budget - self.work, 0.0) + spent
         least = sum(math.sqrt(term) for term in terms) / math.sqrt(affordable)
         most = math.sqrt(self.half_widths()[0] ** 2 * self.windows[0].rolled / self.plan.window_max)
         return max(least, most) <= HOPELESS * self.plan.tolerance * abs(self.friction())
@@ -242,12 +234,12 @@ def affordable(plan: RunPlan, coarsest: Window, levels: int, reserved: float) ->
     least = 2
     while least < levels and plan.spacing * 2 ** (levels - least) > PER_SWEEP["fast"] * plan.inlet:
         least += 1
-    spent = work(coarsest) + reserved
+    spent = coarsest.work + reserved
     for count in range(levels, least, -1):
         total = spent
         for k in range(count):
             travel = (plan.window_min if k == 0 else plan.window_fine) + SETTLING * (count - max(k, 1))
-            total += rate(coarsest) * (4.0 * FINER_STEP) ** k * travel
+            total += coarsest.rate * (4.0 * FINER_STEP) ** k * travel
         if total <= plan.budget:
             return count
     return least

@@ -45,7 +45,7 @@ from ehl.rough.accuracy import (
     mesh_levels,
     with_overrides,
 )
-from ehl.rough.levels import Levels, affordable, rate
+from ehl.rough.levels import Levels, affordable
 from ehl.rough.run import Run
 from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, density_ratio
 from ehl.rough.soe import LogConvolution
@@ -191,11 +191,10 @@ def solve_transient(
     settling = plan.settling if flux is None else SETTLING
     study = 0.0
     if boundary_range is not None or plan.boundary_study:
-        study = 2.0 * rate(coarse) * min(STUDY_BLOCKS * BLOCK, plan.window_max)
+        study = 2.0 * coarse.rate * min(STUDY_BLOCKS * BLOCK, plan.window_max)
     if plan.window_max > plan.window_min:
         count = affordable(plan, coarse, count, study)
-    begun = coarse.run.branch(coarse.run.problem)
-    spent = coarse.started
+    begun = coarse.branch()
     while True:
         levels = Levels([coarse], plan, study)
         for n in meshes[1:count]:
@@ -213,7 +212,7 @@ def solve_transient(
             break
         # what the budget left out is needed: once more with it
         count += 1
-        coarse = Window(begun.branch(begun.problem), plan.batch, started=[*spent])
+        coarse = begun.branch()
 
     factors = (math.nan, math.nan)
     share = levels.mean(SHARE)
@@ -288,7 +287,7 @@ def _status(levels: Levels) -> tuple[str, str]:
     stages = _everything(fine)[:, STAGE]
     if not math.isfinite(mean):
         return "failed", "not_finite"
-    if film_jumped(fine.records, fine.records):
+    if film_jumped(fine.column(FILM_MEAN), fine.column(FILM_MEAN)):
         return "failed", "film_jump"
     if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED:
         return "failed", "unconverged_steps"

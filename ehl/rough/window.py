@@ -1,4 +1,4 @@
-"""What one run averages over: its steps in blocks, when they suffice, and the errors of their mean."""
+"""What one run averages over: its steps in blocks, what they cost, and the errors of their mean."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ehl.line_contact import LineContact
-from ehl.rough._kernels.march import FILM_MEAN, MU_FLUID, SHARE
+from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, MU_FLUID, SHARE
 from ehl.rough.accuracy import BATCH, FRONT_STARTUP
 from ehl.rough.batches import ONE_DRAW, batch_means
 from ehl.rough.run import Run
@@ -20,6 +20,8 @@ from ehl.rough.surfaces import RoughSurfaces
 Array = NDArray[np.float64]
 
 BLOCK = 4.0  # travel between two looks at the interval [b]
+# work of a step: (nodes + 100)(iterations + 1.5); over 40 contacts with heat 150 ns each, within a factor of 1.5
+STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
 MAX_MEDIAN_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
 FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
@@ -41,11 +43,34 @@ class Window:
     rolled: float = 0.0  # travel of the blocks [b]
     passed: int = 0  # blocks rolled, those that went astray as well
     repeats: int = 0
+    steps: int = 0  # of all rolling, that without averaging as well
+    iterations: float = 0.0
+    _means: dict[tuple[int, int], tuple[Array, Array]] = field(default_factory=dict, repr=False)  # what `parts` found
+
+    @property
+    def work(self) -> float:
+        """Cost of all steps so far, in node-iterations."""
+        return (self.run.problem.x.size + STEP_NODES) * (self.iterations + STEP_ITERATIONS * self.steps)
+
+    @property
+    def rate(self) -> float:
+        """Work per b of travel, of the steps so far."""
+        return self.work * self.run.problem.units.steps_per_half_width / max(self.steps, 1)
+
+    def branch(self) -> Window:
+        """Another window that goes on from the state and the cost of this one, without its averages."""
+        run = self.run.branch(self.run.problem)
+        return Window(run, self.batch, started=[*self.started], steps=self.steps, iterations=self.iterations)
+
+    def _march(self, travel: float) -> tuple[Array, Array]:
+        records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+        self.steps += len(records)
+        self.iterations += float(records[:, ITERATIONS].sum())
+        return records, profiles
 
     def start(self, travel: float) -> None:
         """Roll without averaging."""
-        records, _ = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
-        self.started.append(records)
+        self.started.append(self._march(travel)[0])
 
     def mean_flux(self, travel: float) -> Array:
         """Roll without averaging, but for the heat flux into both surfaces (2, n) [W/m2]."""
@@ -95,13 +120,15 @@ class Window:
         Two meshes are compared in the same pieces: their steps divide a block unlike, and 2.5 lengths are two to one
         mesh and three to the other.
         """
-        return np.array(
-            [
-                float(part.mean())
-                for number, count in zip(numbers, pieces, strict=True)
-                for part in np.array_split(self._friction_of(self._block(number)), count)
-            ]
-        )
+        return np.concatenate([self._parts(number, count) for number, count in zip(numbers, pieces, strict=True)])
+
+    def _parts(self, number: int, count: int) -> Array:
+        block, means = self._means.get((number, count), (None, np.zeros(0)))
+        if block is not self._block(number):
+            block = self._block(number)
+            means = np.array([float(part.mean()) for part in np.array_split(self._friction_of(block), count)])
+            self._means[number, count] = block, means
+        return means
 
     def _block(self, number: int) -> Array:
         return self.recorded[self.numbers.index(number)]
@@ -113,12 +140,12 @@ class Window:
 
     def _advance(self, travel: float) -> tuple[Array, Array, Array]:
         before = self.run.macroscopic.total_exchange.copy()
-        records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+        records, profiles = self._march(travel)
         return records, profiles, (self.run.macroscopic.total_exchange - before) / len(records)
 
     def astray(self) -> bool:
         """Whether the film of a step of the last block is many times the usual one."""
-        return film_jumped(self.recorded[-1], self.records)
+        return film_jumped(self.recorded[-1][:, FILM_MEAN], self.column(FILM_MEAN))
 
     def repeat(self) -> None:
         """Forget the last block and roll on until the contact holds other oil; the surfaces roll on as well."""
@@ -138,9 +165,13 @@ class Window:
         """Steps of the window."""
         return np.concatenate(self.recorded)
 
+    def column(self, column: int) -> Array:
+        """One column of the records."""
+        return np.concatenate([block[:, column] for block in self.recorded])
+
     def friction(self) -> Array:
         """mu of every step of the window; zero without sliding."""
-        return self._friction_of(self.records)
+        return np.concatenate([self._friction_of(block) for block in self.recorded])
 
     def interval(self) -> tuple[float, float]:
         """mu and the half width of its 90 % interval.
@@ -152,10 +183,10 @@ class Window:
         return mean, half_width if math.isfinite(half_width) else ONE_DRAW * float(np.std(friction))
 
 
-def film_jumped(part: Array, records: Array) -> bool:
+def film_jumped(part: Array, films: Array) -> bool:
     """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart."""
-    usual = min(float(np.median(records[:, FILM_MEAN])), MAX_MEDIAN_FILM)
-    return not bool(part[:, FILM_MEAN].max() <= FILM_JUMP * usual)
+    usual = min(float(np.median(films)), MAX_MEDIAN_FILM)
+    return not bool(part.max() <= FILM_JUMP * usual)
 
 
 def net_exchange(window: Window) -> tuple[float, float]:
@@ -177,7 +208,7 @@ def net_exchange(window: Window) -> tuple[float, float]:
     place = int(np.argmax(np.abs(slope)))
     left = total[:, place] - total[:, place].mean() - slope[place] * moment
     spread = math.sqrt(float(left @ left) / ((count - 1) * float(moment @ moment)))
-    return abs(float(slope[place])), float(student.ppf(1.0 - 0.5 * EXCHANGE_LEVEL / PLACES, count - 1)) * spread
+    return abs(float(slope[place])), float(stdtrit(count - 1, 1.0 - 0.5 * EXCHANGE_LEVEL / PLACES)) * spread
 
 
 def realisation_error(window: Window, surfaces: RoughSurfaces, contact: LineContact, statistical: float) -> float:
