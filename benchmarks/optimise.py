@@ -48,7 +48,7 @@ BOUNDS = {"lengthwise_crowning": (10e-6, 120e-6), "profile_crowning": (4e-6, 36e
 TWO: dict[str, Any] = {"objectives": [LOSS, "pressure_max"], "misalignment": {}, "limits": {"edge_load_share": "50 %"}}
 TEN = 10
 # random points: the first are all computed, the rest in blocks; deviations that are sure; every so many judged
-FIRST, BLOCK, SURE, JUDGED = 120, 60, 3.0, 10
+FIRST, BLOCK, SURE, JUDGED = 60, 60, 3.0, 10
 
 
 @dataclass(frozen=True)

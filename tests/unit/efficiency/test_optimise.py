@@ -253,10 +253,15 @@ def test_what_cannot_be_used_is_told(start: SettingsInput, change: dict[str, Any
         make_problem(start, **(_arguments() | change))
 
 
-def test_a_figure_without_data_is_refused_or_left_out(monkeypatch: pytest.MonkeyPatch, found: Optimisation) -> None:
+def test_a_figure_without_data_is_refused_or_left_out(
+    monkeypatch: pytest.MonkeyPatch, found: Optimisation, mixed_ehl: Callable[..., Any], tmp_path: Path
+) -> None:
     monkeypatch.setattr(Mesh, "root_teeth", lambda self: ("no fillet, for the test",) * 2)
-    with pytest.raises(InputError, match=r"no fillet, for the test.*To do"):
-        optimise(PAIR, BOUNDS, **RUN | {"objectives": ["root_stress_gear"]})
+    call = ["optimise", PAIR, "-o", str(tmp_path), "--objective", "root_stress_gear", "--friction", "constant:0.05"]
+    refused = mixed_ehl(*call, "--E", "0 mm", "--P", "0 mm", "--jobs", "1")
+    assert refused.code == 2
+    assert "no fillet, for the test" in refused.err
+    assert "To do: give the tooth a root" in refused.err
     bare = Evaluation("k", {}, dict.fromkeys(found.problem.figures, 1.0) | {"pressure_max": math.nan})
     pair = GearPair(settings_of(found.problem, {}).design)
     with pytest.raises(InputError, match="pressure_max"):
