@@ -126,6 +126,7 @@ class Kernel(CPUDispatcher):
         targetoptions: dict[str, Any] | None = None,
         pipeline_class: type[Compiler] = KernelCompiler,
     ) -> None:
+        locals = locals or {}  # older compilers refuse None
         super().__init__(py_func, locals, targetoptions, pipeline_class)
         within = dict(self.targetoptions, no_cpython_wrapper=True)
         self._twin = CPUDispatcher(py_func, locals, within, InternalCompiler)
