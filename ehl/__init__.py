@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 # goes up where the numbers of a contact change by more than rounding: keys of cases and stored runs name it
-SOLVER = f"ehl {__version__}, engine 2"
+SOLVER = f"ehl {__version__}, engine 3"
 
 # name -> module: compiled code is loaded when it is asked for, not when the command line starts
 _MODULES = {

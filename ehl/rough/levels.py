@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.io.errors import ConvergenceError
 from ehl.rough._kernels.march import FILM_MEAN
 from ehl.rough.accuracy import PER_SWEEP, SETTLING, SPREADS, RunPlan
 from ehl.rough.batches import ONE_DRAW, batch_means, interval_of_means, paired_error
@@ -27,6 +28,20 @@ SMALL_PART = 0.05  # of the squared error: what adds less is not worth rolling o
 # error of mu by the mesh above which a mesh that the budget left out is added, and the budgets that may cost
 MESH_ERROR_ALLOWED, BUDGETS = 0.1, 2.0
 FINER_STEP = 0.85  # iterations of a step over those on twice the spacing
+
+
+def in_common(finer: Window, coarser: Window) -> list[int]:
+    """Blocks that both meshes rolled.
+
+    Raises
+    ------
+    ConvergenceError
+        "film_jump": there is none, as the blocks of one went astray again and again.
+    """
+    common = sorted(set(finer.numbers) & set(coarser.numbers))
+    if not common:
+        raise ConvergenceError("film_jump", "no stretch of the surfaces that two meshes have in common")
+    return common
 
 
 @dataclass
@@ -73,7 +88,7 @@ class Levels:
         finer, coarser = self.windows[level], self.windows[level - 1]
         rolled = len(finer.numbers), len(coarser.numbers)
         if level not in self._changes or self._changes[level][0] != rolled:
-            common = sorted(set(finer.numbers) & set(coarser.numbers))
+            common = in_common(finer, coarser)
             pieces = coarser.pieces(common, 0.5 * self.plan.batch)
             self._changes[level] = rolled, finer.parts(common, pieces) - coarser.parts(common, pieces)
         return self._changes[level][1]
@@ -87,7 +102,7 @@ class Levels:
                 total += unit * float(window.records[:, column].mean())
                 continue
             coarser = self.windows[level - 1]
-            common = sorted(set(window.numbers) & set(coarser.numbers))
+            common = in_common(window, coarser)
             scale = coarser.run.problem.units.film if film else 1.0
             total += unit * float(window.records_of(common)[:, column].mean())
             total -= scale * float(coarser.records_of(common)[:, column].mean())
@@ -117,7 +132,7 @@ class Levels:
         widths = self.half_widths()
         total = sum(width**2 for width in widths)
         finer, coarser = self.windows[1], self.windows[0]
-        common = sorted(set(finer.numbers) & set(coarser.numbers))
+        common = in_common(finer, coarser)
         parts = coarser.parts(common, coarser.pieces(common, 0.5 * self.plan.batch))
         change = self.differences(1)
         if parts.std() > 0.0 and change.std() > 0.0:
@@ -128,7 +143,7 @@ class Levels:
     def mesh_error(self) -> float:
         """Error of mu by the mesh, from the two finest over their common travel (`ehl.rough.batches.paired_error`)."""
         coarser, finer = self.windows[-2:]
-        common = sorted(set(finer.numbers) & set(coarser.numbers))
+        common = in_common(finer, coarser)
         parts = round(
             sum(len(finer.records_of([n])) for n in common)
             / (finer.batch * finer.run.problem.units.steps_per_half_width)
@@ -138,7 +153,7 @@ class Levels:
     def film_error(self) -> float:
         """Error of the mean film over itself: by the mesh as that of mu, and the 90 % interval of its time mean."""
         coarser, finer = self.windows[-2:]
-        common = sorted(set(finer.numbers) & set(coarser.numbers))
+        common = in_common(finer, coarser)
         per_batch = finer.batch * finer.run.problem.units.steps_per_half_width
         films = [window.run.problem.units.film * window.records_of(common)[:, FILM_MEAN] for window in (coarser, finer)]
         mesh = paired_error(films[0], films[1], round(len(films[1]) / per_batch))

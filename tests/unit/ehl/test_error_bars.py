@@ -16,6 +16,7 @@ from ehl.contact_result import ContactResult, friction_above_limit_temperature
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
 from ehl.inputs import ModelInput, SurfaceInput
+from ehl.io.errors import ConvergenceError
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, dry_limit
 from ehl.rough.accuracy import RunPlan
@@ -252,6 +253,16 @@ def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh
     alone = Levels([rolled(coarse[:80]), rolled(fine, 10)], PLAN)
     assert alone.friction() == pytest.approx(fine.mean(), rel=1e-12)
     assert half_width < 0.4 * alone.interval()[1]
+
+
+def test_meshes_without_a_block_in_common_are_a_failure_with_its_reason() -> None:
+    """The first block of one mesh went astray as often as it was rolled anew, and what both rolled ended apart."""
+    coarse, fine = rolled(np.full(40, 0.04)), rolled(np.full(80, 0.05), 10)
+    coarse.numbers[:], fine.numbers[:] = [0, 1], [2, 3]
+    levels = Levels([coarse, fine], PLAN)
+    for figure in (levels.friction, levels.mesh_error, levels.interval):
+        with pytest.raises(ConvergenceError, match="film_jump"):
+            figure()
 
 
 def test_two_meshes_are_compared_in_the_same_pieces() -> None:
