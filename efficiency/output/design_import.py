@@ -45,16 +45,14 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     >>> import efficiency
     >>> folder = Path(tempfile.mkdtemp())
     >>> files = efficiency.load("fm_spiral_bevel_14x39").export(folder, ["summary"])
-    >>> text, notes = efficiency.import_design(folder / "machine_summary.csv", like="fm_spiral_bevel_14x39")
+    >>> text, notes = efficiency.import_design(folder / "setting_sheet.csv", like="fm_spiral_bevel_14x39")
     >>> text.splitlines()[0]
-    'name = "machine_summary"'
+    'name = "setting_sheet"'
     """
     summary = read_summary(sheet)
     if not any(summary.tables.values()):
         allowed = "a machine summary: a label and its value a line, such as 'radial setting, 98.1'"
-        hint = (
-            "No line of it is one; `mixed-ehl export DESIGN -o FOLDER --what summary` writes a sheet to compare with."
-        )
+        hint = "No line of it is one; of what `mixed-ehl export DESIGN -o FOLDER --what summary` writes, setting_sheet.csv is."
         raise InputError("summary", str(sheet), allowed, hint)
     notes = [f"not read: {line}" for line in summary.unread]
     if like is None:
