@@ -52,7 +52,7 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     summary = read_summary(sheet)
     if not any(summary.tables.values()):
         allowed = "a machine summary: a label and its value a line, such as 'radial setting, 98.1'"
-        hint = "No line of it is one; of what `mixed-ehl export DESIGN -o FOLDER --what summary` writes, setting_sheet.csv is."
+        hint = "No line of it is one; `mixed-ehl export DESIGN -o FOLDER --what summary` writes one, setting_sheet.csv."
         raise InputError("summary", str(sheet), allowed, hint)
     notes = [f"not read: {line}" for line in summary.unread]
     if like is None:
