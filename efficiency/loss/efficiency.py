@@ -299,15 +299,16 @@ def _skipped(frictionless: bool, operation: Operation, on_springs: bool) -> tupl
 def _notes(
     loaded: LoadedGrids, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, oil: Oil
 ) -> tuple[str, ...]:
-    notes, name = loaded.notes, model.name
+    notes = loaded.notes
+    name = PUBLISHED[model.name].label if model.name in PUBLISHED else model.name
     if moved := loaded.mesh.deflection:
         ways = ", ".join(f"{way} {getattr(moved, way) * 1e6:.4g} um" for way in ("E", "P", "G"))
         angle = quantity("deflection.alpha").to_display(moved.alpha)
         notes += (f"shafts and bearings give way: {ways}, alpha {angle:.4g} arcmin, after {moved.rounds} rounds",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
-    if name in PUBLISHED and PUBLISHED[name].mark:
-        notes += (f"friction model {name} {PUBLISHED[name].certainty_words}",)
+    if model.name in PUBLISHED and PUBLISHED[model.name].mark:
+        notes += (f"friction model {name} {PUBLISHED[model.name].certainty_words}",)
     missing = int(np.count_nonzero(_missing(friction)))
     if missing:
         notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)

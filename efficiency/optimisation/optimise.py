@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from efficiency.loss.duty import DutyRow, read_duty
 from efficiency.loss.efficiency_result import Output, Presented
+from efficiency.loss.ehl_friction import ehl_friction
 from efficiency.optimisation.evaluation import (
     Evaluation,
     Store,
@@ -431,6 +432,13 @@ def optimise(
         start, variables, objectives, limits, duty, misalignment, tolerance, over, flanks, friction, oil
     )
     _check_numbers(evaluations, batch, check, len(problem.variables))
+    if solved is not None and solved.partition(":")[0] != "ehl":
+        allowed = "a friction model that solves contacts: ehl, ehl:load_sharing, ehl:smooth"
+        raise InputError(
+            "check friction", solved, allowed, "The gain by the formula of the search needs no second one."
+        )
+    if solved is not None:
+        ehl_friction(solved)  # refuses words it does not know before the search begins
     known = Store(None if store is None else Path(store))
     total, done = evaluations + check + 3 * (check > 0), 0
 

@@ -465,6 +465,7 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
             ("--jobs", "0", "at least"), ("--vary", "hypoid_ofset", "one of lengthwise_crowning, profile_crowning"),
             ("--limit", "noise", "one of power_loss, pressure_max"),
             ("--dask", "nowhere.json", "a scheduler file that exists"), ("--dask", "local:x", "local:N with N"),
+            ("--check-friction", "75w90", "that solves contacts: ehl"), ("--check-friction", "ehl:rough", "ehl, ehl:load_sharing"),
         ],
     ),
     "fit": (
