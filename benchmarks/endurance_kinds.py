@@ -196,7 +196,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
     pair = efficiency.load(DESIGN)
     pair.export(folder / "design", ["summary", "grid", "tooth"], rows=5, columns=7)
     grids = [path.read_bytes() for path in sorted((folder / "design").glob("*_con*.csv"))]
-    summaries = [(folder / "design" / f"{name}.csv").read_bytes() for name in ("machine_summary", "setting_sheet")]
+    summaries = [(folder / "design" / "setting_sheet.csv").read_bytes()]
     solid = (folder / "design" / "gear_tooth_space.stl").read_bytes()
     pair.mesh(side="drive", positions=4, points_per_line=9).load("200 N m").write_load(folder / "load.csv")
     load = "\n".join((folder / "load.csv").read_text().splitlines()[:60]).encode()

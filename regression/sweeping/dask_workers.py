@@ -189,7 +189,8 @@ def dask_executor(address: str) -> Iterator[Executor]:
                 n_workers=int(count),
                 threads_per_worker=1,
                 processes=True,
-                dashboard_address=None,
+                # a page of its own for each cluster of a machine, seen from this machine alone
+                dashboard_address="127.0.0.1:0",
                 memory_limit=0,
                 # the sweep reports crashes, once
                 silence_logs=logging.CRITICAL,
