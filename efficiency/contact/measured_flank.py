@@ -29,6 +29,8 @@ FloatArray = NDArray[np.float64]
 # coefficients of the azimuth over face and depth, and how far beyond the blank it is laid
 _SHAPE = (20, 14)
 _BEYOND = 0.06
+# over an undercut root: how far above the lowest point it begins, the first that will do, fractions of the depth
+_RAISED = (0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2)
 # order of the free part of the deviation with and without a nominal flank
 _ORDER, _ORDER_ALONE = 1, 4
 # no cut and ground flank lies farther from its nominal one [m]
@@ -122,12 +124,16 @@ def measured_flank(
         at, here = nominal.solve(u, h)
         reference = np.arctan2(at.position[1], at.position[0])
         nodes_u, nodes_v, points, regular = regular_points(nominal, *ranges, _SHAPE)
-        if not regular.all():
-            # next to a limit of undercut the azimuth is no polynomial: no farther down than the points
-            ranges = ranges[0], (measured[1][0], ranges[1][1])
+        for raised in _RAISED:
+            if regular.all():
+                break
+            # next to a limit of undercut the azimuth is no polynomial: no farther down than the points, or a bit less
+            # where the limit rises beyond them at toe and heel: one node missing would leave a corner to chance
+            ranges = ranges[0], (measured[1][0] + raised, 1.0 + _BEYOND)
             nodes_u, nodes_v, points, regular = regular_points(nominal, *ranges, _SHAPE)
-        nodes = nodes_u[regular], nodes_v[regular]
-        points = FlankPoints(*(x[:, regular] for x in (points.parameters, points.position, points.normal)))
+        if not regular.all():
+            raise ConvergenceError("undercut", f"the nominal {side} flank does not exist where the points are")
+        nodes = nodes_u, nodes_v
     if here.sum() < 0.8 * here.size:
         raise ConvergenceError("undercut", f"the nominal {side} flank does not exist at a fifth of the measured points")
     u, h, turn = u[here], h[here], np.angle(np.exp(1j * (azimuth - reference)))[here]
@@ -150,12 +156,9 @@ def measured_flank(
     around = np.arctan2(points.position[1], points.position[0])
     middle = around[int(np.argmin(np.sum(_place(blank, nodes[0], node_height) ** 2, axis=0)))]
     total = middle + np.angle(np.exp(1j * (around - middle))) + offset + smooth / _lever(points)
-    if total.size == _SHAPE[0] * _SHAPE[1]:
-        patch = Patch.fit(*ranges, _SHAPE, {"azimuth": total})
-    else:
-        patch = Patch.fit_points(*ranges, _SHAPE, *nodes, {"azimuth": total})
-    (laid,) = patch(*nodes, ("azimuth",))
-    missed = max(float(np.abs((laid - total) * _lever(points)).max()), patch.tail["azimuth"] * float(abs(levers).max()))
+    patch = Patch.fit(*ranges, _SHAPE, {"azimuth": total})
+    apart = patch(u, v[here], ("azimuth",))[0] - reference[here] - offset - field.mean(place) * 1e-6 / levers
+    missed = max(float(np.abs(np.angle(np.exp(1j * apart)) * levers).max()), patch.tail["azimuth"] * abs(levers).max())
     spread = np.sqrt(np.maximum(np.diag(field.covariance(place)), 0.0)).max() * 1e-6
     return MeasuredFlank(
         side,
