@@ -433,10 +433,8 @@ def optimise(
     )
     _check_numbers(evaluations, batch, check, len(problem.variables))
     if solved is not None and solved.partition(":")[0] != "ehl":
-        allowed = "a friction model that solves contacts: ehl, ehl:load_sharing, ehl:smooth"
-        raise InputError(
-            "check friction", solved, allowed, "The gain by the formula of the search needs no second one."
-        )
+        models = "a friction model that solves contacts: ehl, ehl:load_sharing, ehl:smooth"
+        raise InputError("check friction", solved, models, "The gain by the formula of the search needs no second one.")
     if solved is not None:
         ehl_friction(solved)  # refuses words it does not know before the search begins
     known = Store(None if store is None else Path(store))
