@@ -27,6 +27,7 @@ import typer.core
 
 from ehl import InputError, MixedEhlError, __version__, shipped
 from ehl.io.duration import duration
+from ehl.io.errors import near
 from ehl.io.files import make_folder
 from ehl.io.telling import listening
 
@@ -60,20 +61,64 @@ _OPTIONS = {
 }
 
 
+_UsageError: Any = typer.BadParameter.__base__
+
+
+def _longest(param: Any) -> str:
+    """The long name of an option, the name of an argument."""
+    return str(max(param.opts, key=len))
+
+
+def _behind(option: str, typed: list[str]) -> str | None:
+    """The last value given to an option, as typed."""
+    split = [part for text in typed for part in (text.split("=", 1) if text.startswith("--") else [text])]
+    return next((after for name, after in reversed(list(pairwise(split))) if name == option), None)
+
+
 class Command(typer.core.TyperCommand):
     """A command whose errors name the option where the Python interface names its keyword."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options; a value of the wrong kind is refused in the words of all other errors."""
+        """Read the options; what cannot be read is refused in the words of all other errors."""
         typed = list(args)
         try:
-            return super().parse_args(ctx, args)
-        except typer.BadParameter as error:
-            option = max(getattr(error.param, "opts", None) or [""], key=len)
-            value = next((after for name, after in pairwise(typed) if name == option), None)
-            if value is None or not option.startswith("-"):
+            rest = super().parse_args(ctx, args)
+        except _UsageError as error:
+            refused = self._refused(ctx, error, typed)
+            if refused is None:
                 raise
-            raise InputError(option, value, _kind(error.message), f"See `{ctx.command_path} --help`.") from None
+            raise refused from None
+        names = {name: param for param in self.params for name in param.opts if name.startswith("-")}
+        for name, param in names.items():
+            value = _behind(name, typed)
+            # nothing behind it, as of an unset shell variable: this folder, or one named as an option, would be filled
+            if value in ("", *names) and isinstance(ctx.params.get(param.name), Path):
+                raise InputError(name, value, "a file or folder", "'.' is the folder you are in.")
+        return rest
+
+    def _refused(self, ctx: Any, error: Any, typed: list[str]) -> InputError | None:
+        """What the parser found, as an `InputError`; its classes are told apart by name, as they have moved."""
+        see, kind = f"See `{ctx.command_path} --help`.", type(error).__name__
+        if kind == "NoSuchOption":
+            known = sorted(_longest(param) for param in self.params if param.param_type_name == "option")
+            hint = near(error.option_name, known) or see
+            return InputError("option", error.option_name, "one of " + ", ".join(known), hint)
+        if kind == "BadOptionUsage":
+            return InputError(error.option_name, None, "a value behind it", see)
+        if kind == "MissingParameter":
+            param = error.param
+            what = " ".join((getattr(param, "help", "") or "a value").split()).rstrip(".")
+            return InputError(_longest(param), None, what, see)
+        if found := re.search(r"unexpected extra argument\S* \((.*)\)", error.message):
+            taken = [_longest(param) for param in self.params if param.param_type_name == "argument"]
+            allowed = f"no more than {' '.join(taken)}" if taken else "options alone"
+            return InputError("argument", found[1], allowed, see)
+        if isinstance(error, typer.BadParameter):
+            option = max(getattr(error.param, "opts", None) or [""], key=len)
+            value = _behind(option, typed)
+            if value is not None and option.startswith("-"):
+                return InputError(option, value, _kind(error.message), see)
+        return None
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
@@ -96,7 +141,7 @@ class Command(typer.core.TyperCommand):
                     continue
                 source = ctx.get_parameter_source(param.name)
                 if value is None or (source is not None and source.name == "COMMANDLINE"):
-                    return str(max(param.opts, key=len))
+                    return _longest(param)
         return field
 
 

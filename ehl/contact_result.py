@@ -21,6 +21,7 @@ from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
 from ehl.rough.mixed import ERROR_ALLOWED
 from ehl.smooth import SteadyResult
+from ehl.view.notes import group_notes
 from ehl.view.table import Table
 
 if TYPE_CHECKING:
@@ -328,7 +329,8 @@ class ContactResult:
         return f"{self.iterations} Newton iterations{seconds}"
 
     def _remarks(self) -> tuple[str, ...]:
-        return (*(f"skipped: {item}" for item in self.skipped), *(f"note: {item}" for item in self.notes))
+        found = group_notes([("", item) for item in self.notes])
+        return (*(f"{note.grade}: {note.text}" for note in found), *(f"skipped: {item}" for item in self.skipped))
 
     def _caption(self) -> str:
         """Title of the figure."""

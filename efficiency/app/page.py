@@ -17,6 +17,7 @@ from efficiency.app import charts
 from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, Answer, Bench, Scene, changed, worst_first
 from ehl.io.data import data_names
 from ehl.io.errors import InputError, MixedEhlError
+from regression.friction.published_registry import model_label
 
 _T = TypeVar("_T")
 
@@ -88,7 +89,7 @@ class Page:
             self._select("design", self.bench.designs)
             self._select("side", ["drive", "coast"])
             self._select("oil", list(data_names("oils")))
-            self._select("friction", list(FRICTIONS))
+            self._select("friction", {name: model_label(name) for name in FRICTIONS})
             self._select("finish", {"": "as designed"} | {name: name for name in FINISHES})
             for name in ("torque", "speed", "temperature", "roughness_pinion", "roughness_gear", "peklenik"):
                 self._number(name)
@@ -98,7 +99,8 @@ class Page:
 
     def _select(self, name: str, names: list[str] | dict[str, str]) -> None:
         value = getattr(self.scene, name)
-        chosen = ui.select(names if value in names else [value, *names], value=value, label=CHOICES[name])
+        shown = names if isinstance(names, dict) else dict(zip(names, names, strict=True))
+        chosen = ui.select(shown if value in shown else {value: value} | shown, value=value, label=CHOICES[name])
         chosen.classes("w-full").props("dense").mark(name)
         chosen.on_value_change(lambda event: self._set(name, event.value))
         self.inputs[name] = chosen
@@ -221,8 +223,8 @@ class Page:
             if found.status == "failed"
             else f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
             f"{found.friction_coefficient_mean:.4f}, largest pressure {found.pressure_max / 1e9:.3g} GPa, by "
-            f"{answer.friction}; in brackets: what oil, surfaces and formula leave open (90 %); error of the solution "
-            f"{100.0 * found.efficiency_error:.1g} points"
+            f"{model_label(answer.friction)}; in brackets: what oil, surfaces and formula leave open (90 %); error of "
+            f"the solution {100.0 * found.efficiency_error:.1g} points"
         )
 
     def _show_pictures(self, pressure: dict[str, Any], loss: dict[str, Any], notes: list[Any]) -> None:

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from efficiency.loss.notes import pair_notes
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.notes import pair_notes, result_notes
+from efficiency.output.notes import result_notes
 from efficiency.pair import GearPair, LoadedMesh, default_friction
 from ehl.contact import Contact
 from ehl.io.data import data_names, data_path
@@ -25,7 +26,7 @@ from ehl.io.errors import InputError, MixedEhlError
 from ehl.io.files import toml_text
 from ehl.io.validation import read_toml
 from regression.formula import shipped_formulas
-from regression.friction.published_registry import PUBLISHED
+from regression.friction.published_registry import PUBLISHED, model_label
 
 if TYPE_CHECKING:
     from efficiency.design.design import Design
@@ -348,7 +349,7 @@ class Bench:
         return name
 
     def compared(self, scene: Scene) -> list[tuple[str, float, float, float]]:
-        """Loss in W by friction model: name, loss, and the ends of its interval."""
+        """Loss in W by friction model: label, loss, and the ends of its interval."""
         loaded = self.loaded(scene)
         oil = self.oil(scene)
         found = []
@@ -356,7 +357,9 @@ class Bench:
             result = loaded.efficiency(name, **scene.conditions)
             ends = (result.power_input * (1.0 - end) for end in (result.efficiency_upper, result.efficiency_lower))
             low, high = (end if math.isfinite(end) else result.power_loss for end in ends)
-            found.append((name, result.power_loss, min(low, result.power_loss), max(high, result.power_loss)))
+            found.append(
+                (model_label(name), result.power_loss, min(low, result.power_loss), max(high, result.power_loss))
+            )
         return found
 
     def map(

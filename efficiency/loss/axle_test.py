@@ -24,6 +24,7 @@ from ehl.io.numbers import finite_or_none
 from ehl.io.units import ValueRange
 from ehl.quantities import quantity
 from ehl.view.table import Column, Table
+from regression.friction.published_registry import model_label
 
 FloatArray = NDArray[np.float64]
 Application = Literal["single", "tandem"]
@@ -144,13 +145,14 @@ class AxleTest(Tabulated):
         Axle ratio [-].
     rows : tuple of AxleTestRow
         By wheel speed, then by output torque; none where a point of the map failed.
-    notes : tuple of str
+    said : tuple of (str, str)
+        Point and note; the losses beside the mesh first.
     """
 
     map: LossMap
     ratio: float
     rows: tuple[AxleTestRow, ...] = field(repr=False)
-    notes: tuple[str, ...] = ()
+    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
     def status(self) -> Literal["converged", "failed"]:
@@ -169,9 +171,8 @@ class AxleTest(Tabulated):
             ("speed_wheel", "torque_output", "torque_input", Column("power_loss", label="power loss")),
             [tuple(asdict(row).values()) for row in self.rows],
             title=f"{of.design}, ratio {self.ratio:.4g}, {of.oil} at "
-            f"{quantity('temperature_oil').text(of.temperature_oil)}, friction {of.friction_model}: "
-            "power loss by 40 CFR 1037.560",
-            notes=tuple(f"note     {note}" for note in self.notes),
+            f"{quantity('temperature_oil').text(of.temperature_oil)}, friction: "
+            f"{model_label(of.friction_model)}; power loss by 40 CFR 1037.560",
             name="axle test",
         )
 
@@ -224,9 +225,10 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
     ConvergenceError
         More than a fifth of the input torque is lost at the greatest output torque.
     """
-    notes = (mesh.notes[0] if axle is None else axle.description, SOURCE, *mesh.notes[1:])
+    beside = mesh.said[:1] if axle is None else (("", axle.description),)
+    said = (*beside, ("", SOURCE), *mesh.said[1:])
     if mesh.reason:
-        return AxleTest(mesh, ratio, (), notes)
+        return AxleTest(mesh, ratio, (), said)
     torques, rows = mesh.torques, []
     for speed, wheel, losses in zip(mesh.speeds, points.speed_wheel, mesh.values("torque_loss_mesh"), strict=True):
         share = scipy.interpolate.PchipInterpolator(torques, losses / torques)
@@ -243,4 +245,4 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
                 raise ConvergenceError("loss_too_large", f"more than a fifth of the input torque is lost at {where}")
             torque = float(scipy.optimize.brentq(missing, 0.0, float(torques[-1]), xtol=1e-12))
             rows.append(AxleTestRow(wheel, output, torque, power_loss_40cfr1037(torque, output, wheel, ratio)))
-    return AxleTest(mesh, ratio, tuple(rows), notes)
+    return AxleTest(mesh, ratio, tuple(rows), said)

@@ -115,7 +115,7 @@ class Comparison(Presented):
     @property
     def reason(self) -> str:
         """Which rows failed, and why."""
-        return ", ".join(f"{row.name} ({row.reason})" for row in self.rows if row.status == "failed")
+        return ", ".join(f"{row.label} ({row.reason})" for row in self.rows if row.status == "failed")
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per way to the efficiency, SI units."""

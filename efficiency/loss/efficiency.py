@@ -35,7 +35,7 @@ from ehl.quantities import quantity
 from regression.formula import Formula
 from regression.friction.conditions import Conditions, conditions_of
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
-from regression.friction.published_registry import PUBLISHED
+from regression.friction.published_registry import PUBLISHED, model_label
 
 FloatArray = NDArray[np.float64]
 
@@ -300,7 +300,7 @@ def _notes(
     loaded: LoadedGrids, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, oil: Oil
 ) -> tuple[str, ...]:
     notes = loaded.notes
-    name = PUBLISHED[model.name].label if model.name in PUBLISHED else model.name
+    name = model_label(model.name)
     if moved := loaded.mesh.deflection:
         ways = ", ".join(f"{way} {getattr(moved, way) * 1e6:.4g} um" for way in ("E", "P", "G"))
         angle = quantity("deflection.alpha").to_display(moved.alpha)
@@ -308,10 +308,10 @@ def _notes(
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
     if model.name in PUBLISHED and PUBLISHED[model.name].mark:
-        notes += (f"friction model {name} {PUBLISHED[model.name].certainty_words}",)
+        notes += (f"{name} {PUBLISHED[model.name].certainty_words}",)
     missing = int(np.count_nonzero(_missing(friction)))
     if missing:
-        notes += (f"friction model {name} has no value at {missing} of {friction.mu.size} loaded points",)
+        notes += (f"{name} has no value at {missing} of {friction.mu.size} loaded points",)
     if isinstance(friction, SolvedFriction) and friction.failed:
         reasons = ", ".join(f"{reason} {count}" for reason, count in sorted(friction.failed.items()))
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
@@ -319,7 +319,7 @@ def _notes(
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
     blind = not getattr(model, "uses_texture", False) and not isinstance(model, ConstantFriction)
     if blind and np.any(points.state.peklenik_number != 1.0):
-        notes += (f"friction model {name} takes the roughness as isotropic: the Peklenik number has no effect",)
+        notes += ("the friction model takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes
 
 

@@ -21,12 +21,15 @@ from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.grid import Condition, Grid, GridPoint, Report, count_reasons, solve_points
 from efficiency.loss.kinematics import OPERATION_LIMITS
+from efficiency.loss.notes import pair_notes
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.files import write_file
 from ehl.io.numbers import finite_or_none
 from ehl.io.units import ValueRange
 from ehl.quantities import quantity
+from ehl.view.notes import notes_table
 from ehl.view.table import Table, write_csv, write_xlsx
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     import pandas
@@ -63,15 +66,33 @@ class LossPoint:
 
 
 class Tabulated:
-    """A result that is one table."""
+    """A result that is one table, with what has to be known of it.
+
+    Attributes
+    ----------
+    said : tuple of (str, str)
+        Case and note; the losses beside the mesh first.
+    """
+
+    said: tuple[tuple[str, str], ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Each note once."""
+        return tuple(dict.fromkeys(note for _, note in self.said))
 
     def table(self) -> Table:
         """The table."""
         raise NotImplementedError
 
+    def notes_table(self) -> Table:
+        """One row for each kind of note, with the point where it is worst."""
+        return notes_table(pair_notes(self.said), len({case for case, _ in self.said if case}))
+
     def show(self) -> None:
         """Print what the command line prints."""
-        self.table().print()
+        for table in (self.table(), self.notes_table()):
+            table.print()
 
     def write(self, *, xlsx: Path | str | None = None, csv: Path | str | None = None) -> None:
         """Write a workbook in display units, a folder of CSV files in SI units.
@@ -81,11 +102,11 @@ class Tabulated:
         InputError
             A place that cannot be written.
         """
-        table = self.table()
+        tables = [self.table(), self.notes_table()]
         if xlsx is not None:
-            write_xlsx(Path(xlsx), [table], table.title)
+            write_xlsx(Path(xlsx), tables, tables[0].title)
         if csv is not None:
-            write_csv(Path(csv), [table])
+            write_csv(Path(csv), tables)
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per point, SI units."""
@@ -104,8 +125,8 @@ class LossMap(Tabulated):
         [K].
     points : tuple of LossPoint
         By speed, then by torque, all combinations.
-    notes : tuple of str
-        Losses beside the mesh, then the notes of all points, each once.
+    said : tuple of (str, str)
+        Point and note; the losses beside the mesh first.
 
     Examples
     --------
@@ -123,7 +144,7 @@ class LossMap(Tabulated):
     oil: str
     temperature_oil: float
     points: tuple[LossPoint, ...] = field(repr=False)
-    notes: tuple[str, ...] = ()
+    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
     def speeds(self) -> FloatArray:
@@ -159,8 +180,7 @@ class LossMap(Tabulated):
         return Table.from_records(
             [asdict(point) for point in self.points],
             title=f"{self.design}, {self.oil} at {quantity('temperature_oil').text(self.temperature_oil)}, "
-            f"friction {self.friction_model}: torque loss",
-            notes=tuple(f"note     {note}" for note in self.notes),
+            f"friction: {model_label(self.friction_model)}; torque loss",
             name="loss map",
         )
 
@@ -270,12 +290,22 @@ def solve_loss_map(
     points = tuple(
         _point(float(t), float(w), beside[t, w], None if t == 0.0 else solved[t, w]) for w in speeds for t in torques
     )
-    return LossMap(temperature_oil=temperature_oil, points=points, notes=_notes(solved.values(), axle), **about)
+    return LossMap(temperature_oil=temperature_oil, points=points, said=_said(solved.values(), axle), **about)
 
 
-def _notes(points: Iterable[GridPoint], axle: AxleLosses | None) -> tuple[str, ...]:
-    notes = dict.fromkeys(note for point in points for note in point.notes)
-    return (MESH_ALONE if axle is None else axle.description, *notes)
+def _said(points: Iterable[GridPoint], axle: AxleLosses | None) -> tuple[tuple[str, str], ...]:
+    beside = MESH_ALONE if axle is None else axle.description
+    return (("", beside), *(_said_of(point, note) for point in points for note in point.notes))
+
+
+def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
+    """Torque and speed of a point in words, torques below zero in coast, with its note or why it has no result."""
+    at = point.condition
+    if point.result is not None:
+        at = {"torque": point.result.torque_pinion, "speed": point.result.speed_pinion, "driver": point.result.driver}
+    torque = at["torque"] if at["driver"] == "pinion" else -at["torque"]
+    place = f"{quantity('torque_pinion').text(torque)}, {quantity('speed_pinion').text(at['speed'])}"
+    return place, note if point.result is not None else f"no answer: {note}"
 
 
 def _point(torque: float, speed: float, beside: float, point: GridPoint | None) -> LossPoint:
@@ -321,5 +351,5 @@ def loss_map_of(grids: Sequence[Grid], axle: AxleLosses | None = None) -> LossMa
     if len(found) != len(speeds) * len(torques):
         raise InputError("torque, speed", f"{len(found)} points", "all combinations of torque and speed")
     points = tuple(found[place] for place in sorted(found))
-    notes = _notes((point for grid in grids for point in grid.points), axle)
-    return LossMap(first.design, first.friction_model, first.oil, first.temperature_oil, points=points, notes=notes)
+    said = _said((point for grid in grids for point in grid.points), axle)
+    return LossMap(first.design, first.friction_model, first.oil, first.temperature_oil, points=points, said=said)

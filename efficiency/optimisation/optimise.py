@@ -301,10 +301,12 @@ class OptimisationOutput:
         return {name: figure for name, figure, _ in optimisation_figures(result)}
 
     def show(self, result: Optimisation, **parts: Any) -> None:
-        """Print the candidates beside the start."""
-        from efficiency.optimisation.report import candidates_table
+        """Print the candidates beside the start, and what has to be known of the search."""
+        from efficiency.optimisation.report import candidates_table, search_notes
+        from ehl.view.notes import notes_table
 
         candidates_table(result).print()
+        notes_table(search_notes(result)).print()
 
     def write(self, result: Optimisation, units: str, **files: Any) -> list[Path]:
         """Page, tables, figures, and the design of each candidate into `folder`."""

@@ -27,6 +27,7 @@ from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Pict
 from ehl.view.notes import GRADES, Note
 from ehl.view.plots import save_figures
 from ehl.view.table import Column, Table, write_csv, write_xlsx
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from efficiency.optimisation.evaluation import Evaluation
@@ -161,7 +162,7 @@ def candidates_table(result: Optimisation) -> Table:
         [columns[k] for k in kept],
         [tuple(row[k] for k in kept) for row in rows],
         title=headline(result),
-        notes=(*(f"note     {note}" for note in result.notes), timing(result)),
+        notes=(timing(result),),
         name="candidates",
         vertical=True,
     )
@@ -169,6 +170,11 @@ def candidates_table(result: Optimisation) -> Table:
 
 def _known(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
+
+
+def search_notes(result: Optimisation) -> list[Note]:
+    """What has to be known of a search."""
+    return [Note("warning", note) for note in result.notes]
 
 
 def headline(result: Optimisation) -> str:
@@ -220,7 +226,7 @@ def write_optimisation(result: Optimisation, folder: Path) -> list[Path]:
     page = write_report(
         folder / "optimise.html",
         f"Less loss: {result.name}",
-        f"{duty_text(result)}; {result.problem.oil}, friction {result.problem.friction}",
+        f"{duty_text(result)}; {result.problem.oil}, friction: {model_label(result.problem.friction)}",
         [
             _answer(result),
             *_before_after(result, pairs),
@@ -259,7 +265,7 @@ def design_head(result: Optimisation, candidate: Candidate) -> str:
 
 def _answer(result: Optimisation) -> Section:
     best = result.best
-    notes = [Note("warning", note) for note in result.notes]
+    notes = search_notes(result)
     if best is None:
         answer = Answer("no gain", f"{result.name}: {result.reason}")
         none = "The start is as good as this search finds within its limits."

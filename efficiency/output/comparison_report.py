@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import platform
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.output.notes import pair_notes, result_notes
+from efficiency.output.notes import comparison_notes
 from efficiency.output.plots_comparison import (
     plot_friction_along_mesh,
     plot_loss_along_mesh,
@@ -15,10 +16,9 @@ from efficiency.output.plots_comparison import (
     plot_run_time,
 )
 from efficiency.output.plots_load import plot_comparison
-from efficiency.output.tables import comparison_table, operating_point, percent
+from efficiency.output.tables import models_table, operating_point, percent
 from ehl import __version__
 from ehl.view.html_report import Answer, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
-from ehl.view.table import Column, Table
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ CAPTION = (
     "Power loss by friction model, with its 90 % interval by uncertain inputs; closed forms in grey. An arrow: beyond "
     "the axis, which is that of the others."
 )
-_AT_THE_END = ("seconds", "kind")
 REGIONS = "Share of the sliding loss in thirds of face width and height of the gear flank; each panel adds up to 100 %."
 
 
@@ -51,9 +50,6 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
         "friction coefficient for the whole pair. A model that knows no uncertain input has no interval: its error "
         "is not small, it is not known."
     )
-    said = [
-        pair for result in comparison.results for pair in result_notes(result, (), model_label(result.friction_model))
-    ]
     return write_report(
         path,
         f"Friction models compared: {comparison.design}",
@@ -64,11 +60,16 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
                 [
                     _answer(comparison),
                     KeyFigures([_tile(row) for row in mesh[:10]]),
-                    Notes(pair_notes(said), len(comparison.results)),
+                    Notes(comparison_notes(comparison), len(comparison.results)),
                 ],
             ),
             Section(
-                "Power loss", [Picture(plot_comparison(comparison), CAPTION), models_table(comparison), Text(shared)]
+                "Power loss",
+                [
+                    Picture(plot_comparison(comparison), CAPTION),
+                    replace(models_table(comparison), title=""),
+                    Text(shared),
+                ],
             ),
             Section("Along the mesh", [Pictures(along)]),
             Section("Where on the tooth", [Picture(plot_loss_by_region(comparison), REGIONS)]),
@@ -103,21 +104,3 @@ def _tile(row: ComparisonRow) -> tuple[str, str]:
     low, high = (percent(end, 1) for end in (row.efficiency_lower, row.efficiency_upper))
     known = row.efficiency_lower < row.efficiency_upper
     return f"{percent(row.efficiency, 2)} %", f"{row.label}, {low} to {high} %" if known else row.label
-
-
-def models_table(comparison: Comparison) -> Table:
-    """The table of the models without the columns that are the same in every row."""
-    table = comparison_table(comparison)
-    labels = [row.label for row in comparison.rows]
-    kept = [
-        k
-        for k, column in enumerate(table.columns)
-        if isinstance(column, Column)
-        and column.name not in _AT_THE_END
-        and (k == 0 or len({row[k] for row in table.rows}) > 1)
-    ]
-    return Table(
-        [table.columns[k] for k in kept],
-        [(label, *(row[k] for k in kept[1:])) for label, row in zip(labels, table.rows, strict=True)],
-        name=table.name,
-    )

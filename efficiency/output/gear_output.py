@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,9 @@ from efficiency.loss.compare import Comparison
 from efficiency.loss.duty import DutyCycle
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.grid import Grid
+from efficiency.loss.notes import pair_notes
 from ehl.io.errors import InputError
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,18 +106,22 @@ class GearOutput:
     def tables(self, result: Any, **parts: Any) -> list[Table]:
         """The tables a reader looks for first; `balance` and `uncertainty` of an efficiency with it."""
         from efficiency.output import geometry_tables, misalignment_table, notes, tables
+        from ehl.view.notes import notes_table
 
         if isinstance(result, Grid):
             if tuple(result.axes) == ("torque", "speed", "temperature"):
                 return [*tables.efficiency_grids(result), notes.grid_notes(result)]
             return [tables.map_table(result)]
         if isinstance(result, Comparison):
-            return [tables.comparison_table(result)]
+            found = notes.comparison_notes(result)
+            return [tables.models_table(result), notes_table(found, len(result.results))]
         if isinstance(result, DutyCycle):
-            return [tables.duty_table(result)]
+            return [tables.duty_table(result), notes.duty_notes(result)]
         if isinstance(result, EfficiencyResult):
-            strength = tables.strength_tables(result)[:1]
-            return [tables.efficiency_table(result), *strength, *_added(parts.get("balance"), parts.get("uncertainty"))]
+            strength = [replace(table, notes=result.strength.notes) for table in tables.strength_tables(result)[:1]]
+            told = notes_table(pair_notes(notes.result_notes(result)))
+            added = _added(parts.get("balance"), parts.get("uncertainty"))
+            return [tables.efficiency_table(result), told, *strength, *added]
         if isinstance(result, MisalignmentGrid):
             return [misalignment_table.misalignment_table(study) for study in result.studies]
         return geometry_tables.geometry_tables(result, parts.get("units", "metric"))
@@ -172,7 +178,7 @@ def write_result(
         save_figures(gear_figures(design, result), files.plot)
     if files.report is not None:
         write_gear_report(design, result, files.report, None, units, more)
-    title = f"{operating_point(result)}, friction {result.friction_model}"
+    title = f"{operating_point(result)}, friction: {model_label(result.friction_model)}"
     files.write_tables([*result_tables(result), *more], title)
 
 
@@ -194,7 +200,9 @@ def write_map(design: Design, grid: Grid, files: OutputFiles, units: Units = "me
         save_figures(grid_figures(grid), files.plot)
     if files.report is not None:
         write_gear_report(design, result, files.report, grid, units)
-    files.write_tables(map_tables(grid), f"{result.design}, {result.side}: map, friction {result.friction_model}")
+    files.write_tables(
+        map_tables(grid), f"{result.design}, {result.side}: map, friction: {model_label(result.friction_model)}"
+    )
 
 
 def write_comparison(comparison: Comparison, files: OutputFiles) -> None:
@@ -217,5 +225,5 @@ def write_duty(duty: DutyCycle, files: OutputFiles) -> None:
 
     if files.plot is not None or files.report is not None:
         raise InputError("write", "plot or report", "xlsx or csv for a duty cycle")
-    title = f"{duty.design}: duty cycle, friction {duty.friction_model}"
+    title = f"{duty.design}: duty cycle, friction: {model_label(duty.friction_model)}"
     files.write_tables([duty_table(duty), remarks_table(duty.results)], title)

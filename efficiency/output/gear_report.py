@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from efficiency.geometry.pair_geometry import geometry_notes
+from efficiency.loss.notes import pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
-from efficiency.output.notes import pair_notes, result_notes
+from efficiency.output.notes import result_notes
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
     plot_friction_and_loss,

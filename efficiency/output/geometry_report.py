@@ -8,17 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from efficiency.output.geometry_tables import (
-    all_notes,
     blank_table,
     contact_table,
     flank_table,
+    graded_notes,
     key_side,
     misalignment_text,
     setting_tables,
     words,
 )
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
-from efficiency.output.notes import pair_notes
 from efficiency.output.plots_geometry import (
     blank_figure,
     contact_lines_figure,
@@ -114,9 +113,7 @@ def write_geometry_report(geometry: PairGeometry, path: Path, units: Units = "me
 
 def _headline(geometry: PairGeometry) -> Section:
     sides = geometry.sides
-    said = [("", note) for note in all_notes(geometry) if note not in _failures(geometry)]
-    said += [("", f"no answer: {failure}") for failure in _failures(geometry)]
-    notes = Notes(pair_notes(said))
+    notes = Notes(graded_notes(geometry), len(sides) + len(geometry.failures))
     if not sides:
         return Section("", [Answer("no answer", "transmission error without load"), notes])
     first = next(iter(sides))
@@ -124,10 +121,6 @@ def _headline(geometry: PairGeometry) -> Section:
     answer = Answer(key_side(sides[first]), f"transmission error without load, {first}, peak to peak", known)
     tiles = [(f"{side.contact_ratio:.2f}", f"potential contact ratio, {name}") for name, side in sides.items()]
     return Section("", [answer, KeyFigures(tiles), notes])
-
-
-def _failures(geometry: PairGeometry) -> list[str]:
-    return [f"{name}: {reason}" for name, reason in geometry.failures.items()]
 
 
 def _blanks(geometry: PairGeometry, units: Units) -> Section:

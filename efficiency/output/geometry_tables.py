@@ -8,8 +8,10 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from efficiency.loss.notes import pair_notes
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
 from ehl.quantities import quantity
+from ehl.view.notes import Note, notes_table
 from ehl.view.table import Column, Table
 
 if TYPE_CHECKING:
@@ -86,11 +88,11 @@ def _harmonic(side: SideGeometry, order: int) -> float:
     return float(side.pair.transmission.harmonics[order - 1])
 
 
-def all_notes(geometry: PairGeometry) -> list[str]:
-    """What a designer should know: of the members, then of each side, then what failed."""
-    notes = list(geometry.notes)
-    notes += [f"{name}: {note}" for name, side in geometry.sides.items() for note in side.notes]
-    return notes + [f"{name}: {reason}" for name, reason in geometry.failures.items()]
+def graded_notes(geometry: PairGeometry) -> list[Note]:
+    """What a designer should know, of the members, of each side, and what failed: the gravest first."""
+    said = [("", note) for note in geometry.notes]
+    said += [(name, note) for name, side in geometry.sides.items() for note in side.notes]
+    return pair_notes([*said, *((name, f"no answer: {reason}") for name, reason in geometry.failures.items())])
 
 
 def blank_table(rows: list[SummaryRow]) -> list[tuple[str, ...]]:
@@ -127,15 +129,14 @@ def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Tab
     """Blanks, cutters and machine settings, flanks and unloaded contact."""
     design = geometry.design
     summary = summary_rows(design, units)
-    notes = [f"note     {note}" for note in all_notes(geometry)] + [f"{geometry.status}, {geometry.seconds:.2f} s"]
     tables = [Table(("quantity", "unit", "pinion", "gear"), blank_table(summary), f"{design.name}: blanks")]
     for part, rows in setting_tables(summary).items():
         tables.append(Table(SETTING_HEADER, rows, f"{words(part).capitalize()} of each flank"))
     tables.append(flank_table(geometry))
     if geometry.sides:
         tables.append(contact_table(geometry))
-    tables[-1] = replace(tables[-1], notes=notes)
-    return tables
+    tables[-1] = replace(tables[-1], notes=(f"{geometry.status}, {geometry.seconds:.2f} s",))
+    return [*tables, notes_table(graded_notes(geometry), len(geometry.sides) + len(geometry.failures))]
 
 
 def key_side(side: SideGeometry) -> str:

@@ -1,59 +1,23 @@
-"""Notes on a gear pair and its results, graded and grouped for pages."""
+"""Notes on results of a gear pair, graded and grouped for terminal and pages."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from efficiency.loss.notes import pair_notes
 from efficiency.output.tables import operating_state, percent
-from ehl.view.notes import Note, NoteKind, group_notes, notes_table
+from ehl.view.notes import notes_table
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
+    from efficiency.loss.compare import Comparison
+    from efficiency.loss.duty import DutyCycle
     from efficiency.loss.efficiency_result import EfficiencyResult
     from efficiency.loss.grid import Grid
+    from ehl.view.notes import Note
     from ehl.view.table import Table
-
-GEAR_NOTES: tuple[NoteKind, ...] = (
-    # before the limits that its sentence names too
-    NoteKind("edges carry", "warning"),
-    NoteKind("not converged:", "fault"),
-    NoteKind("no answer:", "fault"),
-    NoteKind("above shakedown", "fault"),
-    NoteKind("the teeth would yield", "fault"),
-    NoteKind("the two flanks do not match", "fault"),
-    NoteKind("has no value at", "fault"),
-    NoteKind("no state of uniform motion", "fault"),
-    NoteKind("contacts not solved", "warning"),
-    NoteKind("was fitted to", "warning"),
-    NoteKind("has other figures now", "warning"),
-    NoteKind("of the sliding power lies outside the range", "warning"),
-    NoteKind("above first yield", "warning"),
-    NoteKind("above the contact endurance", "warning"),
-    NoteKind("pitting safety", "warning", low=True),
-    NoteKind("is undercut", "warning"),
-    NoteKind("the mating tip would reach it", "warning"),
-    NoteKind("withdraw the cutter", "warning"),
-    NoteKind("of the whole depth above the root cone", "for information"),
-    NoteKind("the contact pattern runs into", "warning"),
-    NoteKind("unloaded contact runs over an edge", "warning"),
-    NoteKind("teeth as plates on an elastic root", "warning"),
-    NoteKind("from memory, to be checked in print", "warning"),
-    # with the lay of ground flanks the loss of the 14x39 is a third smaller
-    NoteKind("the Peklenik number has no effect", "warning"),
-    NoteKind("not graded", "for information"),
-    NoteKind("error of that surface", "for information"),
-    NoteKind("by the uncertainty of the measured flanks", "for information"),
-    NoteKind("is approximate at some pinion angles", "for information"),
-    NoteKind("shafts and bearings give way", "for information"),
-)
-"""Kinds of notes on a pair; others count as warnings."""
-
-
-def pair_notes(said: Iterable[tuple[str, str]]) -> list[Note]:
-    """Notes on a pair, each with its case, one for each kind and the gravest first."""
-    return group_notes(said, GEAR_NOTES)
 
 
 def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: str = "") -> list[tuple[str, str]]:
@@ -86,6 +50,25 @@ def grid_notes(grid: Grid) -> Table:
     skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
     table = notes_table(pair_notes(said), len(grid.results))
     return replace(table, notes=tuple(f"skipped: {text}" for text in skipped))
+
+
+def duty_notes(cycle: DutyCycle) -> Table:
+    """What has to be known of a duty cycle: a row for each kind of note with the worst row of the cycle."""
+    said = []
+    for number, point in enumerate(cycle.points, start=1):
+        row = f"row {number}"
+        if point.result is None:
+            said += [(row, f"no answer: {note}") for note in point.notes]
+        else:
+            said += result_notes(point.result, (), row)
+    return notes_table(pair_notes(said), len(cycle.points))
+
+
+def comparison_notes(comparison: Comparison) -> list[Note]:
+    """What has to be known of a comparison: one note for each kind, with the model for which it is worst."""
+    return pair_notes(
+        pair for result in comparison.results for pair in result_notes(result, (), model_label(result.friction_model))
+    )
 
 
 def outside_note(share: float, model: str) -> str:

@@ -17,6 +17,7 @@ from ehl.quantities import quantity
 from ehl.state import ContactState
 from ehl.view.table import Cell, Column, Table, cell
 from regression.friction.models import FrictionFlag
+from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
@@ -122,11 +123,10 @@ def efficiency_table(result: EfficiencyResult) -> Table:
     return Table(
         tuple(columns),
         [tuple(columns.values())],
-        title=f"{operating_point(result)}, friction {result.friction_model}",
+        title=f"{operating_point(result)}, friction: {model_label(result.friction_model)}",
         notes=(
             *(() if result.reason else (inputs_note(result.inputs),)),
             f"{status}, {result.points_loaded} points, {result.driver} driving",
-            *(f"note     {note}" for note in result.notes),
             *(f"skipped  {note}" for note in result.skipped),
         ),
         vertical=True,
@@ -281,7 +281,7 @@ def _outside_note(grid: Grid, number: int) -> str:
     speed = quantity("speed_pinion").text(grid.axes["speed"][column])
     points = f"{np.count_nonzero(outside)} of {np.count_nonzero(np.isfinite(share))} points"
     return (
-        f"outside the range of {grid.results[0].friction_model} at {points}: "
+        f"outside the range of {model_label(grid.results[0].friction_model)} at {points}: "
         f"up to {percent(float(outside.max()), 1)} % of the sliding power, at {torque}, {speed}"
     )
 
@@ -293,12 +293,23 @@ def map_tables(grid: Grid) -> list[Table]:
 
 
 def comparison_table(comparison: Comparison) -> Table:
-    """A row per way to the efficiency."""
+    """A row per way to the efficiency, for files: all columns, models as a command takes them."""
     rows = [
         [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
     ]
-    notes = tuple(f"note     {note}" for note in comparison.notes)
-    return Table(_COMPARED, rows, title=operating_point(comparison), notes=notes, name="models")
+    return Table(_COMPARED, rows, title=operating_point(comparison), name="models")
+
+
+def models_table(comparison: Comparison) -> Table:
+    """The same for terminal and page: models by their labels, without columns that are the same in every row."""
+    table = comparison_table(comparison)
+    kept = [
+        k
+        for k, name in enumerate(_COMPARED)
+        if name not in ("seconds", "kind") and (k == 0 or len({row[k] for row in table.rows}) > 1)
+    ]
+    rows = [(row.label, *(cells[k] for k in kept[1:])) for row, cells in zip(comparison.rows, table.rows, strict=True)]
+    return Table([_COMPARED[k] for k in kept], rows, title=table.title, name=table.name)
 
 
 def comparison_tables(comparison: Comparison) -> list[Table]:
@@ -339,7 +350,7 @@ def duty_table(cycle: DutyCycle) -> Table:
     )
     return Table.from_records(
         [*rows, total],
-        title=f"{cycle.design}, {cycle.oil}, friction {cycle.friction_model}",
-        notes=(inputs_note(cycle.inputs), summary, *(f"note     {note}" for note in cycle.notes)),
+        title=f"{cycle.design}, {cycle.oil}, friction: {model_label(cycle.friction_model)}",
+        notes=(inputs_note(cycle.inputs), summary),
         name="duty",
     )

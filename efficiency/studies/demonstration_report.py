@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.output.comparison_report import CAPTION, models_table
+from efficiency.output.comparison_report import CAPTION
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_report import answer
-from efficiency.output.notes import pair_notes, result_notes
+from efficiency.output.notes import comparison_notes
 from efficiency.output.plots_flank import LOSS, contact_figure, field_figure
 from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
 from efficiency.output.plots_load import (
@@ -19,7 +19,7 @@ from efficiency.output.plots_load import (
     plot_load_sharing,
     plot_transmission_error,
 )
-from efficiency.output.tables import efficiency_table, operating_point, percent
+from efficiency.output.tables import efficiency_table, models_table, operating_point, percent
 from ehl import __version__
 from ehl.quantities import quantity
 from ehl.view.html_report import Folded, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
@@ -49,15 +49,14 @@ def write_demo_report(result: DemoResult) -> Path:
 def _summary(result: DemoResult) -> Section:
     best, gear = result.formulas[0], result.comparison.results[0]
     constant = next(row for row in result.comparison.rows if row.name.startswith("constant"))
-    said = [("", note.text) for note in pair_notes(result_notes(gear))]
-    said += [("", note) for note in result.comparison.notes if note not in gear.notes and "edges carry" not in note]
+    notes = Notes(comparison_notes(result.comparison), len(result.comparison.results))
     tiles = [
         (f"{percent(constant.efficiency, 2)} %", "with a constant mu of 0.05"),
         (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
         (f"{100 * best.validation.mape:.1f} %", f"mean error of the formula ({best.family}) on held-out contacts"),
         (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
     ]
-    return Section("", [answer(gear), KeyFigures(tiles), Notes(pair_notes(said))])
+    return Section("", [answer(gear), KeyFigures(tiles), notes])
 
 
 def _contacts(result: DemoResult) -> Section:
@@ -144,7 +143,7 @@ def _comparison(result: DemoResult) -> Section:
                 "equilibrium. The closed forms take one constant mu for the whole pair."
             ),
             Picture(plot_comparison(result.comparison), CAPTION),
-            models_table(result.comparison),
+            replace(models_table(result.comparison), title=""),
         ],
     )
 

@@ -353,10 +353,12 @@ class StudyOutput:
         return {name: figure for name, figure, _ in study_figures(result)}
 
     def show(self, result: Study, **parts: Any) -> None:
-        """Print what each parameter does to the efficiency."""
-        from efficiency.studies.report import influence_table
+        """Print what each parameter does to the efficiency, and what has to be known of it."""
+        from efficiency.studies.report import influence_table, study_notes
+        from ehl.view.notes import notes_table
 
         influence_table(result).print()
+        notes_table(study_notes(result), len(result.points)).print()
 
     def write(self, result: Study, units: str, **files: Any) -> list[Path]:
         """`study.html`, `study.xlsx`, `study.csv` and the figures into `folder`."""

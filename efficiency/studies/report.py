@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from efficiency.output.notes import outside_note, pair_notes
+from efficiency.loss.notes import pair_notes
+from efficiency.output.notes import outside_note
 from efficiency.output.tables import percent
 from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
 from efficiency.studies.plots import causes_figure, causes_of, reference_text, span_text, study_figures
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
     from efficiency.studies.parameter_study import Study
 
-_FAILED_SHOWN, _NOTES_SHOWN = 40, 8
+_FAILED_SHOWN = 40
 _ON_TOP = ("influence", "causes")
 _OUTCOME = ("status", "reason")
 _SECTION = (
@@ -81,14 +82,13 @@ def influence_table(study: Study) -> Table:
     for name in study.varied:
         ends = [end for design in study.designs for end in study.influence(design, name)]
         rows.append((level_quantity(name).label, span_text(study, name), *ends))
-    found = study_notes(study)
-    notes = [f"{n.grade}: {n.count} of {len(study.points)} points: {n.text} ({n.where})" for n in found[:_NOTES_SHOWN]]
-    notes += [f"failed   {point.label}: {point.reason}" for point in study.failed[:_FAILED_SHOWN]]
+    model = model_label(study.friction_model)
+    failed = (f"failed   {point.label}: {point.reason}" for point in study.failed[:_FAILED_SHOWN])
     return Table(
         columns,
         rows,
-        title=f"efficiency over each parameter alone, friction {study.friction_model}, {study.side}, {study.oil}",
-        notes=(*notes, timing(study)),
+        title=f"efficiency over each parameter alone, {study.side}, {study.oil}, friction: {model}",
+        notes=(*failed, timing(study)),
         name="influence",
     )
 

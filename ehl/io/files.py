@@ -126,7 +126,9 @@ def make_folder(folder: Path, field: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
-        raise InputError(field, str(folder), "a folder that can be written", f"{error}.") from None
+        taken = isinstance(error, FileExistsError | NotADirectoryError)
+        hint = "There is a file of that name; choose another." if taken else f"{error}."
+        raise InputError(field, str(folder), "a folder that can be written", hint) from None
 
 
 def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import Literal
 
@@ -17,6 +17,7 @@ from ehl.view.table import Table
 Grade = Literal["fault", "warning", "for information"]
 GRADES: tuple[Grade, ...] = ("fault", "warning", "for information")
 
+_CASES_NAMED = 2  # of those that say the same, before the rest becomes dots
 _NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 # what says where, not what
 _PLACE = re.compile(r"\([^)]*\)|\b(?:near the|midway) (?:toe|heel|root|tip)(?: to (?:heel|tip))?|;.*$")
@@ -54,13 +55,16 @@ class Note:
     count : int
         Cases that have such a note.
     where : str
-        The case of `text`; empty where there is but one.
+        The case of `text`; the first cases where all say the same; empty where there is but one.
+    alike : bool
+        Whether all cases say the same.
     """
 
     grade: Grade
     text: str
     count: int = 1
     where: str = ""
+    alike: bool = field(default=False, repr=False)
 
 
 CONTACT_NOTES: tuple[NoteKind, ...] = (
@@ -119,7 +123,11 @@ def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CON
         sign = -1.0 if kind is not None and kind.low else 1.0
         column = _differing([text for _, text in members])
         case, text = max(members, key=lambda member: sign * _value(member[1], column))
-        note = Note(grade_of(text, kinds), text, len({case for case, _ in members}), case)
+        cases = list(dict.fromkeys(case for case, _ in members))
+        alike = len({text for _, text in members}) == 1
+        if alike:
+            case = ", ".join(cases) if len(cases) <= _CASES_NAMED else f"{', '.join(cases[:_CASES_NAMED])}, ..."
+        note = Note(grade_of(text, kinds), text, len(cases), case, alike and len(cases) > 1)
         place = len(kinds) if kind is None else list(kinds).index(kind)
         found.append((GRADES.index(note.grade), place, -note.count, note))
     return [note for *_, note in sorted(found, key=itemgetter(0, 1, 2))]
@@ -129,8 +137,12 @@ def notes_table(notes: Sequence[Note], cases: int = 1, title: str = "") -> Table
     """The notes as a table: grade, note, of several cases how many and where it is worst."""
     if cases <= 1:
         return Table(("grade", "note"), [(note.grade, note.text) for note in notes], title, name="notes")
-    rows = [(note.grade, note.text, f"{note.count} of {cases}", note.where) for note in notes]
-    return Table(("grade", "note at its worst", "cases", "worst at"), rows, title, name="notes")
+    rows = [
+        (note.grade, f"{note.count} of {cases}" if note.where else "all", note.where or None, note.text)
+        for note in notes
+    ]
+    # the long text last: what stands behind it is far away on a wide line
+    return Table(("grade", "cases", "where, at its worst", "note"), rows, title, name="notes")
 
 
 def _kind(text: str, kinds: Sequence[NoteKind]) -> NoteKind | None:

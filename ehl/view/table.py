@@ -220,7 +220,9 @@ class Table:
             printed.add_column(Text(_plain(head[i])), justify=justify, width=width, overflow="fold")
         for row in rows:
             printed.add_row(*(Text(_plain(row[i])) for i in widths))
-        if sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
+        if not rows:  # a head over nothing says nothing
+            yield from [title] if title else []
+        elif sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
             yield printed
         else:  # not even two columns fit
             yield title or ""

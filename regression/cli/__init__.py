@@ -128,6 +128,8 @@ def mu(
 
 def _print_friction(content: dict[str, Any]) -> None:
     """One friction value as a sentence."""
+    from regression.friction.published_registry import model_label
+
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.5f}"
     if content["friction_lower"] is not None:
@@ -135,7 +137,7 @@ def _print_friction(content: dict[str, Any]) -> None:
     if "in_convex_hull" in content:
         line += f"  {'in' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
     mark = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
-    typer.echo(f"{line}  {content['friction_model']}{mark}, {content['oil']}")
+    typer.echo(f"{line}  {model_label(content['friction_model'])}{mark}, {content['oil']}")
 
 
 def register(app: App) -> None:

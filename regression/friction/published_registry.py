@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import PurePath
 from typing import Literal
 
 import numpy as np
@@ -371,4 +372,9 @@ def model_label(name: str) -> str:
         return f"constant {float(value):.3g}" + (f"{comma}{model_label(fitted)}" if fitted else "")
     if kind == "ehl":
         return "solved contacts" + (f", {rest.replace('_', ' ').replace(':', ', ')}" if rest else "")
-    return PUBLISHED[name].label if name in PUBLISHED else f"formula {name}"
+    # a file may be given with its folder: `fit -o formula_oil.json` is "formula oil"
+    return (
+        PUBLISHED[name].label
+        if name in PUBLISHED
+        else f"formula {PurePath(name).name.removesuffix('.json').removeprefix('formula_')}"
+    )

@@ -259,7 +259,7 @@ def test_a_file_without_a_line_of_a_setting_sheet_is_not_imported(
 def test_twenty_mistakes_for_each_command() -> None:
     for command, (_, changes, _) in FILES.items():
         assert len(changes) + len(OPTIONS.get(command, ((), {}, []))[2]) >= 20
-    assert len(OPTIONS["mu"][2]) >= 20
+    assert all(len(OPTIONS[command][2]) >= 20 for command in ("mu", "app", "demo"))
     assert sum(len(OPTIONS[command][2]) for command in ("new contact", "new others")) >= 20
 
 
@@ -519,7 +519,14 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
         [
             ("--jobs", "0", "at least"), ("--jobs", "many", "a whole number"), ("--jobs", "999", "at most"),
             ("--jobs", "1.5", "a whole number"), ("--jobs", "", "a whole number"), ("--jobs", "-2", "at least"),
-            ("--output", "/proc/x", "a folder that can be written"), ("--output", "/dev/null", "a folder that can be written"),
+            ("--output", "/proc/x", "a folder that can be written"), ("--output", "/dev/null", "There is a file of that name"),
+            ("--output", "", "'.' is the folder you are in"), ("-o", "", "'.' is the folder you are in"), ("--output", "x" * 300, "File name too long"),
+            ("--output", str(ROOT / "README.md/results"), "There is a file of that name"),
+            ("--output", "--jobs", "a file or folder"), ("--jobs --output", "results", "a whole number"),
+            ("--jobs", "1,5", "a whole number"), ("--ouput", "results", "Did you mean '--output'?"),
+            ("-j", "2", "one of --jobs, --output"), ("--oil", "fva3", "one of --jobs, --output"),
+            ("--design", "fm_hypoid_13x42", "one of --jobs, --output"), ("fm_hypoid_13x42", "fva3", "options alone"),
+            ("--jobs", "all", "a whole number"),
         ],
     ),
     "app": (
@@ -534,6 +541,11 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
             (str(ROOT / "docs/examples/synthetic_traction.csv"), "--no-browser", "It is a table (CSV)"),
             (str(ROOT / "README.md"), "--no-browser", "valid TOML"), ("none.toml", "--no-browser", "check the path"),
             ("fm_hypoid_13x43", "--no-browser", "Did you mean 'fm_hypoid_13x42'"),
+            (str(ROOT / "data/targets/fm_hypoid_13x42.toml"), "--no-browser", "It is a targets file"),
+            (str(ROOT / "data/blanks/fm_hypoid_13x42.toml"), "--no-browser", "It is a blank"),
+            ("--host", "0.0.0.0", "one of --browser, --port"), ("--port", "localhost:8642", "a whole number"),
+            ("--friction", "75w90", "one of --browser, --port"), ("--browser", "firefox", "a TOML file or one of"),
+            (PAIR, "fm_hypoid_13x42", "no more than design"),
         ],
     ),
     "names": (

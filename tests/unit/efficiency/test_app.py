@@ -24,6 +24,7 @@ from ehl.io.data import data_path
 from ehl.io.errors import InputError
 from ehl.io.files import toml_text
 from ehl.io.validation import read_toml
+from regression.friction.published_registry import model_label
 
 PAIR = "fm_spiral_bevel_14x39_relieved"
 
@@ -70,7 +71,7 @@ def test_pictures_hold_the_contact(bench: Bench, scene: Scene) -> None:
     chart = tooth(answer, "loss_density")
     assert len(chart["series"][0]["data"]) == len(points)
     rows = bench.compared(scene)
-    assert rows[0][0] == "75w90"
+    assert rows[0][0] == "formula 75w90"
     assert all(low <= loss <= high for _, loss, low, high in rows)
     assert losses(rows)["series"][0]["data"][0] == round(rows[0][1], 2)
     heard: list[float] = []
@@ -286,7 +287,9 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
             ("friction model", "xu_kahraman_2007", {"friction": "xu_kahraman_2007"}),
         ):
             page.get_by_label(label, exact=True).click()
-            page.get_by_role("option", name=choice, exact=True).click()
+            page.get_by_role(
+                "option", name=model_label(choice) if label == "friction model" else choice, exact=True
+            ).click()
             moved = changed(moved, **texts)
             expect(headline).to_have_text(bench.answer(moved).headline(), timeout=120_000)
         page.get_by_role("button", name="Efficiency map").click()

@@ -112,7 +112,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
     assert math.isnan(result.efficiency)
     assert result.to_dict()["efficiency"] is None
     beyond = np.count_nonzero(result.points.state.pressure_hertz > 1e9)
-    assert f"friction model test has no value at {beyond} of {result.points_loaded} loaded points" in result.notes
+    assert f"formula test has no value at {beyond} of {result.points_loaded} loaded points" in result.notes
     assert plot_friction_and_loss(result).axes[0].get_title().endswith(f"failed ({reason})")
 
 

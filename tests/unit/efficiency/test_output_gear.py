@@ -25,7 +25,7 @@ from efficiency.loss.grid import Grid
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.gear_output import OutputFiles, write_comparison, write_map, write_result
+from efficiency.output.gear_output import GearOutput, OutputFiles, write_comparison, write_map, write_result
 from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures, nearest_point
 from efficiency.output.plots_comparison import (
     plot_friction_along_mesh,
@@ -294,6 +294,27 @@ def test_comparison_as_page_and_tables(comparison: Comparison, tmp_path: Path) -
     header, *rows = sheet_rows(tmp_path / "c.xlsx", "share of loss by region")
     np.testing.assert_allclose([sum(row[1:]) for row in rows], 100.0, rtol=1e-12)
     assert len(comparison_table(comparison).rows) == len(comparison.rows)
+
+
+def test_terminal_names_models_and_notes_as_the_page_does(
+    geared: Meshed, result: EfficiencyResult, comparison: Comparison, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = GearOutput(geared[0])
+    output.show(comparison)
+    shown = capsys.readouterr().out
+    for row in comparison.rows:
+        assert row.label in shown
+    assert "constant:0.05" not in shown
+    assert "xu_kahraman_2007" not in shown
+    # a row for a kind of note, however many models have it
+    assert shown.count("edges carry") == 1
+    assert re.search(rf"warning +{len(comparison.results)} of {len(comparison.results)} .*edges carry", shown)
+    notes = [line.split()[0] for line in shown.splitlines() if re.search(r" (\d+ of \d+|all) ", line)]
+    assert notes == sorted(notes, key=["fault", "warning", "for"].index)
+    output.show(result)
+    shown = capsys.readouterr().out
+    assert "friction: Xu & Kahraman 2007" in shown
+    assert shown.count("edges carry") == 1
 
 
 def test_tables_for_the_page(result: EfficiencyResult) -> None:

@@ -20,7 +20,7 @@ from efficiency.design.design import Design, load_design
 from efficiency.geometry import pair_geometry as geometry_module
 from efficiency.geometry.pair_geometry import PairGeometry, pair_geometry
 from efficiency.output.geometry_report import side_figures
-from efficiency.output.geometry_tables import all_notes, contact_table, misalignment_text
+from efficiency.output.geometry_tables import contact_table, graded_notes, misalignment_text
 from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure
@@ -64,7 +64,7 @@ def test_flank_angles_agree_with_the_blank(geometry: PairGeometry) -> None:
         assert np.degrees(flank.spiral_angle) == pytest.approx(35.0, abs=0.5)
         assert np.degrees(flank.pressure_angle) == pytest.approx(20.0, abs=0.2)
     assert geometry.flanks["pinion_concave"].lowest > 0.0
-    notes = all_notes(geometry)
+    notes = geometry.notes
     assert any("pinion concave flank ends" in note for note in notes)
     # the pinion settings of this pair define the flanks only; the gear is cut to its root cone
     assert any("pinion convex flank: the blade tips" in note for note in notes)
@@ -82,7 +82,9 @@ def test_a_side_that_fails_is_told(design: Design, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(geometry_module, "side_geometry", fail)
     found = pair_geometry(design, ("coast",))
     assert found.status == "failed"
-    assert all_notes(found)[-1] == "coast: not converged (undercut): coast flank ends"
+    (told,) = [note for note in graded_notes(found) if note.where]
+    assert (told.grade, told.where) == ("fault", "coast")
+    assert told.text == "no answer: not converged (undercut): coast flank ends"
 
 
 def drawn(figure: Figure) -> Iterator[Axes]:
@@ -104,7 +106,7 @@ def test_every_axis_has_a_name_and_a_unit(geometry: PairGeometry, design: Design
 
 def test_figures_of_an_undercut_hypoid_pair() -> None:
     found = pair_geometry(load_design("fh_hypoid_9x34"), ("drive",))
-    assert any("undercut" in note for note in all_notes(found))
+    assert any("undercut" in note.text for note in graded_notes(found))
     for name, figure, _ in side_figures(found.sides["drive"]):
         if name in ("teeth_in_mesh", "ease_off_pinion", "contact_pattern_gear"):
             assert len(list(drawn(figure))) >= 2
