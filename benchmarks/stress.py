@@ -135,7 +135,7 @@ def solved(
     scene: Scene, accuracy: str, travel: float | None, nodes_max: int | None = None, defer: bool = False
 ) -> dict[str, Any]:
     """The row of one scene; with `defer` a contact beyond the budget of nodes is not solved on a coarser mesh."""
-    started = time.perf_counter()
+    started = time.process_time()
     row = dict(scene.row)
 
     def solve(*given: Any, **options: Any) -> TransientResult:
@@ -153,9 +153,9 @@ def solved(
         try:
             result = scene.case(Path(folder), accuracy).solve()
         except InputError as error:
-            return row | _ended("refused", f"input:{error.field}", str(error), started)
+            return row | _ended("refused", f"input:{error.field}", str(error), time.process_time() - started)
         except Exception as error:  # the campaign is there to find these
-            return row | _ended("wrong", type(error).__name__, str(error), started)
+            return row | _ended("wrong", type(error).__name__, str(error), time.process_time() - started)
     faults = broken(result, row)
     run = result.transient
     steps = run.fallbacks if run is not None else None
@@ -174,7 +174,7 @@ def solved(
     else:
         outcome = "with fallback" if other > FALLBACK_STEPS or smooth else "converged"
         reason = smooth
-    row |= _ended(outcome, reason, "; ".join(faults), started)
+    row |= _ended(outcome, reason, "; ".join(faults), time.process_time() - started)
     row |= {name: getattr(result, name) for name in NUMBERS}
     row["skipped"] = " | ".join(text.partition(":")[0] for text in result.skipped)
     row |= {"film_ratio": result.film_ratio, "roughness_load_share": result.roughness_load_share}
@@ -186,9 +186,8 @@ def solved(
     return row
 
 
-def _ended(outcome: str, reason: str, detail: str, started: float) -> dict[str, Any]:
+def _ended(outcome: str, reason: str, detail: str, seconds: float) -> dict[str, Any]:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    seconds = time.perf_counter() - started
     return {"outcome": outcome, "reason": reason, "detail": detail, "case_seconds": seconds, "memory_mb": memory}
 
 
@@ -227,7 +226,7 @@ class Worker:
 
     def solve(self, scene: Scene, cap: float | None = None) -> dict[str, Any]:
         """The row of a scene; refused for its time where the cap is reached."""
-        started, used = time.perf_counter(), self._processor_time()
+        used = self._processor_time()
         self._pipe.send(scene)
         try:
             while self._processor_time() - used < (cap or self._cap):
@@ -236,10 +235,11 @@ class Worker:
             outcome, reason = "refused", "time_cap"
         except EOFError:
             outcome, reason = "wrong", "worker died"
+        seconds = (cap or self._cap) if reason == "time_cap" else math.nan
         self._process.kill()
         self._process.join()
         self._start()
-        return scene.row | _ended(outcome, reason, "", started)
+        return scene.row | _ended(outcome, reason, "", seconds)
 
     def _processor_time(self) -> float:
         """Of the worker [s]."""

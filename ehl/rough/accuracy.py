@@ -8,7 +8,7 @@ from typing import Literal
 
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.line_contact import LineContact
-from ehl.rough.scaling import solved_length
+from ehl.rough.scaling import Settings, solved_length
 from ehl.rough.surfaces import RoughSurfaces
 
 Accuracy = Literal["fast", "standard", "reference"]
@@ -34,6 +34,8 @@ LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contac
 # which on they have full length [b], and the smallest share of it
 FINE_LENGTH, MIN_SHARE = 0.1, 1.0 / 3.0
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
+BLOCK = 4.0  # travel between two looks at the interval [b]
+LOOSE_STEP_TOLERANCE = 1e-3  # it changes mu by 1e-4 or less and takes 10 to 35 % off the work
 
 # node distance over the width of the inlet sweep (`inlet_sweep`). The smooth film comes out thinner by half its square:
 # measured 0.45 to 0.6 of it over M 13 to 290, L 3 to 9
@@ -85,6 +87,14 @@ class RunPlan:
         Work of the whole contact, in node-iterations (`ehl.rough.window.Window.work`).
     inlet : float
         Width of the inlet sweep, which every mesh has to resolve [b].
+    bound : float
+        Work beyond which the contact is solved `thrifty`.
+    block : float
+        Travel between two looks at the interval [b].
+    step_tolerance : float
+        Of mass and gap in one step, over the film unit.
+    thrifty : bool
+        Whether start-up, blocks and steps are those of a contact that would cost more than its bound.
     """
 
     spacing: float
@@ -103,11 +113,16 @@ class RunPlan:
     window_fine: float = BATCH
     budget: float = math.inf
     inlet: float = math.inf
+    bound: float = math.inf
+    block: float = BLOCK
+    step_tolerance: float = Settings.tolerance
+    thrifty: bool = False
 
 
 # work of a contact that is not smooth, in node-iterations of some 150 ns: a contact that needs more to settle ends with
 # the interval it has
 WORK: dict[str, float] = {"fast": 1e7, "standard": 4e7, "reference": 1e9}
+BOUND = 2.5  # budgets beyond which even the shortest windows are too dear: the contact is solved `thrifty`
 LEVELS_MAX = 4  # meshes of one contact
 FINE_WINDOW = 8.0  # shortest window of the finer meshes, of which only differences are taken [b]
 
@@ -197,6 +212,7 @@ def make_run_plan(
         window_fine=min(FINE_WINDOW * longer, window_min),
         budget=WORK[level],
         inlet=inlet,
+        bound=BOUND * WORK[level],
     )
     return _shortened(plan, surfaces.correlation_length / contact.half_width) if fine else plan
 
@@ -212,6 +228,21 @@ def _shortened(plan: RunPlan, correlation_length: float) -> RunPlan:
         exchange_window=share * plan.exchange_window,
         settling=SETTLING,
         preheating=plan.settling - SETTLING,
+    )
+
+
+def thrifty(plan: RunPlan, correlation_length: float) -> RunPlan:
+    """The plan of a contact that would cost more than its bound; ``correlation_length`` in b.
+
+    Surfaces are preheated, steps solved less tightly; start-up, blocks and batches of fine roughness are as short as
+    its waves allow. The macroscopic pressure is updated as before: over shorter windows it follows single waves, which
+    moved mu by 4 % in one contact.
+    """
+    if plan.exchange_window == EXCHANGE_WINDOW:
+        plan = replace(_shortened(plan, correlation_length), exchange_window=plan.exchange_window)
+    share = min(max(correlation_length / FINE_LENGTH, MIN_SHARE), 1.0)
+    return replace(
+        plan, block=share * plan.block, batch=share * plan.batch, step_tolerance=LOOSE_STEP_TOLERANCE, thrifty=True
     )
 
 

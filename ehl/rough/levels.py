@@ -13,12 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from ehl.io.errors import ConvergenceError
 from ehl.rough._kernels.march import FILM_MEAN
-from ehl.rough.accuracy import PER_SWEEP, SETTLING, SPREADS, RunPlan
+from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, SPREADS, RunPlan
 from ehl.rough.batches import ONE_DRAW, batch_means, interval_of_means, paired_error
-from ehl.rough.window import BLOCK, Window
+from ehl.rough.window import Window
 
 Array = NDArray[np.float64]
 
@@ -123,10 +124,27 @@ class Levels:
         ]
 
     def interval(self) -> tuple[float, float]:
-        """mu and the half width of its 90 % interval.
+        """mu and the half width of its 90 % interval, with what a shortened start-up may have left."""
+        mean, half_width = self._interval()
+        return mean, math.hypot(half_width, self.drift())
 
-        A difference that grows with mu counts with its covariance: both come from the same travel.
+    def drift(self) -> float:
+        """What a shortened start-up and window add to the half width; 0 where they have their full length.
+
+        The window counts as one draw of the means over a block, since the roughness filled the coarsest mesh: they
+        hold what is slower than a block, and mu that is still on its way.
         """
+        if not self.plan.thrifty:
+            return 0.0
+        coarsest = self.windows[0]
+        steps_per_half_width = coarsest.run.problem.units.steps_per_half_width
+        mu = coarsest.friction_since(round(FRONT_STARTUP * steps_per_half_width))
+        length = max(1, round(self.plan.block * steps_per_half_width))
+        means = mu[mu.size % length :].reshape(-1, length).mean(axis=1)
+        return float(stdtrit(means.size - 1, 0.95)) * float(np.std(means, ddof=1))
+
+    def _interval(self) -> tuple[float, float]:
+        """A difference that grows with mu counts with its covariance: both come from the same travel."""
         if self.even:
             return self.fine.interval()
         widths = self.half_widths()
@@ -186,9 +204,9 @@ class Levels:
         for window, travel in zip(self.windows, shortest, strict=True):
             wanted = plan.window_min if fixed else travel
             while window.rolled < wanted - 1e-9:
-                if not fixed and window.rolled >= BLOCK and self.work > budget:
+                if not fixed and window.rolled >= plan.block and self.work > budget:
                     break
-                window.block(min(BLOCK, wanted - window.rolled) if fixed else BLOCK)
+                window.block(min(plan.block, wanted - window.rolled) if fixed else plan.block)
         if fixed:
             return
         if not self._can_settle(budget):
@@ -197,10 +215,10 @@ class Levels:
             level = self._worthiest()
             if level < 0:
                 return
-            cost = BLOCK * self.windows[level].rate
+            cost = plan.block * self.windows[level].rate
             if self.work + cost > budget:
                 return
-            self.windows[level].block(BLOCK)
+            self.windows[level].block(plan.block)
 
     def _settled(self) -> bool:
         mean, half_width = self.interval()
@@ -214,16 +232,16 @@ class Levels:
 
     def _worthiest(self) -> int:
         """Level whose next block lowers the squared error most for its cost; -1 where windows that count are full."""
-        best, level = 0.0, -1
+        best, level, block = 0.0, -1, self.plan.block
         variances = self._variances()
         for i, window in enumerate(self.windows):
-            if window.rolled > self.plan.window_max - BLOCK + 1e-9 or variances[i] < SMALL_PART * sum(variances):
+            if window.rolled > self.plan.window_max - block + 1e-9 or variances[i] < SMALL_PART * sum(variances):
                 continue
             behind = i
-            while behind > 0 and self.windows[behind - 1].rolled < window.rolled + BLOCK - 1e-9:
+            while behind > 0 and self.windows[behind - 1].rolled < window.rolled + block - 1e-9:
                 behind -= 1  # a mesh is compared with the one before: that rolls first
             cost = sum(each.rate for each in self.windows[behind : i + 1])
-            gain = variances[i] / (window.rolled + BLOCK) / cost
+            gain = variances[i] / (window.rolled + block) / cost
             if gain > best:
                 best, level = gain, behind
         return level
@@ -241,14 +259,20 @@ class Levels:
         return max(least, most) <= HOPELESS * self.plan.tolerance * abs(self.friction())
 
 
-def affordable(plan: RunPlan, coarsest: Window, levels: int, reserved: float) -> int:
-    """Meshes the budget can roll for the shortest windows: two at least, one of which resolves the inlet.
-
-    From one mesh to the next a b of travel takes four times the work but for the iterations, which get fewer.
-    """
+def least_levels(plan: RunPlan, levels: int) -> int:
+    """Meshes that a contact has at least: two, one of which resolves the inlet."""
     least = 2
     while least < levels and plan.spacing * 2 ** (levels - least) > PER_SWEEP["fast"] * plan.inlet:
         least += 1
+    return least
+
+
+def affordable(plan: RunPlan, coarsest: Window, levels: int, reserved: float) -> int:
+    """Meshes the budget can roll for the shortest windows, no fewer than `least_levels`.
+
+    From one mesh to the next a b of travel takes four times the work but for the iterations, which get fewer.
+    """
+    least = least_levels(plan, levels)
     spent = coarsest.work + reserved
     for count in range(levels, least, -1):
         total = spent

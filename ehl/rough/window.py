@@ -19,7 +19,6 @@ from ehl.rough.surfaces import RoughSurfaces
 
 Array = NDArray[np.float64]
 
-BLOCK = 4.0  # travel between two looks at the interval [b]
 # work of a step: (nodes + 100)(iterations + 1.5); over 40 contacts with heat 150 ns each, within a factor of 1.5
 STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
 FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
@@ -96,8 +95,9 @@ class Window:
             if self.repeats >= MAX_REPEATS or not self.astray():
                 break
             self.repeat()
-            self.start(travel - FRONT_STARTUP if travel > FRONT_STARTUP else travel)
-            self.passed += 1
+            skipped = math.ceil(FRONT_STARTUP / travel)
+            self.start(skipped * travel - FRONT_STARTUP)
+            self.passed += skipped
         self.numbers.append(self.passed - 1)
         self.rolled += travel
 
@@ -145,7 +145,13 @@ class Window:
 
     def astray(self) -> bool:
         """Whether the film of a step of the last block is many times the usual one."""
-        return film_jumped(self.recorded[-1][:, FILM_MEAN], self.column(FILM_MEAN))
+        return film_jumped(self.recorded[-1][:, FILM_MEAN], self.column(FILM_MEAN), self.roughness)
+
+    @property
+    def roughness(self) -> float:
+        """Composite Rq, film units."""
+        surfaces = self.run.problem.model.surfaces
+        return math.hypot(*(float(np.std(p)) if p.size else 0.0 for p in (surfaces.profile_1, surfaces.profile_2)))
 
     def repeat(self) -> None:
         """Forget the last block and roll on until the contact holds other oil; the surfaces roll on as well."""
@@ -169,6 +175,10 @@ class Window:
         """One column of the records."""
         return np.concatenate([block[:, column] for block in self.recorded])
 
+    def friction_since(self, step: int) -> Array:
+        """mu of every step from one on, of start-up and window."""
+        return self._friction_of(np.concatenate([*self.started, *self.recorded])[step:])
+
     def friction(self) -> Array:
         """mu of every step of the window; zero without sliding."""
         return np.concatenate([self._friction_of(block) for block in self.recorded])
@@ -183,9 +193,12 @@ class Window:
         return mean, half_width if math.isfinite(half_width) else ONE_DRAW * float(np.std(friction))
 
 
-def film_jumped(part: Array, films: Array) -> bool:
-    """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart."""
-    usual = min(float(np.median(films)), MAX_MEDIAN_FILM)
+def film_jumped(part: Array, films: Array, roughness: float) -> bool:
+    """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart.
+
+    No film counts that is not also many times the composite Rq, film units: a valley as wide as the contact holds one.
+    """
+    usual = min(max(float(np.median(films)), roughness), MAX_MEDIAN_FILM)
     return not bool(part.max() <= FILM_JUMP * usual)
 
 

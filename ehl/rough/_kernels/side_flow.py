@@ -19,6 +19,9 @@ from ehl.rough._kernels.elasticity import INTERNAL
 from ehl.rough._kernels.heat import log_or_floor
 
 STEP_MAX = 0.3  # largest change of P in one update, p_h
+# largest load of P over that of the contact: with more the bodies are lifted, the wider gap takes in oil faster than P
+# answers, and light loads on thick films fly apart
+LOAD_MAX = 1.05
 
 
 @njit(**INTERNAL)
@@ -97,6 +100,13 @@ def update_pressure(macro, model):
         if not abs(step) < 1e6:
             step = 0.0
         macro.pressure[i] = max(macro.pressure[i] + min(max(step, -STEP_MAX), STEP_MAX), 0.0)
+    carried = 0.0
+    for i in range(outlet):
+        carried += macro.pressure[i]
+    if carried > LOAD_MAX * model.contact.full_load:
+        lowered = LOAD_MAX * model.contact.full_load / carried
+        for i in range(first, outlet):
+            macro.pressure[i] *= lowered
     for i in range(first, outlet):
         macro.sum_exchange[i] = macro.sum_conductance[i] = macro.sum_log_lateral[i] = 0.0
     macro.counts[0] = 0

@@ -255,6 +255,24 @@ def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh
     assert half_width < 0.4 * alone.interval()[1]
 
 
+def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:
+    """The front (2.9 b, 5 steps each) does not count, then means .04, .06, .05, .05 and the window .05.
+
+    Student's t of the 90 % interval at four degrees of freedom: 2.13185.
+    """
+    from ehl.rough._kernels.march import COLUMNS, MU_FLUID
+
+    coarse = rolled(np.full(10, 0.05))
+    start = np.zeros((15 + 3 + 40, COLUMNS))  # three steps are less than a stretch
+    start[:18, MU_FLUID] = 9.0
+    start[18:, MU_FLUID] = np.repeat([0.04, 0.06, 0.05, 0.05], 10)
+    coarse.started.append(start)
+    levels = Levels([coarse, rolled(np.full(20, 0.055), 10)], replace(PLAN, thrifty=True, block=2.0))
+    assert levels.drift() == pytest.approx(2.13185 * math.sqrt(2e-4 / 4.0), rel=1e-5)
+    assert levels.interval() == pytest.approx((0.055, levels.drift()), rel=1e-9)
+    assert replace(levels, plan=PLAN).drift() == 0.0
+
+
 def test_meshes_without_a_block_in_common_are_a_failure_with_its_reason() -> None:
     """The first block of one mesh went astray as often as it was rolled anew, and what both rolled ended apart."""
     coarse, fine = rolled(np.full(40, 0.04)), rolled(np.full(80, 0.05), 10)
@@ -311,7 +329,8 @@ def test_a_step_of_five_times_the_median_film_went_astray() -> None:
     for film, astray in ((4.9, False), (5.1, True), (math.nan, True)):
         part = records.copy()
         part[-1, FILM_MEAN] = film
-        assert film_jumped(part[:, FILM_MEAN], records[:, FILM_MEAN]) is astray
+        assert film_jumped(part[:, FILM_MEAN], records[:, FILM_MEAN], 0.0) is astray
+        assert film_jumped(2.0 * part[:, FILM_MEAN], records[:, FILM_MEAN], 2.0) is astray  # of Rq, where that is more
 
 
 # --- rough contact: what is left out

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+from samples import STEEL
 
 import ehl
 from ehl.rough import RoughSurfaces, solve_transient
+from ehl.rough.dry_limit import dry_limit
+from ehl.rough.mixed import film_stress_ratio, roughness_heights, roughness_matters
+from ehl.smooth.thermal import smooth_film
 from ehl.surface.roughness import generate_profile
 
 STEP = 1e-4  # of the scanned quantity, where the curves themselves change by far less than the errors
@@ -91,3 +97,59 @@ def test_rough_run_passes_a_surface_at_rest():
         )
         found.append(run.friction_coefficient)
     assert found == pytest.approx([found[1]] * 3, rel=1e-4)
+
+
+def smooth_of(contact: ehl.Contact) -> tuple[float, float, float, float]:
+    """Film, friction, film ratio of the highest Rq and stress ratio of the smooth contact, as the switches see them."""
+    problem = contact.problem()
+    given = (problem.line, problem.lubricant, problem.model, (STEEL, STEEL), problem.temperature_bulk)
+    found = smooth_film(*given, start=None, start_heat=None)
+    stress = film_stress_ratio(found.friction_fluid, problem.line, problem.lubricant)
+    rms, _ = roughness_heights(problem.surface, problem.line)
+    return found.isothermal.film_central, found.friction_fluid, found.film.film_central / rms, stress
+
+
+def places(low: float, high: float, holds: Callable[[float], bool]) -> tuple[float, float]:
+    """Two values, `STEP` apart, between which a switch turns."""
+    first = holds(low)
+    assert holds(high) != first
+    while high / low - 1.0 > STEP:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if holds(middle) == first else (low, middle)
+    return low, high
+
+
+ROUGH = {"roughness_rms": 0.2e-6, "correlation_length": 60e-6}
+
+
+@pytest.mark.parametrize("slip", [0.02, 0.2])
+def test_roughness_left_out_or_not_makes_no_jump(slip: float) -> None:
+    """At the very speed from which the film is thick enough to leave roughness out."""
+
+    def matters(speed: float) -> bool:
+        contact = at(slide_to_roll=slip, speed_entrainment=speed, **ROUGH)
+        _, _, ratio, stress = smooth_of(contact)
+        return roughness_matters(ratio, contact.model, stress)
+
+    low, high = places(1.0, 40.0, matters)
+    with_it, without = (at(slide_to_roll=slip, speed_entrainment=speed, **ROUGH).solve() for speed in (low, high))
+    assert with_it.transient is not None
+    assert without.transient is None
+    assert_no_jump(with_it, without)
+
+
+def test_film_left_out_or_not_makes_no_jump() -> None:
+    """At the very speed below which the contact counts as dry."""
+    values = {"slide_to_roll": 0.5, "temperature": 393.15, "roughness_rms": 0.4e-6, "correlation_length": 60e-6}
+
+    def wet(speed: float) -> bool:
+        problem = at(speed_entrainment=speed, **values).problem()
+        film, friction, _, _ = smooth_of(at(speed_entrainment=speed, **values))
+        given = (problem.surface, problem.model, (STEEL, STEEL))
+        return dry_limit(problem.line, problem.lubricant, film, friction, *given) is None
+
+    low, high = places(1e-4, 0.3, wet)
+    dry, rolled = (at(speed_entrainment=speed, **values).solve() for speed in (low, high))
+    assert dry.dry is not None
+    assert rolled.transient is not None
+    assert_no_jump(dry, rolled)

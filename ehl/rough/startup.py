@@ -1,0 +1,98 @@
+"""Start-up of the coarsest mesh, until roughness, macroscopic pressure and heat are in the contact, at a bounded cost.
+
+A look at the work every few b: where even the shortest windows after it would exceed the bound of the plan, the contact
+goes on `thrifty`. Work is counted, not timed, so that results are the same on any machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.rough.accuracy import FRONT_STARTUP, SETTLING, RunPlan, thrifty
+from ehl.rough.levels import FINER_STEP, least_levels
+from ehl.rough.scaling import Problem
+from ehl.rough.window import Window
+
+Array = NDArray[np.float64]
+
+WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
+
+
+def start_up(
+    window: Window, plan: RunPlan, levels: int, correlation_length: float, problem: Callable[[RunPlan], Problem]
+) -> tuple[RunPlan, Array | None, float]:
+    """Roll the coarsest mesh until it is settled.
+
+    Parameters
+    ----------
+    window : Window
+        Of the coarsest mesh.
+    plan : RunPlan
+    levels : int
+        Meshes wanted.
+    correlation_length : float
+        Of the roughness [b].
+    problem : callable
+        The coarsest mesh by another plan.
+
+    Returns
+    -------
+    RunPlan
+        `thrifty` where the bound asks for it.
+    flux : ndarray, shape (2, n), or None
+        Mean heat flux into the surfaces, which warms those of the finer meshes [W/m2].
+    warming : float
+        Travel over which it does [b].
+    """
+    thermal = window.run.problem.settings.thermal
+    bounded = plan.window_max > plan.window_min
+    per_half_width = window.run.problem.units.steps_per_half_width
+    wait = plan.settling - SETTLING if thermal and bounded and not plan.preheating else 0.0
+    steps = round(plan.startup * per_half_width) + round(wait * per_half_width)
+    look = round(FRONT_STARTUP * per_half_width) if bounded else steps
+    while window.steps < steps:
+        before, piece = window.work, min(look, steps - window.steps) / per_half_width
+        window.start(piece)
+        left = (steps - window.steps) / per_half_width
+        rate = (window.work - before) / piece
+        if bounded and not plan.thrifty and window.work + least_work(plan, rate, left, levels) > plan.bound:
+            plan = thrifty(plan, correlation_length)
+            window.batch = plan.batch
+            window.run = window.run.branch(problem(plan))
+            steps = round(plan.startup * per_half_width)
+    if plan.preheating:
+        return plan, warmed(window, plan), plan.preheating
+    if thermal and bounded:
+        # the finer meshes are heated by what heats the coarsest, for as long
+        return plan, window.mean_flux(WARMING_TRAVEL), window.run.travel
+    return plan, None, 0.0
+
+
+def least_work(plan: RunPlan, rate: float, left: float, levels: int) -> float:
+    """Work of the rest of the start-up and one block on as few meshes as will do.
+
+    Parameters
+    ----------
+    plan : RunPlan
+    rate : float
+        Work per b of travel on the coarsest mesh.
+    left : float
+        Travel of the start-up to go [b].
+    levels : int
+        Meshes wanted.
+    """
+    least = least_levels(plan, levels)
+    return rate * left + sum(
+        rate * (4.0 * FINER_STEP) ** k * (SETTLING * (least - max(k, 1)) + plan.block) for k in range(least)
+    )
+
+
+def warmed(window: Window, plan: RunPlan) -> Array:
+    """Warm the surfaces of a run by its own mean heat instead of rolling on until they are; returns that flux."""
+    for _ in range(WARMING_ROUNDS):
+        flux = window.mean_flux(WARMING_TRAVEL)
+        window.run.preheat(plan.preheating, flux)
+    return window.mean_flux(WARMING_TRAVEL)
