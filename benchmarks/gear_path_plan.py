@@ -2,9 +2,10 @@
 
     python benchmarks/gear_path_plan.py data/datasets/gear_paths.csv
 
-Each pair runs at its own torque and at half of it, at its own speed and at a third of it. The points of a mesh are
-taken in the order of the path, equally spaced in the work friction takes there: the table weighs like the loss does.
-Points outside the ranges of the plan `gear_default` are left out and counted.
+Each pair runs at its own torque and at half of it, at its own speed and, with oil 30 K hotter, at a third of it. The
+points of a mesh are taken in the order of the path, equally spaced in the work friction takes there: the table weighs
+like the loss does. Behind the columns of the plan stand pair, operating point and the loss in percent of the input if
+mu were 1. Points outside the ranges of the dataset `gear_75w90` are left out and counted.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from common import command_line
 import efficiency
 from efficiency.loss.duty import DutyRow
 from ehl.io.units import KELVIN
-from regression import Plan
+from regression.data.dataset import dataset_plan
 
 SHIPPED = (
     "fm_spiral_bevel_14x39",
@@ -28,6 +29,7 @@ SHIPPED = (
     "fh_hypoid_9x34_offset_10",
     "fh_spiral_bevel_12x37",
 )
+HOTTER = 30.0  # [K]
 POINTS = 10  # of each mesh at each operating point
 COLUMNS = {
     "pressure_hertz": "pressure_hertz [GPa]",
@@ -37,16 +39,22 @@ COLUMNS = {
     "lengthwise_to_roll": "lengthwise_to_roll",
     "temperature_oil": "temperature_oil [degC]",
     "roughness_rms": "roughness_rms [um]",
+    "correlation_length": "correlation_length [um]",
+    "peklenik_number": "peklenik_number",
 }
 
 
 def path_points(name: str) -> pd.DataFrame:
-    """Points of one pair, SI units; `outside` is the share of the work outside the ranges of `gear_default`."""
+    """Points of one pair, SI units; `outside` is the share of the work outside the ranges of `gear_75w90`."""
     pair = efficiency.load(name)
     design = pair.design
     torque, speed, oil = design.operation.torque, design.operation.speed, design.operation.temperature_oil
-    duty = [DutyRow(t, s, oil, 1.0) for t in (torque, 0.5 * torque) for s in (speed, speed / 3.0)]
-    ranges = Plan.from_file("gear_default").axes
+    duty = [
+        DutyRow(t, s, hot, 1.0)
+        for t in (torque, 0.5 * torque)
+        for s, hot in ((speed, oil), (speed / 3.0, oil + HOTTER))
+    ]
+    ranges = dataset_plan("gear_75w90").axes
     tables = []
     for points, row in zip(pair.duty_points(duty), duty, strict=True):
         state = points.state
@@ -60,7 +68,13 @@ def path_points(name: str) -> pd.DataFrame:
         work = np.cumsum(points.weight * inside)
         chosen = np.searchsorted(work, work[-1] * (np.arange(POINTS) + 0.5) / POINTS)
         outside = 1.0 - work[-1] / points.weight.sum()
-        labels = {"design": design.name, "torque": row.torque, "speed": row.speed, "outside": outside}
+        labels = {
+            "design": design.name,
+            "state": f"{row.torque:.4g} N*m {row.speed * 30.0 / np.pi:.4g} rpm {row.temperature_oil - KELVIN:.3g} degC",
+            # power lost in percent of the input for mu = 1, all along the mesh
+            "loss": 100.0 * points.weight.sum() / (row.hours * row.torque * row.speed),
+            "outside": outside,
+        }
         tables.append(table.iloc[np.unique(chosen)].assign(**labels))
     return pd.concat(tables, ignore_index=True)
 
@@ -71,10 +85,11 @@ def main(argv: Sequence[str] | None = None) -> None:
     file = parser.parse_args(argv).file
     table = pd.concat([path_points(name) for name in SHIPPED], ignore_index=True)
     print(table.groupby("design")[["outside"]].max())
-    scale = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6}
+    scale = {"pressure_hertz": 1e-9, "radius_equivalent": 1e3, "roughness_rms": 1e6, "correlation_length": 1e6}
     written = pd.DataFrame({head: table[name] * scale.get(name, 1.0) for name, head in COLUMNS.items()})
     written[COLUMNS["temperature_oil"]] -= KELVIN
-    written["# design"] = table["design"]
+    for note in ("design", "state", "loss"):
+        written[f"# {note}"] = table[note]
     written.to_csv(file, index=False, float_format="%.6g")
     print(f"{len(table)} contacts")
 

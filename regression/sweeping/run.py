@@ -119,12 +119,15 @@ class Run(PathLike[str]):
         Parameters
         ----------
         **options
-            As of `sweep`.
+            As of `sweep`; a run of a published formula stays with it.
 
         Returns
         -------
         Run
         """
+        computed_by = str(read_run(self.path, locking=False)[0]["solver_version"])
+        if computed_by in PUBLISHED:
+            options.setdefault("formula", computed_by)
         return sweep(self.plan, self.path, retry_failed=True, **options)
 
     def rerun(self, plan: Plan | None = None, *, share: float = SHARE, seed: int = 1) -> Iterator[Rerun]:

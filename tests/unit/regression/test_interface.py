@@ -46,6 +46,16 @@ def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> Non
         assert len(repr(result)) < 1500
 
 
+def test_a_fit_of_half_a_run_says_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = regression.Plan.from_dict(gear_plan("half", {"size": 64}))
+    half = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1, shard=(1, 2))
+    regression.fit(half, "power_law").print()
+    assert "32 of the 64 cases of the plan are not there" in capsys.readouterr().out
+    whole = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1, shard=(2, 2))
+    regression.fit(whole, "power_law").print()
+    assert "are not there" not in capsys.readouterr().out
+
+
 def test_shards_and_failed_cases(tmp_path: Path) -> None:
     plan = regression.Plan.from_dict(gear_plan("shards", {"size": 16}))
     for shard in ("1/2", (2, 2)):
@@ -54,6 +64,9 @@ def test_shards_and_failed_cases(tmp_path: Path) -> None:
     assert run.status.finished == 16
     assert len(run.status.table().rows) == 2
     assert len(run.status.failed_table().rows) == len(run.status.failed)
+    # a formula has no other settings: the failed cases are tried with it again, and fail again
+    again = run.retry(jobs=1)
+    assert len(again.status.failed) == len(run.status.failed)
     assert run.to_dict()["complete"]
 
 
