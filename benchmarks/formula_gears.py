@@ -18,11 +18,11 @@ import numpy as np
 import pandas as pd
 from common import OUT, command_line, write_rows
 
-from ehl.io.data import named_file
+import regression
 from regression.data.dataset import columns, load_dataset
 from regression.fitting.noise import expected_rows
 from regression.fitting.rows import checkable_rows
-from regression.friction.formula import load_formula
+from regression.friction.formula import FittedFormula
 
 KINDS = ("short", "", "gp")
 FILE = "gear_paths.csv"
@@ -43,12 +43,20 @@ def mesh_contacts(paths: str) -> pd.DataFrame:
     return means.assign(**{name: table[f"# {name}"].to_numpy()[row] for name in ("design", "state", "loss")})
 
 
+def fitted(name: str) -> FittedFormula:
+    """A shipped formula or that of a file."""
+    model = regression.friction_model(name)
+    if not isinstance(model, regression.Formula):
+        raise SystemExit(f"{name} is no fitted formula")
+    return model.formula
+
+
 def errors(paths: str, formulas: Sequence[str]) -> list[dict[str, object]]:
     """A row for each pair, operating point and formula."""
     contacts = mesh_contacts(paths)
     rows: list[dict[str, object]] = []
     for formula in formulas:
-        value = load_formula(named_file(formula, "formulas", ".json")).evaluate(columns(contacts))
+        value = fitted(formula).evaluate(columns(contacts))
         told = contacts.assign(told=value.mu, inside=value.extrapolation == 0)
         told["covered"] = (value.lower <= told["friction_coefficient"]) & (told["friction_coefficient"] <= value.upper)
         for (design, state), mesh in told.groupby(["design", "state"], sort=False):

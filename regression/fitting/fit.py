@@ -50,7 +50,8 @@ def fit_formula(
     gaussian_process : bool
         Correct ln mu by a Gaussian process on what the family leaves.
     paths : Dataset, optional
-        Contacts along gear meshes: checked and not fitted, as are rows of origin "path".
+        Contacts along gear meshes: checked (means over the profiles of a point) and not fitted, as are rows of origin
+        "path".
     noise : Dataset, optional
         Points computed with several roughness profiles each, not fitted: the noise floor, and errors against the
         means over the profiles. Without it the dataset's own repeated points give the noise floor, where it has any.
@@ -133,6 +134,8 @@ def fit_formula(
     on_paths = kept_rows(dataset, "path")
     if paths is not None:
         on_paths = pd.concat([on_paths, checkable_rows(paths.frame)], ignore_index=True)
+    if len(on_paths):
+        on_paths = expected_rows(on_paths)
     corner_rows = kept_rows(dataset, "corner")
     return formula.model_copy(
         update={
