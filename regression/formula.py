@@ -405,11 +405,10 @@ class Formula(PointFriction):
             family_table(self.candidates, self.tried).print()
         spread = () if self.dataset is None else process_factors(self.dataset, self.formula)
         formula_report(self.formula, spread)
-        missing = 0 if self.dataset is None else self.dataset.planned - len(self.dataset)
-        if missing > 0:
+        if self.dataset is not None and len(self.dataset) < self.dataset.planned:
             print(
-                f"{missing} of the {self.dataset.planned} cases of the plan are not there: the sweep runs, or was stopped. "
-                "Fit again when it is complete."
+                f"{self.dataset.planned - len(self.dataset)} of the {self.dataset.planned} cases of the plan are not "
+                "there: the sweep runs, or was stopped. Fit again when it is complete."
             )
 
     def __repr__(self) -> str:

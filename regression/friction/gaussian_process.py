@@ -33,8 +33,8 @@ NotNegative = Annotated[float, ValueRange("", ge=0.0)]
 Sums = Callable[[list[Array]], tuple[Array, Array]]
 POINTS = 2048  # held out, of 1723 cases: 4.5 % with all, 4.6 % with 1024, 5.0 % with 512
 VARIANCE_POINTS = 128  # the variance costs the square of their number
-# cases the likelihood of the length scales is computed on; it costs the cube of their number. Points of 75W90 never fitted
-# are met within 3.2 % with 800, 3.0 % with 1600
+# cases the likelihood of the length scales is computed on; it costs the cube of their number. Points of 75W90 never
+# fitted are met within 3.2 % with 800, 3.0 % with 1600
 _SEARCHED = 1600
 FADE = 0.25  # of the range of a variable
 _DIGITS = 4
