@@ -1,18 +1,19 @@
 """Search of ease-off and blank: gains of the shipped hypoids, the front against a grid, random search, exact check.
 
 ``python -m benchmarks optimise gain`` searches each pair for the least loss within the limits of the start (figures of
-docs/optimise.md); ``random`` draws ten times as many points evenly between the same bounds and tells how many are
+docs/optimise.md). ``random`` draws ten times as many points evenly between the same bounds and tells how many are
 better. What breaks a limit when aligned breaks it in the box: its other states are left out. Where processes over the
 points so far are sure that it does, by three standard deviations, the point is not computed either, but for every tenth
-of them, by which that is judged. ``grid`` compares the
-hypervolume of the front of two variables with that of a grid of 13 x 13; ``solved`` checks the gain of a pair with
-solved contacts; ``page`` draws the figures of docs/optimise.md from the command that stands there. ``--vary ease_off
-blank`` frees the blank too. A pair ``random:SEED`` is a face-milled hypoid drawn at
-random. Evaluations are kept in the folder; what was stopped goes on.
+of them, by which that is judged. ``grid`` compares the hypervolume of the front of two variables with that of a grid of
+13 x 13. ``again`` computes start and best of the searches that ``gain`` has kept with the formula there is now, and
+with solved contacts by ``--friction ehl``. ``page`` draws the figures of docs/optimise.md from the command that stands
+there. ``--vary ease_off blank`` frees the blank too. A pair ``random:SEED`` is a face-milled hypoid drawn at random.
+Evaluations are kept in the folder; what was stopped goes on.
 """
 
 from __future__ import annotations
 
+import json
 import shutil
 import time
 from collections.abc import Sequence
@@ -25,9 +26,12 @@ from common import OUT, command_line, write_rows
 from report_figures import screenshot
 
 import efficiency
-from efficiency.optimisation.evaluation import Evaluation, Store, Task, evaluate_all
-from efficiency.optimisation.optimise import Optimisation, front_of, optimise, search_task
+from efficiency.optimisation.check import check_solved, exact_task
+from efficiency.optimisation.evaluation import Evaluation, Store, Task, allowed_of, evaluate_all, settings_of
+from efficiency.optimisation.optimise import load_start, make_problem, optimise, search_task
 from efficiency.optimisation.pareto import hypervolume
+from efficiency.optimisation.problem import Problem
+from efficiency.optimisation.result import Candidate, Optimisation, front_of
 from efficiency.optimisation.surrogate import Processes, table_of, transformed
 from efficiency.synthesis.inputs import SettingsInput, load_targets
 from ehl import MixedEhlError
@@ -47,6 +51,7 @@ GRID_PAIR, GRID, GRID_SEARCH = "fh_spiral_bevel_12x37", 13, 60
 BOUNDS = {"lengthwise_crowning": (10e-6, 120e-6), "profile_crowning": (4e-6, 36e-6)}
 TWO: dict[str, Any] = {"objectives": [LOSS, "pressure_max"], "misalignment": {}, "limits": {"edge_load_share": "50 %"}}
 TEN = 10
+BEST = "best.json"
 # random points: the first are all computed, the rest in blocks; deviations that are sure; every so many judged
 FIRST, BLOCK, SURE, JUDGED = 60, 60, 3.0, 10
 
@@ -65,9 +70,14 @@ class Chosen:
 
 def search(chosen: Chosen, pair: str, **more: Any) -> Optimisation:
     """The least loss within the limits of the start."""
-    store = chosen.folder / pair.replace(":", "_") / "points.jsonl"
+    store = folder_of(chosen, pair) / "points.jsonl"
     fixed: dict[str, Any] = {"objectives": [LOSS], "evaluations": chosen.evaluations, "check": 4, "jobs": chosen.jobs}
     return optimise(targets_of(pair), chosen.vary, store=store, **fixed, **more)
+
+
+def folder_of(chosen: Chosen, pair: str) -> Path:
+    """Where the search of a pair is kept."""
+    return chosen.folder / pair.replace(":", "_")
 
 
 def targets_of(pair: str) -> SettingsInput | str:
@@ -120,13 +130,17 @@ def random_targets(seed: int) -> SettingsInput:
 
 def gain_row(found: Optimisation, seconds: float) -> dict[str, Any]:
     """What was gained, in percent of the start, exact figures in all states."""
-    best = found.best
     row: dict[str, Any] = {"pair": found.name, "evaluations": len(found.evaluations)}
     row |= {"within": sum(p.feasible(found.allowed) for p in found.evaluations)}
     row |= {"failed": sum(bool(p.reason) for p in found.evaluations)}
-    changes = {name: round(100.0 * best.change(name), 2) if best else None for name in found.problem.figures}
+    return row | changes(found.best, found.problem) | {"s": round(seconds)}
+
+
+def changes(best: Candidate | None, problem: Problem) -> dict[str, Any]:
+    """Figures of the best against the start and the interval of the gain, in percent."""
+    row: dict[str, Any] = {name: round(100.0 * best.change(name), 2) if best else None for name in problem.figures}
     low, high = best.gain_interval if best else (np.nan, np.nan)
-    return row | changes | {"gain from": round(100 * low, 2), "gain to": round(100 * high, 2), "s": round(seconds)}
+    return row | {"gain from": round(100.0 * low, 2), "gain to": round(100.0 * high, 2)}
 
 
 def gain(chosen: Chosen) -> None:
@@ -137,27 +151,53 @@ def gain(chosen: Chosen) -> None:
         found = search(chosen, pair)
         rows.append(gain_row(found, time.perf_counter() - clock))
         print(rows[-1], flush=True)
-        found.write(folder=chosen.folder / found.name)
+        best = found.best.point.variables if found.best else {}
+        (folder_of(chosen, pair) / BEST).write_text(json.dumps(best), encoding="utf-8")
         write_rows(chosen.folder / "gain.csv", rows)
+
+
+def again(chosen: Chosen, friction: str) -> None:
+    """Start and best of kept searches, exact, with the formula there is now; with solved contacts where asked for."""
+    rows = []
+    for pair in chosen.pairs:
+        folder = folder_of(chosen, pair)
+        values = json.loads((folder / BEST).read_text(encoding="utf-8"))
+        start = load_start(given) if isinstance(given := targets_of(pair), str) else given
+        problem = make_problem(
+            start, chosen.vary, [LOSS], None, None, None, None, "mean", "drive", friction=None, oil=None
+        )
+        exact, store = exact_task(search_task(problem, settings_of(problem, {}))), Store(folder / "again.jsonl")
+        before, after = evaluate_all([exact, replace(exact, values=values)], local_executor(chosen.jobs), store)
+        allowed = {name: value for name, value in allowed_of(problem, before).items() if np.isfinite(value)}
+        best = Candidate(pair, after, after, before, allowed)
+        row = {"pair": pair, "verdict": best.verdict} | changes(best, problem)
+        if friction:
+            (best,), reason = check_solved(exact, (best,), friction, store)
+            gain, error = best.solved_gain
+            ours = 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0]
+            shares = {"aligned": ours, "solved": gain, "error": error}
+            row |= {name: round(100.0 * share, 2) for name, share in shares.items()}
+            row |= {"losses": (best.start.solved, best.exact.solved), "reason": reason}
+        rows.append(row)
+        print(row, flush=True)
+        write_rows(chosen.folder / "again.csv", rows)
 
 
 def random(chosen: Chosen) -> None:
     """Ten times as many points, evenly drawn between the same bounds."""
-    folder, jobs = chosen.folder, chosen.jobs
     for pair in chosen.pairs:
         found = search(chosen, pair)
         best = min((p.figures[LOSS] for p in found.front), default=np.inf)
         limits = {name: value for name, value in found.allowed.items() if name != LOSS}
         task = _task(found)
-        rng, variables = np.random.default_rng(0), found.problem.variables
-        places = rng.random((chosen.points or TEN * chosen.evaluations, len(variables)))
-        values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
-        store = Store(folder / pair.replace(":", "_") / "random.jsonl")
-        tasks = [replace(task, values=v) for v in values]
+        count = chosen.points or TEN * chosen.evaluations
+        places = np.random.default_rng(0).random((count, len(found.problem.variables)))
+        executor, store = local_executor(chosen.jobs), Store(folder_of(chosen, pair) / "random.jsonl")
+        tasks = [replace(task, values=found.problem.values_at(place)) for place in places]
         aligned = [replace(one, states=task.states[:1]) for one in tasks]
-        first, judged = screened(aligned, places, limits, local_executor(jobs), store)
+        first, judged = screened(aligned, places, limits, executor, store)
         left = [one for one, alone in zip(tasks, first, strict=True) if alone and alone.feasible(limits)]
-        points = evaluate_all(left, local_executor(jobs), store)
+        points = evaluate_all(left, executor, store)
         within = [p for p in points if p.feasible(found.allowed)]
         better = [p for p in within if p.figures[LOSS] < best]
         least = min((p.figures[LOSS] for p in within), default=np.nan) / found.start.figures[LOSS] - 1.0
@@ -212,12 +252,9 @@ def grid(folder: Path, jobs: int) -> None:
     found = optimise(GRID_PAIR, BOUNDS, evaluations=GRID_SEARCH, check=0, jobs=jobs, store=store, **TWO)
     axes = [np.linspace(0.0, 1.0, GRID)] * 2
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    variables = found.problem.variables
-    values = [{v.name: v.at(float(z)) for v, z in zip(variables, row, strict=True)} for row in places]
     task = _task(found)
-    points = evaluate_all(
-        [replace(task, values=v) for v in values], local_executor(jobs), Store(folder / "grid" / "grid.jsonl")
-    )
+    tasks = [replace(task, values=found.problem.values_at(place)) for place in places]
+    points = evaluate_all(tasks, local_executor(jobs), Store(folder / "grid" / "grid.jsonl"))
     names = found.problem.objectives
     fronts = {"search": found.front, "grid": front_of(points, names, found.allowed)}
     figures = {kind: np.array([[p.figures[n] for n in names] for p in front]) for kind, front in fronts.items()}
@@ -233,22 +270,6 @@ def grid(folder: Path, jobs: int) -> None:
     write_rows(folder / "grid.csv", rows)
 
 
-def solved(chosen: Chosen, friction: str) -> None:
-    """The gain of each pair with solved contacts."""
-    for pair in chosen.pairs:
-        best = search(chosen, pair, solved=friction).best
-        if best is None:
-            print(f"{pair}: nothing to check")
-            continue
-        formula = 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0]
-        value, error = best.solved_gain
-        low, high = best.gain_interval
-        print(
-            f"{pair}, aligned: formula {100.0 * formula:.2f} % ({100.0 * low:.2f} to {100.0 * high:.2f}), {friction} "
-            f"{100.0 * value:.2f} % +- {100.0 * error:.2f}; losses {best.start.solved}, {best.exact.solved} W"
-        )
-
-
 def page(chosen: Chosen, figures: Path) -> None:
     """First screen of the page of a search, and its trade."""
     folder = chosen.folder / "page"
@@ -262,13 +283,13 @@ def page(chosen: Chosen, figures: Path) -> None:
 def main(argv: Sequence[str] | None = None) -> None:
     """See the head of the file."""
     parser = command_line(__doc__)
-    parser.add_argument("what", choices=("gain", "random", "grid", "solved", "page"))
+    parser.add_argument("what", choices=("gain", "random", "again", "grid", "page"))
     parser.add_argument("pairs", nargs="*", default=PAIRS)
     parser.add_argument("--evaluations", type=int, default=120)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--vary", nargs="*", default=("ease_off",))
     parser.add_argument("--points", type=int, default=0, help="random points, else ten times the evaluations")
-    parser.add_argument("--friction", default="ehl")
+    parser.add_argument("--friction", default="", help="of again: a model that solves contacts, 'ehl'")
     parser.add_argument("--out", type=Path, default=OUT / "optimise")
     parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
     options = parser.parse_args(argv)
@@ -277,8 +298,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         grid(options.out, options.jobs)
     elif options.what == "page":
         page(chosen, options.figures)
-    elif options.what == "solved":
-        solved(chosen, options.friction)
+    elif options.what == "again":
+        again(chosen, options.friction)
     else:
         {"gain": gain, "random": random}[options.what](chosen)
 

@@ -22,6 +22,7 @@ from efficiency.synthesis.inputs import SettingsInput
 from efficiency.synthesis.settings_result import SettingsResult
 from efficiency.synthesis.solve import machine_settings
 from ehl import __version__
+from ehl.io.data import data_path
 from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.files import make_folder
 from ehl.io.numbers import finite_or_none
@@ -118,7 +119,8 @@ class Task:
         p = self.problem
         content = (
             *(__version__, p.start.model_dump_json(), p.flanks, p.figures, [asdict(row) for row in p.duty], p.over),
-            *(_friction_key(p.friction), p.oil, sorted(self.values.items()), self.states, self.grid),
+            *(_content("formulas", p.friction.removeprefix("strict:"), ".json"), p.friction.startswith("strict:")),
+            *(_content("oils", p.oil, ".toml"), sorted(self.values.items()), self.states, self.grid),
             *(bool(self.bodies), self.accepted, self.solved, self.interval),
         )
         return hashlib.sha256(repr(content).encode()).hexdigest()[:24]
@@ -133,10 +135,12 @@ class Task:
         return _reference(self.bodies).sharing_bodies(design) if self.bodies else GearPair(design)
 
 
-def _friction_key(name: str) -> str:
-    """The model, a file by what it holds."""
-    path = Path(name)
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else name
+def _content(folder: str, name: str, suffix: str) -> str:
+    """A file of the user or a shipped one by what it holds; else the name."""
+    for path in (Path(name), data_path(folder, f"{name}{suffix}")):
+        if path.is_file():
+            return hashlib.sha256(path.read_bytes()).hexdigest()
+    return name
 
 
 def targets_of(problem: Problem, values: Mapping[str, float], name: str = "") -> SettingsInput:

@@ -1,4 +1,4 @@
-"""The search: start -> points about it -> batches where improvement is expected -> exact check of the best.
+"""The search: start -> points about it -> batches where improvement is expected -> check of the best on the full mesh.
 
 Each evaluation is written down when it ends, and each batch follows from the evaluations before it and the seed alone:
 a run that was killed goes on where it was and ends with the same front, whatever the number of worker processes.
@@ -10,16 +10,16 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.duty import DutyRow, read_duty
-from efficiency.loss.efficiency_result import Output, Presented
 from efficiency.loss.ehl_friction import ehl_friction
+from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved
 from efficiency.optimisation.evaluation import (
     Evaluation,
     Store,
@@ -30,7 +30,6 @@ from efficiency.optimisation.evaluation import (
     over_states,
     settings_of,
 )
-from efficiency.optimisation.pareto import non_dominated, spread_out
 from efficiency.optimisation.problem import (
     Flanks,
     Over,
@@ -40,8 +39,9 @@ from efficiency.optimisation.problem import (
     checked_objectives,
     variables_of,
 )
+from efficiency.optimisation.result import Candidate, Optimisation, OptimisationOutput
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
-from efficiency.pair import POINTS_PER_LINE, POSITIONS, GearPair, default_friction, resolve_friction
+from efficiency.pair import GearPair, default_friction, resolve_friction
 from efficiency.synthesis.inputs import SettingsInput, load_targets, targets_beside
 from efficiency.synthesis.settings_result import SettingsResult
 from ehl import __version__
@@ -51,285 +51,20 @@ from ehl.io.errors import ConvergenceError, InputError
 from ehl.io.files import write_file
 from ehl.io.numbers import finite_or_none
 from ehl.io.validation import read_toml
-from ehl.quantities import quantities
-from ehl.uncertainty.result import Change, combined
 from regression.plan.cost import checked_jobs
-from regression.sweeping.executors import Executor, ThisProcess, cluster, local_executor
-
-if TYPE_CHECKING:
-    import pandas
-    from matplotlib.figure import Figure
-
-FloatArray = NDArray[np.float64]
+from regression.sweeping.executors import cluster, local_executor
 
 EVALUATIONS, BATCH, CHECKED = 120, 4, 4
 """Default numbers: evaluations of a search, points of a batch, points of the front that are checked exactly."""
 MAX_EVALUATIONS = 20_000
-SEARCH_GRID, CHECK_GRID = (8, 31), (POSITIONS, POINTS_PER_LINE)
-"""Positions and points per line of search and check; fewer points tell the greatest pressure 3 to 14 % too low."""
+SEARCH_GRID = (8, 31)
+"""Positions and points per line of the search; fewer points tell the greatest pressure 3 to 14 % too low."""
 # spread-out points before the first batch, for each variable; evaluations between two fits of the length scales
 _FIRST, _REFIT = 4, 24
 # states of a search: with more of them it takes three
 _MAX_STATES = 5
-# times that points are checked until one keeps the limits
-_CHECKS = 3
-# the search keeps so far below limits, for what the coarse mesh and shared bodies are off (ours; measured in the docs)
-_MARGIN = 0.015
-# share of the evaluations after which the best point is checked for the limits of the rest; the most they are tightened
-_LEARN_AT, _MOST_LEARNT = 2 / 3, 0.1
-# tightened by less than this, a limit is not worth a note
-_WORTH_TELLING = 5e-4
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A point of the front after its exact check: full mesh, own elastic bodies, all states.
-
-    Attributes
-    ----------
-    name : str
-        Of its design.
-    point : Evaluation
-        As the search saw it.
-    exact : Evaluation
-        Exact figures, with the interval of the loss.
-    start : Evaluation
-        The start, exact as well.
-    allowed : dict
-        Limits, with the exact figures of the start.
-    """
-
-    name: str
-    point: Evaluation
-    exact: Evaluation
-    start: Evaluation
-    allowed: dict[str, float]
-
-    def change(self, name: str) -> float:
-        """Change of a figure against the start, in shares of it; nan where the start has none [-]."""
-        old = self.start.figures.get(name, math.nan)
-        return self.exact.figures.get(name, math.nan) / old - 1.0 if old else math.nan
-
-    @property
-    def holds(self) -> bool:
-        """Whether the exact figures keep all limits."""
-        return self.exact.feasible(self.allowed)
-
-    @property
-    def gain(self) -> float:
-        """Share of the loss that is saved [-]."""
-        return -self.change("power_loss")
-
-    @property
-    def gain_interval(self) -> tuple[float, float]:
-        """90 % interval of the gain of the aligned pair: each uncertain input wrong the same way before and after."""
-        if not self.exact.losses or not self.start.losses:
-            return math.nan, math.nan
-        new, old = self.exact.losses, self.start.losses
-        ratio = math.log(new["aligned"][0] / old["aligned"][0])
-        changes = [
-            Change(
-                name,
-                group="",
-                sd=math.nan,
-                below=math.log(new[name][0] / old[name][0]) - ratio,
-                above=math.log(new[name][1] / old[name][1]) - ratio,
-            )
-            for name in new
-            if name in old and name not in ("aligned", "interval")
-        ]
-        low, high = (float(end) for end in combined(changes))
-        return 1.0 - math.exp(ratio + high), 1.0 - math.exp(ratio + low)
-
-    @property
-    def solved_gain(self) -> tuple[float, float]:
-        """Gain of the aligned pair with the friction model of the check, and its error; nan where not asked for."""
-        if not self.exact.solved or not self.start.solved:
-            return math.nan, math.nan
-        (new, new_error), (old, old_error) = self.exact.solved, self.start.solved
-        return 1.0 - new / old, new / old * math.hypot(new_error / new, old_error / old)
-
-    @property
-    def verdict(self) -> str:
-        """In words: whether the limits hold, and whether the gain is beyond what is not known of the friction."""
-        if self.exact.reason:
-            return self.exact.reason
-        above = [f"{name} {100.0 * share:+.1f} %" for name, share in self.exact.excess(self.allowed).items()]
-        if above:
-            return "above the limit: " + ", ".join(above)
-        low, _ = self.gain_interval
-        return "gain certain at 90 %" if low > 0.0 else "gain smaller than the uncertainty of friction"
-
-
-@dataclass(frozen=True, repr=False)
-class Optimisation(Presented):
-    """What a search for the pair that loses less has found; SI units.
-
-    Parameters
-    ----------
-    name : str
-        Of the targets it started from.
-    problem : Problem
-        Variables, objectives, limits, duty, states, friction.
-    start : Evaluation
-        The start on the mesh of the search.
-    allowed : dict
-        Limits on that mesh.
-    evaluations : tuple of Evaluation
-        All points, the start first.
-    candidates : tuple of Candidate
-        Points that were checked, in that order.
-    search_states : tuple of dict
-        Misalignments of the search; the check takes all of the problem.
-    notes : tuple of str
-        What to know of the run.
-    seed, jobs, reused : int
-        Of the random numbers; worker processes; evaluations that an earlier run had computed.
-    seconds : float
-        Wall time.
-    output : Output, optional
-        Draws, prints and writes it.
-    """
-
-    name: str
-    problem: Problem
-    start: Evaluation
-    allowed: dict[str, float]
-    evaluations: tuple[Evaluation, ...]
-    candidates: tuple[Candidate, ...]
-    search_states: tuple[dict[str, float], ...]
-    notes: tuple[str, ...]
-    seed: int
-    jobs: int
-    reused: int
-    seconds: float
-    output: Output | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def front(self) -> tuple[Evaluation, ...]:
-        """Points that keep all limits and that no other such point dominates, least loss first."""
-        return front_of(self.evaluations, self.problem.objectives, self.allowed)
-
-    @property
-    def best(self) -> Candidate | None:
-        """The checked point within all limits that is best in the first objective; None where none beats the start."""
-        first = self.problem.objectives[0]
-        held = [candidate for candidate in self.candidates if candidate.holds]
-        better = [c for c in held if c.exact.figures[first] < c.start.figures[first]]
-        return min(better, key=lambda candidate: candidate.exact.figures[first], default=None)
-
-    @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` where no checked point keeps the limits and is better than the start."""
-        return "converged" if self.best is not None else "failed"
-
-    @property
-    def reason(self) -> str:
-        """Why there is none."""
-        if self.best is not None:
-            return ""
-        return f"none of {len(self.evaluations) - 1} points is better within the limits"
-
-    def settings(self, candidate: Candidate) -> SettingsResult:
-        """Machine settings and design of a candidate."""
-        return settings_of(self.problem, candidate.point.variables, candidate.name)
-
-    def to_frame(self) -> pandas.DataFrame:
-        """One row per evaluation, SI units."""
-        from efficiency.optimisation.report import evaluations_table
-
-        return evaluations_table(self).to_frame()
-
-    def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
-        best = self.best
-        front = {point.key for point in self.front}
-        rows = [
-            {"variables": e.variables, "figures": e.figures, "status": state_of(e, self.allowed), "reason": e.reason}
-            | {"front": e.key in front}
-            for e in self.evaluations
-        ]
-        checked = [
-            {
-                "name": c.name,
-                "variables": c.point.variables,
-                "figures": c.exact.figures,
-                "gain": c.gain,
-                "gain_interval": c.gain_interval,
-                "solved_gain": c.solved_gain,
-                "holds": c.holds,
-                "verdict": c.verdict,
-            }
-            for c in self.candidates
-        ]
-        head = {
-            "name": self.name,
-            "status": self.status,
-            "reason": self.reason,
-            "best": best.name if best else None,
-            "objectives": self.problem.objectives,
-            "limits": self.allowed,
-            "friction_model": self.problem.friction,
-            "oil": self.problem.oil,
-            "states": self.problem.states,
-            "start": {"variables": self.problem.start_values, "figures": self.start.figures},
-            "candidates": checked,
-            "evaluations": rows,
-            "notes": self.notes,
-            "seed": self.seed,
-            "seconds": self.seconds,
-        }
-        plain: dict[str, Any] = finite_or_none(head)
-        return plain
-
-    def __repr__(self) -> str:
-        best = self.best
-        found = self.reason if best is None else f"loss {100.0 * best.change('power_loss'):+.1f} % ({best.name})"
-        return (
-            f"Optimisation({self.name}: {len(self.evaluations)} evaluations, {len(self.front)} on the front, {found})"
-        )
-
-
-@dataclass(frozen=True)
-class OptimisationOutput:
-    """Draws, prints and writes a search (`efficiency.loss.efficiency_result.Output`)."""
-
-    def figures(self, result: Optimisation) -> dict[str, Figure]:
-        """Figures by their names."""
-        from efficiency.optimisation.plots import optimisation_figures
-
-        return {name: figure for name, figure, _ in optimisation_figures(result)}
-
-    def show(self, result: Optimisation, **parts: Any) -> None:
-        """Print the candidates beside the start, and what has to be known of the search."""
-        from efficiency.optimisation.report import candidates_table, search_notes
-        from ehl.view.notes import notes_table
-
-        candidates_table(result).print()
-        notes_table(search_notes(result)).print()
-
-    def write(self, result: Optimisation, units: str, **files: Any) -> list[Path]:
-        """Page, tables, figures, and the design of each candidate into `folder`."""
-        from efficiency.optimisation.report import write_optimisation
-
-        return write_optimisation(result, Path(files["folder"]))
-
-
-def state_of(point: Evaluation, allowed: Mapping[str, float]) -> str:
-    """``feasible``, ``limit`` (one is exceeded), or ``failed``."""
-    return "failed" if point.reason else "feasible" if point.feasible(allowed) else "limit"
-
-
-def front_of(
-    points: Sequence[Evaluation], objectives: Sequence[str], allowed: Mapping[str, float]
-) -> tuple[Evaluation, ...]:
-    """Non-dominated points among those that keep the limits, in the order of the first objective."""
-    kept = list({p.key: p for p in points if p.feasible(allowed)}.values())
-    if not kept:
-        return ()
-    values = np.array([[p.figures[name] for name in objectives] for p in kept])
-    chosen = [kept[k] for k in np.flatnonzero(non_dominated(values))]
-    return tuple(sorted(chosen, key=lambda p: p.figures[objectives[0]]))
+# shares of the evaluations after which the best point so far is checked, for the rest to know
+_CHECK_AT = 2 / 3, 5 / 6
 
 
 def optimise(
@@ -440,30 +175,32 @@ def optimise(
     if solved is not None:
         ehl_friction(solved)  # refuses words it does not know before the search begins
     known = Store(None if store is None else Path(store))
-    total, done = evaluations + check + 3 * (check > 0), 0
+    total, done = evaluations + len(problem.states) - 1 + (check + 1 + len(_CHECK_AT) if check else 0), 0
 
-    def step(count: int = 1) -> None:
+    def step() -> None:
         nonlocal done
-        done += count
+        done += 1
         if report is not None:
             report(min(done, total), total)
 
     with cluster(dask) as workers:
-        executor = workers or local_executor(jobs)
+        evaluate = partial(evaluate_all, executor=workers or local_executor(jobs), store=known, done=step)
         if known.path is not None:
             _write_problem(problem, known.path.with_name("problem.json"), evaluations, batch, seed)
-        problem, first, states, task, notes = _begin(problem, executor, known, default=limits is None)
-        step()
+        problem, first, states, task, notes = _begin(problem, evaluate, default=limits is None)
         allowed = allowed_of(problem, first)
-        keep, points = dict(allowed), [first]
-        for until in (int(_LEARN_AT * evaluations) if check else 0, evaluations):
-            points = _search(problem, task, points, keep, until, batch, seed, executor, known, step)
-            if until < evaluations and check:
-                keep = _learned(problem, task, points, allowed, executor, known, step)
-                notes += _learned_note(keep, allowed)
-        candidates, more = _check(problem, task, points, allowed, keep, check, solved, executor, known, step)
-    if more:
-        notes.append(more)
+        correction, points = Correction(problem, allowed), [first]
+        candidates: tuple[Candidate, ...] = ()
+        for share in _CHECK_AT if check else ():
+            points = _search(task, points, correction, int(share * evaluations), batch, seed, evaluate)
+            correction = check_best(task, points, correction, evaluate)
+        points = _search(task, points, correction, evaluations, batch, seed, evaluate)
+        more = ""
+        if check:
+            candidates, more = check_front(task, points, correction, check, evaluate)
+        if solved and not more:
+            candidates, more = check_solved(task, candidates, solved, known)
+    notes += [*correction.notes, *filter(None, [more])]
     return Optimisation(
         name=start.name,
         problem=problem,
@@ -578,7 +315,7 @@ def search_task(problem: Problem, start: SettingsResult) -> Task:
 
 
 def _begin(
-    problem: Problem, executor: Executor, store: Store, *, default: bool
+    problem: Problem, evaluate: Evaluate, *, default: bool
 ) -> tuple[Problem, Evaluation, tuple[dict[str, float], ...], Task, list[str]]:
     """The start in all states; which of them the search takes; the task its points are like."""
     made = settings_of(problem, {})
@@ -589,7 +326,7 @@ def _begin(
         raise InputError("friction", problem.friction, "a formula, a constant, or a published model", hint)
     notes = [] if made.status == "converged" else [f"start: {made.status}: {'; '.join(made.warnings)}"]
     task = search_task(problem, made)
-    each = evaluate_all([replace(task, states=(state,)) for state in problem.states], executor, store)
+    each = evaluate([replace(task, states=(state,)) for state in problem.states])
     for found in each:
         if found.reason:
             reason, _, detail = found.reason.partition(": ")
@@ -636,174 +373,41 @@ def _search_states(problem: Problem, each: Sequence[Evaluation]) -> tuple[dict[s
 
 
 def _search(
-    problem: Problem,
     task: Task,
     points: Sequence[Evaluation],
-    allowed: Mapping[str, float],
+    correction: Correction,
     evaluations: int,
     batch: int,
     seed: int,
-    executor: Executor,
-    store: Store,
-    step: Callable[[], None],
+    evaluate: Evaluate,
 ) -> list[Evaluation]:
     """The start, the points so far and all further ones, in the order of the batches."""
+    problem, bounds = task.problem, correction.limits
     names, dimension = problem.figures, len(problem.variables)
-    origin = np.array([v.place(problem.start_values[v.name]) for v in problem.variables])
-    limits = np.array(
-        [
-            transformed(name, np.array([allowed[name] * (1.0 - _MARGIN)]))[0] if name in allowed else np.inf
-            for name in names
-        ]
-    )
-    processes = Processes(dimension, len(names))
-    first, points = points[0], list(points[1:])
-    places = [origin, *(np.array([v.place(p.variables[v.name]) for v in problem.variables]) for p in points)]
-    refit_at = 0
-    while len(points) < evaluations - 1:
-        left = evaluations - 1 - len(points)
-        if not points:
+    limits = np.array([transformed(name, np.array([bounds.get(name, math.inf)]))[0] for name in names])
+    processes, refit_at = Processes(dimension, len(names)), 0
+    points = list(points)
+    while len(points) < evaluations:
+        left, known = evaluations - len(points), [e for e in points if not e.reason]
+        if len(points) == 1:
+            (origin,) = problem.places_of([problem.start_values])
             proposed = first_points(dimension, min(_FIRST * dimension, left), seed, origin)
+        elif len(known) < 2:
+            proposed = np.random.default_rng([seed, len(points) - 1]).random((min(batch, left), dimension))
         else:
-            known = [first, *points]
-            good = np.array([not e.reason for e in known])
-            if good.sum() < 2:
-                proposed = np.random.default_rng([seed, len(points)]).random((min(batch, left), dimension))
-            else:
-                cube, scales = np.array(places), len(points) >= refit_at
-                refit_at = len(points) + _REFIT if scales else refit_at
-                proposed = next_points(
-                    cube[good],
-                    table_of([e.figures for e in known if not e.reason], names),
-                    cube[~good],
-                    limits,
-                    len(problem.objectives),
-                    processes,
-                    count=min(batch, left),
-                    number=len(points),
-                    seed=seed,
-                    scales=scales,
-                )
-        values = [{v.name: v.at(float(z)) for v, z in zip(problem.variables, row, strict=True)} for row in proposed]
-        points += evaluate_all([replace(task, values=one) for one in values], executor, store, step)
-        places += list(proposed)
-    return [first, *points]
-
-
-def _chosen(
-    problem: Problem, points: Sequence[Evaluation], allowed: Mapping[str, float], count: int
-) -> list[Evaluation]:
-    """Points to check: spread over the front; the next best in the first objective where the front is short."""
-    front = front_of(points, problem.objectives, allowed)
-    if len(front) >= count:
-        values = np.array([[p.figures[name] for name in problem.objectives] for p in front])
-        return [front[k] for k in sorted(spread_out(values, count))]
-    on_front = {p.key for p in front}
-    others = {p.key: p for p in points if p.feasible(allowed) and p.key not in on_front}
-    first = problem.objectives[0]
-    return [*front, *sorted(others.values(), key=lambda p: p.figures[first])][:count]
-
-
-def _exact(task: Task) -> Task:
-    """The task on the full mesh, with own bodies, in all states."""
-    return replace(task, states=task.problem.states, grid=CHECK_GRID, bodies="", interval=True)
-
-
-def _learned(
-    problem: Problem,
-    task: Task,
-    points: Sequence[Evaluation],
-    allowed: Mapping[str, float],
-    executor: Executor,
-    store: Store,
-    step: Callable[[], None],
-) -> dict[str, float]:
-    """Limits of the search, tightened by what it tells too low of its best point so far."""
-    strict = {name: value * (1.0 - _MARGIN) for name, value in allowed.items()}
-    better = [p for p in points[1:] if p.feasible(strict)]
-    if not better:
-        return dict(allowed)
-    best = min(better, key=lambda p: p.figures[problem.objectives[0]])
-    start, exact = evaluate_all([_exact(task), replace(_exact(task), values=best.variables)], executor, store, step)
-    if start.reason or exact.reason:
-        return dict(allowed)
-    limited = allowed_of(problem, start)
-    return {name: value / (1.0 + _understated(name, best, exact, allowed, limited)) for name, value in allowed.items()}
-
-
-def _learned_note(learned: Mapping[str, float], allowed: Mapping[str, float]) -> list[str]:
-    """What the search told too low, in words; none where it was nothing."""
-    told = [
-        f"{quantities()[name].label} {100.0 * (value / learned[name] - 1.0):.1f} %"
-        for name, value in allowed.items()
-        if learned[name] < value * (1.0 - _WORTH_TELLING)
-    ]
-    if not told:
-        return []
-    return [
-        f"told too low by the mesh of the search, its limits are tightened by as much on the way: {', '.join(told)}"
-    ]
-
-
-def _understated(
-    name: str, point: Evaluation, exact: Evaluation, allowed: Mapping[str, float], limited: Mapping[str, float]
-) -> float:
-    """Share by which the search tells a figure, over its limit, too low; 0 for edge loads, which may vanish."""
-    if name == "edge_load_share":
-        return 0.0
-    ratio = (exact.figures[name] / limited[name]) / (point.figures[name] / allowed[name])
-    return min(max(ratio - 1.0, 0.0), _MOST_LEARNT) if math.isfinite(ratio) else 0.0
-
-
-def _check(
-    problem: Problem,
-    task: Task,
-    points: Sequence[Evaluation],
-    allowed: Mapping[str, float],
-    learned: Mapping[str, float],
-    count: int,
-    solved: str | None,
-    executor: Executor,
-    store: Store,
-    step: Callable[[], None],
-) -> tuple[tuple[Candidate, ...], str]:
-    """Points of the front on the full mesh with own bodies, in all states; the best one with solved contacts too."""
-    strict = {name: value * (1.0 - _MARGIN) for name, value in learned.items()}
-    kept = (strict, {name: value * (1.0 - _MARGIN) for name, value in allowed.items()}, dict(allowed))
-    keep = next((limits for limits in kept if front_of(points[1:], problem.objectives, limits)), dict(allowed))
-    if not front_of(points[1:], problem.objectives, keep) or not count:
-        return (), "" if count == 0 else "no point of the search keeps all limits"
-    exact = _exact(task)
-    (start,) = evaluate_all([exact], executor, store, step)
-    if start.reason:
-        return (), f"the start on the full mesh: {start.reason}"
-    limited = allowed_of(problem, start)
-    candidates: list[Candidate] = []
-    for _ in range(_CHECKS):
-        known = {c.point.key for c in candidates}
-        chosen = [p for p in _chosen(problem, points[1:], keep, count) if p.key not in known]
-        found = evaluate_all([replace(exact, values=p.variables) for p in chosen], executor, store, step)
-        candidates += [
-            Candidate(f"{problem.start.name}_optimum_{number}", point, one, start, limited)
-            for number, (point, one) in enumerate(zip(chosen, found, strict=True), len(candidates) + 1)
-        ]
-        if any(c.holds for c in candidates):
-            break
-        # as far below the limits as the search was wrong about these points
-        for name in keep:
-            excess = [c.exact.excess(limited).get(name, 0.0) for c in candidates if not c.exact.reason]
-            worst = max((x for x in excess if math.isfinite(x)), default=0.0)
-            keep[name] = min(keep[name], allowed[name] * (1.0 - _MARGIN) / (1.0 + worst))
-    held = [c for c in candidates if c.holds]
-    if solved and held:
-        best = min(held, key=lambda c: c.exact.figures[problem.objectives[0]])
-        again = [replace(exact, interval=False, solved=solved, values=values) for values in ({}, best.point.variables)]
-        # solved contacts have their own processes
-        before, after = evaluate_all(again, ThisProcess(), store)
-        if before.reason or after.reason:
-            return tuple(candidates), f"check with {solved}: {before.reason or after.reason}"
-        checked = replace(
-            best, exact=replace(best.exact, solved=after.solved), start=replace(start, solved=before.solved)
-        )
-        candidates[candidates.index(best)] = checked
-    return tuple(candidates), ""
+            scales = len(points) > refit_at
+            refit_at = len(points) - 1 + _REFIT if scales else refit_at
+            proposed = next_points(
+                problem.places_of([e.variables for e in known]),
+                table_of([correction(e).figures for e in known], names),
+                problem.places_of([e.variables for e in points if e.reason]),
+                limits,
+                len(problem.objectives),
+                processes,
+                count=min(batch, left),
+                number=len(points) - 1,
+                seed=seed,
+                scales=scales,
+            )
+        points += evaluate([replace(task, values=problem.values_at(place)) for place in proposed])
+    return points

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from efficiency.optimisation.evaluation import Evaluation
-    from efficiency.optimisation.optimise import Optimisation
+    from efficiency.optimisation.result import Optimisation
 
 _LIGHT = "0.8"
 # points far beyond the start would press the front into a corner
@@ -28,28 +28,32 @@ def optimisation_figures(result: Optimisation) -> Iterator[tuple[str, Figure, st
         "trade",
         trade_figure(result),
         "Points of the search: grey beyond a limit, blue within all limits, orange the front; the square is the start. "
-        "Both axes in shares of the start.",
+        "Axes in shares of the start, load at edges in % of the torque; dashed the limit.",
     )
     yield (
         "parallel",
         parallel_figure(result),
-        "Parallel coordinates of the front: variables between their bounds, then figures in shares of the start; a "
-        "line for each point, dark for little loss.",
+        "Parallel coordinates of the front: variables between their bounds, then figures in shares of the start, load "
+        "at edges in % of the torque; a line for each point, dark for little loss.",
     )
     yield "progress", progress_figure(result), "Least first objective within the limits over the evaluations."
 
 
-def _shares(points: list[Evaluation], result: Optimisation, name: str) -> np.ndarray:
+def _scale(result: Optimisation, name: str) -> float:
+    """What an axis is divided by: the start's figure; the unit for shares of the torque, which may vanish there."""
     start = result.start.figures[name]
-    scale = start if start > 0.0 else 1.0
-    return np.array([point.figures[name] / scale for point in points])
+    return start if start > 0.0 and name != "edge_load_share" else float(quantities()[name].to_si(1.0))
+
+
+def _shares(points: list[Evaluation], result: Optimisation, name: str) -> np.ndarray:
+    return np.array([point.figures[name] for point in points]) / _scale(result, name)
 
 
 def _label(result: Optimisation, name: str) -> str:
     quantity = quantities()[name]
-    start = result.start.figures[name]
-    if start > 0.0:
-        return f"{quantity.label}\nover that of the start, {quantity.text(start)} [-]"
+    scale = _scale(result, name)
+    if scale == result.start.figures[name]:
+        return f"{quantity.label}\nover that of the start, {quantity.text(scale)} [-]"
     return quantity.axis_label
 
 
@@ -70,10 +74,12 @@ def trade_figure(result: Optimisation) -> Figure:
             ([result.start], {"color": "k", "s": 40, "marker": "s", "label": "start"}),
         ):
             axes.scatter(_shares(points, result, name), _shares(points, result, first), **style)
+        across = _shares(computed, result, name)
         if name in result.allowed:
-            start = result.start.figures[name]
-            axes.axvline(result.allowed[name] / (start if start > 0.0 else 1.0), color=GREY, lw=0.8, ls="--")
-        _window(axes, _shares(computed, result, name), _shares(computed, result, first))
+            limit = result.allowed[name] / _scale(result, name)
+            axes.axvline(limit, color=GREY, lw=0.8, ls="--")
+            across = np.append(across, limit)
+        _window(axes, across, _shares(computed, result, first))
         axes.set_xlabel(_label(result, name))
         axes.grid(alpha=0.3)
     figure.axes[0].set_ylabel(_label(result, first))
@@ -97,15 +103,17 @@ def parallel_figure(result: Optimisation) -> Figure:
     columns = [np.array([v.place(point.variables[v.name]) for point in front]) for v in variables]
     shares = [_shares(front, result, name) for name in names]
     own = [v.place(result.problem.start_values[v.name]) for v in variables]
-    ranges = [(min(float(s.min()), 1.0), max(float(s.max()), 1.0)) for s in shares]
+    starts = [result.start.figures[name] / _scale(result, name) for name in names]
+    ranges = [(min(float(s.min()), at), max(float(s.max()), at)) for s, at in zip(shares, starts, strict=True)]
     many = len(variables) + len(names)
     figure = Figure(figsize=(min(2.0 + 1.1 * many, 13.0), 4.4 if many < 12 else 6.0), layout="constrained")
     axes = figure.add_subplot()
-    scaled = [
-        (s - low) / (high - low) if high > low else 0.0 * s + 0.5 for s, (low, high) in zip(shares, ranges, strict=True)
-    ]
-    lines = np.array([*columns, *scaled])
-    start = [*own, *((1.0 - low) / (high - low) if high > low else 0.5 for low, high in ranges)]
+
+    def between(value: Any, span: tuple[float, float]) -> Any:
+        return (value - span[0]) / (span[1] - span[0]) if span[1] > span[0] else 0.0 * value + 0.5
+
+    lines = np.array([*columns, *map(between, shares, ranges)])
+    start = [*own, *map(between, starts, ranges)]
     order = np.argsort(np.argsort(shares[0]))
     for k in range(len(front)):
         strength = 1.0 - 0.8 * order[k] / max(len(front) - 1, 1)
@@ -113,7 +121,8 @@ def parallel_figure(result: Optimisation) -> Figure:
     axes.plot(start, color="k", lw=1.6, ls="--", marker="s", ms=4, label="start")
     heads = [f"{v.quantity.label}\n{v.quantity.span(v.low, v.high)}" for v in variables]
     heads += [
-        f"{quantities()[name].label}\n{100.0 * low:.0f} to {100.0 * high:.0f} %"
+        f"{quantities()[name].label}\n"
+        + (f"{low:.2g} to {high:.2g} %" if name == "edge_load_share" else f"{100.0 * low:.0f} to {100.0 * high:.0f} %")
         for name, (low, high) in zip(names, ranges, strict=True)
     ]
     axes.set_xticks(

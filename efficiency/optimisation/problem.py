@@ -10,6 +10,9 @@ from itertools import product
 from operator import mul
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from efficiency.blanks.inputs import DepthTypeTwo, PairBlankInput, PressureAngles
 from efficiency.design.design import Misalignment
 from efficiency.loss.duty import DutyRow
@@ -22,6 +25,7 @@ from ehl.quantities import Quantity, quantities
 Flanks = Literal["drive", "coast", "both"]
 Over = Literal["mean", "worst"]
 Bounds = tuple[float, float]
+FloatArray = NDArray[np.float64]
 
 _AMOUNT = value_range_of(FlankTarget, "crowning_toe")
 _RELIEF, _LEAST_RELIEF = ValueRange("m", gt=0.0, le=1e-3), 1e-8
@@ -384,6 +388,15 @@ class Problem:
     def start_values(self) -> dict[str, float]:
         """Variables at the start."""
         return {v.name: start_value(self.start, v.name, self.flanks) for v in self.variables}
+
+    def places_of(self, points: Sequence[Mapping[str, float]]) -> FloatArray:
+        """Places of points in the unit cube between the bounds, (n, d)."""
+        places = [[v.place(point[v.name]) for v in self.variables] for point in points]
+        return np.array(places).reshape(len(points), len(self.variables))
+
+    def values_at(self, place: FloatArray) -> dict[str, float]:
+        """Variables at a place of the unit cube."""
+        return {v.name: v.at(float(z)) for v, z in zip(self.variables, place, strict=True)}
 
 
 def checked_objectives(given: Sequence[str] | None) -> tuple[str, ...]:

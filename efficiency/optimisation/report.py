@@ -9,13 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.optimisation.check import CHECK_GRID
 from efficiency.optimisation.evaluation import duty_results, targets_of
-from efficiency.optimisation.optimise import CHECK_GRID, state_of
 from efficiency.optimisation.plots import optimisation_figures
 from efficiency.optimisation.problem import EDGE_FREE, START, state_text
+from efficiency.optimisation.result import state_of
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure
+from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure, field_values
 from efficiency.output.plots_load import plot_transmission_error
 from efficiency.pair import GearPair
 from efficiency.synthesis.design_file import targets_text
@@ -31,7 +34,7 @@ from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from efficiency.optimisation.evaluation import Evaluation
-    from efficiency.optimisation.optimise import Candidate, Optimisation
+    from efficiency.optimisation.result import Candidate, Optimisation
 
 _POINTS_SHOWN = 8
 
@@ -334,18 +337,21 @@ def _before_after(result: Optimisation, pairs: dict[str, GearPair]) -> list[Sect
     results: list[EfficiencyResult] = [duty_results(pair, result.problem, {}, CHECK_GRID)[0] for pair in both]
     maps = [FlankMap.of(pair.design.flanks(), found) for pair, found in zip(both, results, strict=True)]
     names = (f"Start: {result.name}", f"After: {best.name}")
+    # both on one scale, or the eye is misled
+    pressure, loss = (max(float(np.nanmax(field_values(m, what))) for m in maps) for what in (PRESSURE, LOSS))
+    errors = [plot_transmission_error(found) for found in results]
+    spans = [figure.axes[0].get_ylim() for figure in errors]
+    for figure in errors:
+        figure.axes[0].set_ylim(min(low for low, _ in spans), max(high for _, high in spans))
+    rows = (
+        ("pattern under load", [contact_figure(m, top=pressure) for m in maps]),
+        (PRESSURE.title, [field_figure(m, PRESSURE, top=pressure) for m in maps]),
+        (LOSS.title, [field_figure(m, LOSS, top=loss) for m in maps]),
+        ("transmission error", errors),
+    )
     blocks: list[Block] = [
-        Pictures([Picture(contact_figure(m), f"{n}, pattern under load.") for m, n in zip(maps, names, strict=True)]),
-        *(
-            Pictures([Picture(field_figure(m, what), f"{n}, {what.title}.") for m, n in zip(maps, names, strict=True)])
-            for what in (PRESSURE, LOSS)
-        ),
-        Pictures(
-            [
-                Picture(plot_transmission_error(found), f"{n}, transmission error.")
-                for found, n in zip(results, names, strict=True)
-            ]
-        ),
+        Pictures([Picture(figure, f"{name}, {what}.") for name, figure in zip(names, figures, strict=True)])
+        for what, figures in rows
     ]
     return [Section("Before and after, aligned, at the first operating point", blocks)]
 

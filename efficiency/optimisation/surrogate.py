@@ -7,8 +7,8 @@ for the greatest expected improvement of an augmented Chebyshev sum
 
 of the objectives f_j, scaled to 0 and 1 at the ends of the front (Knowles 2006, ParEGO), over a set of normal draws
 that also have to keep the limits; its weights differ from point to point, so that a batch goes after the whole front.
-What a point of the batch is expected to give counts for the next ones. Points that could not be made count as
-neighbours without result.
+What a point of the batch is expected to give counts for the next ones. Whether a point can be made is another process,
+over 1 and -1 (least-squares classification, Rasmussen & Williams 2006, section 6.5).
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ _FIRST_WIDTHS = 0.6, 0.25
 # candidates: anywhere, and about points of the front
 _ANYWHERE, _NEAR, _ROUNDS = 512, 512, 3
 _STEPS = (0.2, 0.06, 0.02)
-# cases that the overall share of successes counts as, against that of the neighbours (as in a sweep)
-_PRIOR = 0.3
+# standard deviation of 1 and -1 about what the process of points that can be made tells of them (ours)
+_MADE_SD = 0.3
 _NOISE, _SCALES = (1e-8, 1e-1), (0.05, 20.0)
 _MAX_ITERATIONS = 25
 
 
 @dataclass
 class Processes:
-    """Gaussian processes of all figures over the unit cube, and the share of points without result.
+    """Gaussian processes of all figures over the unit cube, and of whether there is a result.
 
     Parameters
     ----------
@@ -51,10 +51,8 @@ class Processes:
 
     dimension: int
     outputs: int
-    _thetas: list[FloatArray] = field(default_factory=list)
-    _models: list[object] = field(default_factory=list)
-    _inputs: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    _failed: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    _models: list[Any] = field(default_factory=list)
+    _made: Any = None
 
     def fit(self, inputs: FloatArray, values: FloatArray, failed: FloatArray, *, scales: bool) -> None:
         """Take all points known.
@@ -70,43 +68,41 @@ class Processes:
         scales : bool
             Whether length scales and noise are found anew, from the last ones; else they are kept.
         """
+        last = self._models or [None] * self.outputs
+        self._models = [self._process(inputs, values[:, k], last[k], scales=scales) for k in range(self.outputs)]
+        if len(failed):
+            made = np.concatenate([np.ones(len(inputs)), -np.ones(len(failed))])
+            self._made = self._process(
+                np.vstack([inputs, failed]), made, self._made, scales=scales or self._made is None
+            )
+
+    def _process(self, inputs: FloatArray, values: FloatArray, last: Any, *, scales: bool) -> Any:
         from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-        self._inputs, self._failed, models = inputs, failed, []
-        for k in range(self.outputs):
-            kernel = ConstantKernel(1.0, (1e-2, 1e3)) * Matern(np.ones(self.dimension), _SCALES, nu=2.5)
-            kernel = kernel + WhiteKernel(1e-4, _NOISE)
-            if self._thetas:
-                kernel = kernel.clone_with_theta(self._thetas[k])
-            model = GaussianProcessRegressor(kernel, optimizer=_few_steps if scales else None, normalize_y=True)
-            with warnings.catch_warnings():
-                # a length scale at its bound: the variable has no effect on the figure
-                warnings.simplefilter("ignore", ConvergenceWarning)
-                model.fit(inputs, values[:, k])
-            models.append(model)
-        self._models = list(models)
-        self._thetas = [np.array(model.kernel_.theta) for model in models]
+        kernel = ConstantKernel(1.0, (1e-2, 1e3)) * Matern(np.ones(self.dimension), _SCALES, nu=2.5)
+        kernel = kernel + WhiteKernel(1e-4, _NOISE)
+        if last is not None:
+            kernel = kernel.clone_with_theta(last.kernel_.theta)
+        model = GaussianProcessRegressor(kernel, optimizer=_few_steps if scales else None, normalize_y=True)
+        with warnings.catch_warnings():
+            # a length scale at its bound: the variable has no effect on the figure
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            model.fit(inputs, values)
+        return model
 
     def predict(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Means and standard deviations of all figures at points, (n, m) each."""
-        found = [model.predict(points, return_std=True) for model in self._models]  # type: ignore[attr-defined]
+        found = [model.predict(points, return_std=True) for model in self._models]
         return np.stack([mean for mean, _ in found], axis=1), np.stack([sd for _, sd in found], axis=1)
 
     def success(self, points: FloatArray) -> FloatArray:
-        """Probability of a result: its share among the neighbours, drawn to that of all."""
-        if not len(self._failed):
+        """Probability of a result."""
+        if self._made is None:
             return np.ones(len(points))
-        width = (len(self._inputs) + len(self._failed)) ** (-1.0 / self.dimension)
-
-        def weight(known: FloatArray) -> FloatArray:
-            squared = ((points[:, None] - known[None]) ** 2).sum(axis=2) / width**2
-            return np.asarray(np.exp(-0.5 * squared).sum(axis=1))
-
-        good, bad = weight(self._inputs), weight(self._failed)
-        rate = len(self._inputs) / (len(self._inputs) + len(self._failed))
-        return np.asarray((_PRIOR * rate + good) / (_PRIOR + good + bad))
+        mean, sd = self._made.predict(points, return_std=True)
+        return np.asarray(norm.cdf(mean / np.hypot(sd, _MADE_SD)))
 
 
 def _few_steps(objective: Any, start: FloatArray, bounds: Any) -> tuple[FloatArray, float]:

@@ -59,15 +59,15 @@ def field_values(flank: FlankMap, field: Field) -> FloatArray:
     return values - KELVIN if field is FLASH else values
 
 
-def field_figure(flank: FlankMap, field: Field, member: Member = "gear") -> Figure:
-    """A field over the part of the flank that carries load in the mesh cycle."""
+def field_figure(flank: FlankMap, field: Field, member: Member = "gear", top: float | None = None) -> Figure:
+    """A field over the part of the flank that carries load in the mesh cycle; `top` [unit shown] for a common scale."""
     figure, axes = _flank_figure(flank, member, field.title)
     values = field_values(flank, field)
     load = flank.of_load("load_per_length")
     shown = _filled(np.where(load > _CARRIES * load.max(), values, np.nan))
     finite = shown[np.isfinite(shown)]
     if finite.size:
-        levels = _levels(finite, field)
+        levels = _levels(finite if top is None else np.append(finite, top), field)
         x, y = _place(flank, member)
         clipping = _contact_region(axes, flank, member)
         beyond = "max" if float(finite.max()) > levels[-1] else "neither"
@@ -80,15 +80,18 @@ def field_figure(flank: FlankMap, field: Field, member: Member = "gear") -> Figu
     return figure
 
 
-def contact_figure(flank: FlankMap, member: Member = "gear") -> Figure:
-    """Contact pattern under load: greatest pressure each place sees, and the loaded lines at one position."""
+def contact_figure(flank: FlankMap, member: Member = "gear", top: float | None = None) -> Figure:
+    """Contact pattern under load: greatest pressure each place sees, and the loaded lines at one position.
+
+    `top` [GPa] ends a scale that several figures share.
+    """
     figure, axes = _flank_figure(flank, member, f"contact pattern at {flank.result.torque_pinion:.4g} N m")
     x, y = _place(flank, member)
     pressure = flank.of_load("pressure_hertz") * 1e-9
     axes.plot([], [], color=_EDGE, lw=0.6, label="potential lines")
     axes.add_collection(LineCollection(list(np.stack([x, y], axis=2)[::2]), colors=_EDGE, linewidths=0.3, alpha=0.6))
     if pressure.max() > 0.0:
-        levels = MaxNLocator(8).tick_values(0.0, float(pressure.max()))
+        levels = MaxNLocator(8).tick_values(0.0, top or float(pressure.max()))
         clipping = _contact_region(axes, flank, member)
         shades = axes.contourf(x, y, _filled(np.where(flank.loaded, pressure, np.nan)), levels=levels, cmap="Blues")
         shades.set_clip_path(clipping, axes.transData)

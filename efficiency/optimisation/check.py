@@ -1,0 +1,185 @@
+"""Points on the full mesh with their own bodies in all states, and what the search tells wrong of them.
+
+The search has a coarse mesh and, where only the ease-off is varied, the bodies of the start. Its best points are
+checked on the way, and what it told wrong of them corrects what it tells of the points near them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.optimisation.evaluation import Evaluation, Store, Task, allowed_of, evaluate_all
+from efficiency.optimisation.pareto import spread_out
+from efficiency.optimisation.problem import Problem
+from efficiency.optimisation.result import Candidate, front_of
+from efficiency.pair import POINTS_PER_LINE, POSITIONS
+from ehl.quantities import quantities
+from regression.sweeping.executors import ThisProcess
+
+FloatArray = NDArray[np.float64]
+Evaluate = Callable[[list[Task]], list[Evaluation]]
+
+CHECK_GRID = (POSITIONS, POINTS_PER_LINE)
+"""Positions and points per line of a check."""
+# the search keeps so far below limits for what is not known of its errors, before and after points were checked (ours)
+_MARGIN, _MARGIN_CHECKED = 0.015, 0.0075
+# times that points are checked until one keeps the limits
+_ROUNDS = 3
+# the most a figure is corrected; a smaller correction is not worth a note
+_MOST, _WORTH_TELLING = 0.1, 5e-4
+# squared distance in the cube of the variables below which points count as one
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What the search tells wrong of limited figures, from the points that were checked.
+
+    The logarithm of exact over told figure, each over its limit; between checked points their mean weighed by the
+    inverse square of the distance in the cube of the variables (Shepard, Proc. 23rd ACM Nat. Conf. (1968) 517).
+
+    Attributes
+    ----------
+    problem : Problem
+    allowed : dict
+        Limits on the mesh of the search.
+    known : dict
+        Place and errors of each checked point, by its key.
+    """
+
+    problem: Problem
+    allowed: dict[str, float]
+    known: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+
+    def __call__(self, point: Evaluation) -> Evaluation:
+        """The point with what its figures would be on the full mesh."""
+        if not self.known or point.reason:
+            return point
+        places, errors = (np.array(part) for part in zip(*self.known.values(), strict=True))
+        weights = 1.0 / (((self.problem.places_of([point.variables]) - places) ** 2).sum(axis=1) + _SAME)
+        factors = np.exp(weights @ errors / weights.sum())
+        corrected = {name: point.figures[name] * float(f) for name, f in zip(self.allowed, factors, strict=True)}
+        return replace(point, figures=point.figures | corrected)
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Limits as the search keeps them, with a margin."""
+        margin = _MARGIN_CHECKED if self.known else _MARGIN
+        return {name: value * (1.0 - margin) for name, value in self.allowed.items()}
+
+    def learnt(self, point: Evaluation, exact: Evaluation, limited: Mapping[str, float]) -> Correction:
+        """With another checked point; `limited` are the limits of the check."""
+        errors = np.array([self._error(name, point, exact, limited) for name in self.allowed])
+        (place,) = self.problem.places_of([point.variables])
+        return replace(self, known={**self.known, point.key: (place, errors)})
+
+    def _error(self, name: str, point: Evaluation, exact: Evaluation, limited: Mapping[str, float]) -> float:
+        """Zero for edge loads, which may vanish."""
+        old, new = (e.figures[name] / limit for e, limit in ((point, self.allowed[name]), (exact, limited[name])))
+        if name == "edge_load_share" or not (0.0 < old < math.inf and 0.0 < new < math.inf):
+            return 0.0
+        return math.log(min(max(new / old, 1.0 - _MOST), 1.0 + _MOST))
+
+    @property
+    def notes(self) -> list[str]:
+        """What the search told too low, in words; none where it was nothing."""
+        if not self.known:
+            return []
+        worst = np.expm1(np.max([errors for _, errors in self.known.values()], axis=0))
+        told = [
+            f"{quantities()[name].label} {100.0 * share:.1f} %"
+            for name, share in zip(self.allowed, worst, strict=True)
+            if share > _WORTH_TELLING
+        ]
+        if not told:
+            return []
+        return [
+            f"told too low by the mesh of the search, and corrected on the way about the best points: {', '.join(told)}"
+        ]
+
+
+def exact_task(task: Task) -> Task:
+    """The task on the full mesh, with own bodies, in all states."""
+    return replace(task, states=task.problem.states, grid=CHECK_GRID, bodies="", interval=True)
+
+
+def check_best(task: Task, points: Sequence[Evaluation], correction: Correction, evaluate: Evaluate) -> Correction:
+    """The correction by start and best point so far; as it was where none keeps the limits or the check fails."""
+    start, *others = points
+    within = [p for p in others if correction(p).feasible(correction.limits)]
+    if not within:
+        return correction
+    best = min(within, key=lambda p: p.figures[task.problem.objectives[0]])
+    exact = exact_task(task)
+    before, after = evaluate([exact, replace(exact, values=best.variables)])
+    if before.reason or after.reason:
+        return correction
+    limited = allowed_of(task.problem, before)
+    return correction.learnt(start, before, limited).learnt(best, after, limited)
+
+
+def check_front(
+    task: Task, points: Sequence[Evaluation], correction: Correction, count: int, evaluate: Evaluate
+) -> tuple[tuple[Candidate, ...], str]:
+    """Points of the front checked, and others where none of them keeps the limits; why none was."""
+    problem, allowed, exact = task.problem, correction.allowed, exact_task(task)
+    if not front_of(points[1:], problem.objectives, allowed):
+        return (), "no point of the search keeps all limits"
+    (start,) = evaluate([exact])
+    if start.reason:
+        return (), f"the start on the full mesh: {start.reason}"
+    limited = allowed_of(problem, start)
+    candidates: dict[str, Candidate] = {}
+    for _ in range(_ROUNDS):
+        left = [p for p in points[1:] if p.key not in candidates]
+        told = [correction(p) for p in left]
+        tried = ((told, correction.limits), (told, allowed), (left, allowed))
+        chosen = next((found for near, limits in tried if (found := _chosen(problem, near, limits, count))), [])
+        found = evaluate([replace(exact, values=p.variables) for p in chosen])
+        for seen, checked in zip(chosen, found, strict=True):
+            point = next(p for p in left if p.key == seen.key)
+            name = f"{problem.start.name}_optimum_{len(candidates) + 1}"
+            candidates[point.key] = Candidate(name, point, checked, start, limited)
+            if not checked.reason:
+                correction = correction.learnt(point, checked, limited)
+        if any(c.holds for c in candidates.values()):
+            break
+    return tuple(candidates.values()), ""
+
+
+def _chosen(
+    problem: Problem, points: Sequence[Evaluation], allowed: Mapping[str, float], count: int
+) -> list[Evaluation]:
+    """Points to check: spread over the front; the next best in the first objective where the front is short."""
+    front = front_of(points, problem.objectives, allowed)
+    if len(front) >= count:
+        values = np.array([[p.figures[name] for name in problem.objectives] for p in front])
+        return [front[k] for k in sorted(spread_out(values, count))]
+    on_front = {p.key for p in front}
+    others = {p.key: p for p in points if p.feasible(allowed) and p.key not in on_front}
+    first = problem.objectives[0]
+    return [*front, *sorted(others.values(), key=lambda p: p.figures[first])][:count]
+
+
+def check_solved(
+    task: Task, candidates: tuple[Candidate, ...], solved: str, store: Store
+) -> tuple[tuple[Candidate, ...], str]:
+    """The best candidate, and the start, with a friction model that solves contacts; why not."""
+    held = [c for c in candidates if c.holds]
+    if not held:
+        return candidates, ""
+    best = min(held, key=lambda c: c.exact.figures[task.problem.objectives[0]])
+    exact = replace(exact_task(task), interval=False, solved=solved)
+    # solved contacts have their own processes
+    before, after = evaluate_all([replace(exact, values=v) for v in ({}, best.point.variables)], ThisProcess(), store)
+    if before.reason or after.reason:
+        return candidates, f"check with {solved}: {before.reason or after.reason}"
+    checked = replace(
+        best, exact=replace(best.exact, solved=after.solved), start=replace(best.start, solved=before.solved)
+    )
+    return tuple(checked if c is best else c for c in candidates), ""

@@ -1,0 +1,274 @@
+"""What a search has found: its points, the front, and the candidates that were checked exactly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from efficiency.loss.efficiency_result import Output, Presented
+from efficiency.optimisation.evaluation import Evaluation, settings_of
+from efficiency.optimisation.pareto import non_dominated
+from efficiency.optimisation.problem import Problem
+from efficiency.synthesis.settings_result import SettingsResult
+from ehl.io.numbers import finite_or_none
+from ehl.uncertainty.result import Change, combined
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A point of the front after its exact check: full mesh, own elastic bodies, all states.
+
+    Attributes
+    ----------
+    name : str
+        Of its design.
+    point : Evaluation
+        As the search saw it.
+    exact : Evaluation
+        Exact figures, with the interval of the loss.
+    start : Evaluation
+        The start, exact as well.
+    allowed : dict
+        Limits, with the exact figures of the start.
+    """
+
+    name: str
+    point: Evaluation
+    exact: Evaluation
+    start: Evaluation
+    allowed: dict[str, float]
+
+    def change(self, name: str) -> float:
+        """Change of a figure against the start, in shares of it; nan where the start has none [-]."""
+        old = self.start.figures.get(name, math.nan)
+        return self.exact.figures.get(name, math.nan) / old - 1.0 if old else math.nan
+
+    @property
+    def holds(self) -> bool:
+        """Whether the exact figures keep all limits."""
+        return self.exact.feasible(self.allowed)
+
+    @property
+    def gain(self) -> float:
+        """Share of the loss that is saved [-]."""
+        return -self.change("power_loss")
+
+    @property
+    def gain_interval(self) -> tuple[float, float]:
+        """90 % interval of the gain of the aligned pair: each uncertain input wrong the same way before and after."""
+        if not self.exact.losses or not self.start.losses:
+            return math.nan, math.nan
+        new, old = self.exact.losses, self.start.losses
+        ratio = math.log(new["aligned"][0] / old["aligned"][0])
+        changes = [
+            Change(
+                name,
+                group="",
+                sd=math.nan,
+                below=math.log(new[name][0] / old[name][0]) - ratio,
+                above=math.log(new[name][1] / old[name][1]) - ratio,
+            )
+            for name in new
+            if name in old and name not in ("aligned", "interval")
+        ]
+        low, high = (float(end) for end in combined(changes))
+        return 1.0 - math.exp(ratio + high), 1.0 - math.exp(ratio + low)
+
+    @property
+    def solved_gain(self) -> tuple[float, float]:
+        """Gain of the aligned pair with the friction model of the check, and its error; nan where not asked for."""
+        if not self.exact.solved or not self.start.solved:
+            return math.nan, math.nan
+        (new, new_error), (old, old_error) = self.exact.solved, self.start.solved
+        return 1.0 - new / old, new / old * math.hypot(new_error / new, old_error / old)
+
+    @property
+    def verdict(self) -> str:
+        """In words: whether the limits hold, and whether the gain is beyond what is not known of the friction."""
+        if self.exact.reason:
+            return self.exact.reason
+        above = [f"{name} {100.0 * share:+.1f} %" for name, share in self.exact.excess(self.allowed).items()]
+        if above:
+            return "above the limit: " + ", ".join(above)
+        low, _ = self.gain_interval
+        return "gain certain at 90 %" if low > 0.0 else "gain smaller than the uncertainty of friction"
+
+
+@dataclass(frozen=True, repr=False)
+class Optimisation(Presented):
+    """What a search for the pair that loses less has found; SI units.
+
+    Parameters
+    ----------
+    name : str
+        Of the targets it started from.
+    problem : Problem
+        Variables, objectives, limits, duty, states, friction.
+    start : Evaluation
+        The start on the mesh of the search.
+    allowed : dict
+        Limits on that mesh.
+    evaluations : tuple of Evaluation
+        All points, the start first.
+    candidates : tuple of Candidate
+        Points that were checked, in that order.
+    search_states : tuple of dict
+        Misalignments of the search; the check takes all of the problem.
+    notes : tuple of str
+        What to know of the run.
+    seed, jobs, reused : int
+        Of the random numbers; worker processes; evaluations that an earlier run had computed.
+    seconds : float
+        Wall time.
+    output : Output, optional
+        Draws, prints and writes it.
+    """
+
+    name: str
+    problem: Problem
+    start: Evaluation
+    allowed: dict[str, float]
+    evaluations: tuple[Evaluation, ...]
+    candidates: tuple[Candidate, ...]
+    search_states: tuple[dict[str, float], ...]
+    notes: tuple[str, ...]
+    seed: int
+    jobs: int
+    reused: int
+    seconds: float
+    output: Output | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def front(self) -> tuple[Evaluation, ...]:
+        """Points that keep all limits and that no other such point dominates, least loss first."""
+        return front_of(self.evaluations, self.problem.objectives, self.allowed)
+
+    @property
+    def best(self) -> Candidate | None:
+        """The checked point within all limits that is best in the first objective; None where none beats the start."""
+        first = self.problem.objectives[0]
+        held = [candidate for candidate in self.candidates if candidate.holds]
+        better = [c for c in held if c.exact.figures[first] < c.start.figures[first]]
+        return min(better, key=lambda candidate: candidate.exact.figures[first], default=None)
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` where no checked point keeps the limits and is better than the start."""
+        return "converged" if self.best is not None else "failed"
+
+    @property
+    def reason(self) -> str:
+        """Why there is none."""
+        if self.best is not None:
+            return ""
+        return f"none of {len(self.evaluations) - 1} points is better within the limits"
+
+    def settings(self, candidate: Candidate) -> SettingsResult:
+        """Machine settings and design of a candidate."""
+        return settings_of(self.problem, candidate.point.variables, candidate.name)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per evaluation, SI units."""
+        from efficiency.optimisation.report import evaluations_table
+
+        return evaluations_table(self).to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON; not-a-number becomes None."""
+        best = self.best
+        front = {point.key for point in self.front}
+        rows = [
+            {"variables": e.variables, "figures": e.figures, "status": state_of(e, self.allowed), "reason": e.reason}
+            | {"front": e.key in front}
+            for e in self.evaluations
+        ]
+        checked = [
+            {
+                "name": c.name,
+                "variables": c.point.variables,
+                "figures": c.exact.figures,
+                "gain": c.gain,
+                "gain_interval": c.gain_interval,
+                "solved_gain": c.solved_gain,
+                "holds": c.holds,
+                "verdict": c.verdict,
+            }
+            for c in self.candidates
+        ]
+        head = {
+            "name": self.name,
+            "status": self.status,
+            "reason": self.reason,
+            "best": best.name if best else None,
+            "objectives": self.problem.objectives,
+            "limits": self.allowed,
+            "friction_model": self.problem.friction,
+            "oil": self.problem.oil,
+            "states": self.problem.states,
+            "start": {"variables": self.problem.start_values, "figures": self.start.figures},
+            "candidates": checked,
+            "evaluations": rows,
+            "notes": self.notes,
+            "seed": self.seed,
+            "seconds": self.seconds,
+        }
+        plain: dict[str, Any] = finite_or_none(head)
+        return plain
+
+    def __repr__(self) -> str:
+        best = self.best
+        found = self.reason if best is None else f"loss {100.0 * best.change('power_loss'):+.1f} % ({best.name})"
+        return (
+            f"Optimisation({self.name}: {len(self.evaluations)} evaluations, {len(self.front)} on the front, {found})"
+        )
+
+
+@dataclass(frozen=True)
+class OptimisationOutput:
+    """Draws, prints and writes a search (`efficiency.loss.efficiency_result.Output`)."""
+
+    def figures(self, result: Optimisation) -> dict[str, Figure]:
+        """Figures by their names."""
+        from efficiency.optimisation.plots import optimisation_figures
+
+        return {name: figure for name, figure, _ in optimisation_figures(result)}
+
+    def show(self, result: Optimisation, **parts: Any) -> None:
+        """Print the candidates beside the start, and what has to be known of the search."""
+        from efficiency.optimisation.report import candidates_table, search_notes
+        from ehl.view.notes import notes_table
+
+        candidates_table(result).print()
+        notes_table(search_notes(result)).print()
+
+    def write(self, result: Optimisation, units: str, **files: Any) -> list[Path]:
+        """Page, tables, figures, and the design of each candidate into `folder`."""
+        from efficiency.optimisation.report import write_optimisation
+
+        return write_optimisation(result, Path(files["folder"]))
+
+
+def state_of(point: Evaluation, allowed: Mapping[str, float]) -> str:
+    """``feasible``, ``limit`` (one is exceeded), or ``failed``."""
+    return "failed" if point.reason else "feasible" if point.feasible(allowed) else "limit"
+
+
+def front_of(
+    points: Sequence[Evaluation], objectives: Sequence[str], allowed: Mapping[str, float]
+) -> tuple[Evaluation, ...]:
+    """Non-dominated points among those that keep the limits, in the order of the first objective."""
+    kept = list({p.key: p for p in points if p.feasible(allowed)}.values())
+    if not kept:
+        return ()
+    values = np.array([[p.figures[name] for name in objectives] for p in kept])
+    chosen = [kept[k] for k in np.flatnonzero(non_dominated(values))]
+    return tuple(sorted(chosen, key=lambda p: p.figures[objectives[0]]))
