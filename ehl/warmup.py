@@ -123,9 +123,9 @@ def prepare_workers(*, rough: bool) -> None:
         Whether transient rough contacts are among their work.
     """
     from ehl.rough._kernels.march import march
-    from ehl.smooth._kernels import jacobian
+    from ehl.smooth._kernels import newton
 
-    if missing_on_disk(jacobian) or (rough and missing_on_disk(march)):
+    if missing_on_disk(newton) or (rough and missing_on_disk(march)):
         warm_up(ROUGH if rough else SMOOTH)
 
 

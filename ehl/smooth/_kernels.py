@@ -7,15 +7,59 @@ the hat functions of the reference nodes ``s``. Each function has a plain NumPy 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 
-from ehl.fluid._kernels import inlet_laws, log_mobility
+from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
+from ehl.fluid.lookup import LawTable
+from ehl.fluid.rheology import ShearNumbers
 from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 
 FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow
+HALF_PI = 0.5 * math.pi
+KEPT_MATRIX = 0.25  # a correction below this share of the one before: the matrix serves once more
+LEAST_FACTOR = 1e-3  # of the damping
+
+# rows of the state at the nodes; the last: df/d ln eta, then times the slope of the offset
+X, KERNEL_PRESSURE, FILM, RHO, RHO_P, LOG_ETA, F, F_P, F_H, F_X, ROWS = range(11)
+# what became of an iteration
+CONVERGED, INFEASIBLE, SINGULAR, EXHAUSTED, LIMIT = range(5)
+
+# LU factors of a matrix in columns, by the library that the compiler links
+_getrf = types.ExternalFunction(
+    "numba_xxgetrf",
+    types.intc(
+        types.char, types.intp, types.intp, types.CPointer(types.float64), types.intp, types.CPointer(types.int32)
+    ),
+)
+_DOUBLE = ord("d")
+
+
+class Mesh(NamedTuple):
+    """Reference nodes and faces with the matrix of the kernel."""
+
+    nodes: np.ndarray
+    faces: np.ndarray
+    weights: np.ndarray
+    matrix: np.ndarray
+    x_in: float
+    size: float  # of the loaded zone
+
+
+class Groups(NamedTuple):
+    """Fluid and load; fields as of `ehl.smooth.scaling.ScaledContact`."""
+
+    lam: float
+    table: LawTable
+    gamma: float
+    cross: float
+    stiffness: float
+    shear: ShearNumbers
+    offset_x: np.ndarray  # nodes of what is added to ln(eta/eta0); none where nothing is
+    offset: np.ndarray
 
 
 @kernel(**KERNEL)
@@ -106,39 +150,33 @@ def _log_mean(u, v):
 
 
 @kernel(**KERNEL)
-def nodal_state(table, stiffness, gamma, cross, shear, p, h, offset):
-    """Density, ln(eta/eta0), mobility and their slopes at the nodes.
+def nodal_state(groups, p, h, offset, e):
+    """Density, ln(eta/eta0), mobility and their slopes at the nodes: rows RHO to F_X of ``e``.
 
-    ``table`` holds the laws of viscosity and density, ln(eta/eta0) is multiplied by ``stiffness`` and raised by
-    ``offset``; ``gamma`` is the shear number, ``cross`` cos^2 between sliding and x, ``shear`` the shear law. Returns
-    rho, drho/dp, ln eta, f, df/dp, df/dh and df/d ln eta.
+    ln(eta/eta0) of the table is multiplied by the stiffness and raised by ``offset``.
     """
-    n = p.size
-    rho = np.empty(n)
-    rho_p = np.empty(n)
-    log_eta = np.empty(n)
-    f = np.empty(n)
-    f_p = np.empty(n)
-    f_h = np.empty(n)
-    f_o = np.empty(n)
-    for i in range(n):
-        value, slope, rho[i], rho_p[i] = inlet_laws(p[i], table)
-        value *= stiffness
-        slope *= stiffness
+    gamma = groups.gamma
+    cross = groups.cross
+    shear = groups.shear
+    for i in range(p.size):
+        value, slope, e[RHO, i], e[RHO_P, i] = inlet_laws(p[i], groups.table)
+        value *= groups.stiffness
+        slope *= groups.stiffness
         if value > LOG_VISCOSITY_CAP:
             value = LOG_VISCOSITY_CAP
             slope = 0.0
-        log_eta[i] = value + offset[i]
+        value += offset[i]
+        e[LOG_ETA, i] = value
         if shear.plain or gamma == 0.0:
-            f[i], f_o[i], f_h[i] = _mobility(log_eta[i], h[i], gamma, cross)
-            f_p[i] = f_o[i] * slope
+            e[F, i], e[F_X, i], e[F_H, i] = _mobility(value, h[i], gamma, cross)
+            e[F_P, i] = e[F_X, i] * slope
         else:
-            log_f, by_eta, by_film, by_pressure = log_mobility(log_eta[i], gamma, h[i], p[i], cross, shear)
-            f[i] = math.exp(log_f)
-            f_h[i] = f[i] * by_film / h[i]
-            f_o[i] = f[i] * by_eta
-            f_p[i] = f_o[i] * slope + f[i] * by_pressure
-    return rho, rho_p, log_eta, f, f_p, f_h, f_o
+            log_f, by_eta, by_film, by_pressure = log_mobility(value, gamma, h[i], p[i], cross, shear)
+            f = math.exp(log_f)
+            e[F, i] = f
+            e[F_H, i] = f * by_film / h[i]
+            e[F_X, i] = f * by_eta
+            e[F_P, i] = e[F_X, i] * slope + f * by_pressure
 
 
 @kernel(**KERNEL)
@@ -183,12 +221,6 @@ def monotone_cubic(x, y, at):
 
 
 @kernel(**KERNEL)
-def film(x, kernel_pressure, stretch, h00):
-    """Film thickness at the nodes."""
-    return h00 + 0.5 * x * x - stretch / math.pi * kernel_pressure
-
-
-@kernel(**KERNEL)
 def open_inlet(x, size):
     """Parabola x^2/2 switched on smoothly upstream of -1.5 size, and its slope.
 
@@ -209,16 +241,27 @@ def open_inlet(x, size):
 
 
 @kernel(**KERNEL)
-def residual(x, x_face, size, lam, p, h, flow, rho, f, out):
+def _places(points, x_in, stretch):
+    """Places of reference points on the mesh."""
+    x = np.empty(points.size)
+    for i in range(points.size):
+        x[i] = x_in + stretch * (points[i] - x_in)
+    return x
+
+
+@kernel(**KERNEL)
+def residual(mesh, lam, u, e, out):
     """Rows of the first integral eps P' = rho H - Q on the faces, and rho H = Q at the exit.
 
     The mass content less the open inlet is carried to the faces by the third-order upwind rule in index space.
     Returns False where a face film is not positive.
     """
-    n = x.size
+    n = mesh.nodes.size
+    p, flow = u[:n], u[n + 1]
+    x, h, rho, f = e[X], e[FILM], e[RHO], e[F]
     good = True
-    base, _ = open_inlet(x, size)
-    base_face, _ = open_inlet(x_face, size)
+    base, _ = open_inlet(x, mesh.size)
+    base_face, _ = open_inlet(_places(mesh.faces, mesh.x_in, u[n + 2]), mesh.size)
     for i in range(n - 1):
         g0 = rho[i] * h[i] - base[i]
         g1 = rho[i + 1] * h[i + 1] - base[i + 1]
@@ -238,17 +281,28 @@ def residual(x, x_face, size, lam, p, h, flow, rho, f, out):
 
 
 @kernel(**KERNEL)
-def jacobian(
-    x, x_face, size, x_in, stretch, lam, p, h, flow, rho, rho_p, f, f_p, f_h, f_x, kernel, h_a, weights, jac, scale
-):
+def jacobian(mesh, lam, u, e, jac, scale):
     """Matrix of the Newton system; unknowns P[1..n-2], H00, Q, stretch; rows: faces, exit, load.
 
     Rows are divided by ``scale`` (filled here) so that the pivots of the inlet do not swamp those of the contact.
     """
-    n = x.size
-    jac[:, :] = 0.0
-    base, base_x = open_inlet(x, size)
-    base_face, base_face_x = open_inlet(x_face, size)
+    n = mesh.nodes.size
+    p, flow, stretch = u[:n], u[n + 1], u[n + 2]
+    x, h, rho, rho_p = e[X], e[FILM], e[RHO], e[RHO_P]
+    f, f_p, f_h = e[F], e[F_P], e[F_H]
+    kernel = mesh.matrix
+    x_in = mesh.x_in
+    h_a, f_x = np.empty(n), np.empty(n)
+    for i in range(n):
+        lever = (x[i] - x_in) / stretch
+        h_a[i] = x[i] * lever - e[KERNEL_PRESSURE, i] / math.pi
+        f_x[i] = e[F_X, i] * lever
+    x_face = _places(mesh.faces, x_in, stretch)
+    for i in range(n + 1):
+        for j in range(n + 1):
+            jac[i, j] = 0.0
+    base, base_x = open_inlet(x, mesh.size)
+    base_face, base_face_x = open_inlet(x_face, mesh.size)
     for i in range(n):
         row = jac[i]
         if i < n - 1:
@@ -319,8 +373,288 @@ def jacobian(
             row[nxt - 1] += t_1 * sc
     load = 0.0
     for j in range(n):
-        load += weights[j] * p[j]
+        load += mesh.weights[j] * p[j]
     for j in range(1, n - 1):
-        jac[n, j - 1] = stretch * weights[j]
+        jac[n, j - 1] = stretch * mesh.weights[j]
     jac[n, n] = load
     scale[n] = 1.0
+
+
+@njit(**INTERNAL_KERNEL, fastmath={"reassoc", "contract"})
+def _product(matrix, vector, out):
+    """Matrix times vector."""
+    for i in range(matrix.shape[0]):
+        row = matrix[i]
+        total = 0.0
+        for j in range(vector.size):
+            total += row[j] * vector[j]
+        out[i] = total
+
+
+@njit(**INTERNAL_KERNEL, fastmath={"reassoc", "contract"})
+def _correction(factors, pivots, scale, right, out):
+    """Newton correction of a residual, from the factors of the transposed matrix: U^T L^T P^T."""
+    n = right.size
+    for i in range(n):
+        row = factors[i]
+        total = 0.0
+        for j in range(i):
+            total += row[j] * out[j]
+        out[i] = (-scale[i] * right[i] - total) / row[i]
+    for k in range(n):
+        i = n - 1 - k
+        row = factors[i]
+        total = 0.0
+        for j in range(i + 1, n):
+            total += row[j] * out[j]
+        out[i] -= total
+    for k in range(n):
+        i = n - 1 - k
+        other = pivots[i] - 1
+        out[i], out[other] = out[other], out[i]
+
+
+@njit(**INTERNAL_KERNEL)
+def _length(step, u):
+    """Scaled size of a correction: pressure by p_h, flow and film constant by the film, stretch by itself."""
+    n = step.size - 1
+    flow = max(u[n + 1], 1e-300)
+    size = 0.0
+    for i in range(n - 2):
+        size += step[i] * step[i]
+    level, rate = step[n - 2] / (1.0 + flow), step[n - 1] / flow
+    return math.sqrt(size / max(n - 2, 1) + level * level + rate * rate + step[n] * step[n])
+
+
+@njit(**INTERNAL_KERNEL)
+def _moved(u, step, factor, out):
+    """Unknowns a part of a correction further."""
+    n = u.size - 3
+    out[0] = u[0]
+    for i in range(1, n - 1):
+        out[i] = u[i] + factor * step[i - 1]
+    out[n - 1] = u[n - 1]
+    for i in range(3):
+        out[n + i] = u[n + i] + factor * step[n - 2 + i]
+
+
+@njit(**INTERNAL_KERNEL)
+def _keep(u, e, out, kept_u, kept_e, kept_out):
+    """Copy unknowns, state and residual."""
+    for i in range(u.size):
+        kept_u[i] = u[i]
+    for i in range(out.size):
+        kept_out[i] = out[i]
+    for row in range(ROWS):
+        for i in range(e.shape[1]):
+            kept_e[row, i] = e[row, i]
+
+
+@kernel(**KERNEL)
+def tail(mesh, groups):
+    """Pressure at the first node and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
+    lam = groups.lam
+    x_in = abs(mesh.x_in)
+    if groups.offset.size > 0:
+        at = np.empty(1)
+        at[0] = mesh.x_in
+        lam *= math.exp(monotone_cubic(groups.offset_x, groups.offset, at)[0][0])
+    return 4.0 * lam / (3.0 * x_in * x_in * x_in), 2.0 * lam / (3.0 * x_in * x_in)
+
+
+@kernel(**KERNEL)
+def evaluate(mesh, groups, upstream, u, e, out):
+    """State at the nodes, and residual, of the unknowns: pressure, film constant, flow and stretch in a row.
+
+    ``upstream`` is the load ahead of the mesh. Returns False outside the domain: film, flow or stretch not positive.
+    """
+    n = mesh.nodes.size
+    p, h00, flow, stretch = u[:n], u[n], u[n + 1], u[n + 2]
+    if not (flow > 0.0 and 0.05 < stretch < 20.0 and math.isfinite(h00)):
+        return False
+    x, h = e[X], e[FILM]
+    _product(mesh.matrix, p, e[KERNEL_PRESSURE])
+    for i in range(n):
+        x[i] = mesh.x_in + stretch * (mesh.nodes[i] - mesh.x_in)
+        h[i] = h00 + 0.5 * x[i] * x[i] - stretch / math.pi * e[KERNEL_PRESSURE, i]
+        if not h[i] > 0.0:
+            return False
+    offset = np.zeros(n)
+    slope = offset
+    if groups.offset.size > 0:
+        offset, slope = monotone_cubic(groups.offset_x, groups.offset, x)
+    nodal_state(groups, p, h, offset, e)
+    load = 0.0
+    for i in range(n):
+        e[F_X, i] *= slope[i]
+        load += mesh.weights[i] * p[i]
+        if not e[RHO, i] > 0.0:
+            return False
+    if not residual(mesh, groups.lam, u, e, out):
+        return False
+    out[n] = stretch * load + upstream - HALF_PI
+    finite = True
+    for i in range(n + 1):
+        finite = finite and math.isfinite(out[i])
+    return finite
+
+
+@kernel(**KERNEL)
+def newton(mesh, groups, u, tolerance, most, state, left_over):
+    """Newton's method on one mesh, damped by the natural monotonicity test (Deuflhard 2004).
+
+    A matrix that still shortens the correction to a quarter is kept. Unknowns, state and residual are left in
+    ``u``, ``state`` and ``left_over``; returns what became of it and the number of matrices.
+    """
+    n = mesh.nodes.size
+    matrix, scale, pivots = np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty(n + 1, np.int32)
+    step, trial = np.empty(n + 1), np.empty(n + 3)
+    e, out = np.empty((ROWS, n)), np.empty(n + 1)
+    ahead, upstream = tail(mesh, groups)
+    for i in range(n + 3):
+        trial[i] = u[i]
+    trial[0], trial[n - 1] = ahead, 0.0
+    lift, factor, length, left = 0.5, 1.0, 0.0, math.inf
+    iteration, kept, last = 0, False, False
+    # one place for each long function: put in at several, they would take twice as long to compile
+    while True:
+        good = evaluate(mesh, groups, upstream, trial, e, out)
+        if iteration == 0 and not good:
+            # pressure from another mesh may close a thin film
+            if lift > 16.0:
+                return INFEASIBLE, 0
+            trial[n] += lift * trial[n + 1]
+            lift *= 2.0
+            continue
+        if iteration > 0:
+            correction = np.empty(n + 1)
+            if good and not last:
+                _correction(matrix, pivots, scale, out, correction)
+                left = _length(correction, trial)
+                good = left < tolerance or left <= (KEPT_MATRIX if kept else 1.0 - 0.25 * factor) * length
+            if not (good or kept):
+                factor *= 0.4
+                if factor < LEAST_FACTOR:
+                    return EXHAUSTED, iteration
+                _moved(u, step, factor, trial)
+                continue
+            step = correction
+        if good:
+            _keep(trial, e, out, u, state, left_over)
+        if last:
+            return CONVERGED, iteration
+        last = good and factor == 1.0 and left < tolerance
+        kept = last or (good and iteration > 0 and factor == 1.0 and left < KEPT_MATRIX * length)
+        length = left
+        if not kept:
+            iteration += 1
+            if iteration > most:
+                return LIMIT, most
+            jacobian(mesh, groups.lam, u, state, matrix, scale)
+            if _getrf(_DOUBLE, n + 1, n + 1, matrix.ctypes, n + 1, pivots.ctypes) != 0:
+                return SINGULAR, iteration
+            _correction(matrix, pivots, scale, left_over, step)
+            length = _length(step, u)
+            if not length < 1e6:
+                return SINGULAR, iteration
+            factor = min(1.0, 4.0 * factor)
+        _moved(u, step, factor, trial)
+
+
+@kernel(**KERNEL)
+def peak(y, sign):
+    """Maximum of sign y, of the quartic through the five nodes around the largest value (mesh index as coordinate)."""
+    k = 0
+    for i in range(y.size):
+        if sign * y[i] > sign * y[k]:
+            k = i
+    if k < 2 or k > y.size - 3:
+        return sign * y[k]
+    a, b, c, d, e = sign * y[k - 2], sign * y[k - 1], sign * y[k], sign * y[k + 1], sign * y[k + 2]
+    first = (a - 8.0 * b + 8.0 * d - e) / 12.0
+    second = (-a + 16.0 * b - 30.0 * c + 16.0 * d - e) / 24.0
+    third = (-a + 2.0 * b - 2.0 * d + e) / 12.0
+    fourth = (a - 4.0 * b + 6.0 * c - 4.0 * d + e) / 24.0
+    t = 0.0
+    for _ in range(8):
+        slope = first + t * (2.0 * second + t * (3.0 * third + 4.0 * fourth * t))
+        curvature = 2.0 * second + t * (6.0 * third + 12.0 * fourth * t)
+        if curvature >= 0.0:
+            break
+        t = min(max(t - slope / curvature, -1.0), 1.0)
+    return max(c + t * (first + t * (second + t * (third + fourth * t))), c)
+
+
+@kernel(**KERNEL)
+def at_centre(x, y):
+    """Six-point Lagrange value at x = 0: between the nodes no lower order may show."""
+    first = 0
+    while first < x.size and x[first] < 0.0:
+        first += 1
+    first = min(max(first - 3, 0), x.size - 6)
+    values = (y[first], y[first + 1], y[first + 2], y[first + 3], y[first + 4], y[first + 5])
+    total = 0.0
+    for i in range(6):
+        share = values[i]
+        for j in range(6):
+            if j != i:
+                share *= x[first + j] / (x[first + j] - x[first + i])
+        total += share
+    return total
+
+
+@kernel(**KERNEL)
+def outputs(x, p, film, log_eta, flow, lam, far, rate, law, ambient, slope):
+    """Central and least film, friction, highest pressure, flow, exit and rolling traction.
+
+    Parameters: state at the nodes; where the integrals of the shear begin upstream of the mesh; eta0 |v_s| R/(p_h b^2);
+    the shear law and the limit ``ambient + slope p`` that cuts its stress off (slope infinite: none), in p_h.
+    """
+    # Integrals of 1/H and of (1 - Q/H)/H from there to the first node, H a parabola: with v = 1/|x| both integrands are
+    # nearly constant, so Simpson's rule is exact to far below the grid error
+    near, end = 1.0 / abs(x[0]), 1.0 / abs(far)
+    shear_length = 0.0
+    flow_length = 0.0
+    for k in range(3):
+        v = near + 0.5 * k * (end - near)
+        h = film[0] + 0.5 * (1.0 / (v * v) - x[0] * x[0])
+        part = (4.0 if k == 1 else 1.0) * (near - end) / 6.0 / (v * v * h)
+        shear_length += part
+        flow_length += part * (1.0 - flow / h)
+    viscosity = math.exp(log_eta[0])
+    rolling = 2.0 * lam * viscosity * flow_length
+    shear = 0.0
+    stress_before = 0.0
+    excess_before = 0.0
+    for i in range(x.size):
+        stress = 0.0
+        excess = 0.0
+        if rate > 0.0:
+            positive = max(p[i], 0.0)
+            log_stress, _, _ = limited_stress(math.log(rate) + log_eta[i] - math.log(film[i]), positive, law)
+            stress = math.exp(min(log_stress, LOG_VISCOSITY_CAP))
+            if math.isfinite(slope):
+                limit = ambient + slope * positive
+                excess = stress - limit
+                stress = min(stress, limit)
+        if i > 0:
+            rolling += (film[i] + film[i - 1]) * (p[i] - p[i - 1])
+            shear += 0.5 * (stress + stress_before) * (x[i] - x[i - 1])
+            if (excess > 0.0) != (excess_before > 0.0):
+                # the lower of two straight lines, exactly: where they cross it exceeds the chord of its end values.
+                # Never the difference of both integrals: a stiff oil's free stress is many orders above the limit
+                one, other = abs(excess_before), abs(excess)
+                shear += 0.5 * one * (other / (one + other)) * (x[i] - x[i - 1])
+        stress_before = stress
+        excess_before = excess
+    # shear is far below the stress scale in the open inlet: linear in the rate
+    shear += rate * viscosity * shear_length
+    return (
+        at_centre(x, film),
+        -peak(film, -1.0),
+        2.0 / math.pi * shear,
+        peak(p, 1.0),
+        flow,
+        x[x.size - 1],
+        rolling / (2.0 * math.pi),
+    )

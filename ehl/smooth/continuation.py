@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,7 @@ def easy_start(scaled: ScaledContact, nodes: int, report: PathReport) -> tuple[L
     if scaled.gamma > 0.0 and (scaled.shear.plain or scaled.shear.kind != NEWTONIAN):
         shear = max(shear, EASY_SHEAR[0])
     easy = scaled.easier(lam, stiffness, shear)
-    grid = grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
+    grid = _easy_grid(nodes)
     pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None))
     centre = int(np.argmin(np.abs(grid.nodes)))
     flow = 1.2 / load
@@ -74,6 +75,11 @@ def easy_start(scaled: ScaledContact, nodes: int, report: PathReport) -> tuple[L
         raise
     report.iterations += level.iterations
     return level, easy
+
+
+@lru_cache(maxsize=4)
+def _easy_grid(nodes: int) -> Grid:
+    return grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
 
 
 def between(easy: ScaledContact, scaled: ScaledContact, t: float) -> ScaledContact:

@@ -12,7 +12,7 @@ from ehl.fluid.lookup import LawTable, law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import PLAIN, ShearNumbers
 from ehl.line_contact import LineContact
-from ehl.smooth._kernels import monotone_cubic
+from ehl.smooth._kernels import Groups, monotone_cubic
 
 Array = NDArray[np.float64]
 
@@ -30,6 +30,9 @@ class Offset:
         """Values and slopes at increasing points."""
         values, slopes = monotone_cubic(self.x, self.values, points)
         return np.asarray(values), np.asarray(slopes)
+
+
+_NO_OFFSET = Offset(np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,12 @@ class ScaledContact:
     offset: Offset | None = None
     shear: ShearNumbers = PLAIN
     rounding: float = 0.0
+
+    @property
+    def groups(self) -> Groups:
+        """For the compiled loops."""
+        offset = self.offset or _NO_OFFSET
+        return Groups(self.lam, self.table, self.gamma, self.cross, self.stiffness, self.shear, offset.x, offset.values)
 
     @property
     def moes_load(self) -> float:

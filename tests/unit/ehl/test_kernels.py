@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 from numba import njit
+from numba.core.compiler import Flags
 
 from ehl import InputError
 from ehl.io import kernel_cache
 from ehl.io.kernel_cache import KernelCache, announced, missing_on_disk, source_hash
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
+from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, Options, kernel
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
-from ehl.smooth._kernels import jacobian, residual
+from ehl.smooth._kernels import newton, residual
 from ehl.warmup import warm_up
 
 ANSWER = """
@@ -57,6 +58,17 @@ def test_what_a_kernel_calls_is_private_to_it() -> None:
     assert called.library.get_pointer_to_function(called.fndesc.llvm_func_name) == 0
 
 
+def test_options_of_functions_compare_as_those_of_the_compiler() -> None:
+    plain, other = Flags(), Flags()
+    plain.nrt = True
+    ours = Options(plain)
+    assert ours == Options(plain) == ours.copy()
+    assert ours == plain
+    assert hash(ours) == hash(plain) == hash(Options(other))
+    assert ours != Options(other)
+    assert ours != "nrt"
+
+
 def test_a_process_that_compiles_says_so_and_gives_the_bits_of_one_that_loads(tmp_path: Path) -> None:
     surrounding = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     runs = [
@@ -86,11 +98,11 @@ def test_the_stamp_of_a_kernel_follows_the_contents_of_all_its_sources(tmp_path:
 
 def test_kernels_on_disk_carry_the_stamp_and_another_one_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     warm_up("smooth")
-    stored = jacobian._cache.disk
+    stored = newton._cache.disk
     assert stored._impl.locator.get_source_stamp() == source_hash(Path(str(smooth_kernels.__file__)).parent)
-    assert not missing_on_disk(jacobian)
+    assert not missing_on_disk(newton)
     monkeypatch.setattr(stored._cache_file, "_source_stamp", b"of other sources")
-    assert missing_on_disk(jacobian)
+    assert missing_on_disk(newton)
     # where nothing is compiled, or kept, nothing is missing
     assert not missing_on_disk(lambda: None)
 
@@ -104,32 +116,32 @@ def test_kernels_are_kept_in_a_temporary_folder_of_the_user_alone(
     monkeypatch.setattr(kernel_cache.CompileResultCacheImpl, "_locator_classes", [])
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     source = str(smooth_kernels.__file__)
-    found = content.from_function(jacobian.py_func, source)
+    found = content.from_function(newton.py_func, source)
     folder = tmp_path / f"mixed-ehl-kernels-{os.getuid()}"
     assert Path(found.get_cache_path()).parent == folder
     assert folder.stat().st_mode & 0o777 == 0o700
     assert found.get_source_stamp() == source_hash(Path(source).parent)
-    assert Path(str(KernelCache(jacobian.py_func).cache_path)).parent == folder
+    assert Path(str(KernelCache(newton.py_func).cache_path)).parent == folder
     # functions of one name, and files of one name elsewhere
     other = content.from_function(residual.py_func, source)
     assert other.get_disambiguator() != found.get_disambiguator()
     # compiled code is loaded from there: not from a folder that others can write, or that is a link
     folder.chmod(0o777)
-    assert content.from_function(jacobian.py_func, source) is None
-    assert KernelCache(jacobian.py_func).cache_path is None  # each process compiles its own
+    assert content.from_function(newton.py_func, source) is None
+    assert KernelCache(newton.py_func).cache_path is None  # each process compiles its own
     shutil.rmtree(folder)
     (tmp_path / "elsewhere").mkdir()
     folder.symlink_to(tmp_path / "elsewhere")
-    assert content.from_function(jacobian.py_func, source) is None
+    assert content.from_function(newton.py_func, source) is None
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
-    assert content.from_function(jacobian.py_func, source) is None
+    assert content.from_function(newton.py_func, source) is None
 
 
 def test_compiling_is_announced_once_for_each_kind(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(kernel_cache, "compiled", [])
-    for function in (jacobian.py_func, march.py_func, jacobian.py_func):
+    for function in (newton.py_func, march.py_func, newton.py_func):
         with announced(function), announced(march.py_func):  # what it calls is part of it
             pass
     lines = capsys.readouterr().err.splitlines()

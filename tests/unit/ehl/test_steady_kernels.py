@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
@@ -9,8 +11,9 @@ from scipy.interpolate import PchipInterpolator
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import _kernels
+from ehl.smooth.continuation import PathReport, easy_start
 from ehl.smooth.mesh import Features, grade
-from ehl.smooth.newton import Grid, LinearSystem, Unknowns, evaluate
+from ehl.smooth.newton import Grid, solve_level
 from ehl.smooth.scaling import Offset, ScaledContact
 
 FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
@@ -29,7 +32,9 @@ def scaled(law="roelands", gamma=0.3, cross=0.6, offset=None, stiffness=1.0):
 
 
 def nodal_state(case, p, h, offset):
-    return _kernels.nodal_state(case.table, case.stiffness, case.gamma, case.cross, case.shear, p, h, offset)
+    state = np.empty((_kernels.ROWS, p.size))
+    _kernels.nodal_state(case.groups, p, h, offset, state)
+    return state[_kernels.RHO :]
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +47,14 @@ def unknowns(grid, seed=0):
     rng = np.random.default_rng(seed)
     pressure = np.sqrt(np.clip(1.0 - grid.nodes**2, 0.0, None)) + 0.02 * rng.random(grid.nodes.size)
     pressure[-1] = 0.0
-    return Unknowns(pressure, 0.4, 0.1, 1.01)
+    return np.append(pressure, [0.4, 0.1, 1.01])  # film constant, flow, stretch
+
+
+def evaluated(grid, case, u):
+    """State and residual, or None outside the domain."""
+    state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
+    upstream = _kernels.tail(grid.mesh, case.groups)[1]
+    return (state, residual) if _kernels.evaluate(grid.mesh, case.groups, upstream, u, state, residual) else None
 
 
 def twin_log_kernel(s):
@@ -155,37 +167,82 @@ def twin_residual(x, x_face, size, lam, p, h, flow, rho, f):
 
 def test_residual(grid):
     case, u = scaled(), unknowns(grid)
-    e = evaluate(grid, case, u)
-    assert e is not None
-    twin = twin_residual(e.x, e.x_face, grid.grading.size, case.lam, u.pressure, e.film, u.flow, e.rho, e.mobility)
-    np.testing.assert_allclose(e.residual[:-1], twin, rtol=1e-5, atol=1e-8 * np.abs(twin).max())
-    film = u.h00 + 0.5 * e.x**2 - u.stretch / np.pi * (twin_log_kernel(grid.nodes) @ u.pressure)
-    np.testing.assert_allclose(e.film, film, rtol=1e-8)
+    h00, flow, stretch = u[-3:]
+    state, residual = evaluated(grid, case, u)
+    x = grid.grading.x_in + stretch * (grid.nodes - grid.grading.x_in)
+    x_face = grid.grading.x_in + stretch * (grid.faces - grid.grading.x_in)
+    film = h00 + 0.5 * x**2 - stretch / np.pi * (twin_log_kernel(grid.nodes) @ u[:-3])
+    np.testing.assert_allclose(state[_kernels.X], x, rtol=1e-14)
+    np.testing.assert_allclose(state[_kernels.FILM], film, rtol=1e-8)
+    rho, f = state[_kernels.RHO], state[_kernels.F]
+    twin = twin_residual(x, x_face, grid.grading.size, case.lam, u[:-3], film, flow, rho, f)
+    np.testing.assert_allclose(residual[:-1], twin, rtol=1e-5, atol=1e-8 * np.abs(twin).max())
+    upstream = 2.0 * case.lam / (3.0 * x[0] ** 2)
+    assert residual[-1] == pytest.approx(stretch * (grid.weights @ u[:-3]) + upstream - 0.5 * np.pi, rel=1e-12)
 
 
 def test_residual_refuses_a_closed_film(grid):
     u = unknowns(grid)
-    u.h00 = -5.0
-    assert evaluate(grid, scaled(), u) is None
+    u[-3] = -5.0
+    assert evaluated(grid, scaled(), u) is None
 
 
 @pytest.mark.parametrize("law", OILS)
 @pytest.mark.parametrize("offset", [None, Offset(HEATED, -0.4 * np.exp(-(HEATED**2)))], ids=["cold", "hot"])
 def test_jacobian_is_the_derivative_of_the_residual(grid, law, offset):
     case, u = scaled(law, offset=offset), unknowns(grid, list(OILS).index(law))
-    e = evaluate(grid, case, u)
-    assert e is not None
     n = grid.nodes.size
-    work = np.empty((n + 1, n + 1))
-    system = LinearSystem(grid, case, e, work)
+    matrix, scale = np.empty((n + 1, n + 1)), np.empty(n + 1)
+    _kernels.jacobian(grid.mesh, case.lam, u, evaluated(grid, case, u)[0], matrix, scale)
     for column in [0, 1, 7, n // 2, n - 4, n - 3, n - 2, n - 1, n]:
-        direction = np.zeros(n + 1)
-        direction[column] = 1.0
-        step = 1e-6
-        ahead, behind = (evaluate(grid, case, u.moved(direction, s)) for s in (step, -step))
-        assert ahead is not None
-        assert behind is not None
-        slope = (ahead.residual - behind.residual) / (2.0 * step)
-        # J applied to its own direction: solving for the slope returns the unit vector
-        back = system.step(-slope)
-        np.testing.assert_allclose(back, direction, atol=2e-5)
+        place = column + 1 if column < n - 2 else column + 2  # the pressure at both ends is no unknown
+        step = 1e-6 * np.eye(n + 3)[place]
+        slope = (evaluated(grid, case, u + step)[1] - evaluated(grid, case, u - step)[1]) / 2e-6
+        # solving for the slope returns the unit vector
+        back = np.linalg.solve(matrix, scale * slope)
+        np.testing.assert_allclose(back, np.eye(n + 1)[column], atol=2e-5)
+
+
+def twin_newton(grid, case, u):
+    """Undamped, every matrix made anew, solved by NumPy."""
+    n = grid.nodes.size
+    u, matrix, scale = u.copy(), np.empty((n + 1, n + 1)), np.empty(n + 1)
+    u[0] = _kernels.tail(grid.mesh, case.groups)[0]
+    for _ in range(40):
+        state, residual = evaluated(grid, case, u)
+        _kernels.jacobian(grid.mesh, case.lam, u, state, matrix, scale)
+        step = np.linalg.solve(matrix, -scale * residual)
+        u[1 : n - 1] += step[: n - 2]
+        u[n:] += step[n - 2 :]
+        if np.abs(step).max() < 1e-12:
+            return u
+    raise AssertionError("not converged")
+
+
+@pytest.mark.parametrize("offset", [None, Offset(HEATED, -0.4 * np.exp(-(HEATED**2)))], ids=["cold", "hot"])
+def test_newton_finds_the_root_of_its_twin(offset):
+    near, easy = easy_start(scaled(), 49, PathReport())
+    case = replace(easy, offset=offset)
+    level = solve_level(near.grid, case, near.unknowns)
+    found = np.append(level.unknowns.pressure, [level.unknowns.h00, level.unknowns.flow, level.unknowns.stretch])
+    away = found.copy()
+    away[1:-4] *= 1.0 + 1e-3 * np.cos(np.arange(found.size - 5))
+    np.testing.assert_allclose(found, twin_newton(near.grid, case, away), rtol=1e-8, atol=1e-9)
+    assert level.mass_residual < 1e-8
+    assert level.load_residual < 1e-8
+
+
+def test_newton_says_why_it_ends(grid):
+    case, u = scaled(), unknowns(grid)
+    state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
+
+    def end(u, most=40):
+        return _kernels.newton(grid.mesh, case.groups, u, 1e-8, most, state, residual)[0]
+
+    assert end(u.copy(), most=1) in (_kernels.LIMIT, _kernels.EXHAUSTED)
+    closed = u.copy()
+    closed[-3] = -1e3
+    assert end(closed) == _kernels.INFEASIBLE
+    nothing = u.copy()
+    nothing[3] = np.nan
+    assert end(nothing) == _kernels.INFEASIBLE

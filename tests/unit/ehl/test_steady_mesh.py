@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehl.fluid.rheology import ShearLaw
+from ehl.smooth import _kernels
 from ehl.smooth.estimate import FLOOR, extrapolate
 from ehl.smooth.mesh import Features, features_of, grade
-from ehl.smooth.outputs import FilmShear, _interpolate, _peak
+from ehl.smooth.outputs import FilmShear
 
 positive = st.floats(1e-4, 1e3)
 
@@ -58,14 +61,15 @@ def test_features_close_to():
 def test_peak_of_a_smooth_maximum_between_nodes():
     for shift in (0.0, 0.2, 0.45, -0.3):
         values = np.cos((np.arange(21) - 10.0 - shift) / 8.0)
-        assert _peak(values) == pytest.approx(1.0, abs=1e-7)
-    assert _peak(np.array([3.0, 2.0, 1.0, 0.5, 0.2, 0.1])) == 3.0
+        assert _kernels.peak(values, 1.0) == pytest.approx(1.0, abs=1e-7)
+        assert _kernels.peak(-values, -1.0) == pytest.approx(1.0, abs=1e-7)
+    assert _kernels.peak(np.array([3.0, 2.0, 1.0, 0.5, 0.2, 0.1]), 1.0) == 3.0
 
 
 def test_interpolation_is_exact_for_quintics():
     x = np.sort(np.random.default_rng(1).uniform(-1.0, 1.0, 12))
     poly = np.polynomial.Polynomial([1.0, -2.0, 0.5, 3.0, -1.0, 0.7])
-    assert _interpolate(x, poly(x), 0.0) == pytest.approx(1.0, rel=1e-10)
+    assert _kernels.at_centre(x, poly(x)) == pytest.approx(1.0, rel=1e-10)
 
 
 def test_shear_law_limits():
@@ -81,6 +85,40 @@ def test_shear_law_limits():
     assert stress == pytest.approx(0.005 * (np.log(2.0 * 2e-3) + 800.0), rel=1e-12)
     assert capped.stress_at(log_eta, film, pressure)[2] == pytest.approx(0.04, rel=1e-14)
     assert np.all(FilmShear(eyring.law, 1e9, 0.0).stress_at(log_eta, film, pressure) == 0.0)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        ShearLaw("newtonian"),
+        ShearLaw("eyring", 5e6),
+        ShearLaw("eyring", 5e6, limit_slope=0.02, limit_ambient=1e6),
+        ShearLaw("carreau", 5e6, exponent=0.6, limit_slope=0.06, limit="smooth"),
+    ],
+    ids=["newtonian", "eyring", "cut", "smooth"],
+)
+def test_friction_and_rolling_traction_are_integrals_of_stress_and_film(law):
+    """Against trapezoids on two thousand times as many points, where linear state between nodes is the contact."""
+    shear, x = FilmShear(law, 1e9, 1e-4), np.linspace(-3.0, 1.0, 41)
+    p, film = np.clip(1.0 - x**2, 0.0, None) ** 1.5, 0.1 + 0.5 * np.clip(np.abs(x) - 1.0, 0.0, None) ** 2
+    log_eta, flow, lam, far = 9.0 * p, 0.1, 0.02, -3.3
+    law_numbers, ambient, slope = shear.numbers
+    found = _kernels.outputs(x, p, film, log_eta, flow, lam, far, shear.rate, law_numbers, ambient, slope)
+    free = FilmShear(replace(law, limit_slope=np.inf) if law.limit == "cut" else law, 1e9, 1e-4)
+    fine = np.linspace(-3.0, 1.0, 80001)
+    stress = np.interp(fine, x, free.stress_at(log_eta, film, p))
+    if law.limited and law.limit == "cut":
+        stress = np.minimum(stress, np.interp(fine, x, law.limiting_stress(1e9 * p) / 1e9))
+    v = np.linspace(1.0 / 3.3, 1.0 / 3.0, 4001)
+    inlet = film[0] + 0.5 * (1.0 / v**2 - 9.0)
+    ahead = np.trapezoid(1.0 / (v * v * inlet), v), np.trapezoid((1.0 - flow / inlet) / (v * v * inlet), v)
+    friction = np.trapezoid(stress, fine) + shear.rate * np.exp(log_eta[0]) * ahead[0]
+    assert found[2] == pytest.approx(2.0 / np.pi * friction, rel=1e-4)
+    rolling = np.trapezoid(film, p) / np.pi + lam * np.exp(log_eta[0]) * ahead[1] / np.pi
+    assert found[6] == pytest.approx(rolling, rel=1e-3)
+    assert found[0] == pytest.approx(0.1, rel=1e-6)
+    assert found[1] == pytest.approx(0.1, rel=1e-2)
+    assert found[3:6] == pytest.approx((1.0, flow, 1.0), rel=1e-6)
 
 
 @given(value=st.floats(0.1, 10.0), second=st.floats(-1.0, 1.0), third=st.floats(-1.0, 1.0))
