@@ -346,7 +346,7 @@ def _result(
         asperity_load_share=share,
         roughness_load_share=1.0 - levels.mean(MACRO_LOAD) if model.side_flow.on else math.nan,
         film_mean=levels.mean(FILM_MEAN, film=True),
-        film_min=levels.mean(FILM_MIN, film=True),
+        film_min=max(levels.mean(FILM_MIN, film=True), problem.settings.boundary_film),
         pressure_max=levels.mean(PRESSURE_MAX) * units.pressure,
         film_ratio=estimate / surfaces.rms if surfaces.rms > 0.0 else math.inf,
         temperature_film_max=levels.mean(TEMPERATURE_MAX) if hot else inlet,

@@ -15,7 +15,7 @@ from ehl.io.validation import validate
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, accuracy, solve_transient
-from ehl.rough._kernels.march import COLUMNS, FILM_MEAN
+from ehl.rough._kernels.march import COLUMNS, FILM_MEAN, FILM_MIN
 from ehl.rough.accuracy import BATCH, BUDGET, WORK, RunPlan, make_run_plan, mesh_levels, with_overrides
 from ehl.rough.levels import BUDGETS, Levels
 from ehl.rough.run import Run
@@ -317,3 +317,16 @@ def test_a_valley_wider_than_the_contact_is_no_film_that_jumped() -> None:
     result = wide.solve()
     assert result.status != "failed"
     assert 0.085 < result.friction_coefficient < 0.1
+
+
+def test_smallest_film_is_no_thinner_than_the_boundary_film(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A long mean and corrections of shorter windows may add up to less."""
+    mean = Levels.mean
+
+    def low(self: Levels, column: int, *, film: bool = False) -> float:
+        return 0.9 * mean(self, column, film=film) if column == FILM_MIN else mean(self, column, film=film)
+
+    monkeypatch.setattr(Levels, "mean", low)
+    run = bounded(roughness_rms=0.6e-6, correlation_length=100e-6).solve().transient
+    assert run is not None
+    assert run.film_min == run.boundary_film
