@@ -137,6 +137,7 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         friction_error=smooth.friction_error
         + (left_out.friction_change if left_out else 0.0)
         + elastic.left_out
+        + elastic.error
         + cooled,
         mesh_error=smooth.friction_error,
         statistical_error=0.0,

@@ -133,6 +133,21 @@ def test_estimate_is_larger_than_what_the_elastic_part_takes(modulus: float, sli
     assert 1.0 - found.ratio < found.estimate
 
 
+@pytest.mark.parametrize("slip", [1e-3, 3e-3])
+def test_error_of_the_march_is_in_that_of_friction(slip: float) -> None:
+    """Against a march in steps 32 times as short; the mesh itself is as fine as it is."""
+    result = Contact(**STATE, slide_to_roll=slip, accuracy="fast").solve()
+    assert result.problem is not None
+    assert result.film is not None
+    line, oil = result.problem.line, result.problem.lubricant
+    x, pressure, film = result.film.x, result.film.pressure, result.film.film
+    viscous = oil.shear_stress(pressure, film, line.speed_sliding)
+    found = elastic_shear(x, pressure, film, viscous, line, oil)
+    exact = np.trapezoid(elastic_stress(x, pressure, film, viscous, line, oil, 128), x) / np.trapezoid(viscous, x)
+    assert 0.3 * found.error < abs(found.ratio / exact - 1.0) < found.error
+    assert result.friction_error > 0.5 * found.error
+
+
 def test_friction_is_continuous_through_the_switch_and_through_zero_slip() -> None:
     shares = np.array([0.0, SHARE_NEGLECTED, SHARE_NEGLECTED + 1e-9, SHARE_FULL - 1e-9, SHARE_FULL, 1.0])
     assert [counted(share) for share in shares] == pytest.approx([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], abs=1e-6)
