@@ -372,9 +372,8 @@ def model_label(name: str) -> str:
         return f"constant {float(value):.3g}" + (f"{comma}{model_label(fitted)}" if fitted else "")
     if kind == "ehl":
         return "solved contacts" + (f", {rest.replace('_', ' ').replace(':', ', ')}" if rest else "")
-    # a file may be given with its folder: `fit -o formula_oil.json` is "formula oil"
-    return (
-        PUBLISHED[name].label
-        if name in PUBLISHED
-        else f"formula {PurePath(name).name.removesuffix('.json').removeprefix('formula_')}"
-    )
+    if name in PUBLISHED:
+        return PUBLISHED[name].label
+    # a file may be given with its folder: formula_oil.json is "formula oil", formula.json is "formula"
+    own = PurePath(name).name.removesuffix(".json").removeprefix("formula").lstrip("_")
+    return f"formula {own}".rstrip()

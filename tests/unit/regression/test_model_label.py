@@ -19,6 +19,7 @@ from regression.friction.published_registry import PUBLISHED, model_label
         ("ehl:load_sharing:all", "solved contacts, load sharing, all"),
         ("75w90", "formula 75w90"),
         ("oils/formula_iso_220.json", "formula iso_220"),
+        ("formula.json", "formula"),
     ],
 )
 def test_label(name: str, label: str) -> None:
