@@ -354,5 +354,6 @@ def serve(bench: Bench, port: int, *, browser: bool) -> None:
         reload=False,
         title="mixed-ehl",
         show_welcome_message=False,
+        reconnect_timeout=60.0,  # [s]; a tab that a busy or sleeping machine keeps away longer loses what was typed
         timeout_graceful_shutdown=2,  # [s]; without it the server waits for browsers that do not answer
     )

@@ -114,7 +114,7 @@ def mu(
     if json_output:
         print_json(content | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
-        _print_friction(content)
+        _print_friction(content, friction.label)
         if spread is not None and spread.low < spread.high:
             typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""
@@ -126,10 +126,8 @@ def mu(
         raise typer.Exit(1)
 
 
-def _print_friction(content: dict[str, Any]) -> None:
+def _print_friction(content: dict[str, Any], label: str) -> None:
     """One friction value as a sentence."""
-    from regression.friction.published_registry import model_label
-
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.5f}"
     if content["friction_lower"] is not None:
@@ -137,7 +135,7 @@ def _print_friction(content: dict[str, Any]) -> None:
     if "in_convex_hull" in content:
         line += f"  {'in' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
     mark = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
-    typer.echo(f"{line}  {model_label(content['friction_model'])}{mark}, {content['oil']}")
+    typer.echo(f"{line}  {label}{mark}, {content['oil']}")
 
 
 def register(app: App) -> None:

@@ -15,7 +15,7 @@ from ehl.io.data import data_names
 from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.friction.conditions import Array, Conditions, conditions_of, contact_points
-from regression.friction.published_registry import PublishedFormula, evaluate_published
+from regression.friction.published_registry import PublishedFormula, evaluate_published, model_label
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -123,6 +123,11 @@ class FrictionModel(Protocol):
 
 class PointFriction(ABC):
     """Friction at contact points that are given by a state or by keywords; base of the models of this package."""
+
+    @property
+    def label(self) -> str:
+        """The model as pages and figures name it: by author and year, "constant 0.05", or "formula 75w90"."""
+        return model_label(cast("FrictionModel", self).name)
 
     @property
     def certainty(self) -> str | None:

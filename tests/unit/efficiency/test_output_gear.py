@@ -297,8 +297,14 @@ def test_comparison_as_page_and_tables(comparison: Comparison, tmp_path: Path) -
 
 
 def test_terminal_names_models_and_notes_as_the_page_does(
-    geared: Meshed, result: EfficiencyResult, comparison: Comparison, capsys: pytest.CaptureFixture[str]
+    geared: Meshed,
+    result: EfficiencyResult,
+    comparison: Comparison,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # so wide that no label is broken over two lines
+    monkeypatch.setenv("COLUMNS", "300")
     output = GearOutput(geared[0])
     output.show(comparison)
     shown = capsys.readouterr().out
