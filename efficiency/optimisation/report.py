@@ -296,12 +296,17 @@ def _answer(result: Optimisation) -> Section:
         notes.append(
             Note("warning", f"others whose gain is smaller than the uncertainty of friction: {', '.join(uncertain)}")
         )
-    costs = [name for name in result.problem.figures if best.change(name) > 0.005 and not _edge_free(best, name)]
+    worse = [name for name in result.problem.figures if best.change(name) > 0.005]
+    costs = [name for name in worse if not _edge_free(best, name)]
     price = ", ".join(f"{known[name].label} {_figure_change(best, name)}" for name in costs)
     notes.append(
         Note("warning", f"what it costs: {price}")
         if price
-        else Note("for information", "no figure of objectives and limits is worse than before")
+        else Note(
+            "for information",
+            "no figure of objectives and limits is worse than before"
+            + (", but the torque at edges, which is below its least limit" if worse else ""),
+        )
     )
     if math.isfinite(low):
         ends, loss = best.exact.losses["interval"], best.exact.losses["aligned"][0]
