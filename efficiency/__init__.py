@@ -44,7 +44,7 @@ _HOMES = {
     "demo": "efficiency.studies.demonstration:run_demo",
     "serve_app": "efficiency.app.server",
     "doctor": "efficiency.installation:examine",
-    "warmup": "ehl.warmup:warm_up",
+    "warmup": "efficiency.installation:warm_up",
 }
 __all__ = ["__version__", *_HOMES]
 

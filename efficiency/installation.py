@@ -1,4 +1,4 @@
-"""`mixed-ehl doctor`: is this installation whole, and does it compute the right number?"""
+"""`mixed-ehl doctor`: is this installation whole, is its number right? `warmup`: kernels beforehand."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from ehl.io.errors import InputError
+
+if TYPE_CHECKING:
+    from ehl.warmup import Warmup
 
 PACKAGES = ("ehl", "regression", "efficiency")
 
@@ -159,3 +163,33 @@ def examine(*, installation_only: bool = False) -> list[Check]:
         except Exception as error:  # the doctor reports what is broken, whatever it is
             checks.append(Check(check.__name__.strip("_"), False, f"{type(error).__name__}: {error}"))
     return checks
+
+
+def warm_up(kind: str = "gear") -> Warmup:
+    """Compile the kernels that are not on disk yet, by solving a small contact of each kind.
+
+    Parameters
+    ----------
+    kind : str
+        ``smooth``, ``rough`` (smooth too), or ``gear``: what a gear pair needs, both and the Gaussian processes of
+        friction formulas.
+
+    Returns
+    -------
+    Warmup
+
+    Raises
+    ------
+    InputError
+        Another kind.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> efficiency.warmup("smooth").kinds
+    ('smooth',)
+    """
+    from ehl.warmup import warm_up
+    from regression.friction.gaussian_process import ask_kernel
+
+    return warm_up(kind, ask_kernel if kind == "gear" else None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 from ehl.contact import Contact
 from ehl.io.carried_kernels import write_carried
 from ehl.io.errors import InputError
-from ehl.io.kernel_cache import ROUGH, SMOOTH, compiled, missing_on_disk, stamped
+from ehl.io.kernel_cache import PROCESS, ROUGH, SMOOTH, compiled, missing_on_disk, stamped
 from ehl.view.table import Column, Table
 
 # a small contact with heat, whose solution needs the kernels of its kind
@@ -29,6 +30,7 @@ _CONTACT: dict[str, Any] = {
 }
 _ROUGH: dict[str, Any] = {"roughness_rms": "0.4 um", "correlation_length": "100 um", "friction_tolerance": 0.3}
 KINDS = {SMOOTH: (SMOOTH,), ROUGH: (SMOOTH, ROUGH), "gear": (SMOOTH, ROUGH)}
+_WORDS = {SMOOTH: "smooth contacts", ROUGH: "rough contacts", PROCESS: "Gaussian processes"}
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Warmup:
     Parameters
     ----------
     kinds : tuple of str
-        smooth, rough: the contacts whose kernels are ready.
+        smooth, rough: the contacts whose kernels are ready; process: friction formulas with Gaussian processes.
     compiled : dict
         Kernels compiled by this call, by kind; the others were on disk.
     seconds_cpu : dict
@@ -54,7 +56,7 @@ class Warmup:
 
     def table(self) -> Table:
         """One row per kind of contact."""
-        rows = [(f"{kind} contacts", self.compiled[kind], self.seconds_cpu[kind]) for kind in self.kinds]
+        rows = [(_WORDS[kind], self.compiled[kind], self.seconds_cpu[kind]) for kind in self.kinds]
         count = sum(self.compiled.values())
         note = f"{count} kernels compiled" if count else "nothing to compile: all kernels were on disk"
         return Table(
@@ -74,13 +76,15 @@ class Warmup:
         }
 
 
-def warm_up(kind: str = "gear") -> Warmup:
+def warm_up(kind: str = "gear", processes: Callable[[], object] | None = None) -> Warmup:
     """Compile the kernels that are not on disk yet, by solving a small contact of each kind.
 
     Parameters
     ----------
     kind : str
         ``smooth``, ``rough`` (smooth too), or ``gear``: what ``--friction ehl`` needs, which is both.
+    processes : callable, optional
+        Asks a Gaussian process of a friction formula.
 
     Returns
     -------
@@ -105,11 +109,15 @@ def warm_up(kind: str = "gear") -> Warmup:
         if result.transient is not None:  # fine roughness alone asks for it
             run = result.transient.run
             run.preheat(0.0, np.zeros((2, run.problem.x.size)))
+    kinds = KINDS[kind]
+    if processes is not None:
+        processes()
+        kinds = (*kinds, PROCESS)
     new = compiled[before:]
     return Warmup(
-        KINDS[kind],
-        {part: sum(name == part for name, _, _ in new) for part in KINDS[kind]},
-        {part: sum(seconds for name, _, seconds in new if name == part) for part in KINDS[kind]},
+        kinds,
+        {part: sum(name == part for name, _, _ in new) for part in kinds},
+        {part: sum(seconds for name, _, seconds in new if name == part) for part in kinds},
         time.perf_counter() - clock,
     )
 
@@ -129,13 +137,15 @@ def prepare_workers(*, rough: bool) -> None:
         warm_up(ROUGH if rough else SMOOTH)
 
 
-def write_kernels(folder: str | Path) -> int:
-    """Compile the kernels of all contacts and write them, for a wheel to carry.
+def write_kernels(folder: str | Path, processes: Callable[[], object]) -> int:
+    """Compile the kernels of all contacts and of Gaussian processes and write them, for a wheel to carry.
 
     Parameters
     ----------
     folder : str or Path
         Is made; must not be there.
+    processes : callable
+        As of `warm_up`.
 
     Returns
     -------
@@ -144,8 +154,8 @@ def write_kernels(folder: str | Path) -> int:
     """
     from ehl.io.kernel_compiler import Kernel
 
-    warm_up()
-    modules = [module for name, module in sys.modules.items() if name.startswith("ehl.")]
+    warm_up("gear", processes)
+    modules = [module for name, module in sys.modules.items() if name.startswith(("ehl.", "regression."))]
     found = {id(value): value for module in modules for value in vars(module).values() if isinstance(value, Kernel)}
     used = [kernel for kernel in found.values() if kernel.overloads]
     return write_carried([(*stamped(kernel.py_func), kernel) for kernel in used], Path(folder))

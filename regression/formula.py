@@ -196,7 +196,7 @@ class Formula(PointFriction):
         return FrictionEstimate(value.mu, lower, upper, np.asarray(flag).astype(np.int8))
 
     def coefficient(self, state: ContactState, oil: Oil) -> Array:
-        """Friction coefficients alone, without interval and flag: half the time of `evaluate` [-].
+        """Friction coefficients alone, without interval and flag, in less time than `evaluate` [-].
 
         Parameters
         ----------
@@ -205,7 +205,7 @@ class Formula(PointFriction):
         oil : Oil
             Oil card.
         """
-        return self.formula.coefficient(conditions_of(state, oil), self.boundary_friction)[0]
+        return self.formula.coefficient(conditions_of(state, oil), self.boundary_friction)
 
     def default_oil(self) -> str:
         """Name of the oil it was fitted to.

@@ -70,7 +70,7 @@ def doctor() -> None:
 def warmup(
     kind: Annotated[
         str,
-        typer.Argument(metavar="KIND", help="smooth, rough (with smooth), or gear: what --friction ehl needs."),
+        typer.Argument(metavar="KIND", help="smooth, rough (with smooth), or gear: what a gear pair needs."),
     ] = "gear",
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:

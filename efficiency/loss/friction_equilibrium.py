@@ -21,6 +21,7 @@ from ehl.io.errors import ConvergenceError
 from ehl.state import ContactState
 from regression.formula import Formula
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
+from regression.friction.uncertainty import core_of
 
 FloatArray = NDArray[np.float64]
 
@@ -40,6 +41,8 @@ def balance_friction(
     """Load over the cycle when normal and friction forces together carry the pinion torque.
 
     Where the model solves contacts the forces are those of a formula of the same oil, and the contacts are solved once.
+    Gaussian processes, which take most of the time of their formula, are asked where its form alone has settled, and
+    again where that is worth as much as for one of many points; the stated error tells what is left.
 
     Parameters
     ----------
@@ -72,16 +75,20 @@ def balance_friction(
     # where the gear drives, everything slides the other way
     way = 1.0 if operation.driver == "pinion" else -1.0
     fine, coarse = loaded.tangents(way)
-    ratio = np.exp(-way * COLEMAN_FRICTION * coarse.arm_ratio)
+    ratio = first = np.exp(-way * COLEMAN_FRICTION * coarse.arm_ratio)
     power = torque * operation.speed_pinion * len(loaded.mesh.coarse)
     grid, worth, longest = (coarse, WORTH_MANY, MANY) if many else (fine, WORTH, ONE)
+    asked = form_of(model)
     for rounds in range(1, ROUNDS + 1):
         load = grid.at(torque * ratio)
         points = loaded_points(load, modulus, operation)
-        mu = friction_only(model, points.state, oil)
+        mu = friction_only(asked, points.state, oil)
         # what has no friction is told by the loss
         mu = np.where(np.isfinite(mu), mu, COLEMAN_FRICTION)
         share = carried_share(load, points.force, mu, way)
+        if np.any(share <= 0.0) and asked is not model:
+            asked, ratio = model, first
+            continue
         if np.any(share <= 0.0):
             raise ConvergenceError("self_locking", "friction takes the whole pinion torque")
         ratio = ratio / share
@@ -89,10 +96,18 @@ def balance_friction(
         lost = float(np.sum(mu * points.force * points.speed_sliding)) / power
         feedback = EXPECTED * float(np.abs(np.log(ratio)).mean())
         if balance_error(lost, feedback * moved, 0.0) < worth or load.reason:
+            if asked is not model:
+                asked, worth = model, WORTH_MANY
+                continue
             balance = FrictionBalance(way, rounds)
             loads = (grid.at(torque * ratio, longest) for grid in (fine, coarse))
             return LoadedGrids(loaded.mesh, next(loads), next(loads), balance)
     raise ConvergenceError("load_balance_limit", f"torque off by {moved:.2g} after {ROUNDS} rounds")
+
+
+def form_of(model: FrictionModel) -> FrictionModel:
+    """The form of a formula that Gaussian processes correct; any other model as it is."""
+    return core_of(model) if isinstance(model, Formula) and model.formula.processes else model
 
 
 def friction_only(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:

@@ -25,11 +25,17 @@ from numba.core.compiler import CompileResult
 from ehl.io.carried_kernels import carried_kernel, carries
 
 _EHL = Path(__file__).resolve().parents[1]
+_OURS = {_EHL, _EHL.parent / "regression"}
 _SHARED = (*(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),)
 _COMPILER = (_EHL / "io" / "kernel_compiler.py",)
-# what is compiled for a rough contact, and for any: the words of the user, and processor time on a slow core
-ROUGH, SMOOTH = "rough", "smooth"
-_TAKES = {SMOOTH: "smooth contacts, 5 to 10 s", ROUGH: "rough contacts, half a minute"}
+# what is compiled for a rough contact, for any, and for processes: words of the user, processor time on a slow core
+ROUGH, SMOOTH, PROCESS = "rough", "smooth", "process"
+_TAKES = {
+    SMOOTH: "smooth contacts, 5 to 10 s",
+    ROUGH: "rough contacts, half a minute",
+    PROCESS: "Gaussian processes, a second",
+}
+_PLACES = {"ehl.rough": ROUGH, "regression": PROCESS}
 
 compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
 _nested = False
@@ -103,7 +109,7 @@ class _ContentLocator:
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
         """As of numba's locators; None for code that is not ours."""
         folder = Path(py_file).resolve().parent
-        if _EHL not in folder.parents:
+        if not _OURS & set(folder.parents):
             return None
         try:
             stamp = _hash_of_folder(folder)
@@ -186,7 +192,7 @@ def announced(function: Callable[..., Any]) -> Iterator[None]:
     if _nested:
         yield
         return
-    kind = ROUGH if function.__module__.startswith("ehl.rough") else SMOOTH
+    kind = next((kind for place, kind in _PLACES.items() if function.__module__.startswith(place)), SMOOTH)
     if kind not in {done for done, _, _ in compiled}:
         print(f"mixed-ehl: compiling for {_TAKES[kind]}, once on this machine", file=sys.stderr, flush=True)
     clock = time.thread_time()

@@ -266,33 +266,42 @@ class FittedFormula(InputModel):
         FormulaValue
         """
         outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
-        mu, deviation = self.coefficient(conditions, boundary_friction)
+        mu, deviation = self._values(conditions, boundary_friction, (None, None))
         undefined = np.isnan(mu)
         near, far = extrapolation >= Extrapolation.NEAR, extrapolation == Extrapolation.FAR
         excess = self.excess(conditions)
         width = self.log_width(conditions["film_ratio_formula"], deviation, outside, excess, near, far)
         return FormulaValue(mu, mu * np.exp(-width), mu * np.exp(width), outside, extrapolation, undefined)
 
-    def coefficient(self, conditions: Conditions, boundary_friction: float | None = None) -> tuple[Array, Array | None]:
-        """mu and the residual's deviation as in `evaluate`, without its interval and the guard of its range.
+    def coefficient(self, conditions: Conditions, boundary_friction: float | None = None) -> Array:
+        """mu as in `evaluate`, without its interval and the guard of its range.
 
         Parameters
         ----------
         conditions, boundary_friction
             As in `evaluate`.
         """
+        means = tuple(process.mean_alone for process in self.processes)
+        return self._values(conditions, boundary_friction, (*means, None, None)[:2])[0]
+
+    def _values(
+        self, conditions: Conditions, boundary_friction: float | None, sums: tuple[Sums | None, ...]
+    ) -> tuple[Array, Array | None]:
+        """mu, and the deviation of its logarithm by the processes."""
         table, ramp = self.with_minimum_sliding(conditions)
         shape = np.shape(ramp)
         flat = {name: np.ravel(values) for name, values in table.items()}
         mu_b = self.boundary_friction if boundary_friction is None else boundary_friction
-        mu, deviation = self.friction(flat, mu_b)
+        mu, deviation = self.friction(flat, mu_b, sums)
         mu = mu.reshape(shape)
         # 0 is an exponential that fell below the range of numbers
         undefined = ~(np.isfinite(mu) & (mu > 0.0))
         mu = np.where(undefined, np.nan, mu * ramp)
         return mu, None if deviation is None else deviation.reshape(shape)
 
-    def friction(self, table: Conditions, boundary_friction: float | Array) -> tuple[Array, Array | None]:
+    def friction(
+        self, table: Conditions, boundary_friction: float | Array, sums: tuple[Sums | None, ...] = (None, None)
+    ) -> tuple[Array, Array | None]:
         """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual).
 
         Parameters
@@ -300,8 +309,10 @@ class FittedFormula(InputModel):
         table : mapping
             Columns of shape (n,), with sliding.
         boundary_friction : float or array of shape (n,)
+        sums : tuple of callable, optional
+            As of `GpResidual.correction`, of each process.
         """
-        return corrected_form(self.form, self.coefficients, self.processes, table, boundary_friction)
+        return corrected_form(self.form, self.coefficients, self.processes, table, boundary_friction, sums)
 
     def to_text(self) -> str:
         """The equation and its coefficients, to read and to type in."""

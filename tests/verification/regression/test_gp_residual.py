@@ -7,14 +7,15 @@ import pytest
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
+from ehl.io.data import data_path
 from ehl.io.errors import InputError
 from ehl.io.validation import validate
 from regression.data.dataset import columns, load_dataset
 from regression.fitting.coefficients import fit_form
 from regression.fitting.rows import computed_friction, usable_rows
 from regression.friction.families import ROUGH_SHARE
-from regression.friction.formula import corrected_form
-from regression.friction.gaussian_process import ASPERITY_ODDS, GpResidual, corrected_parts, fit_residual
+from regression.friction.formula import corrected_form, load_formula
+from regression.friction.gaussian_process import ASPERITY_ODDS, GpResidual, corrected_parts, fit_residual, matern
 from regression.friction.gaussian_process import _unlikelihood as unlikelihood
 
 NAMES = ("pressure_hertz", "speed_entrainment", "roughness_rms")
@@ -133,6 +134,27 @@ def test_damaged_numbers_are_refused() -> None:
     ):
         with pytest.raises(InputError, match=words):
             validate(GpResidual, content | {name: value})
+
+
+@pytest.mark.parametrize("name", ["75w90_gp", "fva3_gp"])
+def test_compiled_sums_are_those_of_the_covariances(name: str) -> None:
+    """At gear contacts, against the libraries' distances and exponentials; far off, at stored points, at no number."""
+    formula = load_formula(data_path("formulas", f"{name}.json"))
+    contacts = columns(load_dataset(f"gear_{name.removesuffix('_gp')}_paths").frame)
+    odds = np.geomspace(1e-3, 1e3, len(contacts["pressure_hertz"]))
+    for process in formula.processes:
+        scales, z = np.array(process.length_scales), np.array(process.points)
+        x = process.coordinates({**contacts, ASPERITY_ODDS: odds}) / scales
+        x[:2], x[2], x[3] = z[[0, -1]], 1e3, np.nan
+        covariance = matern(x, z, process.variance)
+        found, reduction = process.sums(list(x.T))
+        np.testing.assert_allclose(found, covariance @ np.array(process.weights), rtol=0.0, atol=1e-9)
+        spread = covariance[:, : len(process.alpha)] @ process.root
+        np.testing.assert_allclose(reduction, np.sum(spread**2, axis=1), rtol=0.0, atol=1e-9)
+        assert np.isnan(found[3])
+        assert abs(found[2]) < 1e-9
+        np.testing.assert_array_equal(process.mean_alone(list(x.T))[0], found)
+    np.testing.assert_array_equal(formula.coefficient(contacts), formula.evaluate(contacts).mu)
 
 
 def test_likelihood_is_that_of_scikit_learn_and_its_gradient_that_of_differences() -> None:
