@@ -3,31 +3,64 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from llvmlite import ir
+from numba import njit, types
+from numba.core import config
+from numba.extending import intrinsic
 
+from ehl.dense import factored, product, solve_factored
+from ehl.fluid._kernels import limited_stress
+from ehl.fluid.rheology import LOG_STRESS_MAX, STRESS_FLOOR, ShearNumbers
 from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 
 # cells of the table of Bessel functions: so many in each doubling of r, from 2^LOWEST to 2^HIGHEST
 PER_DOUBLING = 16
 LOWEST, HIGHEST = -30, 30
+CELL_BITS = 48  # of a double, behind exponent and number of its cell
+CELL_REST, CELL_UNIT = 2**CELL_BITS - 1, 2.0 ** (1 - CELL_BITS)
+FIRST_CELL = (1023 + LOWEST) * PER_DOUBLING
+NO_MORE_AHEAD = 25.0  # exp(-2 r) is nothing beside 1
 EULER_GAMMA = 0.5772156649015329
+
+VISCOSITY_POLE = 150.0  # K: temperature at which most laws would have a pole of ln(eta)
+LOG_STRESS_MIN = -300.0
+KEPT_MATRIX = 0.25  # a residual below this share of the one before: the matrix serves once more
+HALVINGS = 12
+
+
+@intrinsic
+def _bits(typing_context, x):
+    """Bits of a double as an integer."""
+
+    def code(context, builder, signature, arguments):
+        return builder.bitcast(arguments[0], ir.IntType(64))
+
+    return types.int64(types.float64), code
+
+
+if config.DISABLE_JIT:
+
+    def _bits(x):
+        """Bits of a double as an integer."""
+        return int(np.float64(x).view(np.int64))
 
 
 @njit(**INTERNAL_KERNEL)
 def _scaled_bessel(r, table):
     """exp(r) K0(r) and r exp(r) K1(r)."""
-    mantissa, exponent = math.frexp(r)  # r = mantissa 2^exponent, mantissa from 1/2 to 1
-    if exponent <= LOWEST:
+    # the bits of a double begin with its exponent; the next four say in which sixteenth of its doubling it lies
+    bits = _bits(r)
+    cell = (bits >> CELL_BITS) - FIRST_CELL
+    if cell < 0:
         return (1.0 + r) * (-math.log(0.5 * r) - EULER_GAMMA), 1.0 + r
-    if exponent > HIGHEST:
+    if cell >= table.shape[0]:
         root = math.sqrt(0.5 * math.pi / r)
         return root * (1.0 - 0.125 / r), root * (r + 0.375)
-    place = (mantissa - 0.5) * (2.0 * PER_DOUBLING)
-    cell = int(place)
-    t = 2.0 * (place - cell) - 1.0
-    row = table[(exponent - 1 - LOWEST) * PER_DOUBLING + cell]
+    t = (bits & CELL_REST) * CELL_UNIT - 1.0
+    row = table[cell]
     k0, k1 = row[0, 0], row[0, 1]
     for power in range(1, row.shape[0]):
         k0 = k0 * t + row[power, 0]
@@ -52,19 +85,19 @@ def moving_kernel(place, table):
             # behind the source exp(z) K is exp(r) K, ahead of it exp(-2 r) exp(r) K
             zeroth[i, j] = rk0 + rk1 - 1.0
             first[i, j] = (r * (rk0 + rk1) - rk1 + 1.0) / 3.0
-            decay = math.exp(-2.0 * r) if r < 350.0 else 0.0
+            decay = math.exp(-2.0 * r) if r < NO_MORE_AHEAD else 0.0
             zeroth[j, i] = -(decay * (rk0 - rk1) + 1.0)
             first[j, i] = (decay * (r * (rk0 - rk1) - rk1) + 1.0) / 3.0
+    share = np.empty(n - 1)
+    for j in range(n - 1):
+        share[j] = 1.0 / (place[j + 1] - place[j])
     matrix = np.zeros((n, n))
     for i in range(n):
         for j in range(n - 1):
-            far = place[i] - place[j]
-            near = place[i] - place[j + 1]
             i0 = zeroth[i, j] - zeroth[i, j + 1]
             i1 = first[i, j] - first[i, j + 1]
-            share = 1.0 / (place[j + 1] - place[j])
-            matrix[i, j] += (i1 - near * i0) * share
-            matrix[i, j + 1] += (far * i0 - i1) * share
+            matrix[i, j] += (i1 - (place[i] - place[j + 1]) * i0) * share[j]
+            matrix[i, j + 1] = ((place[i] - place[j]) * i0 - i1) * share[j]
     return matrix
 
 
@@ -128,3 +161,149 @@ def flow_heat(x, pressure, film, density, length, speed):
         before = freed
         heat[i] = stored / length[i] if pressure[i] > 0.0 else 0.0
     return heat
+
+
+class Walls(NamedTuple):
+    """Both surfaces: conduction in them, and through the film that parts them."""
+
+    matrix_1: np.ndarray
+    matrix_2: np.ndarray
+    factors: np.ndarray  # of I + k/h (A1 + A2), transposed
+    pivots: np.ndarray
+    conductance: np.ndarray  # k/h
+    mean: float  # of both bulk temperatures
+    difference: float  # bulk temperature of body 2 less that of body 1
+
+
+class Film(NamedTuple):
+    """A film at given pressure, with ln(eta) near some temperatures; arrays on its nodes."""
+
+    pressure: np.ndarray
+    log_rate: np.ndarray  # ln(|v_s|/h)
+    resistance: np.ndarray  # h/(8 k)
+    speed: float
+    source: np.ndarray  # heat that is not of shear
+    raised: np.ndarray  # what it adds to the film temperature, surfaces apart
+    law: ShearNumbers
+    ambient: float  # limit that cuts the stress off: ambient + slope p; infinite slope for none
+    slope: float
+    walls: np.ndarray  # surface temperature and rise above it at which ln(eta) is known
+    rise: np.ndarray
+    log_eta: np.ndarray
+    by_temperature: np.ndarray
+    share: np.ndarray  # of a further rise of the parabola in the temperature that acts
+
+
+@njit(**INTERNAL_KERNEL)
+def wall_temperature(walls, heat, into_1, work, out):
+    """Mean surface temperature under a heat that both surfaces share, and the part of the heat that body 1 takes.
+
+    With heat freed evenly across the film q1 = q/2 + k/h (T2 - T1), T1 = A1 q1 and T2 = A2 (q - q1) above the bulk.
+    """
+    product(walls.matrix_2, heat, out)
+    for i in range(heat.size):
+        into_1[i] = 0.5 * heat[i] + walls.conductance[i] * (walls.difference + out[i])
+    solve_factored(walls.factors, walls.pivots, into_1)
+    for i in range(heat.size):
+        work[i] = heat[i] - into_1[i]
+    product(walls.matrix_2, work, out)
+    product(walls.matrix_1, into_1, work)
+    for i in range(heat.size):
+        out[i] = walls.mean + 0.5 * (work[i] + out[i])
+
+
+@njit(**INTERNAL_KERNEL)
+def film_stress(film, i, temperature_change):
+    """ln(tau), its derivative by the temperature, and ln(eta) at a node.
+
+    ln(eta) is taken along a hyperbola with the slope known and its pole at `VISCOSITY_POLE`.
+    """
+    reach = max(film.walls[i] + film.rise[i] - VISCOSITY_POLE, 50.0)
+    held = max(temperature_change, -0.5 * reach)
+    shrink = reach / (reach + held)
+    slope = film.by_temperature[i] * shrink * shrink
+    log_eta = film.log_eta[i] + film.by_temperature[i] * held * shrink + slope * (temperature_change - held)
+    log_stress, growth, _ = limited_stress(log_eta + film.log_rate[i], film.pressure[i], film.law)
+    log_stress = min(log_stress, LOG_STRESS_MAX)
+    if math.isfinite(film.slope):
+        limit = math.log(max(film.ambient + film.slope * film.pressure[i], STRESS_FLOOR))
+        if log_stress > limit:
+            log_stress, growth = limit, 0.0
+    return max(log_stress, LOG_STRESS_MIN), slope * growth, log_eta
+
+
+@kernel(**KERNEL)
+def heat_balance(walls, film, surface, log_stress, tolerance, most, wall, log_eta, into_1):
+    """Newton's method for ln(tau) = ln(tau(p, h, T(tau))) on all nodes under pressure.
+
+    ``surface`` is the rise of the mean surface temperature per heat, an estimate of it for the matrix alone; a matrix
+    that shortens the residual to a quarter is kept. ``log_stress`` is where it starts and ends; surface temperature,
+    ln(eta) and heat into body 1 are left in the last three. Returns whether the residual is below the tolerance, and
+    the number of matrices.
+    """
+    n = log_stress.size
+    matrix, pivots = np.empty((n, n)), np.empty(n, np.int32)
+    trial, stress, heat, work = log_stress.copy(), np.empty(n), np.empty(n), np.empty(n)
+    value, slope, step = np.empty(n), np.zeros(n), np.zeros(n)
+    new_value, new_slope = np.empty(n), np.zeros(n)
+    length, norm, matrices, halvings = 1.0, math.inf, 0, 0
+    kept = False
+    # one place for each long function: put in at several, they would take twice as long to compile
+    while True:
+        for i in range(n):
+            stress[i] = math.exp(trial[i]) if film.pressure[i] > 0.0 else 0.0
+            heat[i] = film.speed * stress[i] + film.source[i]
+        wall_temperature(walls, heat, into_1, work, wall)
+        new_norm = 0.0
+        for i in range(n):
+            wall[i] += film.raised[i]
+            rise = film.resistance[i] * film.speed * stress[i]
+            new_value[i] = 0.0
+            if film.pressure[i] > 0.0:
+                change = wall[i] - film.walls[i] + film.share[i] * (rise - film.rise[i])
+                law, new_slope[i], log_eta[i] = film_stress(film, i, change)
+                new_value[i] = trial[i] - law
+                # not finite counts as infinite
+                size = abs(new_value[i])
+                new_norm = max(new_norm, size) if size < math.inf else math.inf
+        good = new_norm < (1.0 - 0.1 * length) * norm or new_norm < 0.1 * tolerance or matrices == 0
+        if not good and kept:
+            pass  # a fresh matrix where the last one came from
+        elif not good and halvings < HALVINGS:
+            halvings += 1
+            length *= 0.5
+            for i in range(n):
+                trial[i] = log_stress[i] + length * step[i]
+            continue
+        else:
+            kept = new_norm < KEPT_MATRIX * norm and length == 1.0 and matrices > 0
+            norm = new_norm
+            for i in range(n):
+                log_stress[i], value[i], slope[i] = trial[i], new_value[i], new_slope[i]
+            if norm < 0.1 * tolerance:
+                return True, matrices
+            if not norm < math.inf:
+                return False, matrices
+        kept = kept and good
+        if not kept:
+            if matrices == most:
+                return False, matrices
+            matrices += 1
+            for i in range(n):
+                heat[i] = film.speed * math.exp(log_stress[i])
+            for i in range(n):
+                row = matrix[i]
+                for j in range(n):
+                    row[j] = -slope[i] * surface[i, j] * heat[j]
+                row[i] += 1.0 - slope[i] * film.resistance[i] * film.share[i] * heat[i]
+            if not factored(matrix, pivots):
+                return False, matrices
+        largest = 0.0
+        for i in range(n):
+            step[i] = -value[i]
+        solve_factored(matrix, pivots, step)
+        for i in range(n):
+            largest = max(largest, abs(step[i]))
+        length, halvings = min(1.0, 3.0 / max(largest, 1e-300)), 0
+        for i in range(n):
+            trial[i] = log_stress[i] + length * step[i]

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgesv
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
+from ehl.heat import _kernels
+from ehl.heat._kernels import Film, Walls
 from ehl.heat.conduction import PECLET_FLOOR, Conduction, peclet_number, surface_matrix
 from ehl.heat.film import CouetteFilm, couette_film, flux_to_surface_1
 from ehl.io.errors import InputError
@@ -96,16 +98,47 @@ class ThermalTraction:
 
 
 @dataclass(frozen=True)
-class _Balance:
-    """Film temperature T = constant + surface @ q + film * (heat freed in the film)."""
+class Conducted:
+    """Conduction in both bodies and through the film between them, at one film.
 
-    constant: FloatArray
-    surface: FloatArray
-    film: FloatArray
-    division: FloatArray
-    division_constant: FloatArray
-    matrix_1: FloatArray
-    matrix_2: FloatArray
+    Parameters
+    ----------
+    walls : Walls
+        For the compiled loops.
+    total : ndarray
+        Sum of both conduction matrices.
+    resistance : ndarray
+        h/(8 k) of the film.
+    """
+
+    walls: Walls
+    total: FloatArray
+    resistance: FloatArray
+
+    def into_1(self, heat: FloatArray, difference: float = 0.0) -> FloatArray:
+        """Part of the heat that body 1 takes, at a difference of both bulk temperatures."""
+        walls = self.walls
+        right = 0.5 * heat + walls.conductance * (difference + walls.matrix_2 @ heat)
+        found: FloatArray = dgetrs(walls.factors.T, walls.pivots - 1, right, trans=1)[0]
+        return found
+
+    def rise(self, heat: FloatArray) -> FloatArray:
+        """Mean rise of both surfaces."""
+        part = self.into_1(heat)
+        return np.asarray(0.5 * (self.walls.matrix_1 @ part + self.walls.matrix_2 @ (heat - part)))
+
+    def estimate(self) -> FloatArray:
+        """Rise of the mean surface temperature per heat, as of bodies whose rises are everywhere in one proportion."""
+        first, second = float(self.walls.matrix_1.sum()), float(self.walls.matrix_2.sum())
+        through = self.walls.conductance * self.total.sum(axis=1)
+        held = ((first - second) / (first + second)) ** 2 * through / (1.0 + through)
+        return np.asarray(0.25 * (1.0 - held)[:, None] * self.total)
+
+    def exact(self) -> FloatArray:
+        """Rise of the mean surface temperature per heat."""
+        first, second = self.walls.matrix_1, self.walls.matrix_2
+        division, _ = flux_to_surface_1(self.walls.conductance, first, second, 0.0)
+        return np.asarray(0.5 * (second + (first - second) @ division))
 
 
 def thermal_traction(
@@ -123,7 +156,6 @@ def thermal_traction(
     conductivity: FilmConductivity | None = None,
     film_profile: FilmProfile = "parabolic",
     matrices: Matrices | None = None,
-    guess: FloatArray | None = None,
     tolerance: float = 1e-9,
     max_iterations: int = 80,
 ) -> ThermalTraction:
@@ -161,8 +193,6 @@ def thermal_traction(
         the profile of a film that shears most where it is hot (`ehl.heat.couette_film`).
     matrices : pair of ndarray, shape (n, n), optional
         `surface_matrices` of these nodes, where they are known.
-    guess : ndarray, shape (n,), optional
-        Shear stress to start from [Pa].
     tolerance : float
         On ln tau.
 
@@ -190,7 +220,6 @@ def thermal_traction(
         rolling_heat=np.zeros_like(x) if rolling_heat is None else rolling_heat,
         asperity_heat=asperity_heat,
         film_profile=film_profile,
-        guess=guess,
         tolerance=tolerance,
         max_iterations=max_iterations,
     )
@@ -209,6 +238,8 @@ class FilmTemperature:
         Shear stress [Pa].
     temperature : ndarray
         Mid-layer of the film [K].
+    walls : ndarray
+        Mean surface temperature [K].
     log_viscosity_profile : ndarray
         What the profile across the film adds to ln eta of the mid-layer [-].
     log_viscosity_offset : ndarray
@@ -217,7 +248,7 @@ class FilmTemperature:
         Heat of the pressure-driven flow; that and the heat of asperities [W/m2].
     bulk : tuple of float
         [K].
-    balance : _Balance
+    conducted : Conducted
     iterations : int
     converged : bool
     """
@@ -226,12 +257,13 @@ class FilmTemperature:
     film: FloatArray
     stress: FloatArray
     temperature: FloatArray
+    walls: FloatArray
     log_viscosity_profile: FloatArray
     log_viscosity_offset: FloatArray
     rolling_heat: FloatArray
     surface_heat: FloatArray
     bulk: tuple[float, float]
-    balance: _Balance
+    conducted: Conducted
     iterations: int
     converged: bool
 
@@ -248,32 +280,70 @@ def film_temperature(
     rolling_heat: FloatArray,
     asperity_heat: FloatArray | None = None,
     film_profile: FilmProfile = "parabolic",
-    guess: FloatArray | None = None,
+    guess: tuple[FloatArray, FloatArray] | None = None,
     tolerance: float = 1e-9,
     max_iterations: int = 80,
 ) -> FilmTemperature:
-    """The balance of `thermal_traction` by itself, with conduction `matrices` of its nodes; parameters as there."""
-    speed = contact.speed_sliding
-    wet = pressure > 0.0
+    """The balance of `thermal_traction` by itself, with conduction `matrices` of its nodes; parameters as there.
+
+    `guess` holds stress and mean surface temperature to start from.
+    """
+    speed, wet = contact.speed_sliding, pressure > 0.0
     rolling = np.where(wet, rolling_heat, 0.0)
     extra = rolling if asperity_heat is None else rolling + asperity_heat
-    balance = _balance(pressure, film, lubricant, bulk, conductivity, matrices)
-    offset = balance.constant + balance.surface @ extra + 0.5 * balance.film * rolling
-    if speed > 0.0:
-        stress, iterations, converged = _newton(
-            pressure, film, lubricant, speed, wet, balance, offset, film_profile, guess, tolerance, max_iterations
+    conducted = _conducted(pressure, film, lubricant, bulk, conductivity, matrices)
+    walls, resistance = conducted.walls, conducted.resistance
+
+    def law_at(wall: FloatArray, rise: FloatArray) -> tuple[FloatArray, CouetteFilm, FloatArray]:
+        """Temperature, profile across the film and ln(eta) between such surfaces, with such a parabola."""
+        across = _across(film_profile, pressure, wall, rise, lubricant)
+        temperature = wall + across.rise
+        return temperature, across, lubricant.log_viscosity(pressure, temperature) + across.log_viscosity
+
+    stress, wall = guess or (np.zeros_like(film), np.full_like(film, walls.mean))
+    if not (stress[wet] > 0.0).all():
+        stress = np.where(stress > 0.0, stress, _stress(pressure, film, wall, lubricant, speed))
+    surface, exact = conducted.estimate(), False
+    # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
+    stress = np.minimum(stress, _MAX_RISE / np.maximum(speed * (surface.diagonal() + resistance), 1e-300))
+    rise, law = speed * resistance * stress, lubricant.shear_law
+    cut = law.limit_slope if law.limited and law.limit == "cut" else math.inf
+    fixed = (
+        pressure, math.log(max(speed, 1e-300)) - np.log(film), resistance, speed, extra, 0.5 * resistance * rolling,
+        law.numbers(1.0, 1.0, 1.0), law.limit_ambient, cut,
+    )  # fmt: skip
+    log_stress = np.log(np.maximum(stress, 1e-130))
+    start = log_stress.copy()
+    next_wall, log_eta, into_1 = np.empty_like(film), np.empty_like(film), np.empty_like(film)
+    here, iterations, missed, converged = law_at(wall, rise), 0, math.inf, False
+    while not converged and iterations < max_iterations:
+        # ln(eta) about the temperatures known; the laws themselves say how far that is off where it leads to
+        slope = lubricant.dlog_viscosity_dtemperature(pressure, here[0])
+        model = Film(*fixed, wall, rise, here[2], slope, here[1].share)
+        most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
+        done, matrices_used = _kernels.heat_balance(
+            walls, model, surface, log_stress, tolerance, most, next_wall, log_eta, into_1
         )
-    else:
-        stress, iterations, converged = np.zeros_like(film), 0, True
-    heat = speed * stress
-    walls = offset + balance.surface @ heat
-    across = _across(film_profile, pressure, walls, balance.film * heat, lubricant)
-    temperature = walls + across.rise
-    change = lubricant.log_viscosity(pressure, temperature) + across.log_viscosity
-    change -= lubricant.log_viscosity(pressure, np.full_like(film, lubricant.temperature))
+        iterations += max(matrices_used, 1)
+        if not done:
+            if exact:
+                break
+            surface, exact, log_stress = conducted.exact(), True, start.copy()
+            continue
+        stress = np.exp(log_stress)
+        next_rise = speed * resistance * stress
+        here = law_at(next_wall, next_rise)
+        before, missed = missed, float(np.max(np.abs(here[2] - log_eta), where=wet, initial=0.0))
+        converged = missed < tolerance
+        share = 1.0 if converged or missed < 0.9 * before else 0.5
+        wall, rise = wall + share * (next_wall - wall), rise + share * (next_rise - rise)
+        if share < 1.0:
+            here = law_at(wall, rise)
+    temperature, across, known = here
+    change = known - math.log(lubricant.viscosity_inlet) - lubricant.log_viscosity_ratio(pressure)
     return FilmTemperature(
-        pressure, film, stress, temperature, across.log_viscosity, change, rolling, extra, bulk, balance,
-        iterations, converged,
+        pressure, film, np.where(wet & (speed > 0.0), stress, 0.0), temperature, wall, across.log_viscosity, change,
+        rolling, extra, bulk, conducted, iterations, converged,
     )  # fmt: skip
 
 
@@ -288,13 +358,13 @@ def traction_of(
     """Friction, surface temperatures and notes of a film in balance."""
     speed, load = contact.speed_sliding, contact.load_per_length
     pressure, film, temperature, bulk = found.pressure, found.film, found.temperature, found.bulk
-    balance, extra = found.balance, found.surface_heat
+    conducted, extra = found.conducted, found.surface_heat
     heat = speed * found.stress
     isothermal = _stress(pressure, film, np.full_like(x, lubricant.temperature), lubricant, speed)
-    flux_1 = balance.division @ (heat + extra) + balance.division_constant
+    flux_1 = conducted.into_1(heat + extra, bulk[1] - bulk[0])
     flux_2 = heat + extra - flux_1
-    surface_1 = bulk[0] + balance.matrix_1 @ flux_1
-    surface_2 = bulk[1] + balance.matrix_2 @ flux_2
+    surface_1 = bulk[0] + conducted.walls.matrix_1 @ flux_1
+    surface_2 = bulk[1] + conducted.walls.matrix_2 @ flux_2
 
     # the power is taken from the law at the final temperatures, so the residual sees any imbalance left
     final = _stress(pressure, film, temperature, lubricant, speed, found.log_viscosity_profile)
@@ -331,7 +401,7 @@ def traction_of(
         heat_flux_2=flux_2,
         log_viscosity_offset=found.log_viscosity_offset,
         rolling_heat=rolling,
-        temperature_rise_rolling=balance.surface @ rolling + 0.5 * balance.film * rolling,
+        temperature_rise_rolling=conducted.rise(rolling) + 0.5 * conducted.resistance * rolling,
         friction_fluid=float(np.trapezoid(final, x)) / load,
         friction_isothermal=float(np.trapezoid(isothermal, x)) / load,
         temperature_film_max=float(np.max(temperature)),
@@ -355,92 +425,25 @@ def surface_matrices(
     return first, second
 
 
-def _balance(
+def _conducted(
     pressure: FloatArray,
     film: FloatArray,
     lubricant: Lubricant,
     bulk: tuple[float, float],
     law: FilmConductivity,
     matrices: Matrices,
-) -> _Balance:
-    a1, a2 = matrices
-    k_film = law(pressure, lubricant.thermal_conductivity)
-    division, constant = flux_to_surface_1(k_film / film, a1, a2, bulk[1] - bulk[0])
-    difference = a1 - a2
-    return _Balance(
-        constant=0.5 * (bulk[0] + bulk[1]) + 0.5 * (difference @ constant),
-        surface=0.5 * (a2 + difference @ division),
-        film=film / (8.0 * k_film),
-        division=division,
-        division_constant=constant,
-        matrix_1=a1,
-        matrix_2=a2,
-    )
-
-
-def _newton(
-    pressure: FloatArray,
-    film: FloatArray,
-    lubricant: Lubricant,
-    speed: float,
-    wet: NDArray[np.bool_],
-    balance: _Balance,
-    offset: FloatArray,
-    film_profile: FilmProfile,
-    guess: FloatArray | None,
-    tolerance: float,
-    max_iterations: int,
-) -> tuple[FloatArray, int, bool]:
-    """Solve ln tau = ln tau(p, h, T(tau)) on the wet nodes; returns stress, iterations, converged."""
-    size = int(np.count_nonzero(wet))
-    # all but the exit, as a rule
-    place: Any = slice(size) if wet[:size].all() else wet
-    surface = balance.surface[:size, :size] if wet[:size].all() else balance.surface[np.ix_(wet, wet)]
-    kernel, across = np.multiply(speed, surface, order="F"), speed * balance.film[place]
-    p, h, base = pressure[place], film[place], offset[place]
-    diagonal = np.arange(size)
-
-    def residual(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        stress = np.exp(y)
-        walls = base + kernel @ stress
-        state = _across(film_profile, p, walls, across * stress, lubricant)
-        law, slope = _log_stress(p, h, walls + state.rise, lubricant, speed, state.log_viscosity)
-        return y - law, slope, state.share
-
-    known = np.zeros(size, dtype=bool) if guess is None else guess[place] > 0.0
-    y = np.zeros(size) if known.all() else _log_stress(p, h, base, lubricant, speed)[0]
-    if guess is not None:
-        y[known] = np.log(guess[place][known])
-    # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
-    y = np.minimum(y, np.log(_MAX_RISE / np.maximum(kernel[diagonal, diagonal] + across, 1e-300)))
-    value, slope, share = residual(y)
-    for iteration in range(1, max_iterations + 1):
-        stress = np.exp(y)
-        jacobian = np.multiply(kernel, stress)
-        jacobian[diagonal, diagonal] += across * share * stress
-        jacobian *= -slope[:, None]
-        jacobian[diagonal, diagonal] += 1.0
-        _, _, change, singular = dgesv(jacobian, value, overwrite_a=True)
-        if singular:
-            break
-        step = -change
-        length = min(1.0, 3.0 / max(float(np.max(np.abs(step))), 1e-300))
-        norm = float(np.max(np.abs(value)))
-        for _ in range(12):
-            trial = y + length * step
-            new_value, new_slope, new_share = residual(trial)
-            if float(np.max(np.abs(new_value))) < (1.0 - 0.1 * length) * norm or norm < 10.0 * tolerance:
-                break
-            length *= 0.5
-        y, value, slope, share = trial, new_value, new_slope, new_share
-        if length == 1.0 and float(np.max(np.abs(step))) < tolerance:
-            return _filled(y, wet), iteration, True
-        if float(np.max(np.abs(value))) < 0.1 * tolerance:
-            return _filled(y, wet), iteration, True
-    return _filled(y, wet), max_iterations, False
+) -> Conducted:
+    k_film, total = law(pressure, lubricant.thermal_conductivity), matrices[0] + matrices[1]
+    conductance = k_film / film
+    system = conductance[:, None] * total
+    system.flat[:: film.size + 1] += 1.0
+    factors, pivots, _ = dgetrf(system.T, overwrite_a=True)
+    walls = Walls(*matrices, factors.T, pivots + 1, conductance, 0.5 * (bulk[0] + bulk[1]), bulk[1] - bulk[0])
+    return Conducted(walls, total, film / (8.0 * k_film))
 
 
 _MAX_RISE = 500.0  # K
+_PATIENCE = 10  # matrices with the estimate of conduction
 
 
 def _across(
@@ -449,12 +452,6 @@ def _across(
     if profile == "parabolic":
         return CouetteFilm(parabola, np.zeros_like(parabola), np.ones_like(parabola))
     return couette_film(pressure, walls, parabola, lubricant)
-
-
-def _filled(y: FloatArray, wet: NDArray[np.bool_]) -> FloatArray:
-    stress = np.zeros(len(wet))
-    stress[wet] = np.exp(y)
-    return stress
 
 
 def _stress(

@@ -26,7 +26,7 @@ from ehl.io.carried_kernels import carried_kernel, carries
 
 _EHL = Path(__file__).resolve().parents[1]
 _OURS = {_EHL, _EHL.parent / "regression"}
-_SHARED = (*(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),)
+_SHARED = (_EHL / "dense.py", *(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")))
 _COMPILER = (_EHL / "io" / "kernel_compiler.py",)
 # what is compiled for a rough contact, for any, and for processes: words of the user, processor time on a slow core
 ROUGH, SMOOTH, PROCESS = "rough", "smooth", "process"
@@ -47,7 +47,7 @@ def source_hash(folder: Path) -> bytes:
     Parameters
     ----------
     folder : Path
-        Of the kernels; the laws of the fluid and the way of compiling belong to each.
+        Of the kernels; dense matrices, laws of the fluid and the way of compiling belong to each.
 
     Raises
     ------

@@ -10,8 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 
+from ehl.dense import factored, product, solve_factored
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
 from ehl.fluid.lookup import LawTable
 from ehl.fluid.rheology import ShearNumbers
@@ -27,15 +28,6 @@ LEAST_FACTOR = 1e-3  # of the damping
 X, KERNEL_PRESSURE, FILM, RHO, RHO_P, LOG_ETA, F, F_P, F_H, F_X, ROWS = range(11)
 # what became of an iteration
 CONVERGED, INFEASIBLE, SINGULAR, EXHAUSTED, LIMIT = range(5)
-
-# LU factors of a matrix in columns, by the library that the compiler links
-_getrf = types.ExternalFunction(
-    "numba_xxgetrf",
-    types.intc(
-        types.char, types.intp, types.intp, types.CPointer(types.float64), types.intp, types.CPointer(types.int32)
-    ),
-)
-_DOUBLE = ord("d")
 
 
 class Mesh(NamedTuple):
@@ -192,8 +184,9 @@ def monotone_cubic(x, y, at):
         left, right = (y[i] - y[i - 1]) / a, (y[i + 1] - y[i]) / b
         if left * right > 0.0:
             slope[i] = 3.0 * (a + b) / ((2.0 * b + a) / left + (b + 2.0 * a) / right)
-    for end in range(2):
-        first, second, third = (0, 1, 2) if end == 0 else (n - 1, n - 2, n - 3)
+    for onward in range(1, -2, -2):
+        first = 0 if onward > 0 else n - 1
+        second, third = first + onward, first + 2 * onward
         a, b = x[second] - x[first], x[third] - x[second]
         near, far = (y[second] - y[first]) / a, (y[third] - y[second]) / b
         value = ((2.0 * a + b) * near - a * far) / (a + b)
@@ -380,38 +373,12 @@ def jacobian(mesh, lam, u, e, jac, scale):
     scale[n] = 1.0
 
 
-@njit(**INTERNAL_KERNEL, fastmath={"reassoc", "contract"})
-def _product(matrix, vector, out):
-    """Matrix times vector."""
-    for i in range(matrix.shape[0]):
-        row = matrix[i]
-        total = 0.0
-        for j in range(vector.size):
-            total += row[j] * vector[j]
-        out[i] = total
-
-
-@njit(**INTERNAL_KERNEL, fastmath={"reassoc", "contract"})
-def _correction(factors, pivots, scale, right, out):
-    """Newton correction of a residual, from the factors of the transposed matrix: U^T L^T P^T."""
-    n = right.size
-    for i in range(n):
-        row = factors[i]
-        total = 0.0
-        for j in range(i):
-            total += row[j] * out[j]
-        out[i] = (-scale[i] * right[i] - total) / row[i]
-    for k in range(n):
-        i = n - 1 - k
-        row = factors[i]
-        total = 0.0
-        for j in range(i + 1, n):
-            total += row[j] * out[j]
-        out[i] -= total
-    for k in range(n):
-        i = n - 1 - k
-        other = pivots[i] - 1
-        out[i], out[other] = out[other], out[i]
+@njit(**INTERNAL_KERNEL)
+def _correction(factors, pivots, scale, residual, out):
+    """Newton correction of a residual whose rows are scaled."""
+    for i in range(residual.size):
+        out[i] = -scale[i] * residual[i]
+    solve_factored(factors, pivots, out)
 
 
 @njit(**INTERNAL_KERNEL)
@@ -451,18 +418,6 @@ def _keep(u, e, out, kept_u, kept_e, kept_out):
 
 
 @kernel(**KERNEL)
-def tail(mesh, groups):
-    """Pressure at the first node and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
-    lam = groups.lam
-    x_in = abs(mesh.x_in)
-    if groups.offset.size > 0:
-        at = np.empty(1)
-        at[0] = mesh.x_in
-        lam *= math.exp(monotone_cubic(groups.offset_x, groups.offset, at)[0][0])
-    return 4.0 * lam / (3.0 * x_in * x_in * x_in), 2.0 * lam / (3.0 * x_in * x_in)
-
-
-@kernel(**KERNEL)
 def evaluate(mesh, groups, upstream, u, e, out):
     """State at the nodes, and residual, of the unknowns: pressure, film constant, flow and stretch in a row.
 
@@ -473,7 +428,7 @@ def evaluate(mesh, groups, upstream, u, e, out):
     if not (flow > 0.0 and 0.05 < stretch < 20.0 and math.isfinite(h00)):
         return False
     x, h = e[X], e[FILM]
-    _product(mesh.matrix, p, e[KERNEL_PRESSURE])
+    product(mesh.matrix, p, e[KERNEL_PRESSURE])
     for i in range(n):
         x[i] = mesh.x_in + stretch * (mesh.nodes[i] - mesh.x_in)
         h[i] = h00 + 0.5 * x[i] * x[i] - stretch / math.pi * e[KERNEL_PRESSURE, i]
@@ -500,33 +455,32 @@ def evaluate(mesh, groups, upstream, u, e, out):
 
 
 @kernel(**KERNEL)
-def newton(mesh, groups, u, tolerance, most, state, left_over):
+def newton(mesh, groups, ahead, upstream, u, tolerance, most, state, left_over, matrix, scale, pivots, given):
     """Newton's method on one mesh, damped by the natural monotonicity test (Deuflhard 2004).
 
-    A matrix that still shortens the correction to a quarter is kept. Unknowns, state and residual are left in
-    ``u``, ``state`` and ``left_over``; returns what became of it and the number of matrices.
+    Pressure at the first node and load upstream of it are given (`ehl.smooth.newton.tail`).
+    A matrix that still shortens the correction to a quarter is kept, the one ``given`` too. Unknowns, state and
+    residual are left in ``u``, ``state`` and ``left_over``; returns what became of it and the number of matrices.
     """
     n = mesh.nodes.size
-    matrix, scale, pivots = np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty(n + 1, np.int32)
     step, trial = np.empty(n + 1), np.empty(n + 3)
     e, out = np.empty((ROWS, n)), np.empty(n + 1)
-    ahead, upstream = tail(mesh, groups)
     for i in range(n + 3):
         trial[i] = u[i]
     trial[0], trial[n - 1] = ahead, 0.0
     lift, factor, length, left = 0.5, 1.0, 0.0, math.inf
-    iteration, kept, last = 0, False, False
+    iteration, tried, kept, last = 0, False, False, False
     # one place for each long function: put in at several, they would take twice as long to compile
     while True:
         good = evaluate(mesh, groups, upstream, trial, e, out)
-        if iteration == 0 and not good:
+        if not (tried or good):
             # pressure from another mesh may close a thin film
             if lift > 16.0:
                 return INFEASIBLE, 0
             trial[n] += lift * trial[n + 1]
             lift *= 2.0
             continue
-        if iteration > 0:
+        if tried:
             correction = np.empty(n + 1)
             if good and not last:
                 _correction(matrix, pivots, scale, out, correction)
@@ -544,18 +498,21 @@ def newton(mesh, groups, u, tolerance, most, state, left_over):
         if last:
             return CONVERGED, iteration
         last = good and factor == 1.0 and left < tolerance
-        kept = last or (good and iteration > 0 and factor == 1.0 and left < KEPT_MATRIX * length)
+        kept = last or (good and tried and factor == 1.0 and left < KEPT_MATRIX * length)
         length = left
         if not kept:
-            iteration += 1
-            if iteration > most:
-                return LIMIT, most
-            jacobian(mesh, groups.lam, u, state, matrix, scale)
-            if _getrf(_DOUBLE, n + 1, n + 1, matrix.ctypes, n + 1, pivots.ctypes) != 0:
-                return SINGULAR, iteration
+            kept = given and not tried
+            if not kept:
+                iteration += 1
+                if iteration > most:
+                    return LIMIT, most
+                jacobian(mesh, groups.lam, u, state, matrix, scale)
+                if not factored(matrix, pivots):
+                    return SINGULAR, iteration
+            tried = True
             _correction(matrix, pivots, scale, left_over, step)
             length = _length(step, u)
-            if not length < 1e6:
+            if not (kept or length < 1e6):
                 return SINGULAR, iteration
             factor = min(1.0, 4.0 * factor)
         _moved(u, step, factor, trial)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgelss
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
@@ -20,7 +21,7 @@ from ehl.heat.traction import FilmProfile, FilmTemperature, Matrices, film_tempe
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import features_of_level, grid_for, transfer
-from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
+from ehl.smooth.newton import Factors, Grid, Level, NewtonFailure, Unknowns, solve_level
 from ehl.smooth.outputs import FilmShear, numbers_of
 from ehl.smooth.scaling import Offset, ScaledContact
 
@@ -55,7 +56,9 @@ class HeatModel:
         """Of conduction, on the nodes of a level."""
         return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies, self.conduction)
 
-    def balance(self, level: Level, matrices: Matrices, guess: Array | None, tolerance: float) -> FilmTemperature:
+    def balance(
+        self, level: Level, matrices: Matrices, guess: tuple[Array, Array] | None, tolerance: float
+    ) -> FilmTemperature:
         """Temperatures at the film of a level."""
         contact, lubricant, b = self.contact, self.lubricant, self.contact.half_width
         pressure = contact.pressure_hertz * np.maximum(level.unknowns.pressure, 0.0)
@@ -115,7 +118,7 @@ class Mixer:
         mixed = used + RELAXATION * residual
         if self._secants:
             steps, changes = (np.array(part).T for part in zip(*self._secants, strict=True))
-            share = np.linalg.lstsq(changes, residual, rcond=1e-6)[0]
+            share = dgelss(changes, residual, cond=1e-6)[1][: len(self._secants)]
             mixed -= (steps + RELAXATION * changes) @ share
         self.used = Offset(self.used.x, mixed)
 
@@ -144,7 +147,7 @@ class HotFilm:
         self.model, self.shear, self.tolerance = model, shear, tolerance
         self._scaled = scaled
         # of steps of Newton's method: the next one is far smaller
-        self._heat_tolerance, self._film_tolerance = 0.03 * math.sqrt(tolerance), 0.03 * tolerance
+        self._film_tolerance = self._heat_tolerance = 0.03 * tolerance
         self.found: FilmTemperature | None = None
         self.change = (math.inf, math.inf)
         self.rounds = self.iterations = 0
@@ -153,6 +156,7 @@ class HotFilm:
         self._trend: tuple[Array, Array] | None = None  # change of the offset from the grid before to the last one
         self._grids = 0
         self._matrices: tuple[Grid, float, Matrices] | None = None
+        self._factors: tuple[Grid, Factors] | None = None
 
     def started(self, cold: Level, guess: Offset | None) -> Level:
         """Film and heat on a coarse grid graded for them, from the isothermal film and a guess of the heat."""
@@ -184,16 +188,16 @@ class HotFilm:
 
     def _settled(self, level: Level, mixer: Mixer, tolerance: float, regraded: bool = False) -> Level:
         """Rounds until friction and film change by less than the tolerance; on grids that fit them, where asked."""
-        numbers, stress = numbers_of(level, self.shear).as_array(), self._stress_at(level.x)
+        numbers, guess = numbers_of(level, self.shear).as_array(), self._guess_at(level.x)
         self.change = (math.inf, math.inf)
         for _ in range(MAX_ROUNDS):
             self.rounds += 1
-            found = self.model.balance(level, self._matrices_of(level), stress, self._heat_tolerance)
+            found = self.model.balance(level, self._matrices_of(level), guess, self._heat_tolerance)
             if not np.isfinite(found.log_viscosity_offset).all():
                 raise NewtonFailure("not_finite", 0)
             if not found.converged:
                 raise NewtonFailure("no_thermal_balance", 0)
-            stress = found.stress
+            guess = found.stress, found.walls
             mixer.follow(Offset(level.x, found.log_viscosity_offset))
             heated = level.x
             try:
@@ -212,7 +216,7 @@ class HotFilm:
                 start = transfer(level, grid)
                 mixer = mixer.on_nodes(_nodes(grid, start))
                 level = self._film(grid, mixer, start)
-                stress = self._stress_at(level.x)
+                guess = self._guess_at(level.x)
                 numbers = numbers_of(level, self.shear).as_array()
             elif max(self.change) <= tolerance:
                 return level
@@ -221,8 +225,16 @@ class HotFilm:
         return level
 
     def _film(self, grid: Grid, mixer: Mixer, start: Unknowns) -> Level:
+        if self._factors is None or self._factors[0] is not grid:
+            self._factors = grid, Factors(grid)
         try:
-            level = solve_level(grid, replace(self._scaled, offset=mixer.used), start, tolerance=self._film_tolerance)
+            level = solve_level(
+                grid,
+                replace(self._scaled, offset=mixer.used),
+                start,
+                tolerance=self._film_tolerance,
+                factors=self._factors[1],
+            )
         except NewtonFailure as failure:
             self.iterations += failure.iterations
             raise
@@ -237,8 +249,11 @@ class HotFilm:
                 mixer.halve()
         return self._film(level.grid, mixer, level.unknowns)
 
-    def _stress_at(self, x: Array) -> Array | None:
-        return None if self.found is None else np.interp(x, self.x, self.found.stress)
+    def _guess_at(self, x: Array) -> tuple[Array, Array] | None:
+        """Stress and temperature of the surfaces as last found."""
+        if self.found is None:
+            return None
+        return np.interp(x, self.x, self.found.stress), np.interp(x, self.x, self.found.walls)
 
     def _matrices_of(self, level: Level) -> Matrices:
         stretch = level.unknowns.stretch

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ Array = NDArray[np.float64]
 
 TIP = 1e-3  # least spike length resolved, in half-widths
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
+_TABLE = np.tan(np.linspace(-1.55, 1.55, 31))  # points about each centre, in widths
 INLET_MARGIN = 40.0  # inlet length over the length of the loaded zone; beyond it an open parabola
 
 
@@ -32,7 +34,7 @@ class Features:
     @property
     def size(self) -> float:
         """Length of the loaded zone: the half-width, or sqrt(2 Q) where the film is thicker than the indentation."""
-        return float(np.sqrt(1.0 + 2.0 * self.flow))
+        return math.sqrt(1.0 + 2.0 * self.flow)
 
     def close_to(self, other: Features) -> bool:
         """Whether a mesh graded for ``other`` still serves."""
@@ -63,37 +65,33 @@ class Grading:
 
     def points(self, count: int) -> Array:
         """``count`` points, uniform in the integral of the density (a sum of arctangents)."""
-        start, end = self._primitive(np.array([self.x_in, self.x_exit]))
         table_x = self._table()
-        table = self._primitive(table_x)
-        goal = np.linspace(start, end, count)
+        table, density = self._integral(table_x)
+        goal = np.linspace(table[0], table[-1], count)
         # inverse cubic between the points of the table
         k = np.clip(np.searchsorted(table, goal) - 1, 0, table.size - 2)
-        width = np.diff(table)
-        step, rise = width[k], np.diff(table_x)[k]
-        slope = 1.0 / self._density(table_x)
+        step, rise = table[k + 1] - table[k], table_x[k + 1] - table_x[k]
+        slope = 1.0 / density
         low, high, t = step * slope[k], step * slope[k + 1], (goal - table[k]) / step
         x = table_x[k] + t * (low + t * (3.0 * rise - 2.0 * low - high + t * (low + high - 2.0 * rise)))
         for _ in range(6):
-            step = (self._primitive(x) - goal) / self._density(x)
-            x = np.clip(x - step, self.x_in, self.x_exit)
-            if np.max(np.abs(step)) < 1e-7:  # the next one is its square
+            integral, density = self._integral(x)
+            miss = integral - goal
+            x = np.clip(x - miss / density, self.x_in, self.x_exit)
+            if np.max(np.abs(miss)) < 1e-4:  # the next one is its square
                 break
         x[0], x[-1] = self.x_in, self.x_exit
         return x
 
-    def _density(self, x: Array) -> Array:
-        centre, width, amount = self.terms[:, :, None]
-        return np.asarray((amount * width / (width * width + (x - centre) ** 2)).sum(axis=0))
-
-    def _primitive(self, x: Array) -> Array:
-        centre, width, amount = self.terms[:, :, None]
-        return np.asarray((amount * np.arctan((x - centre) / width)).sum(axis=0))
+    def _integral(self, x: Array) -> tuple[Array, Array]:
+        """Integral of the density, and the density."""
+        centre, width, amount = self.terms
+        place = (x - centre[:, None]) / width[:, None]
+        return amount @ np.arctan(place), (amount / width) @ (1.0 / (1.0 + place * place))
 
     def _table(self) -> Array:
         """Points dense enough to start the inversion within Newton's reach."""
-        base = np.tan(np.linspace(-1.55, 1.55, 31))
-        parts = self.terms[0][:, None] + self.terms[1][:, None] * base
+        parts = self.terms[0][:, None] + self.terms[1][:, None] * _TABLE
         x = np.unique(np.concatenate([parts.ravel(), [self.x_in, self.x_exit]]))
         return x[(x >= self.x_in) & (x <= self.x_exit)]
 
@@ -126,28 +124,29 @@ def grade(features: Features) -> Grading:
 
 def features_of(x: Array, pressure: Array, flow: float) -> Features:
     """Features of a solution."""
-    size = float(np.sqrt(1.0 + 2.0 * flow))
-    step = np.diff(x)
-    slope = np.diff(pressure) / step
-    bend = np.abs(np.diff(slope)) / (0.5 * (step[1:] + step[:-1]))
+    size = math.sqrt(1.0 + 2.0 * flow)
+    step = x[1:] - x[:-1]
+    slope = (pressure[1:] - pressure[:-1]) / step
+    bend = np.abs(slope[1:] - slope[:-1]) / (0.5 * (step[1:] + step[:-1]))
     # Lengths over which the pressure bends; the floor keeps the vanishing pressure of the ends out.
     length = np.sqrt(np.maximum(pressure[1:-1], 0.4) / np.maximum(bend, 1e-12))
-    inner = x[1:-1]
+    inner, end = x[1:-1], float(x[-1])
     sweep = min(1.5 * flow ** (2.0 / 3.0), 0.5 * size)
 
-    def sharpest(mask: NDArray[np.bool_], fallback: float) -> tuple[float, float]:
-        if not mask.any():
+    def sharpest(start: float, stop: float, fallback: float) -> tuple[float, float]:
+        first, last = np.searchsorted(inner, start, "right"), np.searchsorted(inner, stop)
+        if not first < last:
             return fallback, sweep
-        k = int(np.argmin(np.where(mask, length, np.inf)))
+        k = first + int(np.argmin(length[first:last]))
         return float(inner[k]), float(length[k])
 
-    inlet, inlet_width = sharpest((inner < -0.2 * size) & (inner > -4.0 * size), -1.0)
-    spike, spike_width = sharpest((inner > 0.2) & (inner < x[-1] - 1e-3 * size), 0.9 * float(x[-1]))
+    inlet, inlet_width = sharpest(-4.0 * size, -0.2 * size, -1.0)
+    spike, spike_width = sharpest(0.2, end - 1e-3 * size, 0.9 * end)
     return Features(
         flow,
-        float(x[-1]),
+        end,
         inlet,
-        float(np.clip(inlet_width, 0.3 * sweep, sweep)),
+        min(max(inlet_width, 0.3 * sweep), sweep),
         spike,
-        float(np.clip(0.5 * spike_width, TIP, 0.4 * size)),
+        min(max(0.5 * spike_width, TIP), 0.4 * size),
     )

@@ -28,10 +28,10 @@ class Grid:
     def of(cls, grading: Grading, points: Array) -> Grid:
         """Grid from 2n - 1 points of the grading: nodes at even, faces at odd places."""
         nodes = np.ascontiguousarray(points[::2])
-        step = np.diff(nodes)
+        half = 0.5 * (nodes[1:] - nodes[:-1])
         weights = np.zeros(nodes.size)
-        weights[:-1] += 0.5 * step
-        weights[1:] += 0.5 * step
+        weights[:-1] += half
+        weights[1:] += half
         return cls(grading, nodes, np.ascontiguousarray(points[1::2]), weights, _kernels.log_kernel(nodes))
 
     @property
@@ -63,8 +63,17 @@ class Level:
     rho: Array
     log_eta: Array
     iterations: int
-    mass_residual: float
-    load_residual: float
+    residual: Array
+
+    @property
+    def mass_residual(self) -> float:
+        """Largest residual of the film's equation, in its flow."""
+        return float(np.abs(self.residual[:-1]).max() / self.unknowns.flow)
+
+    @property
+    def load_residual(self) -> float:
+        """Of the load, relative."""
+        return abs(float(self.residual[-1])) / _kernels.HALF_PI
 
     @property
     def features(self) -> Features:
@@ -81,10 +90,33 @@ class NewtonFailure(Exception):
         self.iterations = iterations
 
 
+class Factors:
+    """Factors of the last matrix on a grid, from which similar contacts on it may start."""
+
+    def __init__(self, grid: Grid) -> None:
+        size = grid.nodes.size + 1
+        self.matrix, self.scale, self.pivots = np.empty((size, size)), np.empty(size), np.empty(size, np.int32)
+        self.known = False
+
+
+def tail(x_in: float, scaled: ScaledContact) -> tuple[float, float]:
+    """Pressure at the first node and load upstream of it: dP/dx = 4 lam eta/x^4 of the open parabolic inlet."""
+    lam, distance = scaled.lam, abs(x_in)
+    if scaled.offset is not None:
+        lam *= float(np.exp(scaled.offset.at(np.array([x_in]))[0][0]))
+    return 4.0 * lam / (3.0 * distance**3), 2.0 * lam / (3.0 * distance**2)
+
+
 def solve_level(
-    grid: Grid, scaled: ScaledContact, start: Unknowns, *, tolerance: float = 1e-8, max_iterations: int = 40
+    grid: Grid,
+    scaled: ScaledContact,
+    start: Unknowns,
+    *,
+    tolerance: float = 1e-8,
+    max_iterations: int = 40,
+    factors: Factors | None = None,
 ) -> Level:
-    """Converge on one grid.
+    """Converge on one grid, from the factors of a matrix where some are known.
 
     Raises
     ------
@@ -94,20 +126,25 @@ def solve_level(
     n = grid.nodes.size
     u = np.concatenate([start.pressure, (start.h00, start.flow, start.stretch)])
     state, residual = np.empty((_kernels.ROWS, n)), np.empty(n + 1)
-    end, iterations = _kernels.newton(grid.mesh, scaled.groups, u, tolerance, max_iterations, state, residual)
+    factors = factors or Factors(grid)
+    mesh = grid.mesh
+    end, iterations = _kernels.newton(
+        mesh, scaled.groups, *tail(mesh.x_in, scaled), u, tolerance, max_iterations, state, residual,
+        factors.matrix, factors.scale, factors.pivots, factors.known,
+    )  # fmt: skip
+    factors.known = end == _kernels.CONVERGED
     if end != _kernels.CONVERGED:
         raise NewtonFailure(_ENDS[end], iterations)
     return Level(
         grid,
         scaled,
-        Unknowns(u[:n], *(float(v) for v in u[n:])),
+        Unknowns(u[:n], *u[n:].tolist()),
         state[_kernels.X],
         state[_kernels.FILM],
         state[_kernels.RHO],
         state[_kernels.LOG_ETA],
         iterations,
-        float(np.abs(residual[:-1]).max() / u[n + 1]),
-        abs(float(residual[-1])) / _kernels.HALF_PI,
+        residual,
     )
 
 

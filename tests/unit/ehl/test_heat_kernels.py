@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.special import k0e, k1e
 
-from ehl.heat import _kernels, conduction
+from ehl.fluid.conductivity import FilmConductivity
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat import _kernels, conduction, flux_to_surface_1
+from ehl.heat.traction import Conducted, film_temperature
+from ehl.material import Material
 from ehl.smooth.mesh import Features, grade
 
 PLACES = grade(Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.003)).points(81)
@@ -90,3 +95,69 @@ def test_flow_heat():
     short = slice(60, None)
     arguments = x[short], pressure[short], film[short], density[short], length[short], 5.0
     assert_allclose(_kernels.flow_heat(*arguments), twin_flow_heat(*arguments), rtol=1e-9)
+
+
+def balanced(speed, surface_speeds, profile="parabolic", guess=None, tolerance=1e-9, law="roelands"):
+    """A hot film with its conduction, on a graded mesh with a dry node in it."""
+    x = PLACES[::2] * 2e-4
+    steel = Material(
+        youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
+    )
+    ceramic = steel.model_copy(update={"thermal_conductivity": 20.0, "density": 3200.0})
+    oil = Lubricant(0.0106, 15e-9, law, rheology="eyring", limiting_shear_coefficient=0.06, temperature=373.15,
+                    temperature_viscosity=0.04)  # fmt: skip
+    pressure = 1.2e9 * np.where(x < -2e-4, 0.01, np.sqrt(np.clip(1.0 - (x / 2.1e-4) ** 2, 0.0, None)))
+    pressure[[5, -1]] = 0.0
+    matrices = tuple(
+        conduction.jaeger_matrix(x, u, body, 2e-4) for u, body in zip(surface_speeds, (steel, ceramic), strict=True)
+    )
+    line = SimpleNamespace(speed_sliding=speed)
+    rolling = 1e6 * np.cos(x / 1e-4) ** 2
+    bulk = (373.15, 393.15)
+    found = film_temperature(
+        pressure, 0.4e-6 + x**2 / 0.03, line, oil, bulk, FilmConductivity(), matrices, rolling_heat=rolling,
+        film_profile=profile, guess=guess, tolerance=tolerance,
+    )  # fmt: skip
+    return found, oil, matrices
+
+
+@pytest.mark.parametrize("profile", ["parabolic", "couette"])
+@pytest.mark.parametrize("law", ["roelands", "barus"])
+@pytest.mark.parametrize("speeds", [(6.0, 4.0), (9.0, 1.0), (8.0, 0.0), (8.0, -4.0)])
+def test_stress_and_temperature_fit_each_other(speeds, profile, law):
+    """The balance by dense matrices and the laws themselves."""
+    found, oil, matrices = balanced(speeds[0] - speeds[1], speeds, profile, law=law)
+    assert found.converged
+    k_film = FilmConductivity()(found.pressure, oil.thermal_conductivity)
+    division, constant = flux_to_surface_1(k_film / found.film, *matrices, 20.0)
+    heat = (speeds[0] - speeds[1]) * found.stress + found.surface_heat
+    into_1 = division @ heat + constant
+    walls = 383.15 + 0.5 * (matrices[0] @ into_1 + matrices[1] @ (heat - into_1))
+    walls += found.film / (16.0 * k_film) * found.rolling_heat
+    assert_allclose(found.walls, walls, rtol=1e-9)
+    if profile == "parabolic":
+        rise = (speeds[0] - speeds[1]) * found.stress * found.film / (8.0 * k_film)
+        assert_allclose(found.temperature, walls + rise, rtol=1e-9)
+    wet = found.pressure > 0.0
+    log_viscous = oil.log_viscosity(found.pressure, found.temperature) + found.log_viscosity_profile
+    log_viscous += math.log(speeds[0] - speeds[1]) - np.log(found.film)
+    assert_allclose(np.log(found.stress[wet]), oil.shear_law.log_stress(log_viscous, found.pressure)[0][wet], atol=1e-8)
+    assert np.all(found.stress[~wet] == 0.0)
+    # what the matrix of Newton's method is made of where its estimate does not do
+    assert_allclose(found.conducted.exact() @ heat, found.conducted.rise(heat), rtol=1e-9)
+
+
+def test_a_near_guess_leads_to_the_same_balance_sooner():
+    exact, *_ = balanced(5.0, (7.5, 2.5))
+    near = exact.stress * (1.0 + 0.02 * np.cos(np.arange(exact.stress.size))), exact.walls + 2.0
+    found, *_ = balanced(5.0, (7.5, 2.5), guess=near)
+    assert found.iterations < exact.iterations
+    assert_allclose(found.stress, exact.stress, rtol=1e-8)
+
+
+def test_a_useless_estimate_of_conduction_is_replaced(monkeypatch):
+    exact, *_ = balanced(5.0, (7.5, 2.5))
+    monkeypatch.setattr(Conducted, "estimate", lambda self: np.eye(self.total.shape[0]))
+    found, *_ = balanced(5.0, (7.5, 2.5))
+    assert found.converged
+    assert_allclose(found.stress, exact.stress, rtol=1e-8)

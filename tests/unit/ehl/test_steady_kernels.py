@@ -13,7 +13,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import _kernels
 from ehl.smooth.continuation import PathReport, easy_start
 from ehl.smooth.mesh import Features, grade
-from ehl.smooth.newton import Grid, solve_level
+from ehl.smooth.newton import Factors, Grid, solve_level, tail
 from ehl.smooth.scaling import Offset, ScaledContact
 
 FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
@@ -53,7 +53,7 @@ def unknowns(grid, seed=0):
 def evaluated(grid, case, u):
     """State and residual, or None outside the domain."""
     state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
-    upstream = _kernels.tail(grid.mesh, case.groups)[1]
+    upstream = tail(grid.mesh.x_in, case)[1]
     return (state, residual) if _kernels.evaluate(grid.mesh, case.groups, upstream, u, state, residual) else None
 
 
@@ -207,7 +207,7 @@ def twin_newton(grid, case, u):
     """Undamped, every matrix made anew, solved by NumPy."""
     n = grid.nodes.size
     u, matrix, scale = u.copy(), np.empty((n + 1, n + 1)), np.empty(n + 1)
-    u[0] = _kernels.tail(grid.mesh, case.groups)[0]
+    u[0] = tail(grid.mesh.x_in, case)[0]
     for _ in range(40):
         state, residual = evaluated(grid, case, u)
         _kernels.jacobian(grid.mesh, case.lam, u, state, matrix, scale)
@@ -235,9 +235,12 @@ def test_newton_finds_the_root_of_its_twin(offset):
 def test_newton_says_why_it_ends(grid):
     case, u = scaled(), unknowns(grid)
     state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
+    factors = Factors(grid)
+    work = factors.matrix, factors.scale, factors.pivots
 
     def end(u, most=40):
-        return _kernels.newton(grid.mesh, case.groups, u, 1e-8, most, state, residual)[0]
+        ends = tail(grid.mesh.x_in, case)
+        return _kernels.newton(grid.mesh, case.groups, *ends, u, 1e-8, most, state, residual, *work, False)[0]
 
     assert end(u.copy(), most=1) in (_kernels.LIMIT, _kernels.EXHAUSTED)
     closed = u.copy()
@@ -246,3 +249,23 @@ def test_newton_says_why_it_ends(grid):
     nothing = u.copy()
     nothing[3] = np.nan
     assert end(nothing) == _kernels.INFEASIBLE
+
+
+def test_newton_from_the_factors_of_a_similar_contact():
+    """The same root, with fewer matrices; factors of another contact are given up."""
+    near, easy = easy_start(scaled(), 49, PathReport())
+    case = replace(easy, offset=Offset(HEATED, -0.4 * np.exp(-(HEATED**2))))
+    warmer = replace(easy, offset=Offset(HEATED, -0.41 * np.exp(-(HEATED**2))))
+    factors = Factors(near.grid)
+    first = solve_level(near.grid, case, near.unknowns, factors=factors)
+    assert factors.known
+    plain = solve_level(near.grid, warmer, first.unknowns)
+    found = solve_level(near.grid, warmer, first.unknowns, factors=factors)
+    assert found.iterations < plain.iterations
+    factors.matrix[:] = np.eye(near.grid.nodes.size + 1)
+    factors.pivots[:] = np.arange(1, factors.pivots.size + 1)
+    anew = solve_level(near.grid, warmer, first.unknowns, factors=factors)
+    assert anew.iterations == plain.iterations
+    for level in (found, anew):
+        np.testing.assert_allclose(level.unknowns.pressure, plain.unknowns.pressure, atol=1e-9)
+        assert level.unknowns.flow == pytest.approx(plain.unknowns.flow, rel=1e-8)

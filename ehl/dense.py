@@ -1,0 +1,70 @@
+"""Dense matrices in compiled loops: factors, solutions and products, of rows that lie in memory one after another."""
+
+from __future__ import annotations
+
+from numba import njit, types
+from numba.core import config
+from scipy.linalg.lapack import dgetrf
+
+from ehl.io.kernel_compiler import INTERNAL_KERNEL
+
+# LU factors of a matrix in columns, by the library that the compiler links
+_getrf = types.ExternalFunction(
+    "numba_xxgetrf",
+    types.intc(
+        types.char, types.intp, types.intp, types.CPointer(types.float64), types.intp, types.CPointer(types.int32)
+    ),
+)
+_DOUBLE = ord("d")
+
+
+@njit(**INTERNAL_KERNEL)
+def factored(matrix, pivots):
+    """Put the LU factors of the transposed matrix in its place; False where it is singular."""
+    n = matrix.shape[0]
+    return _getrf(_DOUBLE, n, n, matrix.ctypes, n, pivots.ctypes) == 0
+
+
+def _factored_without_compiler(matrix, pivots):
+    """`factored` where kernels run as plain Python."""
+    matrix.T[:], places, singular = dgetrf(matrix.T)
+    pivots[:] = places + 1
+    return singular == 0
+
+
+if config.DISABLE_JIT:
+    factored = _factored_without_compiler
+
+
+@njit(**INTERNAL_KERNEL, fastmath={"reassoc", "contract"})
+def product(matrix, vector, out):
+    """Matrix times vector."""
+    for i in range(matrix.shape[0]):
+        row = matrix[i]
+        total = 0.0
+        for j in range(vector.size):
+            total += row[j] * vector[j]
+        out[i] = total
+
+
+@njit(**INTERNAL_KERNEL, fastmath={"reassoc", "contract"})
+def solve_factored(factors, pivots, x):
+    """Put the solution in the place of the right side, from the factors of the transposed matrix: U^T L^T P^T."""
+    n = x.size
+    for i in range(n):
+        row = factors[i]
+        total = 0.0
+        for j in range(i):
+            total += row[j] * x[j]
+        x[i] = (x[i] - total) / row[i]
+    for k in range(n):
+        i = n - 1 - k
+        row = factors[i]
+        total = 0.0
+        for j in range(i + 1, n):
+            total += row[j] * x[j]
+        x[i] -= total
+    for k in range(n):
+        i = n - 1 - k
+        other = pivots[i] - 1
+        x[i], x[other] = x[other], x[i]
